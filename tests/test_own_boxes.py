@@ -47,7 +47,12 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         ("frame,id,left,top,width,height,visible\n0,1,2,3,4,50,2\n", 2, "visible is 2"),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.13,1,2,3,4,50\n", 4, "0.03 s after the frame before"),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n3600,1,2,3,4,50\n", 4, "the clock jumps by 3599.9 s"),
-        (TIMED + "0,1,2,3,4,50\n100,1,2,3,4,50\n200,1,2,3,4,50\n", 3, "are these milliseconds, or nanoseconds"),
+        (
+            TIMED + "0,1,2,3,4,50\n33,1,2,3,4,50\n67,1,2,3,4,50\n",
+            3,
+            "frames are 33 s apart; times are in seconds",
+        ),
+        (TIMED + "0,1,2,3,4,50\n1e8,1,2,3,4,50\n2e8,1,2,3,4,50\n", 3, "are these milliseconds, or nanoseconds"),
         (TIMED + "5,1,2,3,4,50\n", None, "all boxes are of one time"),
     ],
 )

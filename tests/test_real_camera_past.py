@@ -139,6 +139,8 @@ def test_errors_of_what_is_held_turn_all_that_follows_about_it() -> None:
 def test_errors_of_steps_add_up() -> None:
     """As wrong speeds do, whose errors are alike: standard deviations add, not variances."""
     step = np.diag((0.04, 0.01, 0.0))
-    once = carried(np.zeros((3, 3)), np.zeros(3), np.array((1.0, 0.0, 0.0)), step)
+    once = carried(np.zeros((3, 3)), np.zeros(3), np.array((1.0, 0.0, 0.0)), step, measured=False)
     np.testing.assert_allclose(once, step, atol=1e-12)
-    np.testing.assert_allclose(carried(once, np.zeros(3), np.zeros(3), step), 4.0 * step, atol=1e-12)
+    for measured, sum_ in ((False, 4.0), (True, 2.0)):
+        twice = carried(once, np.zeros(3), np.zeros(3), step, measured)
+        np.testing.assert_allclose(twice, sum_ * step, atol=1e-12)

@@ -145,9 +145,12 @@ def test_a_camera_that_sees_nobody_drives_on() -> None:
     assert steps.min() > 0.5 * 1.5 * DT
 
 
-def measured(made: Drive, covariance: FloatArray) -> Drive:
-    """With odometry of this covariance [3, 3]."""
-    given = replace(made.sequence.given, odometry=measure(made.truth, covariance))
+def measured(made: Drive, covariance: FloatArray, missing: slice = slice(0)) -> Drive:
+    """With odometry of this covariance [3, 3], but for the frames that are ``missing``."""
+    odometry = measure(made.truth, covariance)
+    motions = np.array(odometry.motions)
+    motions[missing] = np.nan
+    given = replace(made.sequence.given, odometry=replace(odometry, motions=motions))
     return replace(made, sequence=replace(made.sequence, given=given))
 
 
@@ -167,6 +170,20 @@ def test_with_odometry_a_pose_is_about_as_sure_as_odometry_is() -> None:
     sigma = np.sqrt(estimate.pose_covariances[-1].diagonal())
     assert (sigma < 3.0 * np.sqrt(frames * covariance.diagonal())).all()
     assert (sigma > 0.2 * np.sqrt(frames * covariance.diagonal())).all()
+
+
+def test_gaps_of_odometry_do_not_add_up_to_one_long_gap() -> None:
+    """How fast all move together is known again after each."""
+    frames, covariance = 80, np.diag((0.005, 0.005, 0.002)) ** 2
+
+    def spread(missing: slice) -> float:
+        made = measured(at_speeds(0, np.zeros(frames)), covariance, missing)
+        estimate = replace(made, problem=replace(made.problem, covariances=True)).solved(MapCausal, "cold-start")
+        assert estimate.pose_covariances is not None
+        return float(np.sqrt(estimate.pose_covariances[-1, 0, 0]))
+
+    now_and_then, at_once = spread(slice(5, None, 10)), spread(slice(40, 48))
+    assert now_and_then < 0.7 * at_once
 
 
 def blank(boxes: FloatArray) -> None:

@@ -17,7 +17,7 @@ from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, prepare, reanchor
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
-from vbbench_baselines.common.cold_start import OBSERVER_SPEED, add_drift
+from vbbench_baselines.common.cold_start import OBSERVER_SPEED, add_drift, drift_variance
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.facts import TUNED
@@ -264,7 +264,7 @@ class Birdifier(ABC):
         self._drift.cover(sigma, drifted, answer.pose, localise(answer.pose, curved))
         drifted = np.where(history.position_given[2][:, None, None], people, drifted)
         if history.cold:
-            add_drift(sigma, drifted, np.array(history.unmeasured * self._dt))
+            add_drift(sigma, drifted, drift_variance(np.array(history.unmeasured * self._dt)))
         return {"pose_covariance": sigma, "position_covariances": drifted}
 
 

@@ -138,7 +138,7 @@ def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
     finish_swaps(folder)
     refuse_partitioned(folder, SUBMISSION_FILE)
     if not folder.is_dir():
-        raise FileError(folder, "there is no such folder; name the folder of a submission")
+        raise SubmissionError(folder, ["there is no such folder; name the folder of a submission"])
     values = _read_object(folder / SUBMISSION_FILE, faults)
     known = {field.name for field in fields(SubmissionInfo)}
     required: dict[str, Any] = {"solver": "", "dataset": "", "protocol": ""}

@@ -6,6 +6,7 @@ file that is too large to be one of settings.
 
 import reprlib
 import tomllib
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from datetime import date
@@ -111,8 +112,9 @@ def _parse(path: Path) -> dict[str, Any]:
 
 def _decoded(path: Path, text: bytes) -> str:
     """The text without the mark that some editors write before it."""
+    text = text.removeprefix(BOM_UTF8)
     try:
-        return text.decode("utf-8-sig")
+        return text.decode("utf-8")
     except UnicodeDecodeError as error:
         line = text.count(b"\n", 0, error.start) + 1
         raise FileError(path, "is not UTF-8; save it as UTF-8 in your editor", line) from error

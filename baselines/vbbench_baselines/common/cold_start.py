@@ -57,14 +57,53 @@ def standing(speed: FloatArray) -> FloatArray:
     return np.asarray(STANDING / (1.0 + (speed / FAST) ** 2))
 
 
-def add_drift(poses: FloatArray, places: FloatArray, seconds: FloatArray) -> None:
-    """Add what nobody can know of a crowd's common velocity to covariances.
+def drift_variance(seconds: FloatArray) -> FloatArray:
+    """In m² in each direction, how far a crowd's common velocity leads astray in ``seconds`` [...] without odometry.
+
+    A velocity that is forgotten within `FADE` (an Ornstein–Uhlenbeck process) leads astray with the variance
+    2 s² F (t − F(1 − exp(−t/F))).
+    """
+    return np.asarray(2.0 * FLOW_SPEED**2 * FADE * (seconds - FADE * (1.0 - np.exp(-seconds / FADE))))
+
+
+class Astray:
+    """How far all may have drifted together since a cold start; each stretch without odometry begins anew.
+
+    Attributes
+    ----------
+    seconds : without odometry, in all.
+    """
+
+    def __init__(self) -> None:
+        self.seconds = self._stretch = self._finished = 0.0
+
+    def wait(self, seconds: float) -> None:
+        """A frame has passed, for so many ``seconds`` of which nothing measured how the observer moved."""
+        if seconds == 0.0 and self._stretch > 0.0:
+            self._finished, self._stretch = self.variance, 0.0
+        self._stretch += seconds
+        self.seconds += seconds
+
+    @property
+    def variance(self) -> float:
+        """In m² in each direction."""
+        return self._finished + float(drift_variance(np.array(self._stretch)))
+
+
+def astray_after(waits: FloatArray) -> FloatArray:
+    """[T] variances in m² as of `Astray`, after frames that waited for so many s each."""
+    astray, variances = Astray(), np.zeros(len(waits))
+    for t, wait in enumerate(waits.tolist()):
+        astray.wait(wait)
+        variances[t] = astray.variance
+    return variances
+
+
+def add_drift(poses: FloatArray, places: FloatArray, variance: FloatArray) -> None:
+    """Add what nobody can know of a crowd's common velocity to covariances, a ``variance`` [...] in each direction.
 
     Those of poses are [..., 3, 3], those of places [..., K, 2, 2]. A solver takes velocities of different people for
-    independent, and its covariances leave out that all may walk one way. A velocity that is forgotten within `FADE` (an
-    Ornstein–Uhlenbeck process) leads astray, after ``seconds`` [...] without odometry, with the variance
-    2 s² F (t − F(1 − exp(−t/F))) in each direction.
+    independent, and its covariances leave out that all may walk one way.
     """
-    variance = 2.0 * FLOW_SPEED**2 * FADE * (seconds - FADE * (1.0 - np.exp(-seconds / FADE)))
     poses[..., :2, :2] += variance[..., None, None] * np.eye(2)
     places += variance[..., None, None, None] * np.eye(2)

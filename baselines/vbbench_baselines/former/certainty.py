@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vbbench.geometry import FloatArray, place_levers, pose_levers
-from vbbench_baselines.common.cold_start import add_drift
+from vbbench_baselines.common.cold_start import Astray
 from vbbench_baselines.former.operations import Array
 
 NARROWEST, WIDEST = -7.0, 3.0
@@ -21,6 +21,10 @@ STILL = np.zeros((3, 3))
 class Certainty:
     """How sure the last pose is, and people's places.
 
+    Where places are given, newcomers make a pose surer, and the network knows best, or odometry where it is surer. But
+    after a cold start nothing does, and the network, which learned on short windows, cannot know how far all may drift
+    together: then each frame adds what odometry leaves open, or what nobody can know of a crowd.
+
     Parameters
     ----------
     dt : of a frame, in s.
@@ -32,28 +36,44 @@ class Certainty:
     """
 
     def __init__(self, dt: float) -> None:
-        self.pose, self.cold = STILL, True
-        self._dt, self._astray = dt, 0.0
+        self.cold, self._dt = True, dt
+        self.know()
 
-    def follow(self, before: FloatArray, now: FloatArray, spread: Array, motion: FloatArray | None) -> None:
+    def know(self) -> None:
+        """The pose is given."""
+        self.pose, self._astray, self._alone = STILL, Astray(), True
+
+    def follow(
+        self, before: FloatArray, now: FloatArray, spread: Array, motion: FloatArray | None, *, sure: bool
+    ) -> None:
         """A frame leads from the pose ``before`` to ``now`` [3], of which the network says the ``spread`` [3].
 
-        ``motion`` [3, 3] is the covariance of what odometry measured. The network knows best, or odometry where it is
-        surer. But after a cold start nothing makes a pose surer than the one before, and the network, which learned on
-        short windows, cannot know how far all may drift together.
+        ``motion`` [3, 3] is the covariance of what odometry measured, and ``sure`` whether that is believed.
         """
         told = _turned(np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)), now)
-        carried = _carried(before, now, self.pose, STILL if motion is None else motion)
-        if motion is None:
-            self._astray += self._dt
-        if not self.cold:
-            self.pose = told if motion is None else min(told, carried, key=_size)
+        if sure:
+            self._alone = False  # from here on the network, which does not count on odometry, knows less than is known
+            self._astray.wait(0.0)
+        if self.cold:
+            step = motion if motion is not None and sure else self._unmeasured(motion)
+            self.pose = _carried(before, now, self.pose, step)
+            if self._alone:
+                self.pose = _at_least(self.pose, told)
         elif motion is None:
-            add_drift(told, np.zeros((0, 2, 2)), np.array(self._astray))
-            told[2, 2] += TURNED**2 * self._astray
-            self.pose = max(told, carried, key=_size)
+            self.pose = told
         else:
-            self.pose = carried
+            self.pose = min(told, _carried(before, now, self.pose, motion), key=_size)
+
+    def _unmeasured(self, motion: FloatArray | None) -> FloatArray:
+        """[3, 3] of the motion of a frame of which odometry says nothing, or not much."""
+        drifted = self._astray.variance
+        self._astray.wait(self._dt)
+        place, yaw = (self._astray.variance - drifted) * np.eye(2), TURNED**2 * self._dt
+        if motion is not None:
+            place, yaw = min(place, motion[:2, :2], key=np.trace), min(yaw, float(motion[2, 2]))
+        made = np.zeros((3, 3))
+        made[:2, :2], made[2, 2] = place, yaw
+        return made
 
     def of_places(self, pose: FloatArray, places: FloatArray, rays: Array, spread: Array) -> FloatArray:
         """[K, 2, 2] of ``places`` [K, 2], whose ``spread`` [K, 2] along and across ``rays`` the network says."""
@@ -62,6 +82,12 @@ class Certainty:
             return told
         levers = place_levers(places, pose)
         return np.asarray(told + levers @ self.pose @ np.swapaxes(levers, -1, -2))
+
+
+def _at_least(covariance: FloatArray, other: FloatArray) -> FloatArray:
+    """As unsure of the place, and of the yaw, as the ``other`` where that is more so."""
+    place = max(0.0, 0.5 * (_size(other) - _size(covariance)))
+    return covariance + np.diag((place, place, max(0.0, other[2, 2] - covariance[2, 2])))
 
 
 def _size(covariance: FloatArray) -> float:

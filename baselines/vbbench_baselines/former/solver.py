@@ -17,7 +17,7 @@ from vbbench.sequence import Given, Odometry
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.facts import SIMULATED
 from vbbench_baselines.common.sightings import usable
-from vbbench_baselines.former.certainty import STILL, Certainty
+from vbbench_baselines.former.certainty import Certainty
 from vbbench_baselines.former.composing import in_world, measured_motion, motion_between, moved, seen_from
 from vbbench_baselines.former.network import Answer, Told
 from vbbench_baselines.former.pose_fit import Motion
@@ -117,7 +117,8 @@ class VbFormer:
         before, last = given.poses[0], given.poses[1]
         if not self._begun or np.isnan(last).any():
             return
-        self._pose, self._certainty.pose = np.array(last), STILL
+        self._pose = np.array(last)
+        self._certainty.know()
         if np.isnan(before).any():
             return
         motion, back = motion_between(before, last), np.exp(np.complex64(-1j) * np.float32(last[2] - before[2]))
@@ -174,10 +175,12 @@ class VbFormer:
         if told.placed.any():
             self._certainty.cold = False
         if told.moved:
-            self._certainty.pose = STILL
+            self._certainty.know()
             return
-        motion = None if told.measured is None or odometry is None else odometry.covariances[-1]
-        self._certainty.follow(before, self._pose, answer.pose_spread, motion)
+        motion, sure = None, False
+        if told.measured is not None and odometry is not None:
+            motion, sure = odometry.covariances[-1], bool(told.measured.sure)
+        self._certainty.follow(before, self._pose, answer.pose_spread, motion, sure=sure)
 
     def _covariances(self, answer: Answer, sights: Sights, told: Told, places: FloatArray) -> dict[str, FloatArray]:
         """Those of the pose and of people's places; NaN for whom no box shows."""

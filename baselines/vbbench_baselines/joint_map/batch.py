@@ -10,7 +10,7 @@ from vbbench.geometry import BoolArray, FloatArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
 from vbbench.solving.runner import given_at
-from vbbench_baselines.common.cold_start import add_drift, begins_cold
+from vbbench_baselines.common.cold_start import add_drift, astray_after, begins_cold, drift_variance
 from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
@@ -119,7 +119,7 @@ class MapBatch:
             settled = self._to_flow(settled, seen, task.given, task.problem.dt)
         lost = seconds_lost(seen, ~np.isnan(task.given.positions[..., 0]), fixed, waits)
         answer = _answer_of(settled, joint, lost, causal.positions, task.problem.covariances)
-        answer.add_drift(np.cumsum(waits) if cold else beyond_patience(lost))
+        answer.add_drift(astray_after(waits) if cold else drift_variance(beyond_patience(lost)))
         return answer
 
     def _to_flow(self, settled: Settled, seen: BoolArray, given: Given, dt: float) -> Settled:
@@ -170,10 +170,10 @@ class _Answer:
     poses: FloatArray | None
     people: FloatArray | None
 
-    def add_drift(self, seconds: FloatArray) -> None:
-        """Add what a cold start or being lost leaves open to the covariances, ``seconds`` [T] of it by then."""
+    def add_drift(self, variances: FloatArray) -> None:
+        """Add what a cold start or being lost leaves open to the covariances, by ``variances`` [T] in m²."""
         if self.poses is not None and self.people is not None:
-            add_drift(self.poses, self.people, seconds)
+            add_drift(self.poses, self.people, variances)
 
     def estimate(self, heights: Report) -> Estimate:
         """The whole estimate, with a report of ``heights``."""

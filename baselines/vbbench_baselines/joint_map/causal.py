@@ -12,7 +12,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import START_FRAMES
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.common.cold_start import add_drift, begins_cold
+from vbbench_baselines.common.cold_start import Astray, add_drift, begins_cold, drift_variance
 from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
@@ -97,7 +97,7 @@ class MapCausal:
         self._kept, self._continued = NOTHING_KEPT, nothing_continued(people)
         self._covariances = problem.covariances
         self._cold = self._picks = self._adrift = False
-        self._astray = self._lost = 0.0
+        self._astray, self._lost = Astray(), 0.0
         self._roughly = RoughCamera(self.settings, problem)
         self._flow = Flow(problem.dt, drives=not self.ego_prior)
 
@@ -141,7 +141,7 @@ class MapCausal:
             self._cold = self._picks = True
         rows.push(seen, self.statures, given)
         passed = self._problem.dt if rows.frames > 1 and np.isnan(rows.motions[-1, 0]) else 0.0
-        self._astray += passed
+        self._astray.wait(passed)
         shown, told = ~np.isnan(rows.relative[-1, :, 0]), ~np.isnan(rows.given[rows.filled, :, 0])
         self._lost = seconds_after(self._lost, shown, told, not math.isnan(rows.given_poses[-1, 0]), passed)
         self._adrift = self.rests and self.ego_prior and self._is_lost and bool(np.count_nonzero(shown) < FOUND)
@@ -248,7 +248,8 @@ class MapCausal:
         everyone = np.full((len(self._problem.tracks), 2, 2), np.nan)
         everyone[_columns(picked)] = places
         if self._cold or self._is_lost:
-            add_drift(pose, everyone, np.array(self._astray if self._cold else self._lost))
+            lost = drift_variance(np.array(self._lost))
+            add_drift(pose, everyone, np.array(self._astray.variance) if self._cold else lost)
         return {"pose_covariance": pose, "position_covariances": everyone}
 
 

@@ -68,8 +68,8 @@ def read_boxes(path: Path, dt: float | None) -> BoxRows:
         If it cannot be read or has no boxes; with the line, if a cell is not a number, a box has no size, a track has
         two boxes in a frame, an id is not whole, a share is not between 0 and 1, or the clock jumps.
     """
-    if not path.is_file():
-        raise FileError(path, "the file is missing")
+    if not path.exists() or path.is_dir():
+        raise FileError(path, "is a folder; name the file of boxes" if path.is_dir() else "the file is missing")
     named = path.suffix.lower() == ".csv" and _has_header(path)
     rows = _named_rows(path, dt) if named else _mot_rows(path, dt)
     _check(rows)

@@ -12,6 +12,9 @@ SAME_FRAME = 0.1
 """Time stamps that differ by less, in frames, are of one frame."""
 UNEVEN = 0.25
 """How far the time between two frames may be from a whole number of frames before it is worth a note."""
+SLOWEST, MOST_FRAMES = 5.0, 300.0
+"""Stamps that are usually so many s apart, or frames where it is told how long one lasts, are no seconds."""
+
 LONGEST_GAP, LONGEST_ABSENCE = 60.0, 3600.0
 """A clock that goes on by more seconds from one box to the next has jumped; so has a frame number."""
 DRIFT = 0.02
@@ -83,12 +86,6 @@ def number_frames(
     return frame, Timeline(count, step * dt, times, first, step, tuple(notes))
 
 
-def _jump(stamp: float, apart: float, often: bool) -> str:
-    if often:
-        return f"frames are {apart:.6g} s apart; times are in seconds: are these milliseconds, or nanoseconds?"
-    return f"the clock jumps by {apart:.6g} s, from {stamp:.10g} s; split the recording there"
-
-
 def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None) -> tuple[IntArray, Timeline]:
     """The frame of each row by its time stamp in s, in whatever order the rows are.
 
@@ -106,15 +103,18 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
     if len(stamps) < 2:
         raise FileError(path, "all boxes are of one time; a map needs a film")
     apart = np.diff(stamps)
-    said = dt or float(np.median(apart))
+    usual, row_of = float(np.quantile(apart, 0.5, method="lower")), order[np.flatnonzero(begins)]
+    if usual > (MOST_FRAMES * dt if dt else SLOWEST):
+        advice = "times are in seconds: are these milliseconds, or nanoseconds? If not, write the dt of the stamps"
+        raise FileError(path, f"frames are {usual:.6g} s apart; {advice}", int(lines[row_of[1]]))
+    said = dt or usual
     steps = apart / said
-    row_of = order[np.flatnonzero(begins)]
     wrong = (np.round(steps) < 1) | (apart > LONGEST_GAP)
     if wrong.any():
         after = int(wrong.argmax())
         line = int(lines[row_of[after + 1]])
         if apart[after] > LONGEST_GAP:
-            problem = _jump(stamps[after], apart[after], often=float(np.mean(apart > LONGEST_GAP)) > 0.5)
+            problem = f"the clock jumps by {apart[after]:.6g} s, from {stamps[after]:.10g} s; split the recording there"
         else:
             late = f"{apart[after]:.3g} s after the frame before"
             problem = f"time {stamps[after + 1]:.10g} s is {late}, a frame lasts {said:g} s; write the dt of the stamps"

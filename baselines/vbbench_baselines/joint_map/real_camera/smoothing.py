@@ -10,6 +10,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Problem
 from vbbench.solving.runner import given_at
+from vbbench_baselines.common.cold_start import astray_after
 from vbbench_baselines.joint_map.flow import flow_of, is_untold
 from vbbench_baselines.joint_map.lost import PATIENCE, seconds_lost
 from vbbench_baselines.joint_map.optimiser.descent import unwrapped
@@ -177,7 +178,7 @@ def _settle_blocks(tracking: Tracking, rows: Window, course: Course, problem: Pr
     report = {}
     if problem.covariances:
         _add_doubts(course.doubts, poses, positions, spread, places_spread)
-        tracking.add_drift(spread, places_spread, np.cumsum(waits), lost)
+        tracking.add_drift(spread, places_spread, astray_after(waits), np.cumsum(waits), lost)
         report = {"pose_covariances": spread, "position_covariances": places_spread}
     return Estimate(poses=poses, positions=positions, converged=converged, heights=heights, **report)
 

@@ -9,8 +9,8 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world,
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate, Problem
 from vbbench_baselines.common.bearings import Bearings, bearings_of
+from vbbench_baselines.common.cold_start import Astray, begins_cold, drift_variance
 from vbbench_baselines.common.cold_start import add_drift as add_common_drift
-from vbbench_baselines.common.cold_start import begins_cold
 from vbbench_baselines.common.drift import RUNNING
 from vbbench_baselines.joint_map.flow import Flow
 from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_after
@@ -69,7 +69,7 @@ class Tracking:
 
     def __init__(self, settings: Settings, problem: Problem) -> None:
         self._settings, self._problem = settings, problem
-        self._cold, self.age, self._astray, self._lost = False, 0, 0.0, 0.0
+        self._cold, self.age, self._astray, self._lost = False, 0, Astray(), 0.0
         self._odds = np.zeros(LAWS)
         self.bearings: Bearings
         self._hands = Hands(len(problem.tracks))
@@ -113,7 +113,7 @@ class Tracking:
         rows.push(self.bearings, given, self._expected())
         self.age += 1
         passed = self._problem.dt if self.age > 1 and np.isnan(rows.motions[-1, 0]) else 0.0
-        self._astray += passed
+        self._astray.wait(passed)
         shown, placed = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
         self._lost = seconds_after(self._lost, shown[-1], placed, not self._nothing_given(-1), passed)
         elsewhere = self._relocation()
@@ -275,16 +275,22 @@ class Tracking:
             add_behind(self.rest.doubt, rows.frames[-1], *newest)
             if self._held:
                 add_behind(self._behind, rows.frames[HELD - 1], *newest)
-            self.add_drift(spread, everyone, np.array(self._astray), np.array(self._lost))
+            astray = self._astray
+            self.add_drift(spread, everyone, *map(np.array, (astray.variance, astray.seconds, self._lost)))
             report = {"pose_covariance": spread, "position_covariances": everyone}
         converged = settled.converged and self._lost <= PATIENCE
         return FrameEstimate(pose=pose, positions=places, converged=converged, heights=heights, **report)
 
-    def add_drift(self, poses: FloatArray, places: FloatArray, astray: FloatArray, lost: FloatArray) -> None:
-        """Add to covariances what a cold start leaves open after ``astray`` [...] s, or being ``lost`` [...] s."""
-        add_common_drift(poses, places, astray if self._cold else beyond_patience(lost))
+    def add_drift(
+        self, poses: FloatArray, places: FloatArray, astray: FloatArray, unmeasured: FloatArray, lost: FloatArray
+    ) -> None:
+        """Add to covariances what a cold start leaves open, or being ``lost`` [...] s.
+
+        ``astray`` [...] is the variance in m² of how far all may have drifted in ``unmeasured`` [...] s.
+        """
+        add_common_drift(poses, places, astray if self._cold else drift_variance(beyond_patience(lost)))
         if self._cold:
-            poses[..., 2, 2] += TURNED**2 * astray
+            poses[..., 2, 2] += TURNED**2 * unmeasured
 
     def _apart(self, tracks: IntArray) -> FloatArray:
         """[M, 2, 2] in m², how far ``tracks`` are from where their newest boxes alone would have them, squared."""
