@@ -284,7 +284,7 @@ class Tracking:
     def add_drift(
         self, poses: FloatArray, places: FloatArray, astray: FloatArray, unmeasured: FloatArray, lost: FloatArray
     ) -> None:
-        """Add what being ``lost`` [...] s leaves open, or a cold start: ``astray`` [...] m² in ``unmeasured`` [...] s."""
+        """Add what being ``lost`` [...] s leaves, or a cold start, ``astray`` [...] m² in ``unmeasured`` [...] s."""
         add_common_drift(poses, places, astray if self._cold else drift_variance(beyond_patience(lost)))
         if self._cold:
             poses[..., 2, 2] += TURNED**2 * unmeasured
