@@ -293,10 +293,10 @@ for function in (named, plain):
 
 OLDER = """
 import contextlib, sys
-import vbbench.kernels
+import vbbench.inner_kernels, vbbench.kernels
 
 sys.path.insert(0, ".")
-vbbench.kernels._HOW, vbbench.kernels.tuples_made_safely = "as an older version does", contextlib.nullcontext
+vbbench.kernels._HOW, vbbench.inner_kernels.tuples_made_safely = "as an older version does", contextlib.nullcontext
 from returning import named, ones, plain
 print(named(ones, 1), plain(ones, 1))
 """

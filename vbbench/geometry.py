@@ -129,3 +129,8 @@ def pose_levers(poses: FloatArray, start: FloatArray) -> FloatArray:
     levers[..., :2, :] = place_levers(poses[..., :2], start)
     levers[..., 2, 2] = 1.0
     return levers
+
+
+def covariance_along(levers: FloatArray, covariance: FloatArray) -> FloatArray:
+    """[..., m, m] of what moves by the ``levers`` [..., m, n] with something of this ``covariance`` [n, n]."""
+    return np.asarray(levers @ covariance @ np.swapaxes(levers, -1, -2))

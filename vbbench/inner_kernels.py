@@ -20,6 +20,8 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 from numba.core.typed_passes import NativeLowering
 
+from vbbench.returned_tuples import tuples_made_safely
+
 _compiling: list[Any] = []
 """Kernels that are being compiled, each called by the one before."""
 
@@ -79,7 +81,8 @@ def _compiling_for_a_root() -> Iterator[None]:
     """Meanwhile numba's own functions are left unfinished, too; nobody else compiles, for one thread at a time does."""
     _compilers.define_pipelines, _dispatchers.add_overload = _passes, _add_to
     try:
-        yield
+        with tuples_made_safely():
+            yield
     finally:
         _compilers.define_pipelines, _dispatchers.add_overload = _numbas_passes, _numbas_add
 

@@ -27,7 +27,6 @@ from numba.core.compiler_lock import global_compiler_lock
 
 from vbbench import inner_kernels, returned_tuples
 from vbbench.inner_kernels import leave_inner_kernels_unfinished
-from vbbench.returned_tuples import tuples_made_safely
 
 try:
     import fcntl
@@ -103,8 +102,7 @@ def _one_process_at_a_time(dispatcher: Any) -> Callable[[Any], Any]:
 
     @wraps(compile_here)
     def compile_or_load(signature: Any) -> Any:
-        alone = _alone(Path(dispatcher.stats.cache_path), dispatcher.py_func)
-        with global_compiler_lock, alone, tuples_made_safely():
+        with global_compiler_lock, _alone(Path(dispatcher.stats.cache_path), dispatcher.py_func):
             return compile_here(signature)
 
     return compile_or_load

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, place_levers, pose_levers
+from vbbench.geometry import FloatArray, covariance_along, place_levers, pose_levers
 from vbbench_baselines.common.cold_start import Astray
 from vbbench_baselines.former.operations import Array
 
@@ -50,7 +50,7 @@ class Certainty:
 
         ``motion`` [3, 3] is the covariance of what odometry measured, and ``sure`` whether that is believed.
         """
-        told = _turned(np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)), now)
+        told = _turned(_variances(spread), now)
         if sure:
             self._alone = False  # from here on the network, which does not count on odometry, knows less than is known
             self._astray.wait(0.0)
@@ -77,11 +77,10 @@ class Certainty:
 
     def of_places(self, pose: FloatArray, places: FloatArray, rays: Array, spread: Array) -> FloatArray:
         """[K, 2, 2] of ``places`` [K, 2], whose ``spread`` [K, 2] along and across ``rays`` the network says."""
-        told = _along_and_across(np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)), rays, pose)
+        told = _along_and_across(_variances(spread), rays, pose)
         if not self.cold:
             return told
-        levers = place_levers(places, pose)
-        return np.asarray(told + levers @ self.pose @ np.swapaxes(levers, -1, -2))
+        return told + covariance_along(place_levers(places, pose), self.pose)
 
 
 def _at_least(covariance: FloatArray, other: FloatArray) -> FloatArray:
@@ -92,6 +91,11 @@ def _at_least(covariance: FloatArray, other: FloatArray) -> FloatArray:
 
 def _size(covariance: FloatArray) -> float:
     return float(np.trace(covariance[:2, :2]))
+
+
+def _variances(spread: Array) -> FloatArray:
+    """Of what the network says, ln of standard deviations."""
+    return np.asarray(np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)))
 
 
 def _turned(variances: FloatArray, pose: FloatArray) -> FloatArray:
@@ -110,10 +114,9 @@ def _turned(variances: FloatArray, pose: FloatArray) -> FloatArray:
 
 def _carried(before: FloatArray, now: FloatArray, covariance: FloatArray, motion: FloatArray) -> FloatArray:
     """[3, 3] of a pose ``now`` from that of the pose ``before`` and that of the ``motion`` since."""
-    levers = pose_levers(now, before)
     cos, sin = math.cos(before[2]), math.sin(before[2])
     axes = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
-    return np.asarray(levers @ covariance @ levers.T + axes @ motion @ axes.T)
+    return covariance_along(pose_levers(now, before), covariance) + covariance_along(axes, motion)
 
 
 def _along_and_across(variances: FloatArray, rays: Array, pose: FloatArray) -> FloatArray:

@@ -18,6 +18,8 @@ from vbbench.registry import load_registered
 Pixels = Annotated[float, Within(-1e5, 1e5, "px")]
 WIDEST, NARROWEST = 150.0, 3.0
 """Degrees from the left to the right border of a pinhole's picture that a camera may have."""
+FARTHEST_CENTRE = 1.5
+"""In widths and heights of the picture: no principal point is farther from its middle, not even where it was cut."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,10 +50,6 @@ class OdometryNoise:
         still = np.stack([self.floor**2 * seconds, self.floor**2 * seconds, self.turn_floor**2 * seconds], axis=-1)
         moving = np.stack([self.distance * way, self.sideways * way, self.turn * turn], axis=-1)
         return np.asarray((still + moving**2)[:, :, None] * np.eye(3))
-
-
-FARTHEST_CENTRE = 1.5
-"""In widths and heights of the picture: no principal point is farther from its middle, not even where it was cut."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +102,6 @@ class CameraFile:
             raise ValueError("fx and fy belong together; write both, or focal alone")
         if self.distortion is not None and self.model != "perspective":
             raise ValueError(f"[distortion] is for model 'perspective'; the model is '{self.model}'")
-
         for name, size, lines in (("cx", self.width, "columns"), ("cy", self.height, "rows")):
             point = getattr(self, name)
             if point is not None and size is not None and abs(point - 0.5 * size) > FARTHEST_CENTRE * size:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, place_levers, pose_levers
+from vbbench.geometry import FloatArray, covariance_along, place_levers, pose_levers
 
 
 def carried(
@@ -13,7 +13,7 @@ def carried(
     A speed or a turning that was wrong stays wrong for long, so that errors add up instead of averaging out; not so
     where odometry ``measured`` the step, since its errors are new ones in each frame.
     """
-    behind = _along(pose_levers(now, before), covariance)
+    behind = covariance_along(pose_levers(now, before), covariance)
     if measured:
         return behind + step
     root = _root(behind) + _root(step)
@@ -33,12 +33,8 @@ def add_behind(
     A held pose that is turned turns all that comes after it about it. Errors of what is held and of what follows are
     taken to be independent.
     """
-    poses_spread += _along(pose_levers(frames, held), covariance)
-    places_spread += _along(place_levers(places, held), covariance)
-
-
-def _along(levers: FloatArray, covariance: FloatArray) -> FloatArray:
-    return np.asarray(levers @ covariance @ np.swapaxes(levers, -1, -2))
+    poses_spread += covariance_along(pose_levers(frames, held), covariance)
+    places_spread += covariance_along(place_levers(places, held), covariance)
 
 
 def _root(covariance: FloatArray) -> FloatArray:
