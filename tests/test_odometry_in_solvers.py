@@ -121,6 +121,25 @@ def test_odometry_makes_a_cold_start_sure_of_its_pose(make: Callable[[], Any]) -
     assert spreads[1] < 0.2 * spreads[0]
 
 
+@pytest.mark.parametrize("make", [ConstantVelocityBirdifier, SocialForceBirdifier, MapCausal])
+def test_gaps_of_odometry_are_not_one_long_gap(make: Callable[[], Any]) -> None:
+    """How fast all move together is known again after each."""
+    truth = crossing(3)
+
+    def spread(missing: slice) -> float:
+        odometry = measure(truth)
+        motions = np.array(odometry.motions)
+        motions[missing] = np.nan
+        sequence = seen(truth, replace(odometry, motions=motions))
+        covariances = answer(make, sequence, "cold-start", covariances=True).pose_covariances
+        assert covariances is not None
+        return float(np.sqrt(np.trace(covariances[-1, :2, :2])))
+
+    middle = len(truth.poses) // 2
+    gaps = len(range(2, len(truth.poses) - 1, 4))
+    assert spread(slice(2, -1, 4)) < 0.7 * spread(slice(middle, middle + gaps))
+
+
 def test_a_car_with_odometry_is_where_it_is() -> None:
     """10 m/s among people who stand or walk, and at a third of the frames no odometry."""
     truth = crossing(8, 10.0)

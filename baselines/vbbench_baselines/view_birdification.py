@@ -17,7 +17,7 @@ from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, prepare, reanchor
 from vbbench_baselines.cascade.crowd_graph import select
 from vbbench_baselines.cascade.heights import Heights
-from vbbench_baselines.common.cold_start import OBSERVER_SPEED, add_drift, drift_variance
+from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.facts import TUNED
@@ -121,12 +121,13 @@ class Birdifier(ABC):
         self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
         self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
-        self._drift = Drift()
+        self._drift, self._astray = Drift(), Astray()
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
         history, heights = self._history, self._heights
         history.advance(frame.given)
+        self._astray.wait(self._dt if history.unmeasured else 0.0)
         if self.calibrate:
             heights.learn(history, self._seen, *self._confident)
         observations = usable(frame.observations)
@@ -264,7 +265,7 @@ class Birdifier(ABC):
         self._drift.cover(sigma, drifted, answer.pose, localise(answer.pose, curved))
         drifted = np.where(history.position_given[2][:, None, None], people, drifted)
         if history.cold:
-            add_drift(sigma, drifted, drift_variance(np.array(history.unmeasured * self._dt)))
+            add_drift(sigma, drifted, np.array(self._astray.variance))
         return {"pose_covariance": sigma, "position_covariances": drifted}
 
 

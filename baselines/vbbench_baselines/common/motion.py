@@ -31,14 +31,15 @@ class History:
     pose_given : [3] whether the pose was given.
     position_given : [3, K] whether the position was given.
     cold : whether nothing but the pose of frame 0 is given (`common.cold_start`).
-    age, unmeasured : frames since frame 0, and how many of them odometry says nothing of.
+    age : frames since frame 0.
+    unmeasured : whether odometry says nothing of the step into the newest frame.
     seen : [K] who has a box at t; the solver tells.
     moving : whether anybody seen twice has shown how the observer moves; the solver tells.
     blind : frames since somebody was of use for the pose; the solver tells.
     """
 
     def __init__(self, people: int) -> None:
-        self.cold, self.moving, self.age, self.unmeasured, self.blind = False, False, -1, 0, 0
+        self.cold, self.moving, self.unmeasured, self.age, self.blind = False, False, False, -1, 0
         self.seen: BoolArray = np.zeros(people, np.bool_)
         self.poses: FloatArray = np.full((3, 3), np.nan)
         self.positions: FloatArray = np.full((3, people, 2), np.nan)
@@ -49,7 +50,7 @@ class History:
         """Move on by one frame; row t then holds only what is given at t."""
         self.age += 1
         told = given.odometry is not None and np.isfinite(given.odometry.motions[-1]).all()
-        self.unmeasured += self.age > 0 and not told
+        self.unmeasured = self.age > 0 and not told
         self.cold = self.cold or begins_cold(given, self.age)
         for rows in (self.poses, self.positions, self.pose_given, self.position_given):
             rows[:2] = rows[1:]
