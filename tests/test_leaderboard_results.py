@@ -151,7 +151,7 @@ def test_schemas_are_sound_and_strict(schema: str) -> None:
         ({"solver": {**SOLVER, "date": "2026-13-01"}}, r"\$\.solver\.date"),
         ({"solver": {**SOLVER, "delay": -1}}, r"\$\.solver\.delay"),
         ({"solver": {**SOLVER, "delay": "late"}}, r"\$\.solver\.delay"),
-        ({"solver": {"name": "cv"}}, r"\$\.solver: '.*' is a required property"),
+        ({"solver": {"name": "cv"}}, r'\$\.solver: ".*" is a required property'),
         ({"score": {}}, r"\$\.score"),
     ],
 )

@@ -23,8 +23,7 @@ from vbbench.parsing.json_text import canonical_digest, read_json
 from vbbench.scoring.metrics import METRICS, section
 
 if TYPE_CHECKING:
-    from jsonschema import Draft202012Validator
-    from jsonschema.exceptions import ValidationError
+    from jsonschema_rs import Draft202012Validator
 
 FORMAT_VERSION = 2
 """Of result files and dataset records."""
@@ -33,6 +32,8 @@ ENCODING = (
     "base64 of zlib of little-endian float32, column after column, NaN = none; "
     "first the lowest byte of every number, then every second, third and highest byte"
 )
+
+_VERSION_PLACE = "$.format_version"
 
 _WIDTH = 4
 _LARGEST = 1 << 28
@@ -166,29 +167,33 @@ def _lines(value: Any, depth: int = 0) -> str:
 
 def _check(values: Values, schema: str, path: Path) -> None:
     """Raise FileError at the first fault; another format version explains all others and comes first."""
-
-    def place(fault: "ValidationError") -> tuple[bool, str, str]:
-        return "format_version" not in fault.json_path, fault.json_path, fault.message
-
-    fault = min(_validator(schema).iter_errors(values), key=place, default=None)
-    if fault is None:
+    try:
+        faults = [(_place(fault.instance_path), fault.message) for fault in _validator(schema).iter_errors(values)]
+    except UnicodeEncodeError:
+        raise FileError(path, "$: a text in it has half of a surrogate pair, which UTF-8 does not have") from None
+    if not faults:
         return
-    complaint = fault.message
-    if fault.json_path == "$.format_version":
+    place, complaint = min(faults, key=lambda fault: (fault[0] != _VERSION_PLACE, *fault))
+    if place == _VERSION_PLACE:
         raise FileError(
             path,
-            f"$.format_version: is {fault.instance!r}, this vbbench reads {fault.validator_value!r}; make it anew: "
+            f"{place}: is {values['format_version']!r}, this vbbench reads {FORMAT_VERSION}; make it anew: "
             "'vbbench leaderboard add' for a solver of your own, 'vbbench leaderboard rerun --update' for those that "
             "come with vbbench",
         )
     if len(complaint) > _LONGEST_COMPLAINT:
         complaint = f"...{complaint[-_LONGEST_COMPLAINT:]}"
-    raise FileError(path, f"{fault.json_path}: {complaint}; see {schema}.schema.json")
+    raise FileError(path, f"{place}: {complaint}; see {schema}.schema.json")
+
+
+def _place(steps: Iterable[str | int]) -> str:
+    """A place in a file as JSONPath has it."""
+    return "$" + "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)
 
 
 @cache
 def _validator(schema: str) -> "Draft202012Validator":
-    from jsonschema import Draft202012Validator
+    from jsonschema_rs import Draft202012Validator
 
     text = (files("vbbench_leaderboards") / "schemas" / f"{schema}.schema.json").read_text("utf-8")
     values = json.loads(text)
