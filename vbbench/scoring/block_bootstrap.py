@@ -12,8 +12,10 @@ these takes the place of the normal; for white noise that is the fixed-b correct
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
+from threadpoolctl import ThreadpoolController
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scoring.timeline import Timeline, residuals
@@ -91,8 +93,15 @@ def block_means(timeline: Timeline, values: FloatArray, block: float | None = No
     error, degrees = np.full((2, len(count)), np.nan)
     usual = is_enough(blocks, count)
     if usual.any():
-        error[usual], degrees[usual] = _errors(timeline, values[:, usual], block)
+        with _libraries().limit(limits=1):  # digits do not depend on processors, and small matrices take less time
+            error[usual], degrees[usual] = _errors(timeline, values[:, usual], block)
     return Means(mean=mean, error=error, degrees=degrees, block=block, blocks=blocks)
+
+
+@cache
+def _libraries() -> ThreadpoolController:
+    """Those whose threads are counted; to look for them takes longer than most means."""
+    return ThreadpoolController()
 
 
 def is_enough(blocks: float, sequences: IntArray) -> BoolArray:
