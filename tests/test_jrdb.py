@@ -140,6 +140,16 @@ def test_interpolated_boxes_can_be_left_out(root: Path, tmp_path: Path) -> None:
         made(tmp_path / "g", root, every=3, interpolated=False)
 
 
+def test_boxes_by_hand_need_not_begin_with_the_first_picture(files: Files, root: Path, tmp_path: Path) -> None:
+    path = root / f"labels/labels_2d_stitched/{files.name}.json"
+    values = json.loads(path.read_text())
+    for frame, labels in enumerate(values["labels"].values()):
+        for label in labels:
+            label["attributes"]["interpolated"] = frame % 6 != 3
+    path.write_text(json.dumps(values))
+    assert made(tmp_path / "d", root, interpolated=False).sequence(0).observed.any()
+
+
 def test_pictures_are_named_where_they_are(files: Files, root: Path, tmp_path: Path) -> None:
     (root / "images/image_stitched" / files.name).mkdir(parents=True)
     dataset = made(tmp_path / "d", root)
@@ -263,6 +273,38 @@ def test_what_the_wheels_say_is_not_the_truth_itself(files: Files, root: Path, t
     assert one.given.odometry is not None
     turned = wrap_angle(np.diff(dataset.truth(one).poses[:, 2]))
     assert np.abs(one.given.odometry.motions[1:, 2] - turned).max() > 1e-3
+
+
+def test_boxes_of_every_third_picture_are_linked_though_scores_are_unknown(
+    root: Path, files: Files, tmp_path: Path
+) -> None:
+    """Boxes as JRDB has them, some of them across the seam."""
+    labelled = read_recording(find_recordings(root)[0])
+    slot, column = np.nonzero(~np.isnan(labelled.boxes[..., 2]))
+    kept = slot % 3 == 0
+    slot, column = slot[kept], column[kept]
+    frames = labelled.grid.frames[np.searchsorted(labelled.grid.slots, slot)]
+    boxes = labelled.rectangles[slot, column] + np.array([1.0, 1.0, 0.0, 0.0])
+    boxes[:, 0] += np.where(boxes[:, 0] < 0.5 * CAMERA.width, CAMERA.width, 0.0) * (column % 2)
+    unknown = np.full(len(slot), -1)
+    np.savetxt(
+        tmp_path / f"{files.name}.txt",
+        np.column_stack([frames + 1, unknown, boxes, unknown]),
+        delimiter=",",
+        fmt="%.3f",
+    )
+    facts = (made(tmp_path / "d", root, boxes=tmp_path).info.calibration or {})["recordings"][0]
+    assert facts["detected"]["recall"] == 1.0
+    assert facts["tracked"]["recall"] > 0.9
+    assert facts["tracked"]["precision"] > 0.99
+
+
+def test_a_folder_may_have_braces_in_its_name(files: Files, tmp_path: Path) -> None:
+    root = files.write(tmp_path / "jrdb{x}")
+    (root / "images/image_stitched" / files.name).mkdir(parents=True)
+    pictures = made(tmp_path / "d", root).info.pictures[0]
+    assert pictures is not None
+    assert pictures.path(0).parent == root / "images/image_stitched" / files.name
 
 
 def test_start_of_the_clock_is_a_real_one() -> None:

@@ -1,6 +1,7 @@
 """The split jrdb and files that cannot be: one line that names file and place and says what to do."""
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,6 +14,9 @@ import pytest
 from tests.jrdb_recording import Files, Robot, recording
 from tests.test_missing_packages import run_without
 from vbbench.cli import main
+from vbbench.errors import VbbenchWarning
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
 
 rosbags = pytest.mark.extra("rosbags")
 Change = Callable[[dict[str, Any]], None]
@@ -55,6 +59,20 @@ def turned_labels(values: dict[str, Any]) -> None:
         for label in labels:
             box = label["box"]
             box["cx"], box["cy"], box["cz"] = -box["cy"], -box["cz"], box["cx"]
+
+
+def farther_places(values: dict[str, Any]) -> None:
+    """In feet."""
+    for labels in values["labels"].values():
+        for label in labels:
+            label["box"]["cx"], label["box"]["cy"] = 3.28 * label["box"]["cx"], 3.28 * label["box"]["cy"]
+
+
+def lower_boxes(values: dict[str, Any]) -> None:
+    """Of pictures that are five times as high."""
+    for labels in values["labels"].values():
+        for label in labels:
+            label["box"][1] *= 5.0
 
 
 LABELS_2D, LABELS_3D = "labels/labels_2d_stitched/{}.json", "labels/labels_3d/{}.json"
@@ -114,6 +132,9 @@ TIMES, CLOUDS = "timestamps/{}/frames_img.json", "timestamps/{}/frames_pc.json"
             "000000.pcd, label 1: key 'cx' is missing in its box of cy,",
         ),
         (LABELS_3D, lambda v: first_label(v).update(box=[1, 2, 3, 4]), "not an object with cx, cy, cz, l, w, h, rot_z"),
+        (LABELS_3D, lambda v: first_label(v)["box"].update(h=-1.7), "label 1: h is -1.7; people are up to 3 m tall"),
+        (LABELS_3D, farther_places, "times as far away as boxes so high say (median): they and"),
+        (LABELS_2D, lower_boxes, "as are "),
         (LABELS_3D, turned_labels, "they must be in the robot's frame, x forward, y left"),
         (LABELS_3D, lambda v: v.update(labels={}), "only 0 boxes"),
     ],
@@ -174,13 +195,44 @@ def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixt
         ("", "is empty"),
         ("0,1,2\n", "line 1: has 3 columns, not 12 (frame, id, x, y, h, w, l, rot_z, left, top, width, height)"),
         ("0,1,1,1,1.7,1,1,0,5,5,5,x\n", "line 1: height is 'x'; write a number"),
-        ("0,1,1,1,1.7,1,1,0,5,5,5,9\n" * 2, "line 2: person 1 stands in frame 0 twice"),
+        ("\n\n" + "0,1,1,1,1.7,1,1,0,5,5,5,9\n" * 2, "line 4: person 1 stands in frame 0 twice"),
+        ("0.5,1,1,1,1.7,1,1,0,5,5,5,9\n", "line 1: frame is 0.5, not a whole number from 0 to 999,999"),
+        ("-6,1,1,1,1.7,1,1,0,5,5,5,9\n", "line 1: frame is -6, not a whole number"),
+        ("1e12,1,1,1,1.7,1,1,0,5,5,5,9\n", "line 1: frame is 1e+12, not a whole number"),
+        ("0,1e12,1,1,1.7,1,1,0,5,5,5,9\n", "line 1: id is 1e+12, not a whole number from 0 to 999,999,999"),
+        ("0,1,4000,1,1.7,1,1,0,5,5,5,9\n", "line 1: x is 4000, not a number up to 1,000"),
+        ("0,1,1,1,1700,1,1,0,5,5,5,9\n", "line 1: h is 1700; people are up to 3 m tall"),
+        ("0,1,1,1,1.7,1,1,0,5,5,5,0\n", "line 1: its box is 5 px wide and 0 px high"),
+        ("0,1,1,1,1.7,1,1,0,5e6,5,5,9\n", "line 1: left is 5e+06, not a number up to 100,000"),
     ],
 )
 def test_what_the_sample_cannot_hold(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str) -> None:
     path = tmp_path / "sample.csv"
     path.write_text(text)
     assert said in refusal(capsys, tmp_path, path)
+
+
+def test_boxes_beside_the_picture_and_without_a_place_are_told(files: Files, root: Path, tmp_path: Path) -> None:
+    for place, change in ((LABELS_2D, one_box_below), (LABELS_3D, places_at_first)):
+        path = root / place.format(files.name)
+        values = json.loads(path.read_text())
+        change(values)
+        path.write_text(json.dumps(values))
+    with pytest.warns(VbbenchWarning) as told:
+        generate("jrdb", tmp_path / "out", Options(source=root), jobs=1)
+    stray, few = (str(one.message) for one in told)
+    assert "is in row 2000 of 480, as are 1 of" in stray
+    assert "these are left out" in stray
+    assert re.search(r"only \d+ of \d+ boxes of .* have a labelled place", few)
+
+
+def one_box_below(values: dict[str, Any]) -> None:
+    first_label(values)["box"][1] = 2000.0 - 0.5 * first_label(values)["box"][3]
+
+
+def places_at_first(values: dict[str, Any]) -> None:
+    for name in list(values["labels"])[20:]:
+        values["labels"][name] = []
 
 
 @rosbags

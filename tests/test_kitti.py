@@ -15,7 +15,7 @@ from PIL import Image
 
 from tests.kitti_files import FRAMES, Drive, write_kitti
 from vbbench.cli import main
-from vbbench.errors import FileError, SourceMissingError, VbbenchError
+from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import describe
 from vbbench.files.generate_command import generate_command
@@ -103,6 +103,50 @@ def test_cars_that_drive_are_not_taken_for_parked_ones(tmp_path: Path) -> None:
     drive.car = drive.car + np.linspace(0.0, 20.0, FRAMES)[:, None, None] * np.array([0.0, 1.0])
     recordings = read(write_kitti(tmp_path / "training", drive=drive))
     assert "no parked car to check them by" in str(recordings.calibration)
+
+
+def without_the_car(drive: Drive) -> list[str]:
+    return [line for line in drive.labels() if line.split()[2] in WALKERS]
+
+
+def scaled(line: str) -> str:
+    """A pose whose place is a tenth."""
+    cells = [float(cell) for cell in line.split()]
+    cells[3::4] = [0.1 * cell for cell in cells[3::4]]
+    return " ".join(map(str, cells))
+
+
+def test_poses_that_move_otherwise_than_oxts_are_told_of(tmp_path: Path) -> None:
+    drive = Drive()
+    lines = {"label_02": without_the_car(drive), "poses": [scaled(line) for line in drive.pose_lines()]}
+    training = write_kitti(tmp_path / "training", drive=drive, **lines)
+    with pytest.warns(VbbenchWarning, match=r"0003.txt: in a second these poses and those of oxts move 3\.\d\d m and"):
+        read(training, poses=tmp_path / "poses")
+
+
+def test_some_places_that_are_not_in_their_boxes_are_told_of(tmp_path: Path) -> None:
+    lines = [aside(line) if n % 40 == 7 else line for n, line in enumerate(Drive().labels())]
+    training = write_kitti(tmp_path / "training", label_02=lines)
+    with pytest.warns(
+        VbbenchWarning, match=r"line \d+: the labelled place is at .* px, outside its box, as are \d\.\d% of"
+    ):
+        read(training)
+
+
+def aside(line: str) -> str:
+    """A label whose place is 20 m to the right."""
+    cells = line.split(" ")
+    cells[13] = str(float(cells[13]) + 20.0)
+    return " ".join(cells)
+
+
+def test_one_label_without_a_place_costs_no_height(tmp_path: Path) -> None:
+    lines = Drive().labels()
+    first = next(n for n, line in enumerate(lines) if line.split()[2] in WALKERS)
+    lines[first] = " ".join([*lines[first].split()[:13], "-1000", "-1000", "-1000", *lines[first].split()[16:]])
+    (one,) = read(write_kitti(tmp_path / "training", label_02=lines)).footage
+    assert one.scene is not None
+    assert np.isfinite(one.scene.heights).all()
 
 
 def test_the_folder_may_be_training_its_parent_or_in_the_data_folder(tmp_path: Path, no_data: Path) -> None:

@@ -126,6 +126,27 @@ def _nodding(values):
                 row["bbox"] = [*low, *(high - low)]
 
 
+def _move(values, first, last, metres):
+    """The camera of some frames, in the file alone."""
+    for image in values["images"][first:last]:
+        image["cam_world_pos"][0] += metres
+
+
+def _cut(values):
+    """Another shot from the middle on: the camera looks elsewhere."""
+    for image in values["images"][30:]:
+        image["cam_world_rot"][2] += 90.0
+
+
+def _in_feet(values):
+    """Places of camera and people."""
+    for image in values["images"]:
+        image["cam_world_pos"] = [3.28 * metres for metres in image["cam_world_pos"]]
+    for row in values["annotations"]:
+        joints = np.reshape(row["keypoints_3d"], (-1, 4)) * (3.28, 3.28, 3.28, 1.0)
+        row["keypoints_3d"] = joints.reshape(-1).tolist()
+
+
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
@@ -153,8 +174,24 @@ def _nodding(values):
         (lambda v: v["info"].update(fps=10**400), "fps is 1000.*, not a number"),
         (
             lambda v: [row.update(keypoints_3d=[0.0] * 88) for row in v["annotations"]],
+            "annotation 0: all joints of keypoints_3d are in one place; leave it out",
+        ),
+        (
+            lambda v: [row.update(keypoints_3d=[-x for x in row["keypoints_3d"]]) for row in v["annotations"]],
             "no joint of keypoints_3d lies before the camera",
         ),
+        (
+            lambda v: v["annotations"][5].update(keypoints_3d=[0.0] * 88),
+            "annotation 5: all joints of keypoints_3d are in one place",
+        ),
+        (
+            lambda v: [row.update(iscrowd=1) for row in v["annotations"]],
+            "nobody is seen: all annotations are of crowds",
+        ),
+        (lambda v: _move(v, 30, 31, 5000.0), r"frame 30: the camera moves 5,0\d\d\.\d m and turns \d degrees"),
+        (lambda v: _move(v, 31, 60, 50.0), r"frame 31: the camera moves \d+\.\d m"),
+        (_cut, r"frame 30: the camera moves .* and turns \d\d degrees from the frame before; a video is one shot"),
+        (_in_feet, r"people by keypoints_3d: their median height must be 0\.5 to 2\.5 m, not 5\.\d+; it must be in m"),
         (lambda v: v["annotations"][0].update(bbox=[1, 2, 3]), r"annotation 0: bbox is \[1, 2, 3\], not 4 numbers"),
         (lambda v: v["annotations"][0].update(ped_id="x"), "ped_id is 'x', not a whole number"),
         (lambda v: v["annotations"].append(v["annotations"][0]), "person 0 has two boxes in frame 0"),
@@ -222,3 +259,11 @@ def test_the_command_makes_it_and_pictures_are_found(tmp_path):
     assert "1 videos; at worst joints reproject to 0.0 px" in done.stdout
     plan = motsynth.plan(options(source, every=2))
     assert str(plan.info.pictures[0].path(3)).endswith("s/frames/000/rgb/0006.jpg")
+
+
+def test_a_folder_may_have_braces_in_its_name_and_a_video_is_read_once(tmp_path):
+    root = tmp_path / "{x}"
+    write(root, recording())
+    (root / "frames" / "000" / "rgb").mkdir(parents=True)
+    (footage,) = motsynth.recordings(options(root, sequences=("000", "000"))).footage
+    assert footage.pictures.path(0).parent == root / "frames" / "000" / "rgb"

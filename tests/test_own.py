@@ -349,6 +349,58 @@ def read_split(source: Path, **asked) -> str:
     return own.plan(Options(source=source, footage=FootageOptions(**asked))).info.id
 
 
+def edit_line(path, number, edit):
+    lines = path.read_text().splitlines()
+    lines[number - 1] = edit(lines[number - 1])
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("name", ["poses.txt", "odometry.txt"])
+def test_nobody_is_as_fast_as_a_place_in_mm_says(folder, walk, name):
+    write_tum(folder / name, walk)
+    edit_line(folder / name, 31, lambda line: " ".join([line.split()[0], "5000", *line.split()[2:]]))
+    with pytest.raises(
+        FileError, match=rf"{name}, line 31: the place is \S+ m from the one 0.1 s before; are places in m"
+    ):
+        read(folder)
+    write_tum(folder / name, walk)
+    for number in range(1, 60):
+        edit_line(
+            folder / name,
+            number,
+            lambda line: " ".join(str(1000.0 * float(x)) if 0 < n < 4 else x for n, x in enumerate(line.split())),
+        )
+    with pytest.raises(FileError, match=rf"{name}, line \d+: the place is \S+ m from"):
+        read(folder)
+
+
+def test_people_who_leap_are_told_of(folder, walk):
+    write_tum(folder / "poses.txt", walk)
+    edit_line(
+        write_people(folder / "people.csv", walk), 100, lambda line: line.replace(",", ",9", 2).replace(",9", ",", 1)
+    )
+    (note,) = (note for note in read(folder).notes if note.startswith("people.csv"))
+    assert re.match(r"people.csv, line \d+: id \d is \S+ m from its place before, as are [12] places", note)
+
+
+def test_detections_whose_clock_goes_back_are_told_of(folder, walk):
+    lines = write_csv(folder / "boxes.csv", walk, begin=50.0).read_text().splitlines()
+    rows = [line.split(",") for line in lines[1:]]
+    late = [[f"{float(time) - 3.0 * (n >= 240):.4f}", "", *box] for n, (time, _, *box) in enumerate(rows)]
+    (folder / "boxes.csv").write_text("\n".join([lines[0], *(",".join(row) for row in late)]) + "\n")
+    notes = " ".join(read(folder).notes)
+    assert "boxes.csv, line 242: the clock goes back by 2.9 s; boxes of one time are taken for one frame" in notes
+
+
+def test_a_folder_of_boxes_without_a_camera_is_told_of_and_one_is_read_once(tmp_path, walk):
+    for name in ("one", "two"):
+        write_folder(tmp_path / "all" / name, walk)
+    (tmp_path / "all" / "two" / "camera.toml").unlink()
+    asked = Options(source=tmp_path / "all", footage=FootageOptions(sequences=("one", "one")))
+    with pytest.warns(VbbenchWarning, match="two left out: boxes without camera.toml"):
+        assert len(generate("own", tmp_path / "d", asked)) == 1
+
+
 def test_the_split_reads_one_folder_or_several(tmp_path, walk, capsys):
     write_folder(tmp_path / "all" / "one", walk)
     write_folder(tmp_path / "all" / "two", make_walk(seed=1), camera=CAMERA_TOML.replace("1.5", "1.2"))

@@ -11,6 +11,8 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 
 LEAST_SCORE = 0.0
 """Log-odds that a detection must have more of to count; even odds."""
+UNKNOWN = -1.0
+"""A score that says nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,8 +74,11 @@ def boxes_of_mot(path: Path, frames: int) -> FoundBoxes:
 def chances(scores: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Scores [N] from 0 to 1, and which are sure enough [N].
 
-    Scores that leave this range are log-odds, and count above `LEAST_SCORE`; others are left to the tracker.
+    Scores that leave this range are log-odds, and count above `LEAST_SCORE`; others are left to the tracker. Where all
+    are −1, as MOTChallenge writes what is not known, all count.
     """
+    if (scores == UNKNOWN).all():
+        return np.ones(len(scores)), np.ones(len(scores), np.bool_)
     if scores.size and scores.min() >= 0.0 and scores.max() <= 1.0:
         return scores, scores > 0.0
     return 1.0 / (1.0 + np.exp(-np.clip(scores, -50.0, 50.0))), scores > LEAST_SCORE

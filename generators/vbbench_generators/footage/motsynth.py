@@ -86,7 +86,7 @@ def _annotation_files(source: Path | None, names: tuple[str, ...] | None) -> lis
     unknown = [name for name in names or () if name not in files]
     if unknown:
         raise VbbenchError(f"{folder} has no video '{unknown[0]}'; {suggestion(unknown[0], files)}")
-    return [files[name] for name in names or files]
+    return [files[name] for name in dict.fromkeys(names or files)]
 
 
 def _footage(path: Path, camera_path: CameraPath) -> Footage:
@@ -138,7 +138,7 @@ def _medians(values: FloatArray, group: IntArray, count: int) -> FloatArray:
 def _pictures(path: Path, first: int) -> Pictures | None:
     """The pictures beside the annotations, as the authors' tool writes them."""
     folder = path.parent.parent / "frames" / path.stem / "rgb"
-    return Pictures(pattern=str(folder.resolve() / "{:04d}.jpg"), first=first, step=1) if folder.is_dir() else None
+    return Pictures.numbered(folder, "{:04d}.jpg", first) if folder.is_dir() else None
 
 
 def _summary(reports: dict[str, Any]) -> str:

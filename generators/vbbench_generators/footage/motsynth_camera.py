@@ -13,6 +13,7 @@ import numpy as np
 
 from vbbench.errors import FileError
 from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.parsing.numbers import BODY_HEIGHT
 from vbbench_generators.footage.motsynth_json import Annotations
 
 HEAD_TOP, HIPS, ANKLES = 0, (16, 19), (18, 21)
@@ -37,6 +38,8 @@ AHEAD = 0.5
 """s that places are predicted ahead: long enough for a camera's turns, short enough for people's."""
 CLEARLY = 0.8
 """A shift is believed if its error is less than so many times the error without."""
+FASTEST, QUICKEST = 100.0, 15.0
+"""In m/s and rad/s: no camera that walks, drives or turns is faster from a frame to the next."""
 MOST_TILT_SPREAD = 0.05
 """rad between the 5th and 95th percentile of pitch, and of roll: a sequence's camera has one of each."""
 MOST_HEIGHT_SPREAD = 0.2
@@ -88,6 +91,7 @@ def find_camera_path(found: Annotations) -> CameraPath:
     order, pose_shift, pose_error, lean = _find_order(found)
     found = _shift_poses(found, pose_shift)
     axes = camera_axes(found.angles, order)
+    _refuse_leaps(found, axes)
     places = _to_world(found, axes, found.joints)
     right, down, forward = np.moveaxis(axes, 2, 0)
     pitch, roll = np.arcsin(forward[:, 2]), np.arctan2(-right[:, 2], -down[:, 2])
@@ -95,6 +99,8 @@ def find_camera_path(found: Annotations) -> CameraPath:
     above = found.positions[found.frame, 2] - soles
     spreads = {name: float(np.ptp(np.percentile(v, (5, 95)))) for name, v in (("pitch", pitch), ("roll", roll))}
     height, height_spread = _mount_height(found, above)
+    statures = places[:, HEAD_TOP, 2] - soles
+    _refuse_giants(found, float(np.median(statures)))
     for name, spread in spreads.items():
         if spread > MOST_TILT_SPREAD:
             raise FileError(found.path, f"the camera's {name} changes by {spread:.2f} rad; a sequence has one {name}")
@@ -105,7 +111,7 @@ def find_camera_path(found: Annotations) -> CameraPath:
         roll=float(np.median(roll)),
         mount_height=height,
         people=places[:, HIPS, :2].mean(axis=1),
-        statures=places[:, HEAD_TOP, 2] - soles,
+        statures=statures,
         report={
             "angles": order,
             "joint_px": joint_error,
@@ -119,6 +125,25 @@ def find_camera_path(found: Annotations) -> CameraPath:
             "mount_height_spread": height_spread,
         },
     )
+
+
+def _refuse_leaps(found: Annotations, axes: FloatArray) -> None:
+    """Raise FileError at the first frame into which no camera gets from the one before."""
+    moved = np.linalg.norm(np.diff(found.positions, axis=0), axis=1)
+    turned = np.arccos(np.clip(np.einsum("tij,tij->t", axes[1:], axes[:-1]) * 0.5 - 0.5, -1.0, 1.0))
+    leaps = (moved > FASTEST / found.fps) | (turned > QUICKEST / found.fps)
+    if leaps.any():
+        frame = int(leaps.argmax())
+        problem = f"frame {found.first + frame + 1}: the camera moves {moved[frame]:,.1f} m and turns "
+        problem += f"{np.degrees(turned[frame]):.0f} degrees from the frame before"
+        raise FileError(found.path, f"{problem}; a video is one shot of one camera, in m and degrees")
+
+
+def _refuse_giants(found: Annotations, stature: float) -> None:
+    try:
+        BODY_HEIGHT.check("their median height", stature)
+    except ValueError as error:
+        raise FileError(found.path, f"people by keypoints_3d: {error}; it must be in m") from None
 
 
 def camera_axes(angles: FloatArray, order: str) -> FloatArray:

@@ -125,7 +125,10 @@ def read_annotations(path: Path) -> Annotations:
     visible = (pixels[..., 2] == VISIBLE).mean(axis=1)
     order = np.lexsort((frame, person))
     order = order[(visible[order] > 0.0) & (boxes[order, 2:] > 0.0).all(axis=1)]
+    if not len(order):
+        raise FileError(path, "nobody is seen: all annotations are of crowds, hidden or without a box")
     _refuse_repetition(path, frame[order], person[order])
+    _refuse_points(path, rows, joints[..., :3], order)
     return Annotations(
         path=path,
         width=int(facts["width"]),
@@ -280,3 +283,11 @@ def _refuse_repetition(path: Path, frame: IntArray, person: IntArray) -> None:
     if found is not None:
         _, again = found
         raise FileError(path, f"person {person[again]} has two boxes in frame {frame[again]}")
+
+
+def _refuse_points(path: Path, rows: list[dict[str, Any]], joints: FloatArray, seen: IntArray) -> None:
+    """Refuse people, of those ``seen``, all of whose joints are in one place."""
+    points = seen[np.ptp(joints[seen], axis=1).max(axis=1) == 0.0]
+    if len(points):
+        name = quoted(rows[int(points.min())].get("id"))
+        raise FileError(path, f"annotation {name}: all joints of keypoints_3d are in one place; leave it out")

@@ -6,7 +6,14 @@ from pathlib import Path
 from typing import ClassVar
 
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWarning
-from vbbench.exchange.own.recording import CAMERA, RecordingFiles, as_recordings, files_in, read_recording
+from vbbench.exchange.own.recording import (
+    BOXES,
+    CAMERA,
+    RecordingFiles,
+    as_recordings,
+    files_in,
+    read_recording,
+)
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.runs import RunRules
@@ -53,12 +60,20 @@ def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
         found = {source.resolve().name: source}
     else:
         found = {path.parent.name: path.parent for path in sorted(source.glob(f"*/{CAMERA}"))}
+        forgotten = [path.name for path in sorted(source.iterdir()) if path.name not in found and _has_boxes(path)]
+        if found and forgotten:
+            text = f"{source}: {', '.join(forgotten)} left out: boxes without {CAMERA}"
+            warnings.warn(VbbenchWarning(text), stacklevel=3)
     if not found:
         raise FileError(source, f"holds no {CAMERA}, nor does a folder in it; docs/own.md says what to write")
     for name in names or ():
         if name not in found:
             raise UnknownNameError("recording", name, found)
-    return [found[name] for name in names or found]
+    return [found[name] for name in dict.fromkeys(names or found)]
+
+
+def _has_boxes(folder: Path) -> bool:
+    return any((folder / name).is_file() for name in BOXES)
 
 
 def _files(folder: Path, asked: FootageOptions) -> RecordingFiles:

@@ -28,6 +28,8 @@ FEW = 0.5
 """Share of the people's boxes below which somebody should look at what was found."""
 MOST_STRAY = 0.01
 """Largest share of boxes whose middle may lie outside the picture."""
+LONGEST_STEP = 1.0
+"""In s from a picture to the next that a detector saw; boxes farther apart are of a detector that found few."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +81,9 @@ class FoundTracks:
     dropped: int
 
 
-def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Camera, dt: float) -> FoundTracks:
+def follow(
+    found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Camera, dt: float, *, size: tuple[int, int]
+) -> FoundTracks:
     """Link boxes by the tracker `ByteTracker` where they are not, and match them to the people labelled.
 
     Parameters
@@ -89,18 +93,23 @@ def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Came
     people : [P] their ids.
     camera : of the pictures.
     dt : seconds per frame.
+    size : width and height of the pictures in px.
 
     Raises
     ------
     FileError
-        If boxes are of pictures of another size, or most are of nobody.
+        If there are no boxes, they are of pictures of another size, or most are of nobody.
     """
-    _refuse_stray(found, camera)
+    if not len(found):
+        raise FileError(found.path, "holds no box of a person that is sure enough in the frames that are labelled")
+    _refuse_stray(found, camera, size)
     frames = len(labels)
+    looked = _looked_at(found.frame, frames, dt)
+    labels = np.where(np.isin(np.arange(frames), looked)[:, None, None], labels, np.nan)
     loose, _ = _dense(found, _places_in_frames(found.frame), frames)
     detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people, camera)
     _check_matches(found.path, detected)
-    tracks, boxes, scores = _linked(found, frames, dt, camera)
+    tracks, boxes, scores = _linked(found, frames, looked, dt, camera)
     persons = _persons(boxes, labels, people, camera)
     kept = lasting_tracks(persons)
     seen = ~np.isnan(boxes[..., 2])
@@ -116,9 +125,19 @@ def follow(found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Came
     )
 
 
-def _refuse_stray(found: FoundBoxes, camera: Camera) -> None:
-    width, height = camera.picture_size
+def _looked_at(frame: IntArray, frames: int, dt: float) -> range:
+    """The frames in which there can be boxes: a detector may have seen every sixth picture alone."""
+    step = int(np.gcd.reduce(np.diff(np.unique(frame))))
+    step = step if 0 < step * dt <= LONGEST_STEP else 1
+    return range(int(frame.min()) % step, frames, step)
+
+
+def _refuse_stray(found: FoundBoxes, camera: Camera, size: tuple[int, int]) -> None:
+    """Refuse boxes of other pictures; a box may cross the seam of a panorama."""
+    width, height = size
     u, v = (found.boxes[:, :2] + 0.5 * found.boxes[:, 2:]).T
+    if camera.period is not None:
+        u = np.where(np.abs(u - 0.5 * width) <= camera.period, u % camera.period, u)
     stray = (u < 0.0) | (u > width) | (v < 0.0) | (v > height)
     if stray.mean() > MOST_STRAY:
         row = int(stray.argmax())
@@ -139,20 +158,22 @@ def _check_matches(path: Path, detected: Agreement) -> None:
         warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)
 
 
-def _linked(found: FoundBoxes, frames: int, dt: float, camera: Camera) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Track ids [K], boxes [T, K, 4] and scores [T, K]."""
+def _linked(
+    found: FoundBoxes, frames: int, looked: range, dt: float, camera: Camera
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Track ids [K], boxes [T, K, 4] and scores [T, K], from the frames that were ``looked`` at."""
     if (found.track != UNLINKED).all():
         tracks, column = np.unique(found.track, return_inverse=True)
         return tracks, *_dense(found, column, frames)
-    tracker, linked = ByteTracker(dt=dt, period=camera.period), []
-    for frame in range(frames):
+    tracker, linked = ByteTracker(dt=looked.step * dt, period=camera.period), []
+    for frame in looked:
         rows = found.frame == frame
         linked.append(tracker.step(Detections(boxes=found.boxes[rows], scores=found.scores[rows])))
     count = [len(ids) for ids, _ in linked]
     ids = np.concatenate([ids for ids, _ in linked])
     followed = FoundBoxes(
         path=found.path,
-        frame=np.repeat(np.arange(frames), count),
+        frame=np.repeat(looked, count),
         track=ids,
         boxes=np.concatenate([one.boxes for _, one in linked]),
         scores=np.concatenate([one.scores for _, one in linked]),

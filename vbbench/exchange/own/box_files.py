@@ -20,6 +20,9 @@ from vbbench.parsing.rows import first_repetition
 
 OPTIONAL = ("id", "score", "visible")
 
+MOST_BACK = 3
+"""Times that a clock goes back; a file whose times do so more often is in no order."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class BoxRows:
@@ -123,18 +126,32 @@ def _named_rows(path: Path, dt: float | None) -> BoxRows:
         frame, timeline = time_frames(path, table["time"], table.lines, dt)
     else:
         frame, timeline = number_frames(path, table["frame"], table.lines, dt, base=0)
+    track, notes = _ids(path, table.columns.get("id", nothing), table.lines), []
     rest = [name for name in table.ignored if name]
+    if rest:
+        notes.append(f"columns {', '.join(rest)} of {path.name} are not read")
+    if "time" in table and (track == UNLINKED).all():
+        notes += _goes_back(path, table["time"], table.lines)
     return BoxRows(
         path=path,
         frame=frame,
-        track=_ids(path, table.columns.get("id", nothing), table.lines),
+        track=track,
         boxes=rectangles(sizes) if centred else sizes,
         scores=table.columns.get("score", nothing),
         visible=table.columns.get("visible", nothing),
         lines=table.lines,
         timeline=timeline,
-        notes=(f"columns {', '.join(rest)} of {path.name} are not read",) if rest else (),
+        notes=tuple(notes),
     )
+
+
+def _goes_back(path: Path, times: FloatArray, lines: IntArray) -> list[str]:
+    """A note if the clock of detections goes back once or twice; rows in no order go back everywhere."""
+    back = np.flatnonzero(np.diff(times) < 0.0)
+    if not 0 < len(back) <= MOST_BACK:
+        return []
+    by, line = times[back[0]] - times[back[0] + 1], lines[back[0] + 1]
+    return [f"{path.name}, line {line}: the clock goes back by {by:.4g} s; boxes of one time are taken for one frame"]
 
 
 def _has_columns(path: Path, names: tuple[str, ...]) -> bool:

@@ -21,6 +21,8 @@ LONGEST_HOLE = 1.0
 """Poses farther apart, in s, are not interpolated between."""
 SAME_TIME = 1e-3
 """In s: clocks that differ by less agree."""
+FASTEST, LEAP = 60.0, 3.0
+"""In m/s and m: no camera is faster, but for the noise of a place."""
 BEYOND = 0.5
 """In frames: how far before the first pose and after the last the camera is taken to move on as it did."""
 
@@ -31,10 +33,11 @@ def read_poses(path: Path, timeline: Timeline) -> FloatArray:
     Raises
     ------
     FileError
-        If the file cannot be read, or some frame has no pose: truth is whole, or it is none.
+        If the file cannot be read, nobody moves as fast, or some frame has no pose: truth is whole, or it is none.
     """
     lines, values = _in_order(path, *read_tum_rows(path))
     times, poses = values[:, 0], planar_poses(path, lines, values)
+    _refuse_leaps(path, lines, times, poses)
     found = _at(times, poses, timeline.times, beyond=BEYOND * timeline.dt)
     missing = np.isnan(found[:, 0])
     if missing.any():
@@ -57,10 +60,12 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     Raises
     ------
     FileError
-        If the file cannot be read, a covariance is not positive, or hardly any frame has a motion.
+        If the file cannot be read, nobody moves as fast, a covariance is not positive, or hardly any frame has a
+        motion.
     """
     lines, values = _in_order(path, *read_tum_rows(path, MOTION_COVARIANCE))
     times, poses = values[:, 0], planar_poses(path, lines, values[:, :8])
+    _refuse_leaps(path, lines, times, poses)
     at = _at(times, poses, timeline.times, beyond=SAME_TIME)
     motions = np.full((timeline.frames, 3), np.nan)
     motions[1:] = motion_between(at[:-1], at[1:])
@@ -79,6 +84,16 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     if not measured.all():
         notes = (f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}",)
     return Odometry(motions=motions, covariances=covariances), notes
+
+
+def _refuse_leaps(path: Path, lines: IntArray, times: FloatArray, poses: FloatArray) -> None:
+    """Raise FileError at the first of the ``poses`` [N, 3] at these ``times`` [N] to which nobody gets in time."""
+    moved = np.hypot(*np.diff(poses[:, :2], axis=0).T)
+    leaps = moved > LEAP + FASTEST * np.diff(times)
+    if leaps.any():
+        row = int(leaps.argmax())
+        problem = f"the place is {moved[row]:,.4g} m from the one {times[row + 1] - times[row]:.3g} s before"
+        raise FileError(path, f"{problem}; are places in m, and is the line whole?", int(lines[row + 1]))
 
 
 def _in_order(path: Path, lines: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -6,11 +6,14 @@ import numpy as np
 
 from vbbench.errors import FileError
 from vbbench.exchange.own.box_files import named_frames
-from vbbench.exchange.own.named_columns import read_named
+from vbbench.exchange.own.named_columns import NamedColumns, read_named
 from vbbench.exchange.own.timing import Timeline
-from vbbench.geometry import IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.rows import first_repetition
 from vbbench.scene import Scene
+
+FASTEST, LEAP = 12.0, 2.0
+"""In m/s and m: nobody runs faster, but for the noise of a place."""
 
 
 def read_people(path: Path, name: str, timeline: Timeline) -> tuple[Scene, tuple[str, ...]]:
@@ -38,14 +41,16 @@ def read_people(path: Path, name: str, timeline: Timeline) -> tuple[Scene, tuple
         raise FileError(path, f"no row is of a frame of the boxes, which are of {times[0]:.10g} to {times[-1]:.10g} s")
     people, column = np.unique(ids[there].astype(np.int64), return_inverse=True)
     _refuse_repetition(path, frame[there], column, table.lines[there])
+    notes = _leaps(path, ids[there], timeline.times[frame[there].astype(np.int64)], table, there)
     positions, heights = np.full((timeline.frames, len(people), 2), np.nan), np.full(len(people), np.nan)
     positions[frame[there], column] = np.stack([table["x"][there], table["y"][there]], axis=-1)
     if "height" in table:
         said = ~np.isnan(table["height"][there])
         heights[column[said]] = table["height"][there][said]
     left = len(frame) - len(there)
-    notes = (f"{left} of {len(frame)} rows of {path.name} are of no frame of the boxes",) if left else ()
-    return Scene(name=name, dt=timeline.dt, people=people, positions=positions, heights=heights), notes
+    if left:
+        notes.append(f"{left} of {len(frame)} rows of {path.name} are of no frame of the boxes")
+    return Scene(name=name, dt=timeline.dt, people=people, positions=positions, heights=heights), tuple(notes)
 
 
 def _refuse_repetition(path: Path, frame: IntArray, column: IntArray, lines: IntArray) -> None:
@@ -53,3 +58,18 @@ def _refuse_repetition(path: Path, frame: IntArray, column: IntArray, lines: Int
     if found is not None:
         before, again = lines[list(found)]
         raise FileError(path, f"this id already has a place in this frame, in line {before}", int(again))
+
+
+def _leaps(path: Path, ids: FloatArray, times: FloatArray, table: NamedColumns, rows: IntArray) -> list[str]:
+    """A note on people who get about as nobody does, by the ``ids`` and ``times`` [M] of some ``rows`` of a table."""
+    order = np.lexsort((times, ids))
+    moved = np.hypot(np.diff(table["x"][rows][order]), np.diff(table["y"][rows][order]))
+    leaps = (np.diff(ids[order]) == 0) & (moved > LEAP + FASTEST * np.diff(times[order]))
+    if not leaps.any():
+        return []
+    first = int(leaps.argmax())
+    line = int(table.lines[rows][order[first + 1]])
+    return [
+        f"{path.name}, line {line}: id {ids[order[first]]:.10g} is {moved[first]:.4g} m from its place before, as are "
+        f"{int(leaps.sum())} places: are they in m, and are ids not used again?"
+    ]

@@ -2,7 +2,7 @@
 
 ``labels_2d_stitched/NAME.json``: ``labels`` → ``000000.jpg`` → boxes [left, top, width, height] in px.
 ``labels_3d/NAME.json``: ``labels`` → ``000000.pcd`` → boxes cx, cy, cz, l, w, h, rot_z in m, x forward, y left, z up.
-The sample of JRDB-Traj has both in one table of numbers.
+Both in one table of numbers are `jrdb.sample`'s.
 """
 
 import math
@@ -16,18 +16,16 @@ import numpy as np
 from vbbench.errors import FileError, quoted, suggestion
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
-from vbbench.parsing.numbers import finite_number
-from vbbench.parsing.rows import first_repetition
 
 VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.25, "Fully_occluded": 0.0}
 """JRDB's words of occlusion, as visible fractions; who is fully hidden is seen by no camera."""
 
-SAMPLE = ("frame", "id", "x", "y", "h", "w", "l", "rot_z", "left", "top", "width", "height")
-"""Columns of the sample of JRDB-Traj."""
+MOST_METRES, TALLEST, MOST_PIXELS = 1000.0, 3.0, 1e5
+"""How far away and how tall in m anybody is at most, and where in px a box may be."""
 
+_BOX = ("left", "top", "width", "height")
 _PEDESTRIAN = "pedestrian:"
 _LARGEST = 2**30
-_MOST_METRES, _MOST_PIXELS = 1000.0, 1e5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +107,7 @@ def read_places(path: Path) -> PlaceLabels:
         If it is no such file, or a person has two boxes in a point cloud; names point cloud and label.
     """
     rows = list(_people(path, ".pcd"))
-    boxes = np.array([[label.number(label.box(), key) for key in ("cx", "cy", "h")] for label in rows]).reshape(-1, 3)
+    boxes = np.array([label.place_and_height() for label in rows]).reshape(-1, 3)
     return PlaceLabels(
         path=path,
         frames=np.array([label.frame for label in rows], np.int64),
@@ -117,42 +115,6 @@ def read_places(path: Path) -> PlaceLabels:
         places=boxes[:, :2],
         heights=boxes[:, 2],
     )
-
-
-def read_sample(path: Path) -> tuple[PictureLabels, PlaceLabels]:
-    """Both kinds of labels from the table of JRDB-Traj: a row for each person in each frame, the columns `SAMPLE`.
-
-    Raises
-    ------
-    FileError
-        At the first row that has other columns, or what is no number.
-    """
-    try:
-        lines = path.read_text("utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise FileError(path, "cannot be read as text") from error
-    rows = [_sample_row(path, number, line) for number, line in enumerate(lines, 1) if line.strip()]
-    if not rows:
-        raise FileError(path, f"is empty; rows of {', '.join(SAMPLE)} are wanted")
-    table = np.array(rows)
-    frames, people = table[:, 0].astype(np.int64), table[:, 1].astype(np.int64)
-    _refuse_repetition(path, frames, people)
-    pictures = PictureLabels(
-        path=path,
-        frames=frames,
-        people=people,
-        boxes=table[:, 8:],
-        visible=np.ones(len(table)),
-        interpolated=np.zeros(len(table), np.bool_),
-    )
-    return pictures, PlaceLabels(path=path, frames=frames, people=people, places=table[:, 2:4], heights=table[:, 4])
-
-
-def _sample_row(path: Path, number: int, line: str) -> list[float]:
-    cells = line.split(",")
-    if len(cells) != len(SAMPLE):
-        raise FileError(path, f"has {len(cells)} columns, not {len(SAMPLE)} ({', '.join(SAMPLE)})", number)
-    return [finite_number(path, number, name, cell) for name, cell in zip(SAMPLE, cells, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -174,7 +136,7 @@ class _Label:
         """A finite number of plausible size."""
         if key not in values:
             raise self.fault(f"key '{key}' is missing in its box of {', '.join(values) or 'nothing'}")
-        return self.checked(key, values[key], _MOST_METRES)
+        return self.checked(key, values[key], MOST_METRES)
 
     def checked(self, key: str, value: Any, most: float) -> float:
         """``value`` as a finite number of at most ``most``."""
@@ -190,12 +152,19 @@ class _Label:
             raise self.fault(f"key 'box' is {quoted(box)}, not an object with cx, cy, cz, l, w, h, rot_z")
         return box
 
+    def place_and_height(self) -> tuple[float, float, float]:
+        """Metres forward and to the left, and how tall the person is."""
+        ahead, left, height = (self.number(self.box(), key) for key in ("cx", "cy", "h"))
+        if not 0.0 < height <= TALLEST:
+            raise self.fault(f"h is {height:g}; people are up to {TALLEST:g} m tall")
+        return ahead, left, height
+
     def picture_box(self) -> list[float]:
         """The box in px."""
         box = self.values.get("box")
         if not isinstance(box, list) or len(box) != 4:
             raise self.fault(f"key 'box' is {quoted(box)}, not [left, top, width, height]")
-        numbers = [self.checked(name, value, _MOST_PIXELS) for name, value in zip(SAMPLE[8:], box, strict=True)]
+        numbers = [self.checked(name, value, MOST_PIXELS) for name, value in zip(_BOX, box, strict=True)]
         if numbers[2] <= 0.0 or numbers[3] <= 0.0:
             raise self.fault(f"its box is {numbers[2]:g} px wide and {numbers[3]:g} px high")
         return numbers
@@ -260,10 +229,3 @@ def _frame(path: Path, picture: str, ending: str) -> int:
     if stem == picture or not (stem.isascii() and stem.isdigit() and len(stem) <= 9):
         raise FileError(path, f"key {quoted(picture)} of 'labels' is not the name of a frame, such as 000000{ending}")
     return int(stem)
-
-
-def _refuse_repetition(path: Path, frames: IntArray, people: IntArray) -> None:
-    found = first_repetition(frames, people)
-    if found is not None:
-        _, again = found
-        raise FileError(path, f"person {people[again]} stands in frame {frames[again]} twice", again + 1)

@@ -1,5 +1,6 @@
 """One recording of JRDB: labels, times and the robot's motion put together as footage."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.camera import PanoramaCamera
-from vbbench.errors import FileError
+from vbbench.errors import FileError, VbbenchWarning
 from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
@@ -16,7 +17,7 @@ from vbbench_generators.footage.found_boxes import boxes_of_mot
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion
 from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
-from vbbench_generators.footage.tracks import FoundTracks, follow
+from vbbench_generators.footage.tracks import MOST_STRAY, FoundTracks, follow
 
 CAMERA = PanoramaCamera(width=3760, focal=482.9, cy=209.4, mount_height=1.03)
 """The stitched panorama, 3760 × 480: columns run clockwise from behind, rows v = 209.4 + 482.9·y/√(x² + z²).
@@ -25,10 +26,17 @@ Rows are those of the medians over its cameras, as JRDB's toolkit projects; the 
 boxes that are not cut and as high as their person (±7 %), 1.03 m, with ±.05 m within it.
 """
 
+SIZE = (CAMERA.width, 480)
+"""Of its pictures."""
+
 FARTHEST_BESIDE = 0.2
 """rad that boxes may lie beside the labelled places, at the median: .02 rad in the sample."""
 
-_FEWEST = 20
+MOST_FARTHER = 2.0
+"""Places may be so many times as far away, or as near, as boxes are high, at the median: .96 times in the sample."""
+
+_FEWEST, _FEW = 20, 0.5
+"""Boxes with a labelled place that a recording needs, and the share below which somebody should look."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +82,7 @@ class Recording:
         found = boxes_of_mot(path, int(self.grid.frames[-1]) + 1)
         slots = self.grid.slot_of(found.frame)
         there = slots >= 0
-        return follow(found.at(slots, there), self.rectangles, self.tracks, CAMERA, 1.0 / RATE)
+        return follow(found.at(slots, there), self.rectangles, self.tracks, CAMERA, 1.0 / RATE, size=SIZE)
 
     def footage(
         self, motion: MeasuredMotion | None, *, stands: bool, pictures: Path | None, found: FoundTracks | None = None
@@ -110,7 +118,7 @@ class Recording:
         first = int(self.grid.frames[0])
         if folder is None or not folder.is_dir() or np.any(self.grid.slots != self.grid.frames - first):
             return None
-        return Pictures(pattern=f"{folder.resolve()}/{{:06d}}.jpg", first=first, step=1)
+        return Pictures.numbered(folder, "{:06d}.jpg", first)
 
 
 def assemble(name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid, clouds: IntArray) -> Recording:
@@ -125,6 +133,7 @@ def assemble(name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid
     FileError
         If a labelled picture has no time stamp, or the places are not those of the boxes.
     """
+    pictures = _inside_pictures(pictures)
     slots = grid.slot_of(pictures.frames)
     if np.any(slots < 0):
         frame = int(pictures.frames[(slots < 0).argmax()])
@@ -148,7 +157,7 @@ def assemble(name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid
         places=points,
         heights=heights,
     )
-    _check_frame(found, places.path)
+    _check_places(found, places.path)
     return found
 
 
@@ -185,13 +194,40 @@ def _on_slots(places: PlaceLabels, clouds: IntArray) -> tuple[IntArray, FloatArr
     return people, points, heights
 
 
-def _check_frame(recording: Recording, path: Path) -> None:
-    beside = np.abs(directions_beside(recording))
-    if len(beside) < _FEWEST:
-        raise FileError(path, f"only {len(beside)} boxes of {recording.name} have a labelled place; are ids the same?")
-    if np.median(beside) > FARTHEST_BESIDE:
-        problem = f"places lie {np.median(beside):.2f} rad beside their boxes (median; {FARTHEST_BESIDE} at most)"
+def _inside_pictures(pictures: PictureLabels) -> PictureLabels:
+    """Those whose middle is in the picture; refused if many are not."""
+    middle = pictures.boxes[:, 1] + 0.5 * pictures.boxes[:, 3]
+    outside = (middle < 0.0) | (middle > SIZE[1])
+    if not outside.any():
+        return pictures
+    row, count = int(outside.argmax()), int(outside.sum())
+    problem = (
+        f"picture {pictures.frames[row]:06d}.jpg: the middle of the box of person {pictures.people[row]} is in row "
+        f"{middle[row]:.0f} of {SIZE[1]}, as are {count} of {len(outside)} outside"
+    )
+    if count > MOST_STRAY * len(outside):
+        raise FileError(pictures.path, f"{problem}; boxes must be in px of the stitched pictures")
+    warnings.warn(VbbenchWarning(f"{pictures.path}: {problem}; these are left out"), stacklevel=2)
+    return pictures.select(~outside)
+
+
+def _check_places(recording: Recording, path: Path) -> None:
+    """Refuse places that are not those of the boxes, and warn of few."""
+    boxes, places = _pairs(recording)
+    labelled = int((~np.isnan(recording.visible)).sum())
+    if len(boxes) < _FEWEST:
+        raise FileError(path, f"only {len(boxes)} boxes of {recording.name} have a labelled place; are ids the same?")
+    beside = float(np.median(np.abs(directions_beside(recording))))
+    if beside > FARTHEST_BESIDE:
+        problem = f"places lie {beside:.2f} rad beside their boxes (median; {FARTHEST_BESIDE} at most)"
         raise FileError(path, f"{problem}: they must be in the robot's frame, x forward, y left")
+    farther = float(np.median(np.hypot(*places.T) * boxes[:, 2])) / (CAMERA.focal * float(np.median(recording.heights)))
+    if not 1.0 / MOST_FARTHER <= farther <= MOST_FARTHER:
+        problem = f"places are {farther:.3g} times as far away as boxes so high say (median)"
+        raise FileError(path, f"{problem}: they and people's heights must be in m")
+    if len(boxes) < _FEW * labelled:
+        problem = f"only {len(boxes)} of {labelled} boxes of {recording.name} have a labelled place"
+        warnings.warn(VbbenchWarning(f"{path}: {problem}; the others are not scored"), stacklevel=2)
 
 
 def _pairs(recording: Recording) -> tuple[FloatArray, FloatArray]:

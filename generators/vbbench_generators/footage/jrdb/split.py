@@ -14,9 +14,10 @@ from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.found_boxes import file_for
 from vbbench_generators.footage.jrdb.bags import read_bag
-from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, read_pictures, read_places, read_sample
+from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, read_pictures, read_places
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion, measure_motion
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, directions_beside, nearest_clouds
+from vbbench_generators.footage.jrdb.sample import read_sample
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, lay_out, nominal_stamps, read_stamps
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks
@@ -135,8 +136,8 @@ def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
     kept = (pictures.visible > 0.0) & (interpolated | ~pictures.interpolated)
     if not kept.any():
         raise FileError(pictures.path, "holds no box of a visible person" + ("" if interpolated else " by hand"))
-    first, last = int(pictures.frames.min()), int(pictures.frames.max())
     pictures = pictures.select(kept)
+    first, last = int(pictures.frames.min()), int(pictures.frames.max())
     if "sample" in one.files:
         grid = lay_out(nominal_stamps(pictures.path, np.unique(pictures.frames)))
         return assemble(
@@ -239,7 +240,8 @@ def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTra
 def _summary(facts: dict[str, Any]) -> str:
     text = f"{facts['name']}: boxes {facts['columns_beside_places']:.3f} rad beside the labelled places (median)"
     if "detected" in facts:
-        text += ", boxes found: recall {recall:.2f}, precision {precision:.2f}".format(**facts["detected"])
+        for what in ("detected", "tracked"):
+            text += f", boxes {what}: " + "recall {recall:.2f}, precision {precision:.2f}".format(**facts[what])
     if "driven" in facts:
         text += f", {facts['driven']:.1f} m driven, the end known to {facts['end_std']:.2f} m"
     return text

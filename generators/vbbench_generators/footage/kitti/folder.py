@@ -50,11 +50,8 @@ class KittiFolder:
 
     def pictures(self, name: str) -> Pictures | None:
         """Where the pictures of a sequence are; ``None`` if they are not here."""
-        folder = (self.root / PICTURES / name).absolute()
-        if not folder.is_dir():
-            return None
-        escaped = str(folder).replace("{", "{{").replace("}", "}}")
-        return Pictures(pattern=f"{escaped}/{{:06d}}.png", first=0, step=1)
+        folder = self.root / PICTURES / name
+        return Pictures.numbered(folder, "{:06d}.png", first=0) if folder.is_dir() else None
 
     def size_of_pictures(self, name: str) -> tuple[int, int] | None:
         """Width and height of the first picture of a sequence in px; ``None`` if it is not here."""

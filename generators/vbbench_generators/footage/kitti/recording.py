@@ -1,5 +1,6 @@
 """One sequence of KITTI, read and checked: labels, calibration, where the camera is, and boxes that somebody found."""
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,10 +9,10 @@ import numpy as np
 
 from vbbench.boxes import observations_of
 from vbbench.camera import PerspectiveCamera
-from vbbench.errors import FileError
+from vbbench.errors import FileError, VbbenchWarning
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray, motion_between, wrap_angle
 from vbbench.scene import Scene
 from vbbench_generators.footage.found_boxes import file_for
 from vbbench_generators.footage.kitti import folder as files
@@ -31,6 +32,9 @@ from vbbench_generators.footage.tracks import FoundTracks, follow
 
 DT = 0.1
 """Seconds per frame as told; by the speedometer frames are about .1035 s apart."""
+
+FARTHEST_APART, MOST_TURNED_APART = 0.5, 0.02
+"""In m and rad a second, medians: how differently two sources of poses may move; .16 m and .0004 rad in 0019."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +115,7 @@ def read_recording(
     found = None
     if "boxes" in paths:
         boxes = read_boxes(paths["boxes"], len(people.boxes), classes)
-        found = follow(boxes, people.boxes, people.ids, camera, DT)
+        found = follow(boxes, people.boxes, people.ids, camera, DT, size=camera.picture_size)
         tracks = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
     footage = Footage(
         name=name,
@@ -165,7 +169,23 @@ def _find_way(paths: dict[str, Path], labels: Labels, calibration: Calibration) 
         raise FileError(paths["poses"], f"{lines}: every frame needs a line in both; is a frame missing in the middle?")
     parked = dict(zip(sources, watch_parked_cars(labels, list(sources.values()), DT), strict=True))
     best = min(sources, key=lambda source: np.nan_to_num(parked[source].typical))  # the user's, where no car is parked
+    if len(sources) > 1:
+        poses, oxts = (on_the_ground(sources[source], calibration) for source in ("poses", "oxts"))
+        _warn_if_apart(paths["poses"], poses, oxts, best)
     return Way(motions=sources[best], source=best, parked=parked)
+
+
+def _warn_if_apart(path: Path, poses: FloatArray, oxts: FloatArray, best: str) -> None:
+    """Warn if the poses [T, 3] of two sources do not move and turn alike from second to second."""
+    second = round(1.0 / DT)
+    if len(poses) <= second:
+        return
+    apart = motion_between(poses[:-second], poses[second:]) - motion_between(oxts[:-second], oxts[second:])
+    moved, turned = np.median(np.hypot(apart[:, 0], apart[:, 1])), np.median(np.abs(wrap_angle(apart[:, 2])))
+    if moved > FARTHEST_APART or turned > MOST_TURNED_APART:
+        facts = f"in a second these poses and those of oxts move {moved:.2f} m and turn {turned:.3f} rad differently"
+        advice = "one of them is wrong, or of another sequence"
+        warnings.warn(VbbenchWarning(f"{path}: {facts} (medians); those of {best} are used: {advice}"), stacklevel=3)
 
 
 def _find_people(name: str, labels: Labels, motions: FloatArray) -> _People:
@@ -175,6 +195,11 @@ def _find_people(name: str, labels: Labels, motions: FloatArray) -> _People:
     boxes[at] = np.concatenate([rows.boxes[:, :2], rows.boxes[:, 2:] - rows.boxes[:, :2]], axis=-1)
     visible[at] = rows.visible
     places[at] = in_the_world(rows.places, motions[rows.frame])
-    heights = np.array([np.median(rows.height[column == track]) for track in range(len(ids))], np.float64)
+    heights = np.array([_median_of_known(rows.height[column == track]) for track in range(len(ids))], np.float64)
     scene = Scene(name=name, dt=DT, people=ids, positions=places, heights=heights)
     return _People(ids=ids, boxes=boxes, visible=visible, scene=scene)
+
+
+def _median_of_known(values: FloatArray) -> float:
+    known = values[~np.isnan(values)]
+    return float(np.median(known)) if len(known) else np.nan
