@@ -51,12 +51,6 @@ class Pictures:
     first: int
     step: int
 
-    @classmethod
-    def numbered(cls, folder: Path, name: str, first: int) -> "Pictures":
-        """Consecutive pictures in a folder, whatever it is called; ``name`` is such as ``{:06d}.png``."""
-        whole = str(folder.absolute()).replace("{", "{{").replace("}", "}}")
-        return cls(pattern=f"{whole}/{name}", first=first, step=1)
-
     def path(self, frame: int) -> Path:
         """The picture of a frame; it may be missing."""
         return Path(self.pattern.format(self.first + frame * self.step))

@@ -18,6 +18,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
 from vbbench_generators.footage.motsynth_json import read_annotations
+from vbbench_generators.footage.pictures import pictures_in
 from vbbench_generators.footage.split import FootageSplit
 
 WHERE = (
@@ -138,7 +139,7 @@ def _medians(values: FloatArray, group: IntArray, count: int) -> FloatArray:
 def _pictures(path: Path, first: int) -> Pictures | None:
     """The pictures beside the annotations, as the authors' tool writes them."""
     folder = path.parent.parent / "frames" / path.stem / "rgb"
-    return Pictures.numbered(folder, "{:04d}.jpg", first) if folder.is_dir() else None
+    return pictures_in(folder, "{:04d}.jpg", first)
 
 
 def _summary(reports: dict[str, Any]) -> str:

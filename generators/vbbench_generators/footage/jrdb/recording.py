@@ -17,6 +17,7 @@ from vbbench_generators.footage.found_boxes import boxes_of_mot
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion
 from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
+from vbbench_generators.footage.pictures import pictures_in
 from vbbench_generators.footage.tracks import MOST_STRAY, FoundTracks, follow
 
 CAMERA = PanoramaCamera(width=3760, focal=482.9, cy=209.4, mount_height=1.03)
@@ -116,9 +117,9 @@ class Recording:
     def _pictures(self, folder: Path | None) -> Pictures | None:
         """Where the pictures are; ``None`` where frames are missing between them, so that numbers do not count time."""
         first = int(self.grid.frames[0])
-        if folder is None or not folder.is_dir() or np.any(self.grid.slots != self.grid.frames - first):
+        if folder is None or np.any(self.grid.slots != self.grid.frames - first):
             return None
-        return Pictures.numbered(folder, "{:06d}.jpg", first)
+        return pictures_in(folder, "{:06d}.jpg", first)
 
 
 def assemble(name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid, clouds: IntArray) -> Recording:

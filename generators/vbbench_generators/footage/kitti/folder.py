@@ -6,6 +6,7 @@ from pathlib import Path
 from vbbench.errors import FileError, SourceMissingError, VbbenchError, quoted, suggestion
 from vbbench.files.dataset_info import Pictures
 from vbbench.generation.sources import data_folders
+from vbbench_generators.footage.pictures import pictures_in
 
 LABELS, CALIBRATION, OXTS, PICTURES = "label_02", "calib", "oxts", "image_02"
 SITE = "https://www.cvlibs.net/datasets/kitti/eval_tracking.php"
@@ -50,8 +51,7 @@ class KittiFolder:
 
     def pictures(self, name: str) -> Pictures | None:
         """Where the pictures of a sequence are; ``None`` if they are not here."""
-        folder = self.root / PICTURES / name
-        return Pictures.numbered(folder, "{:06d}.png", first=0) if folder.is_dir() else None
+        return pictures_in(self.root / PICTURES / name, "{:06d}.png", first=0)
 
     def size_of_pictures(self, name: str) -> tuple[int, int] | None:
         """Width and height of the first picture of a sequence in px; ``None`` if it is not here."""
