@@ -18,6 +18,7 @@ from vbbench.scoring import score
 from vbbench_leaderboards.challenge.instructions import solving_commands, unpacking_commands
 from vbbench_leaderboards.challenge.log import read_log
 from vbbench_leaderboards.challenge.organiser import Organiser
+from vbbench_leaderboards.challenge.parts import parts_of
 from vbbench_leaderboards.results.folder import read_results
 from vbbench_leaderboards.results.standings import headline
 
@@ -218,7 +219,34 @@ def test_limits_count_what_was_taken_in_a_phase(room: Path, refused: Refused) ->
             assert vbbench(*asked) == 0
         else:
             assert "honest has used its 2 submissions of phase final" in refused(*asked)
-    assert "is before the last submission" in refused(*accept(room, "sf", "cheat", "2027-02-01"))
+    assert "is before the last submission of honest" in refused(*accept(room, "sf", date="2027-02-01"))
+    assert [entry.decision for entry in read_log(room / "tiny")][-1] == "refused"
+    assert vbbench(*accept(room, "sf", "cheat", "2027-02-01")) == 0  # a date of one team's does not count for others
+
+
+def test_parts_stay_as_they_were_when_submissions_were_scored(
+    room: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As when somebody writes another public_share, by which other sequences are public."""
+    assert vbbench(*accept(room, "cv")) == 0
+
+    def others(*asked: Any) -> dict[str, Any]:
+        public, hidden = parts_of(*asked).values()
+        return {"public": hidden, "hidden": public}
+
+    with monkeypatch.context() as patch:
+        patch.setattr("vbbench_leaderboards.challenge.organiser.parts_of", others)
+        said = refused(*accept(room, "sf", "cheat"))
+        assert "public_share divides the set otherwise than when submissions were scored" in said
+    assert vbbench(*accept(room, "sf", "cheat")) == 0
+
+
+def test_what_is_missing_is_to_be_added_where_every_answer_is_wanted(room: Path, refused: Refused) -> None:
+    rows = pd.read_parquet(room / "cv" / "positions.parquet")
+    rows.iloc[:-1].to_parquet(room / "cv" / "positions.parquet")
+    said = refused(*accept(room, "cv"))
+    assert "the row is missing; add it" in said
+    assert "hold" not in said
 
 
 def test_what_is_handed_in_twice_counts_once(room: Path, capsys: pytest.CaptureFixture[str]) -> None:

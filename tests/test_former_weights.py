@@ -47,7 +47,7 @@ def test_bundled_weights_are_small_and_are_read_once(solver: str, pure: bool) ->
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"told": "0" * 64}, r"some.npz: its SHA-256 is \w{64}, and its recipe says 0{64}; install vbbench again"),
+        ({"told": "0" * 64}, r"some.npz: its SHA-256 is \w{64}, and its recipe says 0{64}; put there what"),
         ({"pure": True}, "'own_trust.bias' has the shape"),
     ],
 )
@@ -60,7 +60,7 @@ def test_other_weights_are_one_clear_error(tmp_path: Path, changes: dict[str, An
 def test_missing_weights_are_one_clear_error(tmp_path: Path) -> None:
     path = packed(tmp_path)
     path.unlink()
-    with pytest.raises(FileError, match="cannot be read; install vbbench again"):
+    with pytest.raises(FileError, match="cannot be read; put there what 'vbbench train vb-former' made, or install"):
         read_weights(path)
 
 

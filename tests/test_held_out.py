@@ -11,13 +11,14 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
 from vbbench.files.submission import SubmissionInfo
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.registry import held_out, load
 from vbbench.solver import Estimate, Problem
 from vbbench.solving import solve
+from vbbench.solving.declared import declared_facts
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.priors.left_out import BatchWithoutEth, CausalWithoutEth, CausalWithoutHotel
 
@@ -30,6 +31,7 @@ WALK_SHA, OTHER_SHA = hashlib.sha256(WALK.encode()).hexdigest(), "0" * 64
 class Fitted:
     """Puts everybody at (1, 1)."""
 
+    facts: ClassVar[Mapping[str, str]] = {"authors": "we"}
     held_out: ClassVar[Mapping[str, str]] = {WALK_SHA: VARIANT, OTHER_SHA: OTHER}
     place: float = 1.0
 
@@ -67,6 +69,17 @@ def test_other_splits_and_other_solvers_are_what_they_are() -> None:
         held_out("vbcv", ())
     with pytest.raises(VbbenchError, match="no_such_module"):
         held_out("no_such_module:Solver", ())
+
+
+def test_who_makes_a_subclass_is_run_and_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its code is not the variant's, and what the class that it is made of says of itself is not of it."""
+    (tmp_path / "made_of_ours.py").write_text(f"from {__name__} import Fitted\n\n\nclass Mine(Fitted):\n    pass\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.warns(VbbenchWarning, match="is made of one that was fitted on the recording of this dataset"):
+        assert held_out("made_of_ours:Mine", {WALK_SHA}) == "made_of_ours:Mine"
+    assert held_out("made_of_ours:Mine", {"1" * 64}) == "made_of_ours:Mine"
+    assert declared_facts(NAME) == declared_facts(VARIANT) == {"authors": "we"}
+    assert declared_facts("made_of_ours:Mine") == {}
 
 
 def test_data_of_which_no_variant_saw_nothing_are_refused() -> None:

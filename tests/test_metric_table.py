@@ -22,7 +22,7 @@ from vbbench.scoring.comparison import compare
 from vbbench.scoring.metrics import METRICS, Metric, position_error, rotation_error
 from vbbench_leaderboards.page.building import site_files
 from vbbench_leaderboards.page.table import board_table
-from vbbench_leaderboards.results.sealed_json import _validator
+from vbbench_leaderboards.results.sealed_json import schema_of
 
 NEW = {
     "degrees": Metric(
@@ -126,10 +126,8 @@ def test_boards_rank_by_it_and_show_it() -> None:
 
 
 @pytest.mark.usefixtures("new_metrics")
-def test_result_files_must_have_it(request: pytest.FixtureRequest) -> None:
-    request.addfinalizer(_validator.cache_clear)
-    _validator.cache_clear()
-    schema = _validator("result").schema["properties"]
+def test_result_files_must_have_it() -> None:
+    schema = schema_of("result")["properties"]
     assert {*NEW, "dx"} - {"seconds"} <= set(schema["score"]["properties"]["metrics"]["required"])
     assert "seconds" in schema["score"]["properties"]["drift"]["required"]
     assert schema["per_sequence"]["properties"]["columns"]["const"][-len(METRICS) :] == list(METRICS)

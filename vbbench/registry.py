@@ -78,14 +78,30 @@ def held_out(solver: str, sources: Collection[str]) -> str:
 
     A solver does not know what it runs on. One whose parameters were fitted on public files names, in a class attribute
     ``held_out``, for the SHA-256 of each such file the variant that never saw it: a registered name or
-    ``module:attribute``. The name of a split or of a file decides nothing.
+    ``module:attribute``. The name of a split or of a file decides nothing. Who makes a subclass in a package of their
+    own inherits no variants, which are not their solver, and is told so.
 
     Raises
     ------
     UnknownNameError, VbbenchError
         As of `load` and `variant_for`.
     """
-    return variant_for(solver, getattr(load("solver", solver), "held_out", {}), sources)
+    found = load("solver", solver)
+    variants = own_words(found, "held_out")
+    inherited = getattr(found, "held_out", {})
+    if not variants and not inherited.keys().isdisjoint(sources):
+        text = f"solver '{solver}' is made of one that was fitted on the recording of this dataset, and runs as it is"
+        warnings.warn(f"{text}; say so in its facts, as tuned_on", VbbenchWarning, stacklevel=2)
+    return variant_for(solver, variants, sources)
+
+
+def own_words(found: Any, attribute: str) -> Mapping[str, str]:
+    """What a solver's class says of itself in an ``attribute``; what a class of another package says is not of it."""
+    makers = [one for one in getattr(found, "__mro__", ()) if attribute in vars(one)]
+    if makers and makers[0].__module__.partition(".")[0] != found.__module__.partition(".")[0]:
+        return {}
+    words: Mapping[str, str] = getattr(found, attribute, {})
+    return words
 
 
 def variant_for(solver: str, variants: Mapping[str, str], sources: Collection[str]) -> str:

@@ -31,7 +31,9 @@ _NO_ROWS: Arrays = {
     **{name: np.empty(0, dtype=np.int32) for name in ("sequence", "frame", "track")},
     **{name: np.empty(0) for name in ("x", "y", "yaw")},
 }
-_MISSING = "the row is missing; add it, or declare the failure policy 'hold'"
+OR_HOLD = ", or declare the failure policy 'hold'"
+"""Advice to whom rows are missing."""
+_MISSING = f"the row is missing; add it{OR_HOLD}"
 
 
 @dataclass(frozen=True, kw_only=True)

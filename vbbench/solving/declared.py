@@ -3,21 +3,21 @@
 from collections.abc import Mapping
 
 from vbbench.errors import VbbenchError
-from vbbench.registry import load
+from vbbench.registry import load, own_words
 
 FACTS = ("authors", "code", "trained_on", "tuned_on")
 """Keys of ``facts``: those of ``submission.json`` that only the solver's makers know."""
 
 
 def declared_facts(solver: str) -> dict[str, str]:
-    """The attribute ``facts`` of the class called ``solver``, by key; empty where it has none.
+    """The attribute ``facts`` of the class called ``solver``, by key; that of another package's class does not count.
 
     Raises
     ------
     VbbenchError
         If it is not a mapping of these keys to text, or the solver cannot be imported.
     """
-    found = getattr(load("solver", solver), "facts", {})
+    found = own_words(load("solver", solver), "facts")
     sound = isinstance(found, Mapping) and all(isinstance(text, str) for text in found.values())
     if not sound or set(found) - set(FACTS):
         raise VbbenchError(f"solver '{solver}': facts must map some of {', '.join(FACTS)} to text")

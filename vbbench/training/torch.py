@@ -197,6 +197,8 @@ class Order:
         if batch_size < 1 or not 0 <= rank < world_size:
             raise VbbenchError(f"batches of {batch_size}, rank {rank} of {world_size}: ranks are numbered from 0")
         self.size, self.batch_size, self.seed, self.rank, self.world_size = size, batch_size, seed, rank, world_size
+        if world_size > 1 and self._rounds == 0:
+            raise VbbenchError(f"{size} samples are too few for {world_size} ranks with batches of {batch_size}")
 
     @property
     def facts(self) -> dict[str, int | None]:
@@ -206,16 +208,19 @@ class Order:
     def batches(self, epoch: int, first: int = 0) -> Iterator[list[int]]:
         """Numbers of samples, batch by batch, from the first-th of this rank on.
 
-        Every rank gets as many batches, so that none waits for another: what is left over at the end of an epoch is
-        left out where there are several ranks.
+        Every rank gets as many batches, so that none waits for another: where there are several ranks, the batches that
+        are too few to go round are left out. The last of all may be smaller.
         """
-        size, mine = self.batch_size, self.rank * self.batch_size
-        stride = size * self.world_size
-        begin = first // size * stride
-        if self.size is None:
-            return ([*range(at + mine, at + mine + size)] for at in count(begin, stride))
+        size, begin, rounds = self.batch_size, first // self.batch_size, self._rounds
+        starts = ((at * self.world_size + self.rank) * size for at in count(begin))
+        if self.size is None or rounds is None:
+            return ([*range(at, at + size)] for at in starts)
         order = np.arange(self.size)
         if self.seed is not None:
             order = np.random.default_rng(np.random.SeedSequence([self.seed, epoch])).permutation(self.size)
-        end = self.size if self.world_size == 1 else self.size // stride * stride
-        return (order[at + mine : at + mine + size].tolist() for at in range(begin, end, stride))
+        return (order[at : at + size].tolist() for at in islice(starts, max(0, rounds - begin)))
+
+    @property
+    def _rounds(self) -> int | None:
+        """Batches that each rank gets in an epoch; ``None`` of a source without an end."""
+        return None if self.size is None else -(-self.size // self.batch_size) // self.world_size

@@ -21,6 +21,8 @@ from vbbench_baselines.former.layers import shapes
 
 Weights = Mapping[str, NDArray[np.float32]]
 
+_WHENCE = "put there what 'vbbench train vb-former' made, or install vbbench again where they came with it"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
@@ -57,10 +59,10 @@ def read_weights(path: Path) -> Weights:
     try:
         packed = path.read_bytes()
     except OSError as error:
-        raise FileError(path, "the weights cannot be read; install vbbench again, or put them there") from error
+        raise FileError(path, f"the weights cannot be read; {_WHENCE}") from error
     found = sha256(packed).hexdigest()
     if found != recipe.sha256:
-        raise FileError(path, f"its SHA-256 is {found}, and its recipe says {recipe.sha256}; install vbbench again")
+        raise FileError(path, f"its SHA-256 is {found}, and its recipe says {recipe.sha256}; {_WHENCE}")
     return _checked(path, packed, recipe.pure)
 
 

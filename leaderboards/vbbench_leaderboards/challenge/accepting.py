@@ -78,7 +78,6 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
     organiser.challenge.team(team)
     with locked(folder):
         entries = organiser.entries
-        _check_order(entries, moment)
         blank = Entry(
             number=len(entries) + 1,
             time=said(moment),
@@ -89,6 +88,7 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
             before=digest_of_last(entries),
         )
         try:
+            _check_order(entries, team, moment)
             return _take(organiser, submission, blank, moment, about)
         except VbbenchError as error:
             phase = organiser.challenge.phase_at(moment)
@@ -99,11 +99,11 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
             raise
 
 
-def _check_order(entries: list[Entry], moment: datetime) -> None:
-    """Raise VbbenchError if a submission was taken at a later time: the last of a team is the one that counts."""
-    last = max((entry.time for entry in entries if entry.is_accepted), default="")
+def _check_order(entries: list[Entry], team: str, moment: datetime) -> None:
+    """Raise VbbenchError if one of the team was taken at a later time: its last is the one that counts."""
+    last = max((entry.time for entry in entries if entry.is_accepted and entry.team == team), default="")
     if last and moment < datetime.fromisoformat(last):
-        raise VbbenchError(f"{said(moment)} is before the last submission that was taken, {last}; check `date`")
+        raise VbbenchError(f"{said(moment)} is before the last submission of {team}, taken at {last}; check `date`")
 
 
 def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> Receipt:

@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, SubmissionError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.geometry import wrap_angle
-from vbbench.scoring.answers import CheckedSubmission
+from vbbench.scoring.answers import OR_HOLD, CheckedSubmission
 from vbbench.scoring.checking import Checked, check_submission
 from vbbench_leaderboards.challenge.definition import Challenge
 
@@ -83,7 +83,12 @@ def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
         raise VbbenchError(
             f"{submission}: failure_policy is '{info.failure_policy}'; {challenge.name} wants every answer: 'refuse'"
         )
-    return check_submission(submission, dataset)
+    try:
+        return check_submission(submission, dataset)
+    except SubmissionError as error:
+        if challenge.missing_rows == "refuse":
+            raise SubmissionError(submission, tuple(fault.replace(OR_HOLD, "") for fault in error.faults)) from error
+        raise
 
 
 def digest_of_answers(submission: Path, dataset: Dataset) -> str:

@@ -19,7 +19,12 @@ from vbbench.geometry import IntArray
 from vbbench_leaderboards.challenge.definition import Challenge, Part, read_challenge
 from vbbench_leaderboards.challenge.log import Entry, read_log
 from vbbench_leaderboards.challenge.parts import parts_of
-from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences
+from vbbench_leaderboards.results.dataset_record import (
+    BoardDataset,
+    ScoredSequences,
+    read_dataset,
+    record_path,
+)
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
 DATA = "data"
@@ -76,8 +81,25 @@ class Organiser:
 
     @cached_property
     def parts(self) -> dict[Part, IntArray]:
-        """The numbers of the sequences of each part."""
-        return parts_of(self.dataset, self.challenge.data.public_share)
+        """The numbers of the sequences of each part.
+
+        Raises
+        ------
+        FileError
+            If they are others than when submissions were scored.
+        """
+        divided = parts_of(self.dataset, self.challenge.data.public_share)
+        path = self.results("public") / record_path(self.challenge.data.split, self.challenge.data.tier)
+        if path.is_file():
+            protocol: str = self.challenge.protocol
+            scored = read_dataset(path).scored[protocol].sequence
+            if not np.array_equal(scored, _only(self._whole_record.scored[protocol], divided["public"]).sequence):
+                raise FileError(
+                    self.folder / CHALLENGE_FILE,
+                    f"public_share divides the set otherwise than when submissions were scored, on {len(scored)} "
+                    "public sequences; write it as it was",
+                )
+        return divided
 
     @cached_property
     def entries(self) -> list[Entry]:

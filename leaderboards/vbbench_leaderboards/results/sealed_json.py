@@ -195,11 +195,15 @@ def _place(steps: Iterable[str | int]) -> str:
 def _validator(schema: str) -> "Draft202012Validator":
     from jsonschema_rs import Draft202012Validator
 
-    text = (files("vbbench_leaderboards") / "schemas" / f"{schema}.schema.json").read_text("utf-8")
-    values = json.loads(text)
-    if schema == "result":
+    return Draft202012Validator(schema_of(schema))
+
+
+def schema_of(name: str) -> Values:
+    """A published schema; that of results with the metrics that there are."""
+    values: Values = json.loads((files("vbbench_leaderboards") / "schemas" / f"{name}.schema.json").read_text("utf-8"))
+    if name == "result":
         _require_metrics(values)
-    return Draft202012Validator(values)
+    return values
 
 
 def _require_metrics(schema: Values) -> None:

@@ -161,6 +161,10 @@ class Recipe:
             raise ValueError(f"seed and held_out_seed are both {self.seed}; what is held out needs crowds of its own")
         _check_shares("[[size]]", [size.share for size in self.size])
         _check_shares("[[stream]]", [stream.share for stream in self.stream])
+        names = [stream.name for stream in self.stream]
+        if len(set(names)) < len(names):
+            again = next(name for name in names if names.count(name) > 1)
+            raise ValueError(f"two [[stream]] are called '{again}'; give each a name of its own")
         if not self.stage:
             raise ValueError("[[stage]] is missing; a recipe has one or more")
         for stage in self.stage:
