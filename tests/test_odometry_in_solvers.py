@@ -11,6 +11,7 @@ import pytest
 from benchmarks.session_coverage import run as run_session
 from tests.solver_runs import CAMERAS, DT, problem_of, see
 from tests.test_cold_start import crossing
+from vbbench import PerspectiveCamera, Session
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.protocol import get_protocol
 from vbbench.sequence import Odometry, Sequence, Truth
@@ -138,6 +139,19 @@ def test_gaps_of_odometry_are_not_one_long_gap(make: Callable[[], Any]) -> None:
     middle = len(truth.poses) // 2
     gaps = len(range(2, len(truth.poses) - 1, 4))
     assert spread(slice(2, -1, 4)) < 0.7 * spread(slice(middle, middle + gaps))
+
+
+@pytest.mark.parametrize("solver", ["vb-cv", "vb-sf", "vb-former"])
+def test_where_nobody_is_in_sight_a_pose_is_as_sure_as_odometry_is(solver: str) -> None:
+    camera = PerspectiveCamera(width=1280, height=720, focal=910.0, cx=640.0, cy=360.0, mount_height=1.2)
+    session, moved = Session(solver, camera, dt=0.1), np.array((0.05, 0.0, 0.002))
+    answer = session.step({})
+    for _ in range(50):
+        answer = session.step({}, (moved, np.diag((0.01, 0.01, 0.002)) ** 2))
+    assert answer.pose_covariance is not None
+    sigma = np.sqrt(answer.pose_covariance.diagonal())
+    assert sigma[:2] == pytest.approx(0.01 * np.sqrt(50.0), rel=0.3)
+    assert sigma[2] == pytest.approx(0.002 * np.sqrt(50.0), rel=0.3)
 
 
 def test_a_car_with_odometry_is_where_it_is() -> None:

@@ -6,6 +6,7 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -17,6 +18,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.scoring import score
+from vbbench.sequence import Given
+from vbbench.solver import Frame, Problem
 from vbbench.solving import solve
 from vbbench_leaderboards.submitting import TEMPLATE, copy_template
 
@@ -62,6 +65,22 @@ def test_the_class_of_the_template_answers(dataset: Dataset, mine: Path, protoco
     figures, others = score(answer, dataset.folder), score(plain, dataset.folder)
     assert figures.coverage == 1.0
     assert protocol == "one-step" or figures.summaries["dx_rel"].mean < others.summaries["dx_rel"].mean
+
+
+@pytest.mark.usefixtures("mine")
+def test_the_template_stays_where_nobody_has_shown_how_it_moves() -> None:
+    """As after a cold start among few people: one pose is known, and nobody is in sight."""
+    from mysolver import MySolver  # type: ignore[import-not-found]
+
+    solver = MySolver()
+    solver.start(
+        Problem(camera=PanoramaCamera(), dt=0.4, tracks=np.arange(3), height_mean=1.7, height_std=0.1, pixel_std=0.0)
+    )
+    nobody, nothing = np.full((3, 3), np.nan), np.full((3, 3, 2), np.nan)
+    unknown, first = [np.nan] * 3, [1.0, 2.0, 3.0]
+    for t, poses in enumerate(([unknown, unknown, first], [unknown, first, unknown], [first, unknown, unknown])):
+        frame = Frame(index=t, observations=nobody, given=Given(poses=np.array(poses), positions=nothing))
+        np.testing.assert_array_equal(solver.step(frame).pose, (1.0, 2.0, 3.0))
 
 
 @pytest.mark.skipif(shutil.which("awk") is None, reason="no awk here")

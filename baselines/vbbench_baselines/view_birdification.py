@@ -122,6 +122,7 @@ class Birdifier(ABC):
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
         self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
         self._drift, self._astray = Drift(), Astray()
+        self._measured: Told | None = None
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -138,6 +139,7 @@ class Birdifier(ABC):
         factors = self._expected(*measure(self._seen, heights.mean, heights.variance), chosen)
         told = told_by(frame.given.odometry, history.poses[1])
         sure = told is not None and told.std < SURE
+        self._measured = told if sure else None
         self._drift.advance(history, kept_shares(history, self._dt)[1], self._dt, measured=sure)
         helpful = factors.helpful & chosen
         few = bool(np.count_nonzero(helpful) < FEWEST)
@@ -178,6 +180,8 @@ class Birdifier(ABC):
 
     def _alone(self) -> tuple[float, float]:
         """Variances in m² and rad² of what the observer does within a frame while nobody is of use."""
+        if self._measured is not None:
+            return self._measured.std**2, 1.0 / self._measured.facing
         return self._spreads.motion**2, TURN**2 * self._dt
 
     def _find_again(
@@ -255,7 +259,7 @@ class Birdifier(ABC):
 
     def _walked(self, curved: Factors) -> FloatArray:
         """Covariance [3, 3] of a pose that nobody helps to find."""
-        return np.diag((curved.walk_std**2, curved.walk_std**2, TURN**2 * self._dt))
+        return np.diag((curved.walk_std**2, curved.walk_std**2, self._alone()[1]))
 
     def _spread(self, answer: Answer, pose: FloatArray, curved: Factors) -> dict[str, FloatArray]:
         """The covariances of pose and places: by this frame's ``pose`` [3, 3] and ``curved`` terms, and by the past."""

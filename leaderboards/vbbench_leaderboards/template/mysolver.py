@@ -51,7 +51,8 @@ class MySolver:
         """The pose from which what is `seen` lies where people should be: a rigid fit, least squares."""
         both = np.isfinite(seen).all(axis=1) & np.isfinite(ahead).all(axis=1)
         if both.sum() < 2:
-            return np.array(2 * self.poses[1] - self.poses[0])  # too few to hold on to: straight on
+            before = np.where(np.isnan(self.poses[0]), self.poses[1], self.poses[0])
+            return np.array(2 * self.poses[1] - before)  # too few to hold on to: straight on
         mine, theirs = (points[both] @ (1, 1j) for points in (in_world(seen, np.zeros(3)), ahead))
         turn = np.angle(np.sum(np.conj(mine - mine.mean()) * (theirs - theirs.mean())))
         place = theirs.mean() - np.exp(1j * turn) * mine.mean()
