@@ -21,7 +21,7 @@ LONGEST_HOLE = 1.0
 """Poses farther apart, in s, are not interpolated between."""
 SAME_TIME = 1e-3
 """In s: clocks that differ by less agree."""
-FASTEST, LEAP = 60.0, 3.0
+FASTEST, LEAP = 60.0, 5.0
 """In m/s and m: no camera is faster, but for the noise of a place."""
 BEYOND = 0.5
 """In frames: how far before the first pose and after the last the camera is taken to move on as it did."""

@@ -20,7 +20,7 @@ from vbbench.parsing.json_text import read_json
 VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.25, "Fully_occluded": 0.0}
 """JRDB's words of occlusion, as visible fractions; who is fully hidden is seen by no camera."""
 
-MOST_METRES, TALLEST, MOST_PIXELS = 1000.0, 3.0, 1e5
+MOST_METRES, TALLEST, MOST_PIXELS = 1000.0, 4.0, 1e5
 """How far away and how tall in m anybody is at most, and where in px a box may be."""
 
 _BOX = ("left", "top", "width", "height")
