@@ -71,15 +71,19 @@ def test_other_splits_and_other_solvers_are_what_they_are() -> None:
         held_out("no_such_module:Solver", ())
 
 
-def test_who_makes_a_subclass_is_run_and_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_makes_a_subclass_of_ours_is_run_and_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its code is not the variant's, and what the class that it is made of says of itself is not of it."""
-    (tmp_path / "made_of_ours.py").write_text(f"from {__name__} import Fitted\n\n\nclass Mine(Fitted):\n    pass\n")
+    ours = "from vbbench_baselines.joint_map.causal import MapCausal"
+    (tmp_path / "made_of_ours.py").write_text(f"{ours}\n\n\nclass Mine(MapCausal):\n    pass\n")
+    (tmp_path / "made_of_theirs.py").write_text(f"from {__name__} import Fitted\n\n\nclass Mine(Fitted):\n    pass\n")
     monkeypatch.syspath_prepend(tmp_path)
+    fitted = next(iter(MapCausal.held_out))
     with pytest.warns(VbbenchWarning, match="is made of one that was fitted on the recording of this dataset"):
-        assert held_out("made_of_ours:Mine", {WALK_SHA}) == "made_of_ours:Mine"
+        assert held_out("made_of_ours:Mine", {fitted}) == "made_of_ours:Mine"
     assert held_out("made_of_ours:Mine", {"1" * 64}) == "made_of_ours:Mine"
-    assert declared_facts(NAME) == declared_facts(VARIANT) == {"authors": "we"}
     assert declared_facts("made_of_ours:Mine") == {}
+    assert declared_facts(NAME) == declared_facts(VARIANT) == declared_facts("made_of_theirs:Mine") == {"authors": "we"}
+    assert held_out("made_of_theirs:Mine", {WALK_SHA}) == VARIANT
 
 
 def test_data_of_which_no_variant_saw_nothing_are_refused() -> None:

@@ -261,6 +261,14 @@ def test_the_command_makes_it_and_pictures_are_found(tmp_path):
     assert str(plan.info.pictures[0].path(3)).endswith("s/frames/000/rgb/0006.jpg")
 
 
+def test_a_leap_is_named_by_the_frame_of_the_pose(tmp_path):
+    values = recording(frames=60, pose_shift=3)
+    _move(values, 30, 31, 5000.0)
+    path = write(tmp_path, values) / "annotations" / "000.json"
+    with pytest.raises(FileError, match="frame 30: the camera moves"):
+        find_camera_path(read_annotations(path))
+
+
 def test_a_folder_may_have_braces_in_its_name_and_a_video_is_read_once(tmp_path):
     root = tmp_path / "{x}"
     write(root, recording())

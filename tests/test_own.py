@@ -23,9 +23,10 @@ from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.camera_file import read_camera
+from vbbench.exchange.own.people_file import read_people
 from vbbench.exchange.own.plausibility import box_noise
 from vbbench.exchange.own.recording import files_in, read_recording
-from vbbench.exchange.own.timing import time_frames
+from vbbench.exchange.own.timing import Timeline, time_frames
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation import generate
@@ -374,6 +375,26 @@ def test_nobody_is_as_fast_as_a_place_in_mm_says(folder, walk, name):
         read(folder)
 
 
+def test_places_in_mm_are_found_at_any_rate_and_only_where_boxes_are(folder, walk):
+    times = np.arange(-10.0, 6.0, 0.005)
+    lines = [f"{t:.4f} {1000.0 * t:.3f} 0 1.5 0 0 0 1" for t in times]  # 1 m/s at 200 Hz
+    (folder / "odometry.txt").write_text("\n".join(lines) + "\n")
+    with pytest.raises(FileError, match=r"odometry.txt, line \d+: the place is 1,?000 m from the one 1 s before"):
+        read(folder)
+    lines = [f"{t:.4f} {t + 1000.0 * (t > -5.0):.3f} 0 1.5 0 0 0 1" for t in times]  # it was moved before the film
+    (folder / "odometry.txt").write_text("\n".join(lines) + "\n")
+    assert read(folder).footage.odometry is not None
+
+
+def test_people_seen_from_a_fast_camera_do_not_leap(tmp_path):
+    """25 m/s, and their places are those beside the camera as long as nobody knows its poses."""
+    path, timeline = tmp_path / "people.csv", Timeline(60, 0.1, 0.1 * np.arange(60))
+    path.write_text("\n".join(["frame,id,x,y", *(f"{t},1,2.0,{200.0 - 2.5 * t}" for t in range(0, 60, 4))]) + "\n")
+    assert read_people(path, "drive", timeline, posed=False)[1] == ()
+    (note,) = read_people(path, "drive", timeline, posed=True)[1]
+    assert "people.csv, line 3: id 1 is 10 m from its place before, as are 14 places" in note
+
+
 def test_people_who_leap_are_told_of(folder, walk):
     write_tum(folder / "poses.txt", walk)
     edit_line(
@@ -390,6 +411,9 @@ def test_detections_whose_clock_goes_back_are_told_of(folder, walk):
     (folder / "boxes.csv").write_text("\n".join([lines[0], *(",".join(row) for row in late)]) + "\n")
     notes = " ".join(read(folder).notes)
     assert "boxes.csv, line 242: the clock goes back by 2.9 s; boxes of one time are taken for one frame" in notes
+    (folder / "boxes.csv").unlink()
+    (folder / "det.txt").write_text("".join(",".join([time, "-1", *box, "0.9"]) + "\n" for time, _, *box in late))
+    assert "det.txt, line 241: the clock goes back by 2.9 s" in " ".join(read(folder).notes)
 
 
 def test_a_folder_of_boxes_without_a_camera_is_told_of_and_one_is_read_once(tmp_path, walk):

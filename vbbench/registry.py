@@ -13,6 +13,8 @@ from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, Vb
 Kind = Literal[
     "camera", "generator", "tier", "reader", "renderer", "detector", "tracker", "solver", "variant", "command"
 ]
+AS_IT_IS = ""
+"""In place of a variant: there is none."""
 _SPOKEN = {"generator": "split", "reader": "recording format"}
 
 
@@ -78,27 +80,27 @@ def held_out(solver: str, sources: Collection[str]) -> str:
 
     A solver does not know what it runs on. One whose parameters were fitted on public files names, in a class attribute
     ``held_out``, for the SHA-256 of each such file the variant that never saw it: a registered name or
-    ``module:attribute``. The name of a split or of a file decides nothing. Who makes a subclass in a package of their
-    own inherits no variants, which are not their solver, and is told so.
+    ``module:attribute``. The name of a split or of a file decides nothing. Who makes a subclass of vbbench's
+    inherits no variants, which are not their solver, and is told so.
 
     Raises
     ------
     UnknownNameError, VbbenchError
         As of `load` and `variant_for`.
     """
+    return variant_for(solver, variants_of(solver), sources)
+
+
+def variants_of(solver: str) -> dict[str, str]:
+    """The attribute ``held_out`` of ``solver``; `AS_IT_IS` for each file that a class of vbbench's was fitted on."""
     found = load("solver", solver)
-    variants = own_words(found, "held_out")
-    inherited = getattr(found, "held_out", {})
-    if not variants and not inherited.keys().isdisjoint(sources):
-        text = f"solver '{solver}' is made of one that was fitted on the recording of this dataset, and runs as it is"
-        warnings.warn(f"{text}; say so in its facts, as tuned_on", VbbenchWarning, stacklevel=2)
-    return variant_for(solver, variants, sources)
+    return dict(own_words(found, "held_out")) or dict.fromkeys(getattr(found, "held_out", {}), AS_IT_IS)
 
 
 def own_words(found: Any, attribute: str) -> Mapping[str, str]:
-    """What a solver's class says of itself in an ``attribute``; what a class of another package says is not of it."""
+    """What a solver's class says of itself in an ``attribute``; what a class of vbbench's says is not of yours."""
     makers = [one for one in getattr(found, "__mro__", ()) if attribute in vars(one)]
-    if makers and makers[0].__module__.partition(".")[0] != found.__module__.partition(".")[0]:
+    if makers and makers[0].__module__.startswith("vbbench") and not found.__module__.startswith("vbbench"):
         return {}
     words: Mapping[str, str] = getattr(found, attribute, {})
     return words
@@ -106,6 +108,8 @@ def own_words(found: Any, attribute: str) -> Mapping[str, str]:
 
 def variant_for(solver: str, variants: Mapping[str, str], sources: Collection[str]) -> str:
     """``solver``, or the one of its ``variants`` that never saw the ``sources``; both are SHA-256 of files.
+
+    Who runs a solver as it is on data that a class was fitted on which it is made of is warned.
 
     Raises
     ------
@@ -118,7 +122,10 @@ def variant_for(solver: str, variants: Mapping[str, str], sources: Collection[st
             f"solver '{solver}' was fitted on several source files of this dataset, and none of its variants "
             f"({', '.join(apart)}) saw none of them; make a dataset of each file"
         )
-    return apart[0] if apart else solver
+    if apart == [AS_IT_IS]:
+        text = f"solver '{solver}' is made of one that was fitted on the recording of this dataset, and runs as it is"
+        warnings.warn(f"{text}; say so in its facts, as tuned_on", VbbenchWarning, stacklevel=2)
+    return apart[0] if apart and apart != [AS_IT_IS] else solver
 
 
 def load_all(kind: Kind) -> dict[str, Any]:

@@ -122,7 +122,7 @@ class Birdifier(ABC):
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
         self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
         self._drift, self._astray = Drift(), Astray()
-        self._measured: Told | None = None
+        self._told: Told | None = None
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -139,7 +139,7 @@ class Birdifier(ABC):
         factors = self._expected(*measure(self._seen, heights.mean, heights.variance), chosen)
         told = told_by(frame.given.odometry, history.poses[1])
         sure = told is not None and told.std < SURE
-        self._measured = told if sure else None
+        self._told = told
         self._drift.advance(history, kept_shares(history, self._dt)[1], self._dt, measured=sure)
         helpful = factors.helpful & chosen
         few = bool(np.count_nonzero(helpful) < FEWEST)
@@ -180,9 +180,10 @@ class Birdifier(ABC):
 
     def _alone(self) -> tuple[float, float]:
         """Variances in m² and rad² of what the observer does within a frame while nobody is of use."""
-        if self._measured is not None:
-            return self._measured.std**2, 1.0 / self._measured.facing
-        return self._spreads.motion**2, TURN**2 * self._dt
+        told, turns = self._told, 1.0 / (TURN**2 * self._dt)
+        if told is None:
+            return self._spreads.motion**2, 1.0 / turns
+        return told.std**2 if told.std < SURE else self._spreads.motion**2, 1.0 / (turns + told.facing)
 
     def _find_again(
         self, factors: Factors, people: Company, chosen: BoolArray, few: bool

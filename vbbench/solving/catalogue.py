@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from vbbench.errors import VbbenchError, VbbenchWarning
-from vbbench.registry import load_all, make_solver, registered
+from vbbench.registry import load_all, make_solver, own_words, registered
 from vbbench.solver import FrameSolver, SequenceSolver
 
 
@@ -64,7 +64,7 @@ def solvers_json() -> str:
 
 def _card(name: str, factory: Any) -> SolverCard:
     solver = factory if inspect.isclass(factory) else make_solver(name)
-    held_out = getattr(factory, "held_out", {})
+    held_out = own_words(factory, "held_out")
     if not isinstance(held_out, Mapping):
         raise VbbenchError(f"solver '{name}': held_out must map files to solvers, not be {type(held_out).__name__}")
     for source in held_out:

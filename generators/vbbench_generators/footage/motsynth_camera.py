@@ -91,7 +91,7 @@ def find_camera_path(found: Annotations) -> CameraPath:
     order, pose_shift, pose_error, lean = _find_order(found)
     found = _shift_poses(found, pose_shift)
     axes = camera_axes(found.angles, order)
-    _refuse_leaps(found, axes)
+    _refuse_leaps(found, axes, pose_shift)
     places = _to_world(found, axes, found.joints)
     right, down, forward = np.moveaxis(axes, 2, 0)
     pitch, roll = np.arcsin(forward[:, 2]), np.arctan2(-right[:, 2], -down[:, 2])
@@ -127,14 +127,14 @@ def find_camera_path(found: Annotations) -> CameraPath:
     )
 
 
-def _refuse_leaps(found: Annotations, axes: FloatArray) -> None:
-    """Raise FileError at the first frame into which no camera gets from the one before."""
+def _refuse_leaps(found: Annotations, axes: FloatArray, shift: int) -> None:
+    """Raise FileError at the first pose, ``shift`` frames later in the file, to which no camera gets from the last."""
     moved = np.linalg.norm(np.diff(found.positions, axis=0), axis=1)
     turned = np.arccos(np.clip(np.einsum("tij,tij->t", axes[1:], axes[:-1]) * 0.5 - 0.5, -1.0, 1.0))
     leaps = (moved > FASTEST / found.fps) | (turned > QUICKEST / found.fps)
     if leaps.any():
         frame = int(leaps.argmax())
-        problem = f"frame {found.first + frame + 1}: the camera moves {moved[frame]:,.1f} m and turns "
+        problem = f"frame {found.first + frame + 1 + shift}: the camera moves {moved[frame]:,.1f} m and turns "
         problem += f"{np.degrees(turned[frame]):.0f} degrees from the frame before"
         raise FileError(found.path, f"{problem}; a video is one shot of one camera, in m and degrees")
 

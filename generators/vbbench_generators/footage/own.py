@@ -1,6 +1,7 @@
 """Split ``own``: recordings of the user's own camera; docs/own.md says what files they are."""
 
 import warnings
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
@@ -73,7 +74,9 @@ def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
 
 
 def _has_boxes(folder: Path) -> bool:
-    return any((folder / name).is_file() for name in BOXES)
+    with suppress(OSError):  # such as a folder that may not be looked into
+        return any((folder / name).is_file() for name in BOXES)
+    return False
 
 
 def _files(folder: Path, asked: FootageOptions) -> RecordingFiles:

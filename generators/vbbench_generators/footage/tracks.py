@@ -2,6 +2,7 @@
 
 import warnings
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,9 @@ FEW = 0.5
 """Share of the people's boxes below which somebody should look at what was found."""
 MOST_STRAY = 0.01
 """Largest share of boxes whose middle may lie outside the picture."""
-LONGEST_STEP = 1.0
-"""In s from a picture to the next that a detector saw; boxes farther apart are of a detector that found few."""
+LONGEST_STEP, FEWEST_LOOKS = 1.0, 10
+"""In s from a picture to the next that a detector saw, and how many pictures have boxes: what lies farther apart, or is
+less, is of a detector that found few."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,12 +106,12 @@ def follow(
         raise FileError(found.path, "holds no box of a person that is sure enough in the frames that are labelled")
     _refuse_stray(found, camera, size)
     frames = len(labels)
-    looked = _looked_at(found.frame, frames, dt)
+    looked, step = _looked_at(found.frame, frames, dt)
     labels = np.where(np.isin(np.arange(frames), looked)[:, None, None], labels, np.nan)
     loose, _ = _dense(found, _places_in_frames(found.frame), frames)
     detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people, camera)
     _check_matches(found.path, detected)
-    tracks, boxes, scores = _linked(found, frames, looked, dt, camera)
+    tracks, boxes, scores = _linked(found, frames, looked, step * dt, camera)
     persons = _persons(boxes, labels, people, camera)
     kept = lasting_tracks(persons)
     seen = ~np.isnan(boxes[..., 2])
@@ -125,11 +127,16 @@ def follow(
     )
 
 
-def _looked_at(frame: IntArray, frames: int, dt: float) -> range:
-    """The frames in which there can be boxes: a detector may have seen every sixth picture alone."""
-    step = int(np.gcd.reduce(np.diff(np.unique(frame))))
-    step = step if 0 < step * dt <= LONGEST_STEP else 1
-    return range(int(frame.min()) % step, frames, step)
+def _looked_at(frame: IntArray, frames: int, dt: float) -> tuple[IntArray, int]:
+    """The frames in which there can be boxes, and how far apart they are: a detector may have seen every sixth."""
+    filled = np.unique(frame)
+    apart = np.diff(filled)
+    step = int(np.bincount(apart).argmax()) if len(filled) >= FEWEST_LOOKS else 1
+    if step == 1 or step * dt > LONGEST_STEP:
+        return np.arange(frames), 1
+    between = [np.arange(start, end, step) for start, end in pairwise(filled.tolist())]
+    before, after = np.arange(filled[0] % step, filled[0], step), np.arange(filled[-1], frames, step)
+    return np.concatenate([before, *between, after]), step
 
 
 def _refuse_stray(found: FoundBoxes, camera: Camera, size: tuple[int, int]) -> None:
@@ -159,13 +166,13 @@ def _check_matches(path: Path, detected: Agreement) -> None:
 
 
 def _linked(
-    found: FoundBoxes, frames: int, looked: range, dt: float, camera: Camera
+    found: FoundBoxes, frames: int, looked: IntArray, dt: float, camera: Camera
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Track ids [K], boxes [T, K, 4] and scores [T, K], from the frames that were ``looked`` at."""
     if (found.track != UNLINKED).all():
         tracks, column = np.unique(found.track, return_inverse=True)
         return tracks, *_dense(found, column, frames)
-    tracker, linked = ByteTracker(dt=looked.step * dt, period=camera.period), []
+    tracker, linked = ByteTracker(dt=dt, period=camera.period), []
     for frame in looked:
         rows = found.frame == frame
         linked.append(tracker.step(Detections(boxes=found.boxes[rows], scores=found.scores[rows])))

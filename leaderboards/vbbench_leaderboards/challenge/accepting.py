@@ -77,6 +77,7 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
     organiser = Organiser(folder)
     organiser.challenge.team(team)
     with locked(folder):
+        _ = organiser.parts  # what is wrong with the challenge is no refusal of a team
         entries = organiser.entries
         blank = Entry(
             number=len(entries) + 1,

@@ -89,17 +89,19 @@ class Organiser:
             If they are others than when submissions were scored.
         """
         divided = parts_of(self.dataset, self.challenge.data.public_share)
-        path = self.results("public") / record_path(self.challenge.data.split, self.challenge.data.tier)
-        if path.is_file():
-            protocol: str = self.challenge.protocol
-            scored = read_dataset(path).scored[protocol].sequence
-            if not np.array_equal(scored, _only(self._whole_record.scored[protocol], divided["public"]).sequence):
-                raise FileError(
-                    self.folder / CHALLENGE_FILE,
-                    f"public_share divides the set otherwise than when submissions were scored, on {len(scored)} "
-                    "public sequences; write it as it was",
-                )
+        for part, sequences in divided.items():
+            path = self.results(part) / record_path(self.challenge.data.split, self.challenge.data.tier)
+            if path.is_file():
+                self._check_same(path, sequences)
         return divided
+
+    def _check_same(self, path: Path, sequences: IntArray) -> None:
+        """Raise FileError if the record at ``path`` scores other sequences of a part than these."""
+        protocol: str = self.challenge.protocol
+        scored, wanted = read_dataset(path).scored.get(protocol), _only(self._whole_record.scored[protocol], sequences)
+        if scored is None or not np.array_equal(scored.sequence, wanted.sequence):
+            problem = f"protocol or public_share is another than when submissions were scored ({path})"
+            raise FileError(self.folder / CHALLENGE_FILE, f"{problem}; write it as it was")
 
     @cached_property
     def entries(self) -> list[Entry]:

@@ -76,7 +76,7 @@ def read_boxes(path: Path, dt: float | None) -> BoxRows:
     named = path.suffix.lower() == ".csv" and _has_header(path)
     rows = _named_rows(path, dt) if named else _mot_rows(path, dt)
     _check(rows)
-    return rows
+    return replace(rows, notes=(*rows.notes, *_goes_back(rows)))
 
 
 def _has_header(path: Path) -> bool:
@@ -126,32 +126,29 @@ def _named_rows(path: Path, dt: float | None) -> BoxRows:
         frame, timeline = time_frames(path, table["time"], table.lines, dt)
     else:
         frame, timeline = number_frames(path, table["frame"], table.lines, dt, base=0)
-    track, notes = _ids(path, table.columns.get("id", nothing), table.lines), []
     rest = [name for name in table.ignored if name]
-    if rest:
-        notes.append(f"columns {', '.join(rest)} of {path.name} are not read")
-    if "time" in table and (track == UNLINKED).all():
-        notes += _goes_back(path, table["time"], table.lines)
     return BoxRows(
         path=path,
         frame=frame,
-        track=track,
+        track=_ids(path, table.columns.get("id", nothing), table.lines),
         boxes=rectangles(sizes) if centred else sizes,
         scores=table.columns.get("score", nothing),
         visible=table.columns.get("visible", nothing),
         lines=table.lines,
         timeline=timeline,
-        notes=tuple(notes),
+        notes=(f"columns {', '.join(rest)} of {path.name} are not read",) if rest else (),
     )
 
 
-def _goes_back(path: Path, times: FloatArray, lines: IntArray) -> list[str]:
-    """A note if the clock of detections goes back once or twice; rows in no order go back everywhere."""
+def _goes_back(rows: BoxRows) -> list[str]:
+    """A note if the clock of detections goes back a few times; rows in no order go back everywhere."""
+    times = rows.timeline.times[rows.frame]
     back = np.flatnonzero(np.diff(times) < 0.0)
-    if not 0 < len(back) <= MOST_BACK:
+    if rows.linked or not 0 < len(back) <= MOST_BACK:
         return []
-    by, line = times[back[0]] - times[back[0] + 1], lines[back[0] + 1]
-    return [f"{path.name}, line {line}: the clock goes back by {by:.4g} s; boxes of one time are taken for one frame"]
+    by, line = times[back[0]] - times[back[0] + 1], rows.lines[back[0] + 1]
+    name = rows.path.name
+    return [f"{name}, line {line}: the clock goes back by {by:.4g} s; boxes of one time are taken for one frame"]
 
 
 def _has_columns(path: Path, names: tuple[str, ...]) -> bool:

@@ -37,7 +37,7 @@ def read_poses(path: Path, timeline: Timeline) -> FloatArray:
     """
     lines, values = _in_order(path, *read_tum_rows(path))
     times, poses = values[:, 0], planar_poses(path, lines, values)
-    _refuse_leaps(path, lines, times, poses)
+    _refuse_leaps(path, lines, times, poses, timeline)
     found = _at(times, poses, timeline.times, beyond=BEYOND * timeline.dt)
     missing = np.isnan(found[:, 0])
     if missing.any():
@@ -65,7 +65,7 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     """
     lines, values = _in_order(path, *read_tum_rows(path, MOTION_COVARIANCE))
     times, poses = values[:, 0], planar_poses(path, lines, values[:, :8])
-    _refuse_leaps(path, lines, times, poses)
+    _refuse_leaps(path, lines, times, poses, timeline)
     at = _at(times, poses, timeline.times, beyond=SAME_TIME)
     motions = np.full((timeline.frames, 3), np.nan)
     motions[1:] = motion_between(at[:-1], at[1:])
@@ -86,14 +86,22 @@ def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple
     return Odometry(motions=motions, covariances=covariances), notes
 
 
-def _refuse_leaps(path: Path, lines: IntArray, times: FloatArray, poses: FloatArray) -> None:
-    """Raise FileError at the first of the ``poses`` [N, 3] at these ``times`` [N] to which nobody gets in time."""
-    moved = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-    leaps = moved > LEAP + FASTEST * np.diff(times)
-    if leaps.any():
-        row = int(leaps.argmax())
-        problem = f"the place is {moved[row]:,.4g} m from the one {times[row + 1] - times[row]:.3g} s before"
-        raise FileError(path, f"{problem}; are places in m, and is the line whole?", int(lines[row + 1]))
+def _refuse_leaps(path: Path, lines: IntArray, times: FloatArray, poses: FloatArray, timeline: Timeline) -> None:
+    """Raise FileError at the first of the ``poses`` [N, 3], of those about the frames, to which nobody gets in time.
+
+    It is looked from line to line, which a broken line does not pass, and over a second, which places in mm do not.
+    """
+    first, last = timeline.times[0] - LONGEST_HOLE, timeline.times[-1] + LONGEST_HOLE
+    rows = np.arange(len(times))
+    for later in (rows + 1, np.searchsorted(times, times + 1.0)):
+        later = later.clip(max=len(times) - 1)
+        passed = times[later] - times
+        moved = np.hypot(*(poses[later, :2] - poses[:, :2]).T)
+        leaps = (moved > LEAP + FASTEST * passed) & (times[later] >= first) & (times <= last)
+        if leaps.any():
+            row = int(leaps.argmax())
+            problem = f"the place is {moved[row]:,.4g} m from the one {passed[row]:.3g} s before"
+            raise FileError(path, f"{problem}; are places in m, and is the line whole?", int(lines[later[row]]))
 
 
 def _in_order(path: Path, lines: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -16,11 +16,11 @@ FASTEST, LEAP = 12.0, 2.0
 """In m/s and m: nobody runs faster, but for the noise of a place."""
 
 
-def read_people(path: Path, name: str, timeline: Timeline) -> tuple[Scene, tuple[str, ...]]:
+def read_people(path: Path, name: str, timeline: Timeline, *, posed: bool) -> tuple[Scene, tuple[str, ...]]:
     """The people of ``people.csv`` (frame or time, id, x, y, height), and notes.
 
     Positions are in the world of the poses, in m; without poses (right, forward) of the camera. A height that is not
-    said anywhere is NaN.
+    said anywhere is NaN. How fast people are is looked at where the camera is ``posed``: else it moves them.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def read_people(path: Path, name: str, timeline: Timeline) -> tuple[Scene, tuple
         raise FileError(path, f"no row is of a frame of the boxes, which are of {times[0]:.10g} to {times[-1]:.10g} s")
     people, column = np.unique(ids[there].astype(np.int64), return_inverse=True)
     _refuse_repetition(path, frame[there], column, table.lines[there])
-    notes = _leaps(path, ids[there], timeline.times[frame[there].astype(np.int64)], table, there)
+    notes = _leaps(path, ids[there], timeline.times[frame[there].astype(np.int64)], table, there) if posed else []
     positions, heights = np.full((timeline.frames, len(people), 2), np.nan), np.full(len(people), np.nan)
     positions[frame[there], column] = np.stack([table["x"][there], table["y"][there]], axis=-1)
     if "height" in table:

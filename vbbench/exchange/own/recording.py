@@ -131,7 +131,7 @@ def read_recording(files: RecordingFiles, *, dt: float | None = None, pictures: 
     scene, odometry = None, None
     poses = None if files.poses is None else read_poses(files.poses, timeline)
     if files.people is not None:
-        scene, lost = read_people(files.people, files.name, timeline)
+        scene, lost = read_people(files.people, files.name, timeline, posed=poses is not None)
         notes += lost
     if files.odometry is not None:
         odometry, holes = read_odometry(files.odometry, timeline, own.facts.odometry)
