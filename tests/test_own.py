@@ -15,27 +15,19 @@ from tests.own_recording import (
     write_csv,
     write_folder,
     write_mot,
-    write_people,
-    write_tum,
 )
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.camera_file import read_camera
-from vbbench.exchange.own.people_file import read_people
 from vbbench.exchange.own.plausibility import box_noise
 from vbbench.exchange.own.recording import files_in, read_recording
-from vbbench.exchange.own.timing import Timeline, time_frames
+from vbbench.exchange.own.timing import time_frames
 from vbbench.files.dataset import Dataset
-from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generation.footage import FootageOptions, joined_odometry
+from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
-from vbbench.geometry import relative_to_world
-from vbbench.scoring import score
-from vbbench.sequence import Odometry
-from vbbench.solving import solve
 from vbbench_generators.footage.own import own
 
 GOOD = "".join(f"{t},{k},{300 + 9 * k + t},320,30,90\n" for t in range(8) for k in range(4))
@@ -182,159 +174,6 @@ def test_boxes_without_ids_are_linked(folder, walk):
     assert np.isfinite(recording.footage.boxes[..., 2]).sum() > 0.9 * len(walk.rows)
 
 
-def test_poses_odometry_and_people_become_truth_and_measurements(folder, walk, tmp_path):
-    write_tum(folder / "poses.txt", walk, every=0.5)
-    write_tum(folder / "odometry.txt", walk, every=0.5)
-    write_people(folder / "people.csv", walk)
-    recording = read(folder)
-    footage = recording.footage
-    assert not recording.notes
-    assert footage.known == "whole"
-    assert footage.poses is not None
-    np.testing.assert_allclose(footage.poses, walk.poses, atol=1e-6)
-    places, persons = footage.positions()
-    np.testing.assert_allclose(places, walk.people, atol=1e-5)
-    assert persons.tolist()[0] == list(range(1, 9))
-    assert footage.odometry is not None
-    again = walk.poses.copy()
-    for t in range(1, len(again)):
-        forward, left, turn = footage.odometry.motions[t]
-        again[t, :2] = relative_to_world(np.array([[-left, forward]]), again[t - 1])[0]
-        again[t, 2] = again[t - 1, 2] + turn
-    np.testing.assert_allclose(again, walk.poses, atol=1e-6)
-    assert (np.linalg.eigvalsh(footage.odometry.covariances[1:]) > 0).all()
-    dataset = generate("own", tmp_path / "d", Options(source=folder))
-    assert "as written" in verify(tmp_path / "d")
-    assert (dataset.info.truth, len(dataset), dataset.sequence(0).frames) == ("whole", 1, 60)
-    figures = score(solve(dataset, "cv", "one-step", tmp_path / "a"), tmp_path / "d").values()["metrics"]
-    assert figures["dx"]["mean"] < 1.0
-
-
-def test_stated_covariances_of_odometry_are_composed_over_a_frame(folder, walk):
-    part, spread = np.array([0.3, 0.02, 0.2]), np.array([[4e-4, 1e-5, 2e-5], [1e-5, 1e-4, 0.0], [2e-5, 0.0, 9e-4]])
-    pose, rows = np.zeros(3), []
-    for line in range(4 * len(walk.poses)):
-        x, y, yaw = pose
-        place = f"{line * walk.dt / 4:.6f} {x:.12f} {y:.12f} 0 0 0 {np.sin(yaw / 2):.12f} {np.cos(yaw / 2):.12f}"
-        rows.append(f"{place} 4e-4 1e-5 2e-5 1e-4 0 9e-4")
-        pose = np.append(relative_to_world(np.array([[-part[1], part[0]]]), pose)[0], yaw + part[2])
-    (folder / "odometry.txt").write_text("\n".join(rows) + "\n")
-    odometry = read(folder).footage.odometry
-    assert odometry is not None
-    parts = Odometry(motions=np.tile(part, (5, 1)), covariances=np.tile(spread, (5, 1, 1)))
-    expected = joined_odometry(parts, 4)
-    np.testing.assert_allclose(odometry.motions[5], expected.motions[1], rtol=1e-6)
-    np.testing.assert_allclose(odometry.covariances[5], expected.covariances[1], rtol=1e-5, atol=1e-9)
-    (folder / "odometry.txt").write_text("\n".join(rows[::3]) + "\n")  # lines end within frames: parts in proportion
-    sparse = read(folder).footage.odometry
-    assert sparse is not None
-    np.testing.assert_allclose(sparse.covariances[5:9, 2, 2], 4 / 3 * 9e-4, rtol=1e-6)
-    assert (np.linalg.eigvalsh(sparse.covariances[1:]) > 0.0).all()
-    (folder / "odometry.txt").write_text("\n".join([*rows[:3], rows[3].replace("4e-4", "-4e-4"), *rows[4:]]))
-    with pytest.raises(FileError, match=r"line 4: the covariance .* is not positive definite"):
-        read(folder)
-    (folder / "odometry.txt").write_text("\n".join([*rows[:3], rows[3] + " 7"]))
-    with pytest.raises(FileError, match="line 4: 15 columns, wanted 14"):
-        read(folder)
-
-
-def test_lines_of_odometry_are_told_by_their_times(folder, walk):
-    write_tum(folder / "odometry.txt", walk, every=0.5)
-    rows = (folder / "odometry.txt").read_text().splitlines()
-    rows = [f"{line} {1e-4 * (1 + n)} 0 0 1e-4 0 1e-6" for n, line in enumerate(rows)]
-    odometry = []
-    for order in (rows, rows[::-1]):
-        (folder / "odometry.txt").write_text("\n".join(order) + "\n")
-        odometry.append(read(folder).footage.odometry)
-    np.testing.assert_array_equal(odometry[0].motions, odometry[1].motions)
-    np.testing.assert_array_equal(odometry[0].covariances, odometry[1].covariances)
-
-
-def test_no_motion_is_made_up_before_the_first_line_of_odometry_and_after_its_last(folder, walk):
-    write_tum(folder / "odometry.txt", walk, every=2.0)
-    whole = read(folder).footage.odometry
-    rows = (folder / "odometry.txt").read_text().splitlines()
-    (folder / "odometry.txt").write_text("\n".join(rows[1:-2]) + "\n")
-    recording = read(folder)
-    odometry = recording.footage.odometry
-    first, last = 2, 2 * (len(rows) - 3)
-    measured = np.isfinite(odometry.motions[:, 0])
-    assert np.flatnonzero(measured).tolist() == list(range(first + 1, last + 1))
-    np.testing.assert_allclose(odometry.motions[measured], whole.motions[measured], atol=1e-12)
-    assert recording.notes == (f"{59 - int(measured.sum())} of 59 motions are not in odometry.txt",)
-
-
-def test_poses_that_begin_half_a_frame_late_go_back_straight_and_not_by_their_noise(folder, walk):
-    write_tum(folder / "poses.txt", walk, every=0.01)
-    rows = [row.split() for row in (folder / "poses.txt").read_text().splitlines()[45:]]
-    noise = np.random.default_rng(0).normal(0.0, 0.002, (len(rows), 2))
-    noisy = [
-        [t, f"{float(x) + dx:.6f}", f"{float(y) + dy:.6f}", *rest]
-        for (t, x, y, *rest), (dx, dy) in zip(rows, noise, strict=True)
-    ]
-    (folder / "poses.txt").write_text("\n".join(" ".join(row) for row in noisy) + "\n")
-    poses = read(folder).footage.poses
-    assert np.abs(poses[:, :2] - walk.poses[:, :2]).max() < 0.012
-
-
-def test_files_of_another_clock_or_frame_are_refused(folder, walk):
-    write_tum(folder / "odometry.txt", walk, begin=1e5)
-    with pytest.raises(FileError, match="no frame has a motion; both need one clock"):
-        read(folder)
-    rows = write_tum(folder / "odometry.txt", walk).read_text().splitlines()
-    in_ms = [" ".join([f"{1e3 * float(row.split()[0]):g}", *row.split()[1:]]) for row in rows]
-    (folder / "odometry.txt").write_text("\n".join(in_ms) + "\n")
-    with pytest.raises(FileError, match="no frame has a motion; both need one clock, and no hole over 1 s"):
-        read(folder)
-    (folder / "odometry.txt").unlink()
-    write_tum(folder / "poses.txt", walk, begin=2.0)
-    with pytest.raises(FileError, match="20 of 60 frames have no pose: frame 0 is at 0 s, the poses reach from 2 to"):
-        read(folder)
-    write_tum(folder / "poses.txt", walk, begin=0.5, every=10.0)
-    with pytest.raises(FileError, match=r"frames have no pose: frame 0 is at 0 s, the poses reach from 0\.5 to"):
-        read(folder)
-    (folder / "poses.txt").write_text("0 0 0 1 0.5 -0.5 0.5 -0.5\n1 0 0 1 0.5 -0.5 0.5 -0.5\n")
-    with pytest.raises(FileError, match="line 1: the body leans by"):
-        read(folder)
-    write_tum(folder / "poses.txt", walk)
-    rows = write_people(folder / "people.csv", walk).read_text().splitlines()
-    turned = [",".join([t, k, y, x, h]) for t, k, x, y, h in (row.split(",") for row in rows[1:])]
-    (folder / "people.csv").write_text("\n".join(["frame,id,x,y,height", *turned]))
-    with pytest.raises(FileError, match="0% of these are where that person's box would be: are these places in m"):
-        read(folder)
-    others = [",".join([t, f"{int(k) + 50}", *rest]) for t, k, *rest in (row.split(",") for row in rows[1:])]
-    (folder / "people.csv").write_text("\n".join([rows[0], *others]))
-    with pytest.raises(FileError, match="none of 480 boxes has the id of a person"):
-        read(folder)
-    (folder / "people.csv").write_text("\n".join([*rows, rows[-1]]))
-    with pytest.raises(FileError, match="this id already has a place in this frame"):
-        read(folder)
-
-
-def test_people_without_ids_of_boxes_are_matched_by_overlap(folder, walk):
-    (folder / "boxes.csv").unlink()
-    write_mot(folder / "det.txt", walk, linked=False)
-    write_tum(folder / "poses.txt", walk)
-    write_people(folder / "people.csv", walk)
-    places, _ = read(folder).footage.positions()
-    assert np.isfinite(places[..., 0]).mean() > 0.8
-
-
-def test_people_without_poses_are_relative(folder, walk, tmp_path):
-    from vbbench.geometry import world_to_relative
-
-    relative = world_to_relative(walk.people, walk.poses)
-    lines = [
-        f"{t * 0.1:.3f},{k + 1},{relative[t, k, 0]},{relative[t, k, 1]}\n" for t, k in np.ndindex(relative.shape[:2])
-    ]
-    (folder / "people.csv").write_text("time,id,x,y\n" + "".join(lines))
-    dataset = generate("own", tmp_path / "d", Options(source=folder))
-    assert dataset.info.truth == "relative"
-    sequence = dataset.sequence(0)
-    people = dataset.track_persons(sequence)[-1] - 1  # ids of the file are from 1
-    np.testing.assert_allclose(dataset.relative_truth(sequence), relative[:, people], atol=1e-6)
-
-
 def test_noise_is_measured_from_boxes(folder):
     assert read(folder).pixel_std == pytest.approx(1.0, abs=0.25)
     loud = make_walk(noise=6.0)
@@ -348,60 +187,6 @@ def test_noise_is_measured_from_boxes(folder):
 def read_split(source: Path, **asked) -> str:
     """The id of the dataset."""
     return own.plan(Options(source=source, footage=FootageOptions(**asked))).info.id
-
-
-def edit_line(path, number, edit):
-    lines = path.read_text().splitlines()
-    lines[number - 1] = edit(lines[number - 1])
-    path.write_text("\n".join(lines) + "\n")
-
-
-@pytest.mark.parametrize("name", ["poses.txt", "odometry.txt"])
-def test_nobody_is_as_fast_as_a_place_in_mm_says(folder, walk, name):
-    write_tum(folder / name, walk)
-    edit_line(folder / name, 31, lambda line: " ".join([line.split()[0], "5000", *line.split()[2:]]))
-    with pytest.raises(
-        FileError, match=rf"{name}, line 31: the place is \S+ m from the one 0.1 s before; are places in m"
-    ):
-        read(folder)
-    write_tum(folder / name, walk)
-    for number in range(1, 60):
-        edit_line(
-            folder / name,
-            number,
-            lambda line: " ".join(str(1000.0 * float(x)) if 0 < n < 4 else x for n, x in enumerate(line.split())),
-        )
-    with pytest.raises(FileError, match=rf"{name}, line \d+: the place is \S+ m from"):
-        read(folder)
-
-
-def test_places_in_mm_are_found_at_any_rate_and_only_where_boxes_are(folder, walk):
-    times = np.arange(-10.0, 6.0, 0.005)
-    lines = [f"{t:.4f} {1000.0 * t:.3f} 0 1.5 0 0 0 1" for t in times]  # 1 m/s at 200 Hz
-    (folder / "odometry.txt").write_text("\n".join(lines) + "\n")
-    with pytest.raises(FileError, match=r"odometry.txt, line \d+: the place is 1,?000 m from the one 1 s before"):
-        read(folder)
-    lines = [f"{t:.4f} {t + 1000.0 * (t > -5.0):.3f} 0 1.5 0 0 0 1" for t in times]  # it was moved before the film
-    (folder / "odometry.txt").write_text("\n".join(lines) + "\n")
-    assert read(folder).footage.odometry is not None
-
-
-def test_people_seen_from_a_fast_camera_do_not_leap(tmp_path):
-    """25 m/s, and their places are those beside the camera as long as nobody knows its poses."""
-    path, timeline = tmp_path / "people.csv", Timeline(60, 0.1, 0.1 * np.arange(60))
-    path.write_text("\n".join(["frame,id,x,y", *(f"{t},1,2.0,{200.0 - 2.5 * t}" for t in range(0, 60, 4))]) + "\n")
-    assert read_people(path, "drive", timeline, posed=False)[1] == ()
-    (note,) = read_people(path, "drive", timeline, posed=True)[1]
-    assert "people.csv, line 3: id 1 is 10 m from its place before, as are 14 places" in note
-
-
-def test_people_who_leap_are_told_of(folder, walk):
-    write_tum(folder / "poses.txt", walk)
-    edit_line(
-        write_people(folder / "people.csv", walk), 100, lambda line: line.replace(",", ",9", 2).replace(",9", ",", 1)
-    )
-    (note,) = (note for note in read(folder).notes if note.startswith("people.csv"))
-    assert re.match(r"people.csv, line \d+: id \d is \S+ m from its place before, as are [12] places", note)
 
 
 def test_detections_whose_clock_goes_back_are_told_of(folder, walk):

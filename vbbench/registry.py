@@ -125,7 +125,8 @@ def variant_for(solver: str, variants: Mapping[str, str], sources: Collection[st
     if apart == [AS_IT_IS]:
         text = f"solver '{solver}' is made of one that was fitted on the recording of this dataset, and runs as it is"
         warnings.warn(f"{text}; say so in its facts, as tuned_on", VbbenchWarning, stacklevel=2)
-    return apart[0] if apart and apart != [AS_IT_IS] else solver
+        return solver
+    return apart[0] if apart else solver
 
 
 def load_all(kind: Kind) -> dict[str, Any]:

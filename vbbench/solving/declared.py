@@ -10,7 +10,7 @@ FACTS = ("authors", "code", "trained_on", "tuned_on")
 
 
 def declared_facts(solver: str) -> dict[str, str]:
-    """The attribute ``facts`` of the class called ``solver``, by key; that of another package's class does not count.
+    """The attribute ``facts`` of the class called ``solver``, by key; what a class of vbbench's says is not yours.
 
     Raises
     ------

@@ -7,14 +7,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWarning
-from vbbench.exchange.own.recording import (
-    BOXES,
-    CAMERA,
-    RecordingFiles,
-    as_recordings,
-    files_in,
-    read_recording,
-)
+from vbbench.exchange.own.recording import BOXES, CAMERA, RecordingFiles, as_recordings, files_in, read_recording
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.runs import RunRules

@@ -19,12 +19,7 @@ from vbbench.geometry import IntArray
 from vbbench_leaderboards.challenge.definition import Challenge, Part, read_challenge
 from vbbench_leaderboards.challenge.log import Entry, read_log
 from vbbench_leaderboards.challenge.parts import parts_of
-from vbbench_leaderboards.results.dataset_record import (
-    BoardDataset,
-    ScoredSequences,
-    read_dataset,
-    record_path,
-)
+from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences, read_dataset, record_path
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
 DATA = "data"

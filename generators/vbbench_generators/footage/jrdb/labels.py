@@ -117,6 +117,16 @@ def read_places(path: Path) -> PlaceLabels:
     )
 
 
+def wrong_height(height: float) -> str:
+    """What is wrong with the height of a person in m; nothing of one that can be."""
+    return "" if 0.0 < height <= TALLEST else f"h is {height:g}; people are up to {TALLEST:g} m tall"
+
+
+def wrong_size(width: float, height: float) -> str:
+    """What is wrong with the size of a box in px; nothing of one that can be."""
+    return "" if width > 0.0 and height > 0.0 else f"its box is {width:g} px wide and {height:g} px high"
+
+
 @dataclass(frozen=True)
 class _Label:
     """One label of a person; what is wrong with it is said with the picture and its number there."""
@@ -131,6 +141,11 @@ class _Label:
     def fault(self, problem: str) -> FileError:
         """The error about this label."""
         return FileError(self.path, f"{self.picture}, label {self.number_there}: {problem}")
+
+    def refuse(self, problem: str) -> None:
+        """Raise the error about this label, if there is a problem."""
+        if problem:
+            raise self.fault(problem)
 
     def number(self, values: dict[str, Any], key: str) -> float:
         """A finite number of plausible size."""
@@ -155,8 +170,7 @@ class _Label:
     def place_and_height(self) -> tuple[float, float, float]:
         """Metres forward and to the left, and how tall the person is."""
         ahead, left, height = (self.number(self.box(), key) for key in ("cx", "cy", "h"))
-        if not 0.0 < height <= TALLEST:
-            raise self.fault(f"h is {height:g}; people are up to {TALLEST:g} m tall")
+        self.refuse(wrong_height(height))
         return ahead, left, height
 
     def picture_box(self) -> list[float]:
@@ -165,8 +179,7 @@ class _Label:
         if not isinstance(box, list) or len(box) != 4:
             raise self.fault(f"key 'box' is {quoted(box)}, not [left, top, width, height]")
         numbers = [self.checked(name, value, MOST_PIXELS) for name, value in zip(_BOX, box, strict=True)]
-        if numbers[2] <= 0.0 or numbers[3] <= 0.0:
-            raise self.fault(f"its box is {numbers[2]:g} px wide and {numbers[3]:g} px high")
+        self.refuse(wrong_size(*numbers[2:]))
         return numbers
 
     def attribute(self, name: str, default: str) -> str:

@@ -177,7 +177,10 @@ def nearest_clouds(grid: Grid, clouds: Stamps) -> IntArray:
 
 def directions_beside(recording: Recording) -> FloatArray:
     """[N] rad from the direction of each labelled place to that of its box, clockwise."""
-    boxes, places = _pairs(recording)
+    return _directions_beside(*_pairs(recording))
+
+
+def _directions_beside(boxes: FloatArray, places: FloatArray) -> FloatArray:
     seen = CAMERA.unproject(boxes, np.ones(len(boxes)))
     return wrap_angle(np.arctan2(seen[:, 0], seen[:, 1]) + np.arctan2(places[:, 1], places[:, 0]))
 
@@ -218,7 +221,7 @@ def _check_places(recording: Recording, path: Path) -> None:
     labelled = int((~np.isnan(recording.visible)).sum())
     if len(boxes) < _FEWEST:
         raise FileError(path, f"only {len(boxes)} boxes of {recording.name} have a labelled place; are ids the same?")
-    beside = float(np.median(np.abs(directions_beside(recording))))
+    beside = float(np.median(np.abs(_directions_beside(boxes, places))))
     if beside > FARTHEST_BESIDE:
         problem = f"places lie {beside:.2f} rad beside their boxes (median; {FARTHEST_BESIDE} at most)"
         raise FileError(path, f"{problem}: they must be in the robot's frame, x forward, y left")

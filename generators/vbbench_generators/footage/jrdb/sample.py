@@ -7,7 +7,14 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.parsing.numbers import finite_number
 from vbbench.parsing.rows import first_repetition
-from vbbench_generators.footage.jrdb.labels import MOST_METRES, MOST_PIXELS, TALLEST, PictureLabels, PlaceLabels
+from vbbench_generators.footage.jrdb.labels import (
+    MOST_METRES,
+    MOST_PIXELS,
+    PictureLabels,
+    PlaceLabels,
+    wrong_height,
+    wrong_size,
+)
 
 SAMPLE = ("frame", "id", "x", "y", "h", "w", "l", "rot_z", "left", "top", "width", "height")
 """Its columns."""
@@ -68,8 +75,4 @@ def _problem(row: dict[str, float]) -> str:
         for name in names:
             if abs(row[name]) > most:
                 return f"{name} is {row[name]:g}, not a number up to {most:,.0f}"
-    if not 0.0 < row["h"] <= TALLEST:
-        return f"h is {row['h']:g}; people are up to {TALLEST:g} m tall"
-    if row["width"] <= 0.0 or row["height"] <= 0.0:
-        return f"its box is {row['width']:g} px wide and {row['height']:g} px high"
-    return ""
+    return wrong_height(row["h"]) or wrong_size(row["width"], row["height"])
