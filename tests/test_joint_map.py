@@ -28,7 +28,6 @@ from vbbench_baselines.joint_map.optimiser.banded import (
     solve,
     solve_wide,
 )
-from vbbench_baselines.joint_map.optimiser.descent import DEPTH, Past, extrapolate
 from vbbench_baselines.joint_map.optimiser.marginalisation import NOTHING_KEPT, anchor_of
 from vbbench_baselines.joint_map.optimiser.people import axes_of, eliminate
 from vbbench_baselines.joint_map.optimiser.poses import (
@@ -71,15 +70,6 @@ def test_banded_kernels_agree_with_numpy() -> None:
         if j - i <= BAND:
             assert near[i, j - i] == pytest.approx(upper[i, j], rel=1e-8, abs=1e-12)
     assert not factor_wide(-np.ones((3, 2)))
-
-
-def test_the_end_of_a_slow_march_is_guessed_from_its_steps() -> None:
-    rates = np.array((0.97, 0.9, 0.5, -0.3))
-    past = Past(np.zeros((DEPTH + 1, 4)), np.zeros((DEPTH + 1, 4)), np.zeros(1, np.int64))
-    here, end = np.zeros(4), np.array((1.0, -2.0, 3.0, 4.0))
-    for _ in range(6):
-        here = extrapolate(past, here, end + rates * (here - end))
-    np.testing.assert_allclose(here, end, atol=1e-4)
 
 
 def test_the_quadratic_form_of_a_walk_is_its_energy() -> None:

@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.bench_joint_map import crowd
 from tests.solver_runs import CAMERAS, DT, problem_of, see, walk
 from tests.test_joint_map import LOOKING_ABOUT, NORMAL, made_data, measured_motions, run_any, unmeasured
 from vbbench.protocol import get_protocol
 from vbbench.solving.runner import run_sequence
 from vbbench_baselines.common.odometry import Motions
+from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.measurement.boxes import Statures
 from vbbench_baselines.joint_map.measurement.window import gather
@@ -75,6 +77,12 @@ def test_a_cut_hessian_is_as_soft_as_the_whole_one(feet: bool) -> None:
     assert len(tall) == (0 if feet else len(people))
     cut, whole = full(Curvature(band, tall)), full(hessian_of(people, state, problem, 60))
     np.testing.assert_allclose(np.linalg.eigvalsh(cut)[:4], np.linalg.eigvalsh(whole)[:4], rtol=0.05)
+
+
+@pytest.mark.slow
+def test_a_long_walk_among_people_who_stray_converges() -> None:
+    """Weights move slowly there, and a path bends as a whole: plain steps go on for hundreds of rounds."""
+    assert MapBatch().solve(*crowd(160, 20)).converged.all()
 
 
 def test_windows_lose_little() -> None:

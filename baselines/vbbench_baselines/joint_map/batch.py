@@ -64,7 +64,7 @@ class MapBatch:
     prior: Prior = field(default_factory=lambda: get_prior("default"))
     ego_prior: bool = True
     feet: bool = True
-    rounds: int = 50
+    rounds: int = 80
     tolerance: float = 1e-4
     certain: float = 0.02
     real: Settings | None = field(default_factory=Settings)

@@ -80,7 +80,7 @@ class MapCausal:
     window: int = 12
     rounds: int = 30
     tolerance: float = 1e-3
-    certain: float = 0.05
+    certain: float = 0.1
     real: Settings | None = field(default_factory=Settings)
 
     def start(self, problem: Problem) -> None:

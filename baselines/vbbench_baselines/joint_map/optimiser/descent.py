@@ -3,28 +3,25 @@
 A step minimises the quadratic model of the weighted energy (Levenberg–Marquardt, the damping scaled by the Hessian's
 diagonal), with all people following, and is taken only if the deviance falls. The Hessian, most of a step's cost, is
 renewed only now and then: the gradient is that of the point, so that an old Hessian costs steps but not exactness.
-Anderson's acceleration extrapolates the last steps; its point is taken if the deviance is lower still. The loop has
-converged when a whole step is short in metres or in standard deviations, λ² = gᵀH⁻¹g: the exact place of poses that are
-hardly known does not matter.
 
-Renewing weights and stepping is a map x → F(x) that converges to its fixed point linearly. Anderson's acceleration
-guesses the fixed point from the last few pairs: the combination Σ α_i F(x_i), Σ α_i = 1, for which Σ α_i (F(x_i) − x_i)
-is shortest (D. G. Anderson 1965, "Iterative procedures for nonlinear integral equations").
+Renewed weights, and the turns of whole paths, for which Gauss–Newton takes the energy for far stiffer than it is, make
+such steps too short, many in a row in the same direction. So, after the first, each is stretched: its line is followed
+farther as long as the deviance falls (`_stretched`).
+
+The loop has converged when a whole step is short in metres or in standard deviations, λ² = gᵀH⁻¹g, or when two in a row
+gain next to nothing: the exact place of poses that are hardly known does not matter.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.optimiser.banded import factor_wide, solve_wide
 from vbbench_baselines.joint_map.optimiser.people import Person, follow
 from vbbench_baselines.joint_map.optimiser.poses import eliminate_all, gradient_of, hessian_of, reach_of
 from vbbench_baselines.joint_map.optimiser.state import JointProblem, State, believe, deviance_of
-
-DEPTH = 6
-"""Differences that Anderson's acceleration combines."""
 
 LONGEST = 1.0
 """Maximum length of a step of a pose, in m and rad."""
@@ -38,40 +35,14 @@ STIFFER = 30.0
 MOST_DAMPED = 1e6
 """A Hessian that needs more is not finite; its step fails."""
 
-RENEWED, LONG, OLDEST = 1, 0.4, 5
-"""The Hessian is renewed in the first steps, after one that was longer (standard deviations), and when it is so old."""
+RENEWED, LONG, OLDEST = 3, 0.4, 5
+"""The Hessian is renewed in the first steps if the last was longer (standard deviations), and when it is so old."""
 
+STRETCHES, SHORTEST_STRETCH = 3, 0.25
+"""How often a line is followed farther, and by how much at least, in steps."""
 
-class Past(NamedTuple):
-    """The last points in a ring.
-
-    Attributes
-    ----------
-    points, moves : [DEPTH + 1, n] F(x_i) and F(x_i) − x_i.
-    entered : [1] how many were entered.
-    """
-
-    points: FloatArray
-    moves: FloatArray
-    entered: IntArray
-
-
-@kernel
-def extrapolate(past: Past, here: FloatArray, there: FloatArray) -> FloatArray:
-    """Record a step from ``here`` [n] to ``there`` [n], and guess where the steps converge."""
-    used, slot = min(past.entered[0], DEPTH), past.entered[0] % (DEPTH + 1)
-    past.points[slot], past.moves[slot] = there, there - here
-    past.entered[0] += 1
-    differences, move = np.empty((used, len(here))), past.moves[slot]
-    for j in range(used):
-        differences[j] = move - past.moves[(slot - 1 - j) % (DEPTH + 1)]
-    gram = differences @ differences.T
-    for j in range(used):
-        gram[j, j] = gram[j, j] * (1.0 + 1e-8) + 1e-300
-    share, guess = np.linalg.solve(gram, differences @ move), there.copy()
-    for j in range(used):
-        guess -= share[j] * (there - past.points[(slot - 1 - j) % (DEPTH + 1)])
-    return guess
+IDLE = 25.0
+"""Two steps in a row that each gain less than so many times ½λ² of a step that is short enough are the last."""
 
 
 class Settled(NamedTuple):
@@ -96,30 +67,27 @@ def settle(
     Parameters
     ----------
     rounds : most steps.
-    tolerance, certain : in m and rad, and in standard deviations: a step shorter than either is the last.
+    tolerance, certain : in m and rad, and in standard deviations: a step shorter than either is the last (and `IDLE`).
     """
     variances = np.full(len(problem.data.first) + 1, problem.walk.sigma**2)
     state = believe(unwrapped(poses), places.copy(), problem.data.stature.copy(), problem, variances)
-    size = poses.size + places.size + len(problem.data.first)
-    past = Past(np.zeros((DEPTH + 1, size)), np.zeros((DEPTH + 1, size)), np.zeros(1, np.int64))
-    model, done, spread, converged = _no_model(), 0, np.inf, False
+    model, done, spread, converged, stretch, idle = _no_model(), 0, np.inf, False, 1.0, 0
     while done < rounds and not converged:
         people = eliminate_all(state, problem.walk)
         gradient = gradient_of(people, state, problem)
-        if done < RENEWED or spread > LONG or model.age >= OLDEST:
+        if (done < RENEWED and spread > LONG) or model.age >= OLDEST:
             model = _renewed(state, people, problem, model.reach, model.damping)
-        trial, step, model, fallen = _try(state, people, gradient, model, problem)
+        before = deviance_of(state, state.data)
+        trial, step, model, fallen = _try(state, before, people, gradient, model, problem)
         if np.isnan(fallen):
             break
         done, spread = done + 1, float(np.sqrt(max(float(-(step @ gradient)), 0.0)))
         known = not np.isnan(state.improbable)
         converged = bool(known and (np.max(np.abs(step)) < tolerance or spread < certain))
-        if known and not converged:
-            point = extrapolate(past, _vector(state), _vector(trial))
-            if past.entered[0] > 1:  # one step alone tells no more than where it ends
-                guess = _guessed(point, trial, problem)
-                if deviance_of(guess, state.data) < fallen:
-                    trial = guess
+        if known and not converged and done >= RENEWED:
+            trial, lowest, stretch = _stretched(state, trial, fallen, stretch, problem)
+            idle = idle + 1 if before - lowest < 0.5 * IDLE * certain**2 else 0
+            converged = idle >= 2
         state = trial
     return Settled(state, converged)
 
@@ -199,13 +167,12 @@ def _solved(model: Model, right: FloatArray) -> FloatArray:
 
 @kernel
 def _try(
-    state: State, people: list[Person], gradient: FloatArray, model: Model, problem: JointProblem
+    state: State, before: float, people: list[Person], gradient: FloatArray, model: Model, problem: JointProblem
 ) -> tuple[State, FloatArray, Model, float]:
     """A step [3T] that does not raise the deviance, where it leads, and the deviance there; NaN if none was found.
 
     If a step fails the model is renewed, and damped more if that is not enough.
     """
-    before = deviance_of(state, state.data)
     most = np.inf if np.isnan(before) else before + 1e-9 * abs(before) + 1e-12
     trial, step = state, np.zeros_like(gradient)
     for _ in range(TRIES):
@@ -236,18 +203,24 @@ def _moved(state: State, people: list[Person], step: FloatArray, problem: JointP
 
 
 @kernel
-def _guessed(point: FloatArray, after: State, problem: JointProblem) -> State:
-    """The state at a ``point`` that `extrapolate` guessed, beside that ``after`` the last step."""
-    a, b = after.poses.size, after.poses.size + after.places.size
-    guessed = point[a:b].reshape(after.places.shape)
-    places = np.where(np.isnan(after.places), after.places, guessed)
-    return believe(point[:a].reshape(after.poses.shape), places, point[b:], problem, after.variances)
+def _stretched(
+    before: State, after: State, fallen: float, stretch: float, problem: JointProblem
+) -> tuple[State, float, float]:
+    """The lowest state found on the line from ``before`` through ``after``, its deviance, and the next stretch.
 
-
-@kernel
-def _vector(state: State) -> FloatArray:
-    """Poses, places (zero where unknown) and heights in a row."""
-    return np.nan_to_num(np.concatenate((state.poses.ravel(), state.places.ravel(), state.heights)))
+    It begins with ``stretch`` steps beyond ``after``, whose deviance is ``fallen``, and goes on as long as that falls.
+    """
+    found, lowest = after, fallen
+    for _ in range(STRETCHES):
+        poses = after.poses + stretch * (after.poses - before.poses)
+        places = after.places + stretch * (after.places - before.places)
+        heights = after.heights + stretch * (after.heights - before.heights)
+        farther = believe(poses, places, heights, problem, after.variances)
+        deviance = deviance_of(farther, before.data)
+        if not deviance < lowest:
+            return found, lowest, max(0.5 * stretch, SHORTEST_STRETCH)
+        found, lowest, stretch = farther, deviance, 2.0 * stretch
+    return found, lowest, stretch
 
 
 @kernel

@@ -152,10 +152,14 @@ def go_on(state: State, problem: JointProblem) -> Continued:
         if data.first[k] > 0 or data.last[k] < 1:
             continue
         count = min(int(data.last[k]) + 1, HELD + 1)
-        if np.any(np.isnan(state.places[:count, k])):
+        if np.isnan(np.sum(state.places[:count, k])):
             continue
-        held[k], places[k, : count - 1] = count - 1, state.places[1:count, k]
-        tally[k] = REMEMBERED * past.tally[k]
+        held[k] = count - 1
+        for i in range(1, count):
+            for a in range(2):
+                places[k, i - 1, a] = state.places[i, k, a]
+        for a in range(2):
+            tally[k, a] = REMEMBERED * past.tally[k, a]
         energy, pull = _first_places(k, count, state, walk)
         for i in range(1, count):
             share = energy[0, i] / energy[0, 0] if energy[0, 0] > 0.0 else 0.0
@@ -176,10 +180,13 @@ def _first_places(k: int, count: int, state: State, walk: Walk) -> tuple[FloatAr
     data, past, energy, pull = state.data, state.data.continued, np.zeros((5, 5)), np.zeros((5, 2))
     track = state.places[:count, k]
     for i in range(past.held[k]):
-        pull[i] += past.slope[k, i]
+        for a in range(2):
+            pull[i, a] += past.slope[k, i, a]
         for j in range(past.held[k]):
-            energy[i, j] += past.information[k, i, j]
-            pull[i] += past.information[k, i, j] * (track[j] - past.places[k, j])
+            information = past.information[k, i, j]
+            energy[i, j] += information
+            for a in range(2):
+                pull[i, a] += information * (track[j, a] - past.places[k, j, a])
     for i in range(max(past.held[k], 1), count):
         precision = (1.0 if i == 1 else state.weights[k, i]) / walk.spreads[i] ** 2
         _add_square(track, i, walk.filters[i], precision, energy, pull)
@@ -187,7 +194,8 @@ def _first_places(k: int, count: int, state: State, walk: Walk) -> tuple[FloatAr
         _add_square(track, 1, walk.filters[1], walk.rest, energy, pull)
     if not np.isnan(data.given[0, k, 0]):
         energy[0, 0] += 1.0 / ANCHOR_STD**2
-        pull[0] += (track[0] - data.given[0, k]) / ANCHOR_STD**2
+        for a in range(2):
+            pull[0, a] += (track[0, a] - data.given[0, k, a]) / ANCHOR_STD**2
     return energy, pull
 
 
