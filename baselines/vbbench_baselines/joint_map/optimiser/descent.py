@@ -5,7 +5,7 @@ diagonal), with all people following, and is taken only if the deviance falls. T
 renewed only now and then: the gradient is that of the point, so that an old Hessian costs steps but not exactness.
 
 Renewed weights, and the turns of whole paths, for which Gauss–Newton takes the energy for far stiffer than it is, make
-such steps too short, many in a row in the same direction. So, after the first, each is stretched: its line is followed
+such steps too short, many in a row in the same direction. So from the third on each is stretched: its line is followed
 farther as long as the deviance falls (`_stretched`).
 
 The loop has converged when a whole step is short in metres or in standard deviations, λ² = gᵀH⁻¹g, or when two in a row
@@ -51,7 +51,7 @@ class Settled(NamedTuple):
     Attributes
     ----------
     state : the last point.
-    converged : whether the last step was short enough.
+    converged : whether the last step was short enough, or the last two gained next to nothing.
     """
 
     state: State
