@@ -52,10 +52,12 @@ class Settled(NamedTuple):
     ----------
     state : the last point.
     converged : whether the last step was short enough, or the last two gained next to nothing.
+    rounds : how many steps it took.
     """
 
     state: State
     converged: bool
+    rounds: int
 
 
 @kernel
@@ -89,7 +91,7 @@ def settle(
             idle = idle + 1 if before - lowest < 0.5 * IDLE * certain**2 else 0
             converged = idle >= 2
         state = trial
-    return Settled(state, converged)
+    return Settled(state, converged, done)
 
 
 class Model(NamedTuple):
