@@ -41,7 +41,7 @@ START_WINDOW, START_ROUNDS = 6, 1
 """Of the causal solver that finds the start, which need not be exact."""
 
 LONG, FRAMES_A_ROUND = 15, 4
-"""A descent is long that takes more rounds than either the first or a round for so many frames: it may be in a wrong
+"""A descent is long that takes more rounds than both the first number and one for so many frames: it may be in a wrong
 valley. Of the first starts on Hotel and ETH that ended higher than the second, most were."""
 
 

@@ -36,7 +36,8 @@ MOST_DAMPED = 1e6
 """A Hessian that needs more is not finite; its step fails."""
 
 RENEWED, LONG, OLDEST = 3, 0.4, 5
-"""The Hessian is renewed in the first steps if the last was longer (standard deviations), and when it is so old."""
+"""The Hessian is renewed in the first steps if the last was longer (standard deviations), and when it is so old; steps
+are stretched from the last of the first on."""
 
 STRETCHES, SHORTEST_STRETCH = 3, 0.25
 """How often a line is followed farther, and by how much at least, in steps."""
