@@ -1,23 +1,28 @@
 """Two measures of distance in every box, held against each other: how high it is, and how low it ends.
 
-A person of height h at distance d is l ∝ h/d high, and the feet are seen s = c/d below the horizon, per metre of
-distance, from a camera at height c. By heights, d is known up to the spread of people's heights; so s d = c + p d tells
-how high the camera really is, and by which angle p it looks higher than its file says.
+A person of height h at distance d is l = h/d high, and the feet are seen s = c/d below the horizon, per metre of
+distance, from a camera at height c. With the mean of h for h, s = (c/h) l + p tells how high the camera really is, and
+by which angle p it looks higher than its file says.
+
+Both are measured, and l has besides the spread of heights for an error: a line through them by least squares is too
+flat, so that the camera comes out too low and to look up. So the line is the one whose errors have nothing to do with
+another measure of how near the person is, which knows nothing of these errors: the feet of the same person a while
+later (an instrumental variable; Wald's and Reiersøl's of the 1940s).
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vbbench.camera import Camera, CentralCamera
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 
 BORDER = 5.0
 """Boxes that end nearer than this, in px, to the picture's upper or lower border may be cut by it."""
-FARTHEST = 60.0
-"""Boxes of people farther away, in m, tell nothing."""
+FARTHEST, HIGHEST = 60.0, 100.0
+"""Boxes of people farther away, in m, or seen from higher up, tell nothing."""
 FEWEST_BOXES, FEWEST_TRACKS = 50, 3
 ROUNDS, TUNING = 15, 1.345
 """Of reweighting, with Huber's constant."""
@@ -27,8 +32,10 @@ STEEPEST_PITCH = 1.5
 """In rad: a camera that looks straight up or down sees nobody walk."""
 STARTS, LOWEST = (0.0, -0.3, 0.3), 0.05
 """Tilts in rad to begin with, one after the other, until the camera is higher than so many m."""
-DRAWS = 200
-"""Of tracks, with replacement, to tell how certain the figures are."""
+LATER = 1.0
+"""In s: a box's error is no more that of a box of the same person before so long."""
+DRAWS, MIDDLE = 200, (15.87, 84.13)
+"""Draws of tracks, with replacement, to tell how certain the figures are; the percentiles one σ to either side."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,27 +57,39 @@ class Cues:
     tilt_std: float
 
 
-def compare_cues(boxes: FloatArray, camera: Camera, height_mean: float, height_std: float) -> Cues | None:
-    """Hold the feet of boxes [T, K, 3] against their heights; ``None`` if there are too few, or they fit no tilt.
+class HeightPrior(NamedTuple):
+    """Of people, in m."""
+
+    mean: float
+    std: float
+
+
+def compare_cues(boxes: FloatArray, camera: Camera, people: HeightPrior, dt: float) -> Cues | None:
+    """Hold the feet of boxes [T, K, 3], ``dt`` s apart, against their heights.
 
     Boxes weigh by the spread of heights, which is the same share of every distance; Huber's weights keep those out
     whose feet are hidden. The standard deviations are over draws of tracks, and hold the spread of heights. A tilt is
-    found again from the camera tilted by it, until it is: s d is a straight line for a small one only.
+    found again from the camera tilted by it, until it is: feet hold a straight line for a small one only.
+
+    Returns
+    -------
+    cues : ``None`` if there are too few boxes, or they fit no tilt.
     """
     looks: Iterable[Cues | None]
+    later = max(1, round(LATER / dt))
     if _can_tilt(camera):
-        looks = (_settled(boxes, camera, height_mean, height_std, tilt=start) for start in STARTS)
+        looks = (_settled(boxes, camera, people, later, tilt=start) for start in STARTS)
     else:
-        looks = [_compare(boxes, camera, height_mean, height_std)]
+        looks = [_compare(boxes, camera, people, later)]
     return next((cues for cues in looks if cues is not None and _is_possible(cues)), None)
 
 
-def _settled(boxes: FloatArray, camera: Any, height_mean: float, height_std: float, *, tilt: float) -> Cues | None:
+def _settled(boxes: FloatArray, camera: Any, people: HeightPrior, later: int, *, tilt: float) -> Cues | None:
     """The cues of a camera that can tilt, once a ``tilt`` in rad to begin with is the one that is found again."""
     for _ in range(LOOKS):
         if abs(camera.pitch + tilt) > STEEPEST_PITCH:
             return None
-        found = _compare(boxes, replace(camera, pitch=camera.pitch + tilt), height_mean, height_std)
+        found = _compare(boxes, replace(camera, pitch=camera.pitch + tilt), people, later)
         if found is None or abs(tilt + found.tilt) > STEEPEST:
             return None
         tilt += found.tilt
@@ -89,42 +108,69 @@ def _is_possible(cues: Cues) -> bool:
     return cues.mount_height > LOWEST and abs(cues.tilt) <= STEEPEST
 
 
-def _compare(boxes: FloatArray, camera: Camera, height_mean: float, height_std: float) -> Cues | None:
-    seen = np.isfinite(boxes[..., 2]) & _uncut(boxes, camera)
-    frame, track = np.nonzero(seen)
+def _compare(boxes: FloatArray, camera: Camera, people: HeightPrior, later: int) -> Cues | None:
+    frame, track = np.nonzero(np.isfinite(boxes[..., 2]) & _uncut(boxes, camera))
     used = boxes[frame, track]
     with np.errstate(divide="ignore", invalid="ignore"):
         below, _ = camera.statures(used)
-        ahead = camera.unproject(used, np.full(len(used), height_mean))
-        distance = np.hypot(ahead[:, 0], ahead[:, 1])
-        height = below * height_mean / used[:, 2]  # s d
-    good = np.isfinite(height) & np.isfinite(distance) & (distance < FARTHEST) & (np.abs(height) < 100.0)
-    distance, height, track = distance[good], height[good], track[good]
+        ahead = camera.unproject(used, np.full(len(used), people.mean))
+        near = 1.0 / np.hypot(ahead[:, 0], ahead[:, 1])
+        feet = near * below * people.mean / used[:, 2]
+        good = np.isfinite(feet) & (near > 1.0 / FARTHEST) & (np.abs(feet) < HIGHEST * near)
+    near, feet, track, frame = near[good], feet[good], track[good], frame[good]
     _, track = np.unique(track, return_inverse=True)
     count = int(track.max(initial=-1)) + 1
     if len(track) < FEWEST_BOXES or count < FEWEST_TRACKS:
         return None
-    columns = np.stack([np.ones_like(distance), distance], axis=-1)
-    weights = np.ones_like(distance)
-    for _ in range(ROUNDS):
-        fit, *_ = np.linalg.lstsq(columns * np.sqrt(weights)[:, None], height * np.sqrt(weights), rcond=None)
-        off = np.abs(height - columns @ fit)
-        weights = np.minimum(1.0, TUNING * 1.4826 * np.median(off) / np.maximum(off, 1e-9))
-    normal = np.zeros((count, 2, 3))
-    both = np.concatenate([columns, height[:, None]], axis=1)
-    np.add.at(normal, track, weights[:, None, None] * columns[:, :, None] * both[:, None, :])
-    draws = normal[np.random.default_rng(0).integers(0, count, (DRAWS, count))].sum(axis=1)
-    draws[:, [0, 1], [0, 1]] += 1e-9
-    spread = np.linalg.solve(draws[:, :, :2], draws[:, :, 2:])[..., 0].std(axis=0)
-    prior = height_std / height_mean / np.sqrt(count)
+    moments = _moments(near, feet, feet[_seen_later(frame, track, later)])
+    height, tilt = _line(moments.sum(axis=0))
+    of_track = np.zeros((count, *moments.shape[1:]))
+    np.add.at(of_track, track, moments)
+    draws = of_track[np.random.default_rng(0).integers(0, count, (DRAWS, count))].sum(axis=1)
+    height_std, tilt_std = 0.5 * np.diff(np.percentile(_line(draws), MIDDLE, axis=0), axis=0)[0]
+    prior = people.std / people.mean / np.sqrt(count)
     return Cues(
         boxes=len(track),
         tracks=count,
-        mount_height=float(fit[0]),
-        mount_height_std=float(np.hypot(spread[0], prior * abs(fit[0]))),
-        tilt=float(fit[1]),
-        tilt_std=float(spread[1]),
+        mount_height=float(height),
+        mount_height_std=float(np.hypot(height_std, prior * abs(height))),
+        tilt=float(tilt),
+        tilt_std=float(tilt_std),
     )
+
+
+def _moments(near: FloatArray, feet: FloatArray, elsewhen: FloatArray) -> FloatArray:
+    """[N, 2, 3] what each box adds to the two equations of the line: two of its coefficients, and ``feet``."""
+    ones = np.ones_like(near)
+    share = 1.0 / np.maximum(elsewhen, 1.0 / FARTHEST)  # all errors are shares of how near somebody is
+    known, both = np.stack([elsewhen, ones], axis=-1), np.stack([near, ones, feet], axis=-1)
+    moments = (share**2)[:, None, None] * known[:, :, None] * both[:, None, :]
+    weights = ones
+    for _ in range(ROUNDS):
+        height, tilt = _line((weights[:, None, None] * moments).sum(axis=0))
+        off = np.abs(feet - height * near - tilt) * share
+        weights = np.minimum(1.0, TUNING * 1.4826 * np.median(off) / np.maximum(off, 1e-9))
+    return weights[:, None, None] * moments
+
+
+def _line(moments: FloatArray) -> FloatArray:
+    """[..., 2] mount height and tilt by ``moments`` [..., 2, 3], which may tell nothing."""
+    return np.asarray(np.linalg.solve(moments[..., :2] + 1e-9 * np.eye(2), moments[..., 2:])[..., 0])
+
+
+def _seen_later(frame: IntArray, track: IntArray, later: int) -> IntArray:
+    """For each of N boxes, in order of frames, one of its track ``later`` frames on, as long before, or farthest."""
+    order = np.argsort(track, kind="stable")
+    frame, track = frame[order], track[order]
+    span = int(frame.max()) + later + 1
+    key, rows = track * span + frame, np.arange(len(frame))
+    first, last = np.searchsorted(track, track), np.searchsorted(track, track, side="right") - 1
+    after, before = np.searchsorted(key, key + later), np.searchsorted(key, key - later, side="right") - 1
+    farthest = np.where(2 * frame > frame[first] + frame[last], first, last)
+    chosen = np.where(after <= last, after, np.where(before >= first, before, farthest))
+    found = np.empty_like(rows)
+    found[order] = order[chosen]
+    return found
 
 
 def _uncut(boxes: FloatArray, camera: Camera) -> FloatArray:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vbbench.birdify.cues import compare_cues
+from vbbench.birdify.cues import HeightPrior, compare_cues
 from vbbench.birdify.report import FEW_PEOPLE, MISPLACED, Report, Spread, plus_minus
 from vbbench.birdify.tables import place_std
 from vbbench.estimate import Estimate
@@ -69,7 +69,7 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
         position_std=_position_std(answer, sequence),
         converged=_share(answer.converged),
         fallback=_share(answer.fallback),
-        cues=compare_cues(sequence.observations, camera, info.height_mean, info.height_std),
+        cues=compare_cues(sequence.observations, camera, HeightPrior(info.height_mean, info.height_std), info.dt),
         heights_median=float(np.median(heights)) if len(heights) else np.nan,
         heights_spread=float(1.4826 * np.median(np.abs(heights - np.median(heights)))) if len(heights) else np.nan,
         column_error=column_error,
@@ -88,7 +88,7 @@ def spread_of_velocities(velocities: FloatArray) -> float:
 
 
 def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[FloatArray, float, float, float]:
-    """Heights [K] of people by their boxes and places; median errors of columns and heights; share of misfits."""
+    """HeightPrior [K] of people by their boxes and places; median errors of columns and heights; share of misfits."""
     camera, mean = dataset.camera(sequence), dataset.info.height_mean
     middles = world_to_relative(answer.positions, answer.poses)
     reach = np.maximum(np.linalg.norm(middles, axis=-1, keepdims=True), 2.0 * NEAR_EDGE)
