@@ -48,7 +48,7 @@ SOMEWHERE = 1e-4
 
 
 class PeoplePrior(NamedTuple):
-    """Means and standard deviations [2] of η and δ."""
+    """Means and standard deviations [2] of η, for people who stand, and δ."""
 
     mean: FloatArray
     std: FloatArray

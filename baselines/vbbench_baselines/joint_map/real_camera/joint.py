@@ -15,6 +15,7 @@ from vbbench_baselines.joint_map.real_camera.cholesky import padded
 from vbbench_baselines.joint_map.real_camera.cues import FRAME, PERSON, Noise, Residuals, residuals_of, whiten
 from vbbench_baselines.joint_map.real_camera.drift import Drift, add_drift, drift_deviance
 from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior, Person, add_person, eliminate, scratch_for
+from vbbench_baselines.joint_map.real_camera.heights import height_law
 from vbbench_baselines.joint_map.real_camera.observer import Observer
 from vbbench_baselines.joint_map.real_camera.observer_slopes import add_observer, level_deviance
 from vbbench_baselines.joint_map.real_camera.past import Past, let_go, pull_of
@@ -129,9 +130,9 @@ def _person_deviance(k: int, point: Point, seen: Seen, model: Model) -> float:
     total = whiten(found, model.noise, model.dt).deviance + volume_deviance(found, told, point.people[k, 0])
     point.variances[k], walked = reweigh(track, model.walk, model.walk.sigma, np.zeros(len(track)), point.variances[k])
     total += walked + pace_deviance(track, model.walk.pace) + pull_of(seen.past, k, track, point.people[k])[1]
-    for a in range(PERSON):
-        if not seen.sure[k]:
-            total += 0.5 * ((point.people[k, a] - model.people.mean[a]) / model.people.std[a]) ** 2
+    if not seen.sure[k]:
+        total += height_law(point.people[k, 0], model.people.mean[0], model.people.std[0]).deviance
+        total += 0.5 * ((point.people[k, 1] - model.people.mean[1]) / model.people.std[1]) ** 2
     for i in range(len(track)):
         given = seen.given[seen.first[k] + i, k]
         if not np.isnan(given[0]):
@@ -162,7 +163,9 @@ def linearise(point: Point, seen: Seen, model: Model, damping: float) -> System:
         given, numbers = seen.given[first : last + 1, k].copy(), point.people[k].copy()
         prior = PeoplePrior(numbers.copy(), np.full(PERSON, KNOWN))
         if not seen.sure[k]:
-            prior = PeoplePrior(model.people.mean.copy(), model.people.std)
+            prior = PeoplePrior(model.people.mean.copy(), model.people.std.copy())
+            law = height_law(numbers[0], prior.mean[0], prior.std[0])
+            prior.mean[0], prior.std[0] = law.mean, law.std
         prior.mean[0] += push(found, seen.told[first : last + 1, k], white) * prior.std[0] ** 2
         person, filled = eliminate(
             k, first, track, given, numbers, found, white, weights, model.walk, prior, seen.past, damping, scratch

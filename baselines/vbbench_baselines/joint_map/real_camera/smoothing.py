@@ -18,6 +18,7 @@ from vbbench_baselines.joint_map.real_camera.behind import add_behind
 from vbbench_baselines.joint_map.real_camera.certainty import HELD
 from vbbench_baselines.joint_map.real_camera.descent import Settled, copied, settle
 from vbbench_baselines.joint_map.real_camera.gaps import fill
+from vbbench_baselines.joint_map.real_camera.heights import is_short
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, deviance_of, let_first_go
 from vbbench_baselines.joint_map.real_camera.observer import Observer
 from vbbench_baselines.joint_map.real_camera.rest import standing
@@ -72,18 +73,24 @@ def smooth(settings: Settings, problem: Problem, boxes: FloatArray, given: Given
         rows.push(tracking.bearings, shown, last.frames[-1])
         by_name.update(zip(names, rows.column[seated].tolist(), strict=True))
         course.columns[t], course.doubts[t] = rows.column, tracking.rest.doubt
-        _revise(rows, last, by_name)
+        _revise(rows, last, by_name, tracking.model.people.mean[0])
         stands = _standing(tracking)
         course.still[t + 1 - len(stands) : t + 1] = stands
     rows.frames[:] = unwrapped(rows.frames)
     return _settle_blocks(tracking, rows, course, problem)
 
 
-def _revise(rows: Window, last: Window, by_name: Mapping[int, int]) -> None:
-    """Take over what is now believed of the ``last`` frames; people have columns of their own in ``rows``."""
+def _revise(rows: Window, last: Window, by_name: Mapping[int, int], mean: float) -> None:
+    """Take over what is now believed of the ``last`` frames; people have columns of their own in ``rows``.
+
+    Of people's numbers only of those who are short, beside the ``mean``: from others' the descent finds its way.
+    """
     block, known = slice(len(rows.frames) - len(last.frames), None), last.present()
-    own = [by_name[name] for name in last.names[known].tolist()]
+    own = np.array([by_name[name] for name in last.names[known].tolist()], np.int64)
     rows.frames[block], rows.places[block, own] = last.frames, last.places[:, known]
+    numbers = last.numbers[known]
+    short = is_short(numbers[:, 0], mean)
+    rows.numbers[own[short]] = numbers[short]
 
 
 def _with_told(point: Point, seen: Seen, model: Model) -> tuple[Point, Seen]:

@@ -31,6 +31,7 @@ from vbbench_baselines.joint_map.real_camera.relocation import Relocation, reloc
 from vbbench_baselines.joint_map.real_camera.rest import Rest
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 from vbbench_baselines.joint_map.real_camera.shares import Shares
+from vbbench_baselines.joint_map.real_camera.sitting import seated
 from vbbench_baselines.joint_map.real_camera.window import NOBODY, Window
 
 LATE = 2
@@ -207,6 +208,7 @@ class Tracking:
         starts = [Start(self._point(rows.frames, seen, columns))]
         if self._cold and 1 < self.age <= COLD_FRAMES:
             starts += [Start(self._point(self._at_speed(speed), seen, columns)) for speed in COLD_SPEEDS]
+        starts += seated(starts[0].point, seen, self._people.mean[0])
         if elsewhere is not None:
             starts += elsewhere.starts(starts[0].point, seen.given)
         found, chosen = solve_newest(starts, seen, self.model, self.rest if self.age > 2 else None)
