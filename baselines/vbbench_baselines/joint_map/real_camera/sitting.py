@@ -6,7 +6,7 @@ outliers, which pull little. So a descent is also begun with them short and near
 
 import numpy as np
 
-from vbbench.geometry import BoolArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_baselines.joint_map.real_camera.cues import HEIGHT, PITCH, ROLL
 from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.heights import SHORTER, is_short
@@ -16,11 +16,17 @@ from vbbench_baselines.joint_map.real_camera.newest import Start
 TRIED = (1, 2, 4, 8)
 """After so many boxes of somebody it is tried."""
 
+_TRIED = np.isin(np.arange(TRIED[-1] + 2), TRIED)
+
 
 def seated(point: Point, seen: Seen, mean: float) -> list[Start]:
     """A start with those short whom the newest boxes show shorter than people of the ``mean`` ln height; or none."""
-    short = _may_sit(point, seen, mean)
-    if not short.any() or seen.fixed[-1]:
+    boxes = (~np.isnan(seen.boxes.azimuth)).sum(axis=0)
+    tried = np.flatnonzero(_TRIED[np.minimum(boxes, len(_TRIED) - 1)] & (seen.boxes.cut[-1] == 0))
+    if len(tried) == 0 or seen.fixed[-1]:
+        return []
+    short = tried[is_short(_shown(point, seen, tried), mean) & ~is_short(point.people[tried, 0], mean)]
+    if len(short) == 0:
         return []
     places, people = point.places.copy(), point.people.copy()
     people[short, 0] = mean + SHORTER
@@ -29,12 +35,10 @@ def seated(point: Point, seen: Seen, mean: float) -> list[Start]:
     return [Start(point._replace(places=places, people=people, variances=point.variances.copy()))]
 
 
-def _may_sit(point: Point, seen: Seen, mean: float) -> BoolArray:
-    """[K] who is taken to stand, though feet and height of the newest box are nearer to somebody short."""
+def _shown(point: Point, seen: Seen, people: IntArray) -> FloatArray:
+    """Heights, as ln, of ``people`` [M] by feet and size of their newest boxes; NaN where there is none."""
     boxes, frame = seen.boxes, point.frames[-1]
-    azimuth, whole = boxes.azimuth[-1], boxes.cut[-1] == 0
-    level = boxes.foot[-1] - frame[PITCH] * np.cos(azimuth) - frame[ROLL] * np.sin(azimuth)
+    azimuth = boxes.azimuth[-1, people]
+    foot = boxes.foot[-1, people] - frame[PITCH] * np.cos(azimuth) - frame[ROLL] * np.sin(azimuth)
     with np.errstate(invalid="ignore", divide="ignore"):
-        shown = np.log(boxes.length[-1] * frame[HEIGHT] / level)
-    tried = np.isin((~np.isnan(boxes.azimuth)).sum(axis=0), TRIED)
-    return np.asarray(tried & whole & is_short(shown, mean) & ~is_short(point.people[:, 0], mean))
+        return np.asarray(np.log(boxes.length[-1, people] * frame[HEIGHT] / foot))
