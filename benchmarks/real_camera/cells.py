@@ -114,11 +114,12 @@ def _kitti() -> list[Cell]:
 def _seated() -> list[Cell]:
     return [
         Cell(
-            name=f"seated-4-{protocol}",
+            name=f"seated-{every}-{protocol}",
             unit="Δx / Δt, m; with people who sit",
-            trials={"0019": _recording("0019", 4, protocol, seated=True)},
+            trials={"0019": _recording("0019", every, protocol, seated=True)},
             figures=errors,
         )
+        for every in (4, 1)
         for protocol in PROTOCOLS
         if protocol != "cold-start"
     ]
