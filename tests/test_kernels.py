@@ -131,6 +131,51 @@ def test_an_index_never_names_code_of_an_older_source(tmp_path: Path) -> None:
     assert run([sys.executable, "-c", call]).stdout == "4.0\n"
 
 
+INNER = """
+from vbbench.kernels import kernel
+
+FACTOR = 2.0
+
+@kernel
+def scaled(value):
+    return FACTOR * value
+"""
+
+CALLER = """
+from vbbench.kernels import kernel
+from vbbench_of_a_test.{0} import (
+    {1},
+)
+
+@kernel
+def {2}(value):
+    return {1}(value)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("old", "new", "answer"), [("FACTOR = 2.0", "FACTOR = 3.0", "6.0\n"), ("* value", "* value + 1.0", "5.0\n")]
+)
+def test_a_kernel_is_compiled_anew_where_another_file_of_its_code_changed(
+    old: str, new: str, answer: str, tmp_path: Path
+) -> None:
+    """A constant or a callee, imported by way of a third file."""
+    package = tmp_path / "vbbench_of_a_test"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "inner.py").write_text(INNER)
+    (package / "between.py").write_text(CALLER.format("inner", "scaled", "passed_on"))
+    (package / "outer.py").write_text(CALLER.format("between", "passed_on", "asked"))
+    call = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from vbbench_of_a_test.outer import asked"
+    command = [sys.executable, "-c", f"{call}; print(asked(2.0))"]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    run = partial(subprocess.run, command, capture_output=True, text=True, env=environment)
+    assert run().stdout == "4.0\n"
+    (package / "inner.py").write_text(INNER.replace(old, new))
+    assert run().stdout == answer
+
+
 @pytest.mark.slow
 def test_a_cache_that_names_a_class_that_has_moved_is_compiled_anew(tmp_path: Path) -> None:
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}

@@ -27,6 +27,7 @@ from numba.core.compiler_lock import global_compiler_lock
 
 from vbbench import inner_kernels, returned_tuples
 from vbbench.inner_kernels import leave_inner_kernels_unfinished
+from vbbench.kernel_sources import fingerprint
 
 try:
     import fcntl
@@ -60,7 +61,7 @@ def _compiled(function: F, *, parallel: bool) -> F:
     options: dict[str, Any] = {"error_model": "numpy", "parallel": parallel}
     dispatcher = njit(cache=True, **options)(function)
     file = dispatcher._cache._cache_file
-    file.__class__, file._source_stamp = _CacheFile, (file._source_stamp, _HOW)
+    file.__class__, file._source_stamp = _CacheFile, (fingerprint(function.__module__) or file._source_stamp, _HOW)
     leave_inner_kernels_unfinished(dispatcher)
     dispatcher.compile = _one_process_at_a_time(dispatcher)
     return cast(F, dispatcher)
