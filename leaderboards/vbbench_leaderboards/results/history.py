@@ -14,6 +14,9 @@ MOST = 200
 _SAME = 1e-6
 """Figures that differ by less, relative to their size, are the same on another machine."""
 
+DIGITS = 8
+"""Of a figure in a file: what newer ones replaced is kept to be seen, not to be computed with."""
+
 Interval = tuple[float | None, float | None, float | None]
 """A capped mean with the low and the high end of its 95 % interval; ``None`` = there is none."""
 
@@ -54,7 +57,7 @@ class Past:
 
     def values(self) -> dict[str, Any]:
         """The entry as the file has it."""
-        return {**vars(self), "capped": {name: list(ends) for name, ends in self.capped.items()}}
+        return {**vars(self), "capped": {name: [_rounded(end) for end in ends] for name, ends in self.capped.items()}}
 
     def says_the_same(self, other: "Past") -> bool:
         """Whether the figures are those of the other, on the same dataset."""
@@ -84,6 +87,10 @@ def history_faults(history: Sequence[Past], date: str) -> Iterator[str]:
             ends = [end for end in (low, value, high) if end is not None]
             if ends != sorted(ends) or (value is None and ends):
                 yield f"{place}.capped.{name}: the mean does not lie in its interval"
+
+
+def _rounded(figure: float | None) -> float | None:
+    return None if figure is None else float(f"{figure:.{DIGITS}g}")
 
 
 def _equal(one: float | None, other: float | None) -> bool:
