@@ -16,7 +16,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import wraps
-from hashlib import sha256
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -25,7 +24,6 @@ from numba.core import event
 from numba.core.caching import IndexDataCacheFile
 from numba.core.compiler_lock import global_compiler_lock
 
-from vbbench import inner_kernels, returned_tuples
 from vbbench.inner_kernels import leave_inner_kernels_unfinished
 from vbbench.kernel_sources import fingerprint
 
@@ -39,8 +37,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 MESSAGE = "compiling kernels, once"
 """Printed on a terminal before the first of them is compiled."""
 
-_RULES = (__file__, inner_kernels.__file__, returned_tuples.__file__)
-_HOW = sha256(b"".join(Path(file).read_bytes() for file in _RULES)).hexdigest()
+_HOW = fingerprint(__name__)
 """By what rules kernels are compiled: those in a cache that were compiled by others are compiled again."""
 
 _functions: set[Callable[..., Any]] = set()

@@ -88,7 +88,7 @@ def spread_of_velocities(velocities: FloatArray) -> float:
 
 
 def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[FloatArray, float, float, float]:
-    """HeightPrior [K] of people by their boxes and places; median errors of columns and heights; share of misfits."""
+    """Heights [K] of people by their boxes and places; median errors of columns and heights; share of misfits."""
     camera, mean = dataset.camera(sequence), dataset.info.height_mean
     middles = world_to_relative(answer.positions, answer.poses)
     reach = np.maximum(np.linalg.norm(middles, axis=-1, keepdims=True), 2.0 * NEAR_EDGE)

@@ -16,13 +16,11 @@ from vbbench_baselines.joint_map.real_camera.newest import Start
 TRIED = (1, 2, 4, 8)
 """After so many boxes of somebody it is tried."""
 
-_TRIED = np.isin(np.arange(TRIED[-1] + 2), TRIED)
-
 
 def seated(point: Point, seen: Seen, mean: float) -> list[Start]:
     """A start with those short whom the newest boxes show shorter than people of the ``mean`` ln height; or none."""
     boxes = (~np.isnan(seen.boxes.azimuth)).sum(axis=0)
-    tried = np.flatnonzero(_TRIED[np.minimum(boxes, len(_TRIED) - 1)] & (seen.boxes.cut[-1] == 0))
+    tried = np.flatnonzero(np.isin(boxes, TRIED) & (seen.boxes.cut[-1] == 0))
     if len(tried) == 0 or seen.fixed[-1]:
         return []
     short = tried[is_short(_shown(point, seen, tried), mean) & ~is_short(point.people[tried, 0], mean)]
