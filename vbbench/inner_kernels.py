@@ -4,9 +4,11 @@ Numba optimises every function that it meets, makes machine code of it and wraps
 in each function that calls it. Of a tree of kernels only the root is called from Python: the others, and what they call
 of numba's own (all of NumPy is written in functions like ours), are left as they are when translated, and optimised
 with the root. A kernel that Python does call is compiled for itself then.
-More than half the processor time of compiling is saved so.
+More than half the processor time of compiling is saved so. Collecting garbage meanwhile would take a fifth of the rest:
+the millions of objects that numba makes are all in use until a kernel is finished.
 """
 
+import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from functools import partial
@@ -81,10 +83,22 @@ def _compiling_for_a_root() -> Iterator[None]:
     """Meanwhile numba's own functions are left unfinished, too; nobody else compiles, for one thread at a time does."""
     _compilers.define_pipelines, _dispatchers.add_overload = _passes, _add_to
     try:
-        with tuples_made_safely():
+        with tuples_made_safely(), _garbage_left():
             yield
     finally:
         _compilers.define_pipelines, _dispatchers.add_overload = _numbas_passes, _numbas_add
+
+
+@contextmanager
+def _garbage_left() -> Iterator[None]:
+    """Meanwhile no garbage is collected."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]

@@ -102,7 +102,8 @@ def learn(places: FloatArray, poses: FloatArray, fitted: Walk, lessons: Lessons)
         if count >= 3:
             _count(walked[len(walked) - count :], k, walk, lessons)
     if known_before(poses[:, :2]) >= 2:
-        lessons.odds[:] += evidence(poses[-2:], fitted.head)
+        for law, told in enumerate(evidence(poses[-2:], fitted.head)):
+            lessons.odds[law] += told
     _conclude(fitted, lessons)
 
 

@@ -201,7 +201,9 @@ def _moved(state: State, people: list[Person], step: FloatArray, problem: JointP
     turns[:, 0], turns[:, 1] = np.sin(step[:, 2]), np.cos(step[:, 2]) - 1.0
     for person in people:
         track, heights[person.number] = follow(person, step, turns)
-        places[person.first : person.first + len(track), person.number] = track
+        for t in range(len(track)):
+            places[person.first + t, person.number, 0] = track[t, 0]
+            places[person.first + t, person.number, 1] = track[t, 1]
     return believe(state.poses + step, places, heights, problem, state.variances)
 
 

@@ -138,7 +138,8 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int, peop
     told = np.zeros(seen.told.shape)
     if model.cold:
         for person in done.system.people:
-            told[person.first : person.first + len(person.pull) // 2, person.number] = told_of(person)
+            for t, of_box in enumerate(told_of(person)):
+                told[person.first + t, person.number] = of_box
         if len(point.frames) >= TELLING:
             told *= min(1.0, MOST_PUSHED * _pull_of_walks(point, seen, model) / max(told.sum(), 1e-12))
     return Settled(point, deviance, converged, done.system.shares, poses, places, early, told)
