@@ -11,7 +11,7 @@ from vbbench.generation import generate
 from vbbench.protocol import PROTOCOLS
 from vbbench.solving import solve
 from vbbench.solving.declared import declared_facts
-from vbbench_leaderboards.results.about import NEEDED
+from vbbench_leaderboards.results.about import NEEDED, NOBODY_YET
 from vbbench_leaderboards.results.boards import source
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
 from vbbench_leaderboards.results.folder import dataset_folder, published_results, read_results, submission_folder
@@ -87,7 +87,7 @@ def _check_declared(solver: str) -> None:
     declared = declared_facts(solver)
     missing = [name for name in NEEDED if not declared.get(name, "").strip()]
     if missing:
-        example = {"authors": "your name"} | dict.fromkeys(NEEDED[1:], "nothing")
+        example = {"authors": NOBODY_YET} | dict.fromkeys(NEEDED[1:], "nothing")
         words = f"{solver} does not say {', '.join(missing)}"
         raise VbbenchError(f"{words}; its class needs a line such as facts = {example}")
 

@@ -12,7 +12,7 @@ from vbbench_leaderboards.challenge.definition import Part, Phase, parse_moment
 from vbbench_leaderboards.challenge.handed_in import check, copied, digest_of_answers, file_hashes
 from vbbench_leaderboards.challenge.log import Entry, append, digest_of_last, said
 from vbbench_leaderboards.challenge.organiser import Organiser
-from vbbench_leaderboards.results.about import About
+from vbbench_leaderboards.results.about import NOBODY_YET, About
 from vbbench_leaderboards.results.result import Result, write_result
 from vbbench_leaderboards.results.standings import headline
 
@@ -115,6 +115,7 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
     with copied(submission, organiser.folder / blank.folder) as work:
         info = _checked(organiser, work.new, submission)
         about = About.of(info, **{"date": blank.day, **facts})
+        _check_authors(about)
         entry = replace(
             blank,
             phase=phase.name,
@@ -133,6 +134,12 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
         write_result(result, organiser.results("public"), organiser.record("public"))
     append(organiser.folder, organiser.entries, entry)
     return Receipt(challenge=organiser.challenge.name, entry=entry, phase=phase, used=len(own) + 1, result=result)
+
+
+def _check_authors(about: About) -> None:
+    """Raise VbbenchError if they are those of the template."""
+    if about.authors == NOBODY_YET:
+        raise VbbenchError(f"the authors are '{NOBODY_YET}', as the template has it; say who made the solver")
 
 
 def _checked(organiser: Organiser, copy: Path, submission: Path) -> Any:

@@ -17,6 +17,7 @@ from vbbench_leaderboards.challenge.definition import read_challenge
 from vbbench_leaderboards.challenge.handed_in import check
 from vbbench_leaderboards.challenge.instructions import readme, rules_text
 from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_withheld
+from vbbench_leaderboards.results.about import NEEDED, NOBODY_YET
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
 SUMS = "SHA256SUMS"
@@ -67,11 +68,14 @@ def check_for_participant(submission: Path, folder: Path) -> str:
     """
     challenge, dataset = read_challenge(folder), Dataset(folder / DATA)
     checked = check(challenge, submission, dataset)
-    missing = [name for name in ("authors", "trained_on", "tuned_on") if not getattr(checked.info, name).strip()]
+    missing = [name for name in NEEDED if not getattr(checked.info, name).strip()]
     if checked.info.delay is None:
         missing.append("delay")
     if missing:
         raise VbbenchError(f"{submission}/submission.json: {', '.join(missing)} must be said; write it there")
+    if checked.info.authors == NOBODY_YET:
+        ready = f"ready for {challenge.name} but for its authors: say who you are in place of '{NOBODY_YET}'"
+        return f"{checked.table()}\n{ready}, then send the folder to {challenge.contact}"
     return f"{checked.table()}\nready for {challenge.name}; send the folder to {challenge.contact}"
 
 

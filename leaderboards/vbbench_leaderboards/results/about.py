@@ -17,6 +17,9 @@ _CODE = re.compile(r"(https?://[^\s<>\"']{1,492})?")
 NEEDED = ("authors", "trained_on", "tuned_on")
 """What every row must say."""
 
+NOBODY_YET = "your name"
+"""The authors that the template and examples name; nobody may hand them in."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class About:
