@@ -46,6 +46,11 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         (HEAD + "0,1,2,3,4,50\n1e300,1,2,3,4,50\n", 3, "frame 1e\\+300 is 1e\\+299 s after the one before, 0; split"),
         ("frame,id,left,top,width,height,visible\n0,1,2,3,4,50,2\n", 2, "visible is 2"),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.13,1,2,3,4,50\n", 4, "0.03 s after the frame before"),
+        (
+            TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.2,1,2,3,4,50\n.1,1,2,3,4,50\n.2,1,2,3,4,50\n",
+            5,
+            "the clock goes back by 0.1 s, to where id 1 already has a box in this frame, in line 3; split",
+        ),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n3600,1,2,3,4,50\n", 4, "the clock jumps by 3599.9 s"),
         (
             TIMED + "0,1,2,3,4,50\n33,1,2,3,4,50\n67,1,2,3,4,50\n",

@@ -142,13 +142,21 @@ def _named_rows(path: Path, dt: float | None) -> BoxRows:
 
 def _goes_back(rows: BoxRows) -> list[str]:
     """A note if the clock of detections goes back a few times; rows in no order go back everywhere."""
-    times = rows.timeline.times[rows.frame]
-    back = np.flatnonzero(np.diff(times) < 0.0)
+    back = _backwards(rows)
     if rows.linked or not 0 < len(back) <= MOST_BACK:
         return []
-    by, line = times[back[0]] - times[back[0] + 1], rows.lines[back[0] + 1]
-    name = rows.path.name
-    return [f"{name}, line {line}: the clock goes back by {by:.4g} s; boxes of one time are taken for one frame"]
+    where = f"{rows.path.name}, line {rows.lines[back[0]]}"
+    return [f"{where}: {_leap_of(rows, back[0])}; boxes of one time are taken for one frame"]
+
+
+def _backwards(rows: BoxRows) -> IntArray:
+    """Rows whose time is before that of the row above."""
+    return 1 + np.flatnonzero(np.diff(rows.timeline.times[rows.frame]) < 0.0)
+
+
+def _leap_of(rows: BoxRows, row: int) -> str:
+    above, here = rows.timeline.times[rows.frame[row - 1 : row + 1]]
+    return f"the clock goes back by {above - here:.4g} s"
 
 
 def _has_columns(path: Path, names: tuple[str, ...]) -> bool:
@@ -190,10 +198,16 @@ def _check(rows: BoxRows) -> None:
 
 def _refuse_repetition(rows: BoxRows) -> None:
     found = first_repetition(rows.frame, rows.track)
-    if found is not None:
-        before, again = found
-        problem = f"id {rows.track[again]} already has a box in this frame, in line {rows.lines[before]}"
-        raise FileError(rows.path, f"{problem}; leave one of them out", int(rows.lines[again]))
+    if found is None:
+        return
+    before, again = found
+    problem = f"id {rows.track[again]} already has a box in this frame, in line {rows.lines[before]}"
+    back = _backwards(rows)
+    between = back[(back > before) & (back <= again)]
+    if len(between) and len(back) <= MOST_BACK:
+        problem = f"{_leap_of(rows, between[0])}, to where {problem}; split the recording there"
+        raise FileError(rows.path, problem, int(rows.lines[between[0]]))
+    raise FileError(rows.path, f"{problem}; leave one of them out", int(rows.lines[again]))
 
 
 def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
