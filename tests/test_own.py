@@ -28,6 +28,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
+from vbbench.generation.stream import stream
 from vbbench_generators.footage.own import own
 
 GOOD = "".join(f"{t},{k},{300 + 9 * k + t},320,30,90\n" for t in range(8) for k in range(4))
@@ -187,6 +188,14 @@ def test_noise_is_measured_from_boxes(folder):
 def read_split(source: Path, **asked) -> str:
     """The id of the dataset."""
     return own.plan(Options(source=source, footage=FootageOptions(**asked))).info.id
+
+
+def test_a_stream_of_footage_ends_where_nobody_knows_where_people_are(folder):
+    options = Options(source=folder)
+    plan = own.plan(options)
+    assert not plan.scenes
+    made = [data.sequence.index for data in stream("own", options)]
+    assert made == list(range(len(plan)))
 
 
 def test_detections_whose_clock_goes_back_are_told_of(folder, walk):

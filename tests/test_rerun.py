@@ -21,9 +21,9 @@ from vbbench_leaderboards.checks import rerunning
 from vbbench_leaderboards.checks.agreement import disagreements
 from vbbench_leaderboards.checks.bundled import bundled_solvers
 from vbbench_leaderboards.checks.drift import drift
-from vbbench_leaderboards.checks.making import Workshop
+from vbbench_leaderboards.checks.making import Workshop, code_of
 from vbbench_leaderboards.checks.rerunning import Rerun
-from vbbench_leaderboards.results.boards import BoardSource
+from vbbench_leaderboards.results.boards import BoardSource, chosen_sources
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
 from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
@@ -150,6 +150,35 @@ def test_rows_that_stand_say_who_made_them_again(remade: Path) -> None:
     assert command(remade, "--seed", SEED, "--update", "--by", "A. Judge, 2026-11-22") == 0
     rows = [read_result(file) for file in (remade / "results").glob("*/*/*.json")]
     assert {row.about.rerun_by for row in rows} == {"A. Judge, 2026-11-22"}
+
+
+def test_rows_that_stand_beside_one_that_drifted_say_so_too(remade: Path) -> None:
+    write_result(spoil(read_result(remade / "results" / KEPT)), remade / "results")
+    assert command(remade, "--seed", SEED, "--update", "--by", "A. Judge, 2026-11-22") == 0
+    rows = [read_result(file) for file in (remade / "results").glob("*/*/*.json")]
+    assert {row.about.rerun_by for row in rows} == {"A. Judge, 2026-11-22"}
+
+
+def test_datasets_that_are_named_are_made_once(no_data: Path) -> None:
+    found = chosen_sources(("kitti", "hotel"), ("noisy", "field"))
+    assert [(one.split, one.tier) for one in found] == [("kitti", "footage"), ("hotel", "noisy"), ("hotel", "field")]
+    with pytest.raises(UnknownNameError, match="did you mean 'hotel'"):
+        chosen_sources(("kitti", "hotle"), ("noisy",))
+
+
+def test_whatever_a_solver_reads_makes_what_it_answered_old(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "judged").mkdir()
+    (tmp_path / "judged/__init__.py").write_text("import weighed\n")
+    (tmp_path / "weighed.py").write_text("one = 1\n")
+    (tmp_path / "judged/weights.npz").write_bytes(b"1")
+    found = []
+    for changed in ("judged/__init__.py", "weighed.py", "judged/weights.npz", "none"):
+        code_of.cache_clear()
+        found.append(code_of("solver", "judged:Solver"))
+        with (tmp_path / changed).open("ab") as file:
+            file.write(b"\n")
+    assert len(set(found)) == 4
 
 
 def test_a_run_that_was_stopped_goes_on_with_its_seed(

@@ -108,3 +108,21 @@ def test_a_changed_helper_starts_the_work_anew(folder: Path, monkeypatch: pytest
     edit(folder / "deep/numbers.py", "SHIFT = 2.0\n")
     out = solve(dataset, "mine:Mine", "rollout", folder / "out", isolate=isolate)
     assert set(pq.read_table(out / "poses.parquet")["x"].to_pylist()) == {2.0}
+
+
+@pytest.mark.slow
+def test_isolated_work_takes_no_answers_that_were_given_without(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vbbench.parallel.parts, "PATIENCE", 0.0)
+    monkeypatch.setattr(vbbench.files.sequence_tables, "PART_SIZE", 2)
+    dataset = Dataset(generate("sim", folder / "sim", Options(limit=6)).folder)
+    process, asked = 'float(__import__("os").getpid())', '__import__("os").environ.get("STOPS") and frame.index == 0'
+    last = repr(float(dataset.sequence(4).given.poses[0, 0]))
+    solver = SOLVER.format(last=last).replace("shift()", process).replace("frame.index == 0", asked)
+    edit(folder / "mine.py", solver)
+    monkeypatch.setenv("STOPS", "here")
+    with pytest.raises(KeyboardInterrupt):
+        solve(dataset, "mine:Mine", "rollout", folder / "out")
+    assert len(list(folder.glob("out.partial/parts/*.arrows"))) == 2
+    monkeypatch.delenv("STOPS")
+    out = solve(dataset, "mine:Mine", "rollout", folder / "out", isolate=True)
+    assert float(os.getpid()) not in pq.read_table(out / "poses.parquet")["x"].to_pylist()

@@ -12,6 +12,7 @@ from vbbench.errors import VbbenchError
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.generation.stream import stream
+from vbbench.training.sources import GeneratedSamples
 
 OPTIONS = Options(simulation=Simulation(people=(5, 8)), tier="noisy")
 
@@ -44,6 +45,20 @@ def test_a_stream_goes_on_where_it_stopped() -> None:
 def test_a_split_that_is_not_simulated_ends() -> None:
     assert sum(1 for _ in stream("demo", Options(limit=3))) == 3
     assert [d.sequence.index for d in stream("demo", Options(limit=3), stop=10, shard=1, shards=2)] == [1]
+
+
+@pytest.mark.parametrize("split", ["demo", "sim"])
+def test_a_stride_leaves_out_what_generate_leaves_out(tmp_path: Path, split: str) -> None:
+    options = Options(limit=9, stride=3, tier="noisy")
+    written = generate(split, tmp_path / split, options)
+    assert len(written) == 3
+    made = [data.sequence.observations for data in stream(split, options, stop=3 if split == "sim" else None)]
+    samples = GeneratedSamples(split, options)
+    assert samples.size == (None if split == "sim" else 3)
+    for number, sequence in enumerate(written.sequences()):
+        np.testing.assert_array_equal(made[number], sequence.observations)
+        np.testing.assert_array_equal(samples[number].boxes, np.nan_to_num(sequence.observations).astype(np.float32))
+    assert len(made) == 3
 
 
 @pytest.mark.parametrize(("shard", "shards"), [(2, 2), (-1, 2), (0, 0)])

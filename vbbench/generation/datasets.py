@@ -10,7 +10,6 @@ import numpy as np
 import pyarrow as pa
 
 from vbbench import __version__
-from vbbench.errors import VbbenchError
 from vbbench.files.cards.writing import write_cards
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
@@ -30,7 +29,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.dataset_rows import scene_rows, sequence_row, sequence_rows
 from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
-from vbbench.generation.thinning import thinned
+from vbbench.generation.planning import planned
 from vbbench.generation.worlds import build_sequence
 from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
@@ -58,9 +57,10 @@ def generate(
         If the split is unknown, its sources are missing or wrong, or ``out`` exists and may not be replaced.
     """
     check_jobs(jobs)
-    out, generator = Path(out), load("generator", split)
+    out = Path(out)
+    load("generator", split)  # a name that is unknown is no reason to begin a folder
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
-        _write(_plan(generator, split, options), work, jobs, withhold_truth)
+        _write(planned(split, options), work, jobs, withhold_truth)
     return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
 
 
@@ -106,9 +106,10 @@ def generate_partitioned(
     The address is ``tls://HOST:PORT`` if ``tls`` is a folder of certificates (`cluster.on_cluster`). The rest is as in
     `generate`.
     """
-    out, generator = Path(out), load("generator", split)
+    out = Path(out)
+    load("generator", split)
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
-        plan = _plan(generator, split, options)
+        plan = planned(split, options)
         if work.begin(_key(plan, withhold_truth), partitioned=True):
             _write_partitions(plan, work, scheduler, tls, withhold_truth)
     return DatasetInfo.read(out / PARTITIONED)
@@ -130,13 +131,6 @@ def _check(out: Path, overwrite: bool, withhold_truth: bool) -> None:
     check_free(out, INFO_FILE, "dataset", overwrite)
     if withhold_truth:
         check_truth_free(truth_folder_beside(out), overwrite)
-
-
-def _plan(generator: Generator, split: str, options: Options) -> Plan:
-    plan = thinned(generator.plan(options), options.stride)
-    if not len(plan):
-        raise VbbenchError(f"{split}: no person of the source is seen with enough others to make a sequence")
-    return plan
 
 
 def _tables(plan: Plan) -> list[str]:

@@ -191,7 +191,8 @@ def refuse_footage(options: Options, split: str) -> None:
 class Plan(Protocol):
     """A dataset before it is made. Any sequence can be built on its own, in any process, in any order.
 
-    A plan without shared scenes is endless: it builds sequences of any number, and its length is a wish.
+    A plan without shared scenes, unless it is of footage, is endless: it builds sequences of any number, and its length
+    is a wish.
     """
 
     @property

@@ -5,9 +5,9 @@ from functools import partial
 from itertools import count
 
 from vbbench.errors import VbbenchError
-from vbbench.generation.generator import Generator, Options
+from vbbench.generation.generator import Options
+from vbbench.generation.planning import is_endless, planned
 from vbbench.generation.worlds import build_sequence
-from vbbench.registry import load
 from vbbench.sequence import SequenceData
 
 
@@ -38,9 +38,8 @@ def stream(
         raise VbbenchError(f"shard {shard} of {shards}: shards are numbered from 0 to one less than their number")
     if first < 0:
         raise VbbenchError(f"the stream begins at sequence 0 or later, not {first}")
-    generator: Generator = load("generator", split)
-    plan = generator.plan(options or Options())
-    if plan.scenes:  # sequences that share scenes are limited in number
+    plan = planned(split, options or Options())
+    if not is_endless(plan):
         stop = len(plan) if stop is None else min(stop, len(plan))
     wanted = count(first + shard, shards) if stop is None else range(first + shard, stop, shards)
     return map(partial(build_sequence, plan), wanted)

@@ -9,10 +9,9 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.generation import generate, generate_partitioned, write_dataset
-from vbbench.generation.generator import Generator, Options, Plan
-from vbbench.generation.thinning import thinned
+from vbbench.generation.generator import Options, Plan
+from vbbench.generation.planning import planned
 from vbbench.parallel.partitions import merge
-from vbbench.registry import load
 from vbbench.reproduction.work import Work
 from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score
@@ -39,8 +38,7 @@ class Making(Work):
             If ``folder`` holds another dataset, or as `vbbench.generation.datasets.generate` does.
         """
         if not self.overwrite and (folder / INFO_FILE).is_file():
-            generator: Generator = load("generator", split)
-            return _existing(folder, thinned(generator.plan(options), options.stride))
+            return _existing(folder, planned(split, options))
         if self.scheduler is None:
             return generate(split, folder, options, jobs=self.jobs, overwrite=self.overwrite)
         generate_partitioned(split, folder, options, scheduler=self.scheduler, tls=self.tls, overwrite=self.overwrite)

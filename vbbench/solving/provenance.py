@@ -18,7 +18,7 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, ver
 from importlib.util import find_spec
 from pathlib import Path
 
-from vbbench.registry import registered
+from vbbench.registry import Kind, registered
 
 READ_WHOLE = 1 << 24
 """Bytes up to which a file is hashed; larger ones are identified by size and time of the last change."""
@@ -27,9 +27,12 @@ IMPORT = re.compile(r"(?:^|[:;])[ \t]*(?:from[ \t]+(\w+)|import[ \t]+([\w.,  \t]
 """``from one import …`` or ``import several, of, them``."""
 
 
-def source_digest(solver: str) -> str:
-    """16 hex digits of a hash of the files of a solver (a registered name, or ``module:attribute``); see above."""
-    package = _package(solver)
+def source_digest(name: str, kind: Kind = "solver") -> str:
+    """16 hex digits of a hash of the files of a solver (a registered name, or ``module:attribute``); see above.
+
+    Likewise of a generator, or what else can be registered.
+    """
+    package = _package(name, kind)
     digest, seen, left = hashlib.sha256(), {package}, [package]
     while left:
         name = left.pop(0)
@@ -46,9 +49,9 @@ def source_places(solver: str) -> list[Path]:
     return [path.resolve() for path in _places(_spec(_package(solver)))]
 
 
-def _package(solver: str) -> str:
-    point = registered("solver").get(solver)
-    return (point.value if point else solver).partition(":")[0].partition(".")[0]
+def _package(name: str, kind: Kind = "solver") -> str:
+    point = registered(kind).get(name)
+    return (point.value if point else name).partition(":")[0].partition(".")[0]
 
 
 def _places(spec: ModuleSpec | None) -> list[Path]:

@@ -85,7 +85,7 @@ def solve(
     sources = dataset.info.sources
     run_as = _held_out_apart(opened, solver, sources) if isolate else held_out(solver, sources)
     source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
-    how = f"{rules.id} {covariance} {fresh_processes}"
+    how = f"{rules.id} {covariance} {isolate} {fresh_processes}"
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {how} {__version__}"
     solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance, fresh_processes)
     words = {} if isolate else declared_facts(run_as)

@@ -18,10 +18,10 @@ from vbbench.files.dataset import Dataset, problem_of
 from vbbench.files.sequence_tables import part_ranges
 from vbbench.generation.footage import FOOTAGE
 from vbbench.generation.generator import Options, Plan
+from vbbench.generation.planning import is_endless, planned
 from vbbench.generation.worlds import build_sequence
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench.protocol import get_protocol
-from vbbench.registry import load
 from vbbench.sequence import NOBODY, Sequence, Truth
 from vbbench.training.samples import Known, Sample, sample_of
 
@@ -193,7 +193,7 @@ class GeneratedSamples:
             raise VbbenchError(f"{stop} sequences, windows of {frames} frames: both are 1 or more")
         if self._plan.info.tier == FOOTAGE:
             raise VbbenchError(f"{split} is footage: generate its folder, and read samples from that (FolderSamples)")
-        limits = [len(self._plan)] if self._plan.scenes else []
+        limits = [] if is_endless(self._plan) else [len(self._plan)]
         self.size: int | None = min([*limits, *([] if stop is None else [stop])], default=None)
 
     def __len__(self) -> int:
@@ -230,8 +230,7 @@ class GeneratedSamples:
 
     @cached_property
     def _plan(self) -> Plan:
-        plan: Plan = load("generator", self.split).plan(self.options)
-        return plan
+        return planned(self.split, self.options)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_plan"}

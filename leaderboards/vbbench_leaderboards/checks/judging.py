@@ -75,12 +75,13 @@ class Judge:
             self._write(record, [one for one in fresh if one.path in anew], record.path in anew)
             yield from (Outcome(path=p, state=WRITTEN, found=(*found[p],)) for p in found if p in anew)
             yield from (Outcome(path=p, state=AS_COMMITTED) for p in found if p not in anew)
+            self._sign([one.path for one in fresh if one.path not in anew])
             return
         why = f"{DRIFTED}, and not written: {', '.join(strangers)} would stand on the old dataset; rerun them, too"
         behind, fine = why if strangers else DRIFTED, STANDS if moved else AS_COMMITTED
         for path, lines in found.items():
             yield Outcome(path=path, state=behind if lines else fine, found=tuple(lines))
-        if self.update and self.by:
+        if self.update:
             self._sign([one.path for one in fresh if not found[one.path]])
 
     def _record_differences(self, kept: BoardDataset | str, record: BoardDataset, dataset: Dataset) -> list[str]:
@@ -122,7 +123,7 @@ class Judge:
             write_result(one, self.results)
 
     def _sign(self, paths: Sequence[Path]) -> None:
-        """Write into rows that stand who made their figures again."""
-        for path in paths:
+        """Write into rows that stand who made their figures again, if anybody is named."""
+        for path in paths if self.by else ():
             kept = read_result(self.results / path)
             write_result(replace(kept, about=kept.about.made_again(self.by)), self.results)

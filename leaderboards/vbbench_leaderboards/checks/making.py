@@ -1,10 +1,8 @@
 """Makes the datasets and submissions of a rerun in a work folder; what is whole there and of the same code is kept."""
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 
 from vbbench import __version__
@@ -13,8 +11,9 @@ from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate, generate_partitioned
 from vbbench.parallel.partitions import merge
-from vbbench.registry import Kind, registered
+from vbbench.registry import Kind
 from vbbench.solving import solve
+from vbbench.solving.provenance import source_digest
 from vbbench_leaderboards.checks.bundled import bundled_solvers
 from vbbench_leaderboards.results.boards import BoardSource, is_diagnostic
 from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
@@ -95,26 +94,12 @@ class Workshop:
             write_text_atomically(note, _note_text(code, folder))
 
 
+@cache
 def code_of(kind: Kind, name: str) -> str:
-    """A hash of the source files of vbbench and of the package that ``name`` comes from, after vbbench's version."""
-    point = registered(kind).get(name)
-    module = (point.value if point else name).partition(":")[0].partition(".")[0]
-    return f"{__version__} {_hash_of_source('vbbench')[:16]} {_hash_of_source(module)[:16]}"
+    """A hash of the files of vbbench, and of those that ``name`` comes from, after vbbench's version."""
+    return f"{__version__} {source_digest('vbbench')} {source_digest(name, kind)}"
 
 
 def _note_text(code: str, folder: Path) -> str:
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     return "".join([f"{code}\n", *(f"{file_sha256(path)}  {path.relative_to(folder)}\n" for path in files)])
-
-
-@cache
-def _hash_of_source(module: str) -> str:
-    spec = find_spec(module)
-    roots = [Path(place) for place in (spec.submodule_search_locations or [])] if spec else []
-    files = sorted(path for root in roots for path in root.rglob("*") if path.suffix in (".py", ".toml"))
-    if spec and spec.origin and not roots:
-        files = [Path(spec.origin)]
-    whole = hashlib.sha256()
-    for path in files:
-        whole.update(f"{path.name}\0".encode() + path.read_bytes())
-    return whole.hexdigest()

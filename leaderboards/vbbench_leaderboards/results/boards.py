@@ -103,14 +103,15 @@ def chosen_sources(splits: Sequence[str] = (), tiers: Sequence[str] = ()) -> tup
     Raises
     ------
     VbbenchError
-        If no board is published on what is named, and one of both is not named.
+        If a split is unknown, or no board is published on what is named, and one of both is not named.
     """
-    published = published_sources()
-    if splits and tiers:
-        return tuple(source(split, FOOTAGE if split in REAL_SPLITS else tier) for split in splits for tier in tiers)
-    found = tuple(one for one in published if (not splits or one.split in splits) and (not tiers or one.tier in tiers))
     for split in splits:
         load("generator", split)
+    published = published_sources()
+    if splits and tiers:
+        pairs = [(split, FOOTAGE if split in REAL_SPLITS else tier) for split in splits for tier in tiers]
+        return tuple(source(split, tier) for split, tier in dict.fromkeys(pairs))
+    found = tuple(one for one in published if (not splits or one.split in splits) and (not tiers or one.tier in tiers))
     if not found:
         raise VbbenchError("no board is published there; name splits and tiers, both")
     return found
