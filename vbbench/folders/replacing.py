@@ -86,9 +86,10 @@ def _new_file(target: Path, suffix: str) -> tuple[Path, int]:
         name = f".{target.name[:_LONGEST]}.vbbench-{secrets.token_hex(4)}{suffix}"
         temporary = target.with_name(name)
         handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+        ours = True
         with suppress(OSError):  # a disk without locks: files left there are not removed
-            lock_file(handle)
-        if is_file_at(handle, temporary):
+            ours = lock_file(handle)
+        if ours and is_file_at(handle, temporary):
             return temporary, handle
         os.close(handle)
 
