@@ -8,22 +8,8 @@ from vbbench.scene import Scene
 from vbbench_renderers.opengl.probing import PACKAGE, OpenGLError, find_device
 
 
-def choose_backend(name: str | None = None) -> tuple[str, str]:
-    """A backend's name, and why it is that one.
-
-    Parameters
-    ----------
-    name : the backend asked for; None for ``moderngl`` where OpenGL works, else ``raster``.
-
-    Raises
-    ------
-    VbbenchError
-        If ``moderngl`` is asked for by name and OpenGL does not work; the message says what to install.
-    """
-    if name is not None:
-        if name == "moderngl":
-            find_device()
-        return name, "as asked"
+def choose_backend() -> tuple[str, str]:
+    """``moderngl`` where OpenGL works, else ``raster``; and why it is that one."""
     try:
         find_device()
         return "moderngl", "the best that works here"

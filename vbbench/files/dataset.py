@@ -89,14 +89,14 @@ class Dataset:
 
     def camera(self, sequence: Sequence) -> Camera:
         """The camera of a sequence."""
-        return self.info.cameras[sequence.camera] if self.info.cameras else self.info.camera
+        return problem_of(self.info, sequence).camera
 
     def to_pandas(self, table: str) -> "pandas.DataFrame":
         """A table as a data frame; needs the extra ``pandas``.
 
         Parameters
         ----------
-        table : ``sequences``, ``observations``, ``given``, ``truth/poses``, ``truth/people`` or ``truth/scenes``.
+        table : one of ``info.tables``, for example ``observations`` or ``truth/poses``.
 
         Raises
         ------

@@ -36,7 +36,7 @@ def warm_up(solver: FrameSolver | SequenceSolver, problem: Problem, protocol: Pr
 def begin(solver: FrameSolver | SequenceSolver, problem: Problem, sequence: Sequence, protocol: Protocol) -> None:
     """Answer the first solved frame of a real sequence, so that a new solver object loads what it needs.
 
-    The frames before it are given under every protocol.
+    Of the frames before it, what the dataset gives is given.
     """
     frames = slice(START_FRAMES + 1)
     given = sequence.given.frames(frames)
