@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from vbbench.cli import main
+from vbbench.cli.asking import parse_people
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generation.generator import Options, Simulation, parse_people
+from vbbench.generation.generator import Options, Simulation
 from vbbench.registry import load
 from vbbench_generators.crowds import scenes as simulation
 from vbbench_generators.crowds.scenario import get_scenario, read_scenario, scenario_names

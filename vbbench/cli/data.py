@@ -118,13 +118,14 @@ def generate(
         overwrite: Replace an existing dataset.
     """
     from vbbench.camera import make_camera
+    from vbbench.cli.asking import as_footage, as_simulation, parse_count
     from vbbench.errors import VbbenchError
     from vbbench.files.dataset_info import describe
     from vbbench.files.withholding import secret_seed
     from vbbench.generation import generate_partitioned
     from vbbench.generation.datasets import generate as make
     from vbbench.generation.datasets import who_knows
-    from vbbench.generation.generator import FootageGenerator, Options, as_footage, as_simulation, parse_count
+    from vbbench.generation.generator import FootageGenerator, Options
     from vbbench.registry import load
 
     if seed == "secret" and not withhold_truth:

@@ -11,7 +11,8 @@ Slip that lasts is thereby part of the covariance, although nothing here measure
 spins) counts less, by the weight of a Student-t error. (Thrun, Burgard, Fox, *Probabilistic Robotics*, 2005, ch. 3, 5.)
 """
 
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,31 +46,27 @@ class Readings:
         return Readings(times=self.times - seconds, values=self.values)
 
 
-@dataclass(frozen=True, kw_only=True)
-class RobotNoise:
-    """Standard deviations of what the filter expects, of a robot on two driven wheels; kernels get them in this order.
+class RobotNoise(NamedTuple):
+    """Standard deviations of what the filter expects, of a robot on two driven wheels.
 
-    Parameters
+    Attributes
     ----------
-    speed, turn, gyro : of a reading, in m/s, rad/s, rad/s.
+    readings : of `SPEED`, `TURN` and `GYRO`, in m/s, rad/s, rad/s.
     acceleration, turn_acceleration : random walks of v and ω, in m/s and rad/s after a second.
     sideways : how far the robot is pushed aside in a metre of driving, in m.
     bias, bias_drift : of the gyro at first and after a second, in rad/s.
-    speed_slip, turn_slip : shares of speed and turning rate that the wheels get wrong.
+    slips : shares of speed and turning rate that the wheels get wrong.
     slip_seconds : τ, how long they stay so.
     freedom : degrees of freedom ν of the Student-t error of a reading.
     """
 
-    speed: float = 0.02
-    turn: float = 0.03
-    gyro: float = 0.01
+    readings: tuple[float, float, float] = (0.02, 0.03, 0.01)
     acceleration: float = 0.4
     turn_acceleration: float = 1.0
     sideways: float = 0.01
     bias: float = 0.02
     bias_drift: float = 2e-4
-    speed_slip: float = 0.018
-    turn_slip: float = 0.1
+    slips: tuple[float, float] = (0.018, 0.1)
     slip_seconds: float = 10.0
     freedom: float = 4.0
 
@@ -104,8 +101,8 @@ def filter_motion(frames: FloatArray, speed: Readings, turn: Readings, gyro: Rea
     values = np.concatenate([*(one.values for one in sources), np.zeros(len(frames))])
     kinds = np.repeat([SPEED, TURN, GYRO, FRAME], [*(len(one.times) for one in sources), len(frames)])
     order = np.lexsort((kinds, times))
-    expected = np.array(astuple(RobotNoise()))
-    poses, covariances, motions, spreads = _filter(times[order], values[order], kinds[order], len(frames), expected)
+    ordered = times[order], values[order], kinds[order]
+    poses, covariances, motions, spreads = _filter(*ordered, len(frames), RobotNoise())
     motions[0], spreads[0] = np.nan, np.nan
     return RobotMotion(poses=poses, covariances=covariances, odometry=Odometry(motions=motions, covariances=spreads))
 
@@ -117,7 +114,7 @@ _YAW, _MOVED, _V, _W, _BIAS, _SLIP, _TURN_SLIP = 2, 3, 6, 7, 8, 9, 10
 
 @kernel
 def _filter(
-    times: FloatArray, values: FloatArray, kinds: IntArray, frames: int, noise: FloatArray
+    times: FloatArray, values: FloatArray, kinds: IntArray, frames: int, noise: RobotNoise
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Pose [T, 3], its covariance, and motion since the frame before with its covariance, at the readings `FRAME`."""
     poses, covariances = np.empty((frames, 3)), np.empty((frames, 3, 3))
@@ -144,26 +141,26 @@ def _filter(
 
 
 @kernel
-def _begin(state: FloatArray, spread: FloatArray, noise: FloatArray) -> None:
+def _begin(state: FloatArray, spread: FloatArray, noise: RobotNoise) -> None:
     """A robot of any speed, up to 1 m/s and 1 rad/s or so."""
     for a in range(_SIZE):
         state[a] = 0.0
         for b in range(_SIZE):
             spread[a, b] = 0.0
     spread[_V, _V], spread[_W, _W] = 1.0, 1.0
-    spread[_BIAS, _BIAS] = noise[6] ** 2
-    spread[_SLIP, _SLIP], spread[_TURN_SLIP, _TURN_SLIP] = noise[8] ** 2, noise[9] ** 2
+    spread[_BIAS, _BIAS] = noise.bias**2
+    spread[_SLIP, _SLIP], spread[_TURN_SLIP, _TURN_SLIP] = noise.slips[0] ** 2, noise.slips[1] ** 2
 
 
 @kernel
 def _predict(
-    state: FloatArray, spread: FloatArray, change: FloatArray, work: FloatArray, dt: float, noise: FloatArray
+    state: FloatArray, spread: FloatArray, change: FloatArray, work: FloatArray, dt: float, noise: RobotNoise
 ) -> None:
     """Move the state ``dt`` seconds on, and its covariance: P ← F P Fᵀ + Q with F = ``change``."""
     for a in range(_SIZE):
         for b in range(_SIZE):
             change[a, b] = 1.0 if a == b else 0.0
-    v, w, stays = state[_V], state[_W], np.exp(-dt / noise[10])
+    v, w, stays = state[_V], state[_W], np.exp(-dt / noise.slip_seconds)
     for first in range(0, _V, _MOVED):
         yaw = state[first + 2] + 0.5 * w * dt
         ahead, aside = dt * np.cos(yaw), dt * np.sin(yaw)
@@ -197,14 +194,14 @@ def _carry(spread: FloatArray, change: FloatArray, work: FloatArray) -> None:
 
 
 @kernel
-def _add_noise(state: FloatArray, spread: FloatArray, dt: float, stays: float, noise: FloatArray) -> None:
+def _add_noise(state: FloatArray, spread: FloatArray, dt: float, stays: float, noise: RobotNoise) -> None:
     """Q: the walks of v, ω and b, the renewal of the slips, and a push aside, which moves pose and motion alike."""
-    spread[_V, _V] += noise[3] ** 2 * dt
-    spread[_W, _W] += noise[4] ** 2 * dt
-    spread[_BIAS, _BIAS] += noise[7] ** 2 * dt
+    spread[_V, _V] += noise.acceleration**2 * dt
+    spread[_W, _W] += noise.turn_acceleration**2 * dt
+    spread[_BIAS, _BIAS] += noise.bias_drift**2 * dt
     for slip in range(2):
-        spread[_SLIP + slip, _SLIP + slip] += noise[8 + slip] ** 2 * (1.0 - stays * stays)
-    push = noise[5] ** 2 * abs(state[_V]) * dt
+        spread[_SLIP + slip, _SLIP + slip] += noise.slips[slip] ** 2 * (1.0 - stays * stays)
+    push = noise.sideways**2 * abs(state[_V]) * dt
     for first in range(0, _V, _MOVED):
         for second in range(0, _V, _MOVED):
             sin, cos = np.sin(state[first + 2]), np.cos(state[first + 2])
@@ -217,7 +214,7 @@ def _add_noise(state: FloatArray, spread: FloatArray, dt: float, stays: float, n
 
 @kernel
 def _update(
-    state: FloatArray, spread: FloatArray, work: FloatArray, kind: int, value: float, noise: FloatArray
+    state: FloatArray, spread: FloatArray, work: FloatArray, kind: int, value: float, noise: RobotNoise
 ) -> None:
     """Take one reading in; one that lies far off counts as less certain."""
     rate, other = _W, _BIAS
@@ -232,8 +229,8 @@ def _update(
     for a in range(_SIZE):
         work[0, a] = spread[a, rate] * by_rate + spread[a, other] * by_other
     certain = work[0, rate] * by_rate + work[0, other] * by_other
-    off, variance = value - expected, noise[kind] ** 2
-    variance *= max(1.0, (noise[11] + off * off / (certain + variance)) / (noise[11] + 1.0))
+    off, variance = value - expected, noise.readings[kind] ** 2
+    variance *= max(1.0, (noise.freedom + off * off / (certain + variance)) / (noise.freedom + 1.0))
     for a in range(_SIZE):
         state[a] += work[0, a] / (certain + variance) * off
         for b in range(_SIZE):

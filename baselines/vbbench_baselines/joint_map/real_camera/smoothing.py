@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,10 @@ BLOCK, STRIDE = 80, 40
 
 ROUNDS = 20
 """Most rounds of a block's descent."""
+
+HINDSIGHT = (1.3, 1.35)
+"""By how much more than `MODEL_ERROR` squared errors of poses and places are larger than the model says, where later
+frames were looked at: chosen with it, on the same recordings."""
 
 SURER_BY = 40.0
 """By how much lower a block's deviance must be if the camera moves where it was taken to stand."""
@@ -131,63 +135,86 @@ def _at_rest(seen: Seen, still: BoolArray, observer: Observer) -> Seen:
     return seen._replace(motions=seen.motions._replace(information=information))
 
 
+class _Spreads(NamedTuple):
+    """Covariances of all frames: [T, 3, 3] of poses and [T, K, 2, 2] of tracks' places, NaN where nobody is."""
+
+    poses: FloatArray
+    places: FloatArray
+
+    def take(self, block: slice, settled: Settled, columns: IntArray, chosen: IntArray) -> None:
+        """Take over those of a block's frames; tracks are in ``columns`` [T, K], of which ``chosen`` were solved."""
+        places = HINDSIGHT[1] * settled.place_covariances
+        poses = HINDSIGHT[0] * settled.pose_covariances
+        if block.start:
+            held, frames = block.start + HELD - 1, settled.point.frames
+            add_behind(self.poses[held], frames[HELD - 1], frames, settled.point.places, poses, places)
+        self.poses[block] = poses
+        order = np.full(max(columns.max(), chosen.max(initial=0)) + 2, NOBODY)  # the last is that of NOBODY
+        order[chosen] = np.arange(len(chosen))
+        for t in range(block.start, block.stop):
+            here = order[columns[t]]
+            known = here != NOBODY
+            self.places[t, known] = places[t - block.start, here[known]]
+
+
 def _settle_blocks(tracking: Tracking, rows: Window, course: Course, problem: Problem) -> Estimate:
     """Solve block after block; a later one overwrites an earlier one."""
-    columns = course.columns
-    size, people = columns.shape
-    converged, first = np.zeros(size, np.bool_), 0
-    spread, places_spread = np.full((size, 3, 3), np.nan), np.full((size, people, 2, 2), np.nan)
-    while True:
+    size, people = course.columns.shape
+    spreads = _Spreads(np.full((size, 3, 3), np.nan), np.full((size, people, 2, 2), np.nan))
+    converged = np.zeros(size, np.bool_)
+    for first in range(0, max(size - BLOCK, 0) + STRIDE, STRIDE):
         block = slice(first, min(first + BLOCK, size))
         seen, chosen = rows.seen(block, HELD if first else 0)
-        places = rows.places[block].take(chosen, axis=1)
-        fill(places, rows.frames[block], seen, rows.numbers[chosen])
-        point = Point(rows.frames[block].copy(), places, rows.numbers[chosen], rows.variances[chosen])
-        since = 0 if problem.covariances else len(seen.fixed)
-        point, seen = _with_told(point, seen, tracking.model)
-        settled = _settle_block(
-            point, seen, tracking.model, course.still[block], since, covariances=problem.covariances
-        )
+        settled, seen = _solved(rows, block, seen, chosen, course.still[block], tracking.model, problem.covariances)
         rows.frames[block], rows.numbers[chosen] = settled.point.frames, settled.point.people
         rows.places[block, chosen], rows.variances[chosen] = settled.point.places, settled.point.variances
         converged[block] = settled.converged
         if problem.covariances:
-            own = settled.place_covariances
-            if first:
-                held, places = first + HELD - 1, settled.point.places
-                add_behind(spread[held], rows.frames[held], rows.frames[block], places, settled.pose_covariances, own)
-            spread[block] = settled.pose_covariances
-            order = np.full(rows.places.shape[1] + 1, NOBODY)
-            order[chosen] = np.arange(len(chosen))
-            for t in range(block.start, block.stop):
-                here = order[columns[t]]
-                known = here != NOBODY
-                places_spread[t, known] = own[t - first, here[known]]
-        if block.stop == size:
-            break
-        for t in range(STRIDE):
-            let_first_go(settled.point, seen, tracking.model, t)
-        rows.carry_on(seen, chosen)
-        first += STRIDE
+            spreads.take(block, settled, course.columns, chosen)
+        if block.stop < size:
+            for t in range(STRIDE):
+                let_first_go(settled.point, seen, tracking.model, t)
+            rows.carry_on(seen, chosen)
+    return _estimate(tracking, rows, course, converged, spreads if problem.covariances else None)
+
+
+def _solved(
+    rows: Window, block: slice, seen: Seen, chosen: IntArray, still: BoolArray, model: Model, covariances: bool
+) -> tuple[Settled, Seen]:
+    """A block of frames and the people in it who are ``chosen``, solved; and what its boxes told of places."""
+    places = rows.places[block].take(chosen, axis=1)
+    fill(places, rows.frames[block], seen, rows.numbers[chosen])
+    start = Point(rows.frames[block].copy(), places, rows.numbers[chosen], rows.variances[chosen])
+    point, seen = _with_told(start, seen, model)
+    since = 0 if covariances else len(seen.fixed)
+    return _settle_block(point, seen, model, still, since, covariances=covariances), seen
+
+
+def _estimate(
+    tracking: Tracking, rows: Window, course: Course, converged: BoolArray, spreads: _Spreads | None
+) -> Estimate:
+    """What is reported when all blocks are solved."""
+    dt, (size, people) = tracking.model.dt, course.columns.shape
     if tracking.model.cold and is_untold(rows.given_poses, rows.given, rows.motions):
-        rows.move(flow_of(rows.frames, rows.places, ~np.isnan(rows.boxes.azimuth), problem.dt, drives=True))
+        rows.move(flow_of(rows.frames, rows.places, ~np.isnan(rows.boxes.azimuth), dt, drives=True))
     shown, told = ~np.isnan(rows.boxes.azimuth), ~np.isnan(rows.given[..., 0])
-    waits = np.where(np.isnan(rows.motions[:, 0]), problem.dt, 0.0)
+    waits = np.where(np.isnan(rows.motions[:, 0]), dt, 0.0)
     waits[0] = 0.0
     lost = seconds_lost(shown, told, ~np.isnan(rows.given_poses[:, 0]), waits)
-    converged &= lost <= PATIENCE
     poses, positions, heights = rows.frames[:, :3].copy(), np.full((size, people, 2), np.nan), np.full(people, np.nan)
     poses[:, 2] = wrap_angle(poses[:, 2])
     for t in range(size):
         here = course.found[t]
-        positions[t, here] = rows.places[t, columns[t, here]]
-        heights[here] = np.exp(rows.numbers[columns[t, here], 0])
-    report = {}
-    if problem.covariances:
-        _add_doubts(course.doubts, poses, positions, spread, places_spread)
-        tracking.add_drift(spread, places_spread, astray_after(waits), np.cumsum(waits), lost)
-        report = {"pose_covariances": spread, "position_covariances": places_spread}
-    return Estimate(poses=poses, positions=positions, converged=converged, heights=heights, **report)
+        positions[t, here] = rows.places[t, course.columns[t, here]]
+        heights[here] = np.exp(rows.numbers[course.columns[t, here], 0])
+    report: dict[str, Any] = {}
+    if spreads is not None:
+        _add_doubts(course.doubts, poses, positions, *spreads)
+        tracking.add_drift(*spreads, astray_after(waits), np.cumsum(waits), lost)
+        report = {"pose_covariances": spreads.poses, "position_covariances": spreads.places}
+    return Estimate(
+        poses=poses, positions=positions, converged=converged & (lost <= PATIENCE), heights=heights, **report
+    )
 
 
 def _add_doubts(
