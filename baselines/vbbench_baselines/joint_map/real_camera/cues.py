@@ -29,6 +29,9 @@ from vbbench_baselines.joint_map.motion.walks import REACH
 CUES = 3
 """Column, length, foot."""
 
+LENGTH = 1
+"""The cue that is ln(r − δ), but for what does not depend on the place."""
+
 FRAME = 7
 """Numbers of a frame: x, y, yaw, pitch, roll, height, column offset."""
 

@@ -232,6 +232,7 @@ def let_first_go(point: Point, seen: Seen, model: Model, t: int) -> None:
             point.frames,
             track,
             seen.given[t, k],
+            seen.told[t, k],
             point.people[k].copy(),
             point.variances[k],
             model.noise,

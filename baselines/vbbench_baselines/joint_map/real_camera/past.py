@@ -18,7 +18,7 @@ from vbbench.kernels import kernel
 from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk
-from vbbench_baselines.joint_map.real_camera.cues import CUES, PERSON, Noise, Residuals, residuals_of
+from vbbench_baselines.joint_map.real_camera.cues import CUES, LENGTH, PERSON, Noise, Residuals, residuals_of
 
 PLACES = 2 * REACH
 """Numbers of the places that are told of."""
@@ -77,6 +77,7 @@ def let_go(
     frames: FloatArray,
     track: FloatArray,
     given: FloatArray,
+    told: float,
     numbers: FloatArray,
     variance: float,
     noise: Noise,
@@ -95,13 +96,14 @@ def let_go(
     for i in range(ahead + 1):
         value[2 * i], value[2 * i + 1] = track[i, 0], track[i, 1]
     value[size - 2], value[size - 1] = numbers[0], numbers[1]
-    told, _ = pull_of(past, k, track, numbers)
+    before, _ = pull_of(past, k, track, numbers)
     for i in range(TOLD):
         p = i if i < PLACES else i + 2
-        slope[p] += told[i]
+        slope[p] += before[i]
         for j in range(TOLD):
             information[p, j if j < PLACES else j + 2] += past.information[k, i, j]
     _add_box(found, noise, dt, slope, information)
+    _add_push(found, told, slope)
     _add_walk(track, ahead, walk, variance, slope, information)
     if not np.isnan(given[0]):
         for a in range(2):
@@ -135,6 +137,18 @@ def _add_box(found: Residuals, noise: Noise, dt: float, slope: FloatArray, infor
             row[last + a] = found.by_person[0, j, a] - (rho * found.by_person[1, j, a] if rho > 0.0 else 0.0)
         weight = count * (nu + 1.0) / (nu * (1.0 - rho * rho) + added * added)
         _add(row, added, weight, slope, information)
+
+
+@kernel
+def _add_push(found: Residuals, told: float, slope: FloatArray) -> None:
+    """What keeps the place that leaves from coming nearer (`real_camera.volume`): −``told`` ln(r − δ), in a straight line."""
+    if told > 0.0 and len(found.frame) > 0 and found.frame[0] == 0:
+        push = told * found.scale[0, LENGTH]
+        for a in range(2):
+            slope[a] -= push * found.by_place[0, LENGTH, a]
+        for a in range(PERSON):
+            slope[len(slope) - PERSON + a] -= push * found.by_person[0, LENGTH, a]
+        slope[len(slope) - PERSON] -= told
 
 
 @kernel

@@ -20,12 +20,8 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
-from vbbench_baselines.joint_map.real_camera.cues import CUES, Residuals, Whitened
+from vbbench_baselines.joint_map.real_camera.cues import CUES, LENGTH, Residuals, Whitened
 from vbbench_baselines.joint_map.real_camera.elimination import Person
-
-LENGTH = 1
-"""The cue that is ln(r − δ), but for what does not depend on the place."""
-
 
 @kernel
 def volume_deviance(found: Residuals, told: FloatArray, height: float) -> float:
