@@ -12,7 +12,7 @@ from vbbench.solving.runner import given_at
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.joint_map.motion.walks import REACH
 from vbbench_baselines.joint_map.real_camera.behind import add_behind, carried
-from vbbench_baselines.joint_map.real_camera.cues import CUES, residuals_of
+from vbbench_baselines.joint_map.real_camera.cues import CUES, LENGTH, residuals_of
 from vbbench_baselines.joint_map.real_camera.joint import let_first_go
 from vbbench_baselines.joint_map.real_camera.past import TOLD, nothing_past
 from vbbench_baselines.joint_map.real_camera.settings import Settings
@@ -35,19 +35,25 @@ def jacobian_of(values: Callable[[FloatArray], FloatArray], at: FloatArray) -> F
     return np.stack([(values(at + step) - values(at - step)) / 2e-6 for step in steps], axis=1)
 
 
-@pytest.mark.parametrize("given", [False, True])
-def test_a_place_that_leaves_is_schur_s_complement_of_its_box_and_its_step(window: Window, given: bool) -> None:
+@pytest.mark.parametrize(("given", "told"), [(False, 0.0), (True, 0.0), (False, 1.3)])
+def test_a_place_that_leaves_is_schur_s_complement_of_its_box_and_its_step(
+    window: Window, given: bool, told: float
+) -> None:
     """Against a dense problem of five places and two numbers, with slopes by differences."""
     k, model, point = followed(window), window.model, window.point
     seen = window.seen._replace(past=nothing_past(len(window.seen.first)))
     places = seen.given.copy()
     places[0, k] = point.places[0, k] + 0.02 if given else np.nan
-    seen = seen._replace(given=places)
+    seen = seen._replace(given=places, told=np.full_like(seen.told, told))
     at = np.concatenate((point.places[: REACH + 1, k].ravel(), point.people[k]))
 
     def residuals(at: FloatArray) -> FloatArray:
         track = at[:-2].reshape(-1, 2).copy()
         return residuals_of(k, 0, seen.boxes, point.frames, track, at[-2:].copy(), model.noise).value
+
+    def pushed(at: FloatArray) -> FloatArray:
+        found = residuals_of(k, 0, seen.boxes, point.frames, at[:2].reshape(1, 2).copy(), at[-2:].copy(), model.noise)
+        return np.asarray(-told * (found.value[0, LENGTH] * found.scale[0, LENGTH] + at[-2]))[None]
 
     def added(at: FloatArray) -> FloatArray:
         value = residuals(at)
@@ -68,6 +74,7 @@ def test_a_place_that_leaves_is_schur_s_complement_of_its_box_and_its_step(windo
     if given:
         hessian[:2, :2] += np.eye(2) / ANCHOR_STD**2
         gradient[:2] += (point.places[0, k] - places[0, k]) / ANCHOR_STD**2
+    gradient += jacobian_of(pushed, at)[0]
     share = hessian[2:, :2] @ np.linalg.inv(hessian[:2, :2])
 
     let_first_go(point, seen, model, 0)

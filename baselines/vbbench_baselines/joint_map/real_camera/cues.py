@@ -41,6 +41,9 @@ PITCH, ROLL, HEIGHT, OFFSET = 3, 4, 5, 6
 PERSON = 2
 """Numbers of a person: η and δ."""
 
+USUAL = 2
+"""Frames to either side over which a box's length is averaged for the noise of its foot."""
+
 PIXEL = 0.5
 """In px; noise of an edge beside what grows with the box."""
 
@@ -121,7 +124,7 @@ def residuals_of(
         by_angle, by_length, by_slope = (
             -1.0 / (seen.width[t, k] * sigma_u),
             1.0 / (edge_at * sigma_l),
-            1.0 / (length * sigma_b),
+            1.0 / (_usual(seen.length, t, k) * sigma_b),
         )
         value[m, 0] = -by_angle * wrapped(azimuth - angle - frames[t, OFFSET])
         value[m, 1] = taller / sigma_l
@@ -148,6 +151,22 @@ def residuals_of(
         at[m] = i
         m += 1
     return Residuals(at[:m], value[:m], counts[:m], scale[:m], by_place[:m], by_frame[:m], by_person[:m])
+
+
+@kernel
+def _usual(length: FloatArray, t: int, k: int) -> float:
+    """The mean ``length`` [T, K] of the boxes of person ``k`` in the frames about ``t``.
+
+    Noise of the foot grows with the box. Held against the box's own length, a foot that is too low would count less,
+    for it makes the box longer, and people would stand too far away: the more so, the more alike noise is taken to be
+    from frame to frame, since differences then count so much. A mean with the boxes beside it has nothing of this.
+    """
+    total, count = 0.0, 0
+    for at in range(max(t - USUAL, 0), min(t + USUAL + 1, len(length))):
+        if not np.isnan(length[at, k]):
+            total += length[at, k]
+            count += 1
+    return total / count
 
 
 class Whitened(NamedTuple):

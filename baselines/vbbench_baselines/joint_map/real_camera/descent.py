@@ -26,8 +26,9 @@ SHORT, SETTLED = 1e-3, 0.1
 
 MOST_PUSHED, TELLING = 5.0, 8
 """A world of so many frames is pushed apart (`real_camera.volume`) at most so many times as strongly as walks pull it
-together. Both are alike where boxes are as noisy as they are taken to be; on KITTI and in tier `field` the one is never
-beyond five times the other. Where people stand and boxes are exact there is no noise that pulls."""
+together, and at least as strongly. Both are alike where boxes are as noisy as they are taken to be, and people walk as
+they are thought to; on KITTI and in tier `field` the push is never beyond five times the pull. Where people stand and
+boxes are exact there is no noise that pulls; where they walk in circles their walks would pull for ever."""
 
 CLOSE = 0.02
 """A descent whose last round lowered it by less for each box moved what they tell of by about a fifth of a standard
@@ -141,7 +142,8 @@ def settle(point: Point, seen: Seen, model: Model, rounds: int, since: int, peop
             for t, of_box in enumerate(told_of(person)):
                 told[person.first + t, person.number] = of_box
         if len(point.frames) >= TELLING:
-            told *= min(1.0, MOST_PUSHED * _pull_of_walks(point, seen, model) / max(told.sum(), 1e-12))
+            ratio = _pull_of_walks(point, seen, model) / max(told.sum(), 1e-12)
+            told *= max(ratio, min(1.0, MOST_PUSHED * ratio))
     return Settled(point, deviance, converged, done.system.shares, poses, places, early, told)
 
 

@@ -141,7 +141,7 @@ def _add_box(found: Residuals, noise: Noise, dt: float, slope: FloatArray, infor
 
 @kernel
 def _add_push(found: Residuals, told: float, slope: FloatArray) -> None:
-    """What keeps the place that leaves from coming nearer (`real_camera.volume`): −``told`` ln(r − δ), in a straight line."""
+    """What keeps the place that leaves from coming nearer (`real_camera.volume`): −``told`` ln(r − δ)."""
     if told > 0.0 and len(found.frame) > 0 and found.frame[0] == 0:
         push = told * found.scale[0, LENGTH]
         for a in range(2):

@@ -23,6 +23,7 @@ from vbbench_baselines.joint_map.optimiser.banded import BAND, invert
 from vbbench_baselines.joint_map.real_camera.cues import CUES, LENGTH, Residuals, Whitened
 from vbbench_baselines.joint_map.real_camera.elimination import Person
 
+
 @kernel
 def volume_deviance(found: Residuals, told: FloatArray, height: float) -> float:
     """−Σ w_t ln(r_t − δ) of a person, up to a constant, with w = ``told`` [n] and η = ``height``."""
