@@ -87,3 +87,30 @@ def test_clocks_that_drift_and_frames_in_steps_are_counted(tmp_path):
 def test_a_file_that_is_not_there_is_named(tmp_path, name):
     with pytest.raises(FileError, match=f"{name}: the file is missing"):
         read_boxes(tmp_path / name, 0.1)
+
+
+def test_stamps_that_shake_are_of_the_nearest_frame(tmp_path):
+    shake = np.random.default_rng(3).uniform(-0.03, 0.03, 200)
+    stamps = 1.7e9 + 0.1003 * np.arange(200) + shake
+    assert np.round(np.diff(stamps) / 0.1).min() < 1
+    path = tmp_path / "boxes.csv"
+    path.write_text(TIMED + "".join(f"{t:.4f},1,2,3,4,50\n" for t in np.delete(stamps, 50)))
+    rows = read_boxes(path, 0.1)
+    assert rows.frame.tolist() == [n for n in range(200) if n != 50]
+    assert rows.timeline.frames == 200
+
+
+def test_stamps_slower_than_frames_are_counted(tmp_path):
+    path = tmp_path / "boxes.csv"
+    path.write_text(TIMED + "".join(f"{0.1 * n:.4f},1,2,3,4,50\n" for n in range(20) if n != 7))
+    rows = read_boxes(path, 1 / 30)
+    assert rows.frame.tolist() == [n for n in range(20) if n != 7]
+    assert rows.timeline.dt == pytest.approx(0.1)
+    assert "time stamps come every 3 frames: one every 3 x 0.0333333 = 0.1 s is used" in rows.timeline.notes
+
+
+def test_a_row_that_is_there_twice_is_no_clock_that_goes_back(tmp_path):
+    path = tmp_path / "boxes.csv"
+    path.write_text(TIMED + "".join(f"{0.1 * n:.1f},1,2,3,4,50\n" for n in (*range(9), 0)))
+    with pytest.raises(FileError, match="id 1 already has a box in this frame, in line 2; leave one of them out"):
+        read_boxes(path, None)

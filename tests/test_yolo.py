@@ -143,3 +143,13 @@ def test_a_network_that_opencv_cannot_run_is_one_clear_line(tmp_path):
     with pytest.raises(FileError, match=r"OpenCV cannot (read|run) this network") as caught:
         make_detector(str(path)).detect(picture(64, 64))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("numbers", [[0, 0, 0], [0, 1, 0], [1, 1, 1], [56, 0, 2]])
+def test_output_after_a_suppression_is_refused(tmp_path, numbers):
+    """Corners, score and the number of the class, as networks have it that were exported with their own suppression."""
+    output = np.zeros((1, COUNT, 6))
+    output[0, :3, :2], output[0, :3, 2:4] = BOXES[:, :2] - 0.5 * BOXES[:, 2:], BOXES[:, :2] + 0.5 * BOXES[:, 2:]
+    output[0, :3, 4], output[0, :3, 5] = SCORES, numbers
+    with pytest.raises(FileError, match="ends in numbers of classes, as after a suppression of its own; wanted"):
+        read_output(tmp_path / "net.onnx", output, 0)

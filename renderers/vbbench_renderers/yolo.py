@@ -127,6 +127,11 @@ def read_output(path: Path, output: FloatArray, person: int) -> tuple[FloatArray
         raise FileError(path, f"its output has the shape {list(output.shape)}; {_TOLD}")
     columns = output.shape[1] < output.shape[2]
     rows = output[0].T if columns else output[0]
+    if rows.shape[1] == 6 and not columns and (rows[:, 5] == np.round(rows[:, 5])).all():
+        shape = list(output.shape)
+        raise FileError(
+            path, f"its output {shape} ends in numbers of classes, as after a suppression of its own; {_TOLD}"
+        )
     first = 4 if columns else 5
     if first + person >= rows.shape[1]:
         raise FileError(path, f"its output {list(output.shape)} has no class {person}; {_TOLD}")

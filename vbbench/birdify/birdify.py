@@ -85,6 +85,7 @@ def birdify(
     solver: str = "map-causal",
     film: bool | None = None,
     dt: float | None = None,
+    name: str = "",
     pictures: Pictures | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
@@ -102,6 +103,7 @@ def birdify(
     solver : a registered name, or ``module:attribute``.
     film : whether to make a film; ``None`` for one of at most `FILMED` frames.
     dt : seconds per frame where neither camera file nor boxes say it.
+    name : what the recording is called; by default as the file of boxes.
     pictures : where the pictures of the frames are, to draw over.
     overwrite : replace a folder that birdify made.
     announce : called with a line for each stage.
@@ -117,7 +119,13 @@ def birdify(
             FRAME_TIME.check("dt", dt)
         dt = float(dt)
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
-        recording = _read(Path(boxes), Path(camera), None if odometry is None else Path(odometry), dt, pictures)
+        files = RecordingFiles(
+            name=name or Path(boxes).stem,
+            camera=Path(camera),
+            boxes=Path(boxes),
+            odometry=None if odometry is None else Path(odometry),
+        )
+        recording = _read(files, dt, pictures)
         work.begin()
         _keep_files(recording, dt, work.new / RECORDING)
         announce(_described(recording))
@@ -136,13 +144,10 @@ def birdify(
     return Birdified(folder=out, report=report)
 
 
-def _read(
-    boxes: Path, camera: Path, odometry: Path | None, dt: float | None, pictures: Pictures | None
-) -> OwnRecording:
-    for path in filter(None, (boxes, camera, odometry)):
+def _read(files: RecordingFiles, dt: float | None, pictures: Pictures | None) -> OwnRecording:
+    for path in filter(None, (files.boxes, files.camera, files.odometry)):
         if not path.is_file():
             raise FileError(path, "there is no such file")
-    files = RecordingFiles(name=boxes.stem, camera=camera, boxes=boxes, odometry=odometry)
     return read_recording(files, dt=dt, pictures=pictures)
 
 

@@ -69,6 +69,7 @@ def birdify_film(
         solver=solver,
         film=film,
         dt=found.dt,
+        name=shot.path.stem,
         pictures=_pictures(shot, found),
         overwrite=overwrite,
         announce=announce,

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vbbench.birdify.cues import HeightPrior, compare_cues
+from vbbench.birdify.cues import Cues, HeightPrior, compare_cues
 from vbbench.birdify.report import FEW_PEOPLE, MISPLACED, Report, Spread, plus_minus
 from vbbench.birdify.tables import place_std
 from vbbench.estimate import Estimate
@@ -15,8 +15,8 @@ from vbbench.sequence import Sequence
 
 SCALE_DOUBT, TILT_DOUBT = 0.1, 0.02
 """A mount height that differs by a larger share, and a tilt of more rad, are worth a warning if they are certain."""
-FAST_PEOPLE, SHORT, TALL = 2.5, 1.5, 1.95
-"""Median speed in m/s, and heights in m, beyond which people are not what people are."""
+FAST_PEOPLE, SLOW_PEOPLE, SHORT, TALL = 2.5, 0.45, 1.5, 1.95
+"""Median speeds in m/s, and heights in m, beyond which people are not what people are, unless they stand."""
 NEAR_EDGE = 0.45
 """In m, by how much the edge of a body that its box is about is nearer than its middle, as in tier ``field``."""
 ALIKE = 0.3
@@ -111,28 +111,9 @@ def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[
 
 def _doubts(report: Report) -> Iterator[str]:
     """What in the figures speaks against the map."""
-    cues = report.cues
-    if cues is not None:
-        off = cues.mount_height / report.camera_height - 1.0
-        if abs(off) > max(SCALE_DOUBT, 2.0 * cues.mount_height_std / report.camera_height):
-            found = plus_minus(cues.mount_height, cues.mount_height_std)
-            yield (
-                f"feet say that the camera is {found} m above the ground, the "
-                f"camera file says {report.camera_height:g} m: one of mount_height, focal and height_mean is wrong"
-            )
-        if abs(cues.tilt) > max(TILT_DOUBT, 2.0 * cues.tilt_std):
-            found, way = plus_minus(abs(cues.tilt), cues.tilt_std), "higher" if cues.tilt > 0.0 else "lower"
-            yield (
-                f"feet and heights agree best if the camera looks {found} rad {way} than its "
-                f"file says: try pitch = {report.pitch + cues.tilt:.3f}, or check cy"
-            )
-    if report.people_speed.median > FAST_PEOPLE:
-        yield f"people walk at {report.people_speed.median:.2g} m/s (median): check dt, fps, and the focal length"
-    if report.odometry is None and report.people_differ < ALIKE:
-        yield (
-            f"people move alike (their velocities differ by {report.people_differ:.2g} m/s): boxes alone do not tell "
-            "whether they go one way or the camera the other, and neither does the map; give it --odometry"
-        )
+    if report.cues is not None:
+        yield from _doubts_of_cues(report, report.cues)
+    yield from _doubts_of_speed(report)
     if not SHORT <= report.heights_median <= TALL:
         yield f"people come out {report.heights_median:.2f} m high (median): the map's scale does not fit their boxes"
     if report.few_people > OFTEN:
@@ -142,6 +123,39 @@ def _doubts(report: Report) -> Iterator[str]:
         yield f"in {1.0 - report.converged:.0%} of the frames the solver warns that the pose may be far off"
     if report.misfits > SCALE_DOUBT:
         yield f"{report.misfits:.0%} of the boxes are not where their person is on the map: do tracks switch people?"
+
+
+def _doubts_of_cues(report: Report, cues: Cues) -> Iterator[str]:
+    """What feet and heights say of the camera file."""
+    off = cues.mount_height / report.camera_height - 1.0
+    if abs(off) > max(SCALE_DOUBT, 2.0 * cues.mount_height_std / report.camera_height):
+        found = plus_minus(cues.mount_height, cues.mount_height_std)
+        yield (
+            f"feet say that the camera is {found} m above the ground, the "
+            f"camera file says {report.camera_height:g} m: one of mount_height, focal and height_mean is wrong"
+        )
+    if abs(cues.tilt) > max(TILT_DOUBT, 2.0 * cues.tilt_std):
+        found, way = plus_minus(abs(cues.tilt), cues.tilt_std), "higher" if cues.tilt > 0.0 else "lower"
+        yield (
+            f"feet and heights agree best if the camera looks {found} rad {way} than its "
+            f"file says: try pitch = {report.pitch + cues.tilt:.3f}, or check cy"
+        )
+
+
+def _doubts_of_speed(report: Report) -> Iterator[str]:
+    """Whether people walk as people do."""
+    if report.people_speed.median > FAST_PEOPLE:
+        yield f"people walk at {report.people_speed.median:.2g} m/s (median): check dt, fps, and the focal length"
+    if report.odometry is None and report.people_differ < ALIKE:
+        yield (
+            f"people move alike (their velocities differ by {report.people_differ:.2g} m/s): boxes alone do not tell "
+            "whether they go one way or the camera the other, and neither does the map; give it --odometry"
+        )
+    elif report.odometry is None and report.people_speed.median < SLOW_PEOPLE:
+        yield (
+            f"people walk at {report.people_speed.median:.2g} m/s (median): if most of them do not stand, dt or fps is "
+            "wrong, or the map has given their motion to the camera, and may be turned; give it --odometry"
+        )
 
 
 def _over(values: FloatArray) -> Spread:

@@ -22,7 +22,7 @@ from vbbench.parsing.numbers import finite_number
 from vbbench.parsing.rows import first_repetition
 from vbbench.sequence import Sequence
 
-_HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp = frame * dt)\n"
+_HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp {})\n"
 _COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 _FARTHEST = 1e6
 """Largest distance in m of a pose from the world's origin."""
@@ -50,9 +50,10 @@ def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, p
     x, y, yaw = poses[frames].T
     zero = np.zeros(len(frames))
     times = frames * dt if np.ndim(dt) == 0 else np.asarray(dt)[frames]
+    header = _HEADER.format("= frame * dt" if np.ndim(dt) == 0 else "in s, of the clock of the boxes")
     rows = np.stack([times, x, y, zero + mount_height, zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=-1)
     lines = [" ".join(map(repr, row)) + "\n" for row in rows.tolist()]
-    write_text_atomically(Path(path), _HEADER + "".join(lines))
+    write_text_atomically(Path(path), header + "".join(lines))
 
 
 def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:

@@ -154,6 +154,11 @@ def _backwards(rows: BoxRows) -> IntArray:
     return 1 + np.flatnonzero(np.diff(rows.timeline.times[rows.frame]) < 0.0)
 
 
+def _goes_on(rows: BoxRows, row: int) -> bool:
+    """Whether what follows the ``row`` comes after it again, frame by frame: then it is no row out of its place."""
+    return len(np.unique(rows.frame[row:][rows.frame[row:] <= rows.frame[:row].max()])) > 1
+
+
 def _leap_of(rows: BoxRows, row: int) -> str:
     above, here = rows.timeline.times[rows.frame[row - 1 : row + 1]]
     return f"the clock goes back by {above - here:.4g} s"
@@ -204,7 +209,7 @@ def _refuse_repetition(rows: BoxRows) -> None:
     problem = f"id {rows.track[again]} already has a box in this frame, in line {rows.lines[before]}"
     back = _backwards(rows)
     between = back[(back > before) & (back <= again)]
-    if len(between) and len(back) <= MOST_BACK:
+    if len(between) and len(back) <= MOST_BACK and _goes_on(rows, between[0]):
         problem = f"{_leap_of(rows, between[0])}, to where {problem}; split the recording there"
         raise FileError(rows.path, problem, int(rows.lines[between[0]]))
     raise FileError(rows.path, f"{problem}; leave one of them out", int(rows.lines[again]))

@@ -29,6 +29,8 @@ from vbbench.sequence import NOBODY
 CAMERA, BOXES = "camera.toml", ("boxes.csv", "gt.txt", "det.txt", "gt/gt.txt", "det/det.txt")
 POSES, ODOMETRY, PEOPLE = "poses.txt", "odometry.txt", "people.csv"
 """Names of the files in a folder; the first of `BOXES` that is there counts."""
+LEAST_PER_CENT = 10.0
+"""Scores most of which are above it are per cent; others above 1 are of a detector that is sure."""
 FEWEST_FRAMES = 5
 MOST_CELLS = 50_000_000
 """Frames times tracks that fit into memory."""
@@ -196,7 +198,10 @@ def _linked(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, str]:
         found.append(tracker.step(Detections(boxes=rows.boxes[here], scores=scores[here])))
     track = np.concatenate([ids for ids, _ in found])
     if not len(track):
-        raise FileError(rows.path, "has no ids, and the tracker links none of its boxes; are frames close in time?")
+        raise FileError(
+            rows.path,
+            "has no ids, and the tracker links none of its boxes; are frames close in time, and scores from 0 to 1?",
+        )
     count, people = len(track), len(np.unique(track))
     linked = BoxRows(
         path=rows.path,
@@ -212,13 +217,13 @@ def _linked(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, str]:
 
 
 def _shares(scores: FloatArray) -> FloatArray:
-    """Scores from 0 to 1, as trackers want them: 1 where there is none, per cent or logits made shares."""
+    """Scores from 0 to 1, as trackers want them: 1 where there is none or more, per cent or logits made shares."""
     known = scores[~np.isnan(scores)]
     if len(known) and (known.min() < 0.0):
         scores = 1.0 / (1.0 + np.exp(-scores))
-    elif len(known) and known.max() > 1.0:
+    elif len(known) and np.median(known) > LEAST_PER_CENT:
         scores = scores / max(100.0, float(known.max()))
-    return np.where(np.isnan(scores), 1.0, scores)
+    return np.minimum(np.where(np.isnan(scores), 1.0, scores), 1.0)
 
 
 def _straight(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, list[str]]:

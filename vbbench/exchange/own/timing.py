@@ -17,6 +17,8 @@ SLOWEST, MOST_FRAMES = 5.0, 300.0
 
 LONGEST_GAP, LONGEST_ABSENCE = 60.0, 3600.0
 """A clock that goes on by more seconds from one box to the next has jumped; so has a frame number."""
+FIRST_TICKS, FOLLOWS = 10, 0.1
+"""Stamps that tell when an even clock ticks, and the share of what a stamp is off by that it follows."""
 DRIFT = 0.02
 """How far the mean time of a frame may be from the stated one before it is worth a note, as a share."""
 
@@ -109,7 +111,10 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
         raise FileError(path, f"frames are {usual:.6g} s apart; {advice}", int(lines[row_of[1]]))
     said = dt or usual
     steps = apart / said
-    wrong = (np.round(steps) < 1) | (apart > LONGEST_GAP)
+    whole = np.round(steps).astype(np.int64)
+    if (whole < 1).any():
+        whole = _by_the_clock(stamps, said)
+    wrong = (whole < 1) | (apart > LONGEST_GAP)
     if wrong.any():
         after = int(wrong.argmax())
         line = int(lines[row_of[after + 1]])
@@ -119,13 +124,19 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
             late = f"{apart[after]:.3g} s after the frame before"
             problem = f"time {stamps[after + 1]:.10g} s is {late}, a frame lasts {said:g} s; write the dt of the stamps"
         raise FileError(path, problem, line)
-    number = np.concatenate([[0], np.cumsum(np.round(steps).astype(np.int64))])
+    number = np.concatenate([[0], np.cumsum(whole)])
+    every = int(np.gcd.reduce(np.diff(number)))
+    number, steps, notes = number // every, steps / every, list[str]()
+    if every > 1:
+        notes.append(
+            f"time stamps come every {every} frames: one every {every} x {said:g} = {every * said:g} s is used"
+        )
+    said *= every
     frame = np.empty(len(times), np.int64)
     frame[order] = number[group]
     count = int(number[-1]) + 1
     middle = number - number.mean()
     mean = float(middle @ (stamps - stamps.mean()) / (middle @ middle))  # the slope of all, whatever the ends' jitter
-    notes = []
     lasts = said if abs(mean / said - 1.0) <= DRIFT else round(mean, 6)
     if lasts != said:
         notes.append(
@@ -137,6 +148,22 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
             f"{uneven} of {len(steps)} time stamps are more than {UNEVEN:g} frames from an even grid of {said:g} s"
         )
     return frame, Timeline(count, lasts, np.interp(np.arange(count), number, stamps), notes=tuple(notes))
+
+
+def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
+    """[N − 1] frames from each stamp to the next where stamps shake: each is of the nearest tick of an even clock.
+
+    The clock follows the stamps slowly, since it may run a little faster or slower than is stated. A step of less than
+    1 is where two stamps are of one tick.
+    """
+    first = (stamps[:FIRST_TICKS] - stamps[0]) / dt
+    clock = stamps[0] + dt * float(np.angle(np.exp(2j * np.pi * first).mean())) / (2.0 * np.pi)
+    steps = np.empty(len(stamps), np.int64)
+    for n, stamp in enumerate(stamps.tolist()):
+        steps[n] = round((stamp - clock) / dt)
+        clock += steps[n] * dt
+        clock += FOLLOWS * (stamp - clock)
+    return steps[1:]
 
 
 def _check_gaps(path: Path, numbers: FloatArray, different: FloatArray, lines: IntArray, dt: float) -> None:
