@@ -370,7 +370,9 @@ def test_where_nobody_is_seen_and_the_solver_is_silent_the_pose_is_carried_on() 
         ({"height_mean": 172.0}, "height_mean must be 0.5 to 2.5 m, not 172"),
         ({"height_std": -0.1}, "height_std must be 0 to 10,000, not -0.1"),
         ({"pixel_std": np.inf}, "pixel_std must be 0 to 10,000, not inf"),
-        ({"tilt_std": "x"}, "tilt_std must be a number, 0 to 10,000, not 'x'"),
+        ({"tilt_std": "x"}, "tilt_std must be a number, 0 to 0.8 rad, not 'x'"),
+        ({"tilt_std": 3.0}, "tilt_std must be 0 to 0.8 rad, not 3"),
+        ({"box_std": 3.0}, "box_std must be 0 to 0.8 of a box's height, not 3"),
         ({"box_std": None}, "box_std must be a number"),
         ({"forget_after": 0.0}, "forget_after must be 0.001 to 999,999 s"),
         ({"forget_after": None}, "forget_after must be a number"),
@@ -394,6 +396,18 @@ def test_a_session_that_cannot_be_is_refused(options: dict[str, Any], message: s
     arguments = {"solver": Watched(), "camera": CAMERA, "dt": DT, **options}
     with pytest.raises(VbbenchError, match=message):
         Session(**arguments)
+
+
+def test_after_a_reset_the_next_frame_is_the_first_of_a_new_map() -> None:
+    running, solver = session()
+    running.step({1: BOX, 2: BOX}, time=1.7e9)
+    running.step({1: BOX}, ((3.0, 0.0, 0.5), SURE), time=1.7e9 + DT)
+    running.reset()
+    answer = running.step({1: BOX}, time=5.0)
+    np.testing.assert_array_equal(answer.pose, np.zeros(3))
+    assert solver.frames[-1].index == 0
+    assert np.count_nonzero(np.isfinite(solver.frames[-1].observations[:, 2])) == 1
+    assert solver.frames[-1].given.odometry is None
 
 
 def test_an_unknown_solver_is_answered_with_the_nearest() -> None:

@@ -34,6 +34,8 @@ FORGOTTEN = Within(0.001, 999_999.0, "s")
 """After how long people may be forgotten."""
 
 SPREAD = Within(0.0, 10_000.0)
+TILT_SPREAD = Within(0.0, 0.8, "rad")
+BOX_SPREAD = Within(0.0, 0.8, "of a box's height")
 """What a standard deviation may be."""
 
 
@@ -109,11 +111,11 @@ class Session:
         people: int = PEOPLE,
     ) -> None:
         spreads = {
-            "height_std": height_std,
-            "pixel_std": pixel_std,
-            "tilt_std": tilt_std,
-            "mount_height_std": mount_height_std,
-            "box_std": box_std,
+            "height_std": (height_std, SPREAD),
+            "pixel_std": (pixel_std, SPREAD),
+            "tilt_std": (tilt_std, TILT_SPREAD),
+            "mount_height_std": (mount_height_std, SPREAD),
+            "box_std": (box_std, BOX_SPREAD),
         }
         if not isinstance(camera, Camera) or isinstance(camera, type):
             raise VbbenchError(f"camera must be one such as vbbench.PerspectiveCamera(...), not {quoted(camera)}")
@@ -121,8 +123,8 @@ class Session:
             FRAME_TIME.check("dt", dt)
             BODY_HEIGHT.check("height_mean", height_mean)
             FORGOTTEN.check("forget_after", forget_after)
-            for name, value in spreads.items():
-                SPREAD.check(name, value)
+            for name, (value, possible) in spreads.items():
+                possible.check(name, value)
         if isinstance(people, bool) or not isinstance(people, (int, np.integer)) or not 1 <= people <= MOST_PEOPLE:
             raise VbbenchError(f"people must be a whole number from 1 to {MOST_PEOPLE:,}, not {quoted(people)}")
         start = _numbers(origin)
@@ -136,15 +138,21 @@ class Session:
             dt=float(dt),
             tracks=np.arange(int(people)),
             height_mean=height_mean,
-            **{name: float(value) for name, value in spreads.items()},
+            **{name: float(value) for name, (value, _) in spreads.items()},
             covariances=covariances,
         )
         ready = _frame_solver(solver)
         rehearse(ready, problem)
         self.camera = camera
+        self._solver, self._problem, self._origin = ready, problem, start
         self._patience = max(1, math.ceil(forget_after / dt))
-        self._columns, self._run = Columns(int(people), self._patience), EndlessRun(ready, problem, start)
-        self._clock, self._frame = FrameClock(dt=float(dt)), -1
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin a new map: the next frame is the first one, of any time, and nobody is known."""
+        self._columns = Columns(len(self._problem.tracks), self._patience)
+        self._run = EndlessRun(self._solver, self._problem, self._origin)
+        self._clock, self._frame = FrameClock(dt=self._problem.dt), -1
 
     def step(
         self,
