@@ -11,7 +11,7 @@ from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
 
-_IMPORT = re.compile(r"^from (vbbench[\w.]*) import (\([^)]*\)|[^\n(]*)", re.MULTILINE)
+_IMPORT = re.compile(r"^from (vbbench[\w.]*) import (\((?:[^)#]|#[^\n]*)*\)|[^\n(]*)", re.MULTILINE)
 _NAME = re.compile(r"\w+")
 
 
