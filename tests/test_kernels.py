@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from tests.make_dataset import Crowd, write_dataset
+from vbbench.kernel_sources import _source
 from vbbench.kernels import MESSAGE
 
 KERNEL = """
@@ -362,3 +363,9 @@ def test_a_signal_while_a_kernel_runs_is_an_exception_whatever_it_returns(tmp_pa
 
     assert "Outer" in run(OLDER)
     assert [run(STOPPING), run(STOPPING)] == 2 * ["stopped\nstopped\n"]
+
+
+def test_a_bracket_in_a_comment_does_not_end_an_import(tmp_path: Path) -> None:
+    (tmp_path / "one.py").write_text("from vbbench import (  # all (of it)\n    geometry,\n    boxes,  # and :)\n)\n")
+    _, imported = _source(tmp_path / "one.py")
+    assert {path.stem for path in imported} >= {"geometry", "boxes"}
