@@ -10,6 +10,7 @@ import pytest
 
 from tests.rough_crowd import DT, LEVEL, Drive, drive, made_drive, made_window, photograph
 from vbbench.geometry import FloatArray, wrap_angle
+from vbbench.sequence import Given
 from vbbench.solver import Estimate
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
@@ -49,6 +50,17 @@ def test_it_is_at_least_as_good_as_frame_by_frame() -> None:
     assert batch < 0.3
     batch, causal_mean = np.mean(places, axis=0)
     assert batch < 0.97 * causal_mean
+
+
+def test_a_sequence_of_nobody_says_how_unsure_it_is() -> None:
+    problem = replace(crowd(0).problem, tracks=np.arange(0))
+    poses = np.full((FRAMES, 3), np.nan)
+    poses[0] = 0.0
+    estimate = MapBatch().solve(
+        problem, np.zeros((FRAMES, 0, 3)), Given(poses=poses, positions=np.zeros((FRAMES, 0, 2)))
+    )
+    assert estimate.pose_covariances is not None
+    assert estimate.pose_covariances[-1, 0, 0] > estimate.pose_covariances[2, 0, 0] > 0.0
 
 
 def test_a_camera_that_moves_is_not_held_where_it_is_taken_to_stand() -> None:

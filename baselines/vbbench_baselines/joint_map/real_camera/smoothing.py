@@ -149,7 +149,7 @@ class _Spreads(NamedTuple):
             held, frames = block.start + HELD - 1, settled.point.frames
             add_behind(self.poses[held], frames[HELD - 1], frames, settled.point.places, poses, places)
         self.poses[block] = poses
-        order = np.full(max(columns.max(), chosen.max(initial=0)) + 2, NOBODY)  # the last is that of NOBODY
+        order = np.full(max(columns.max(initial=0), chosen.max(initial=0)) + 2, NOBODY)  # the last is that of NOBODY
         order[chosen] = np.arange(len(chosen))
         for t in range(block.start, block.stop):
             here = order[columns[t]]
