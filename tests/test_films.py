@@ -94,6 +94,59 @@ def test_people_become_boxes_and_what_does_not_last_is_left_out(tmp_path, kind):
     assert "the tracker keeps 12 boxes of 1 people" in str(found)
 
 
+class Tired(Square):
+    """Stops before its eighth picture."""
+
+    def detect(self, rgb: Any, period: float | None = None) -> Detections:
+        if self.seen == 7:
+            raise KeyboardInterrupt
+        return super().detect(rgb, period)
+
+
+TIRED = "tests.test_films:Tired"
+
+
+def test_a_search_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Also where the last line was half written."""
+    film, out = open_film(write_folder(tmp_path / "pictures")), tmp_path / "boxes.txt"
+    whole = find_boxes(film, tmp_path / "whole.txt", fps=10.0, detector=SQUARE)
+    with pytest.raises(KeyboardInterrupt):
+        find_boxes(film, out, fps=10.0, detector=TIRED)
+    kept = tmp_path / "boxes.txt.detections"
+    assert len(kept.read_text().splitlines()) == 1 + 7
+    assert not out.exists()
+    with kept.open("a") as file:
+        file.write("[[1.0, 2.0")
+    seen = []
+
+    def rested(self: Any, rgb: Any, period: float | None = None) -> Detections:
+        seen.append(rgb)
+        return Square.detect(self, rgb)
+
+    monkeypatch.setattr(Square, "seen", 1)
+    monkeypatch.setattr(Tired, "detect", rested)
+    found = find_boxes(film, out, fps=10.0, detector=TIRED)
+    assert len(seen) == FRAMES - 7
+    assert out.read_bytes() == whole.path.read_bytes()
+    assert (found.detections, found.boxes, found.tracks) == (whole.detections, whole.boxes, whole.tracks)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["boxes.txt", "pictures", "whole.txt"]
+
+
+def test_detections_of_another_detector_are_made_anew(tmp_path):
+    film, out = open_film(write_folder(tmp_path / "pictures")), tmp_path / "boxes.txt"
+    with pytest.raises(KeyboardInterrupt):
+        find_boxes(film, out, fps=10.0, detector=TIRED)
+    assert find_boxes(film, out, fps=10.0, detector=SQUARE).detections == FRAMES + 1
+
+
+def test_a_file_of_ones_own_is_not_overwritten_by_detections(tmp_path):
+    film = open_film(write_folder(tmp_path / "pictures"))
+    (tmp_path / "boxes.txt.detections").write_text("mine\n")
+    with pytest.raises(FileError, match="is in the way of detections that are kept there; move it"):
+        find_boxes(film, tmp_path / "boxes.txt", fps=10.0, detector=SQUARE)
+    assert (tmp_path / "boxes.txt.detections").read_text() == "mine\n"
+
+
 def test_every_third_frame_is_written_but_all_are_tracked(tmp_path):
     film = open_film(write_folder(tmp_path / "pictures"))
     found = find_boxes(film, tmp_path / "boxes.txt", fps=10.0, detector=SQUARE, every=3)

@@ -1,13 +1,16 @@
 """From a film to boxes: a detector on every picture, a tracker behind it, MOTChallenge text."""
 
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.exchange.detection import Detections, TrackerFactory, make_detector
+from vbbench.exchange.detection import Detections, Detector, TrackerFactory, make_detector
+from vbbench.exchange.kept_detections import KeptDetections, kept_detections, key_of
 from vbbench.exchange.mot.text import MotRows, write_mot
+from vbbench.folders.swapping import beside
 from vbbench.geometry import IntArray
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.reading import Film
@@ -55,7 +58,7 @@ def find_boxes(
     every: int = 1,
     period: float | None = None,
 ) -> FilmBoxes:
-    """Detect and track people in a film and write their boxes.
+    """Detect and track people in a film and write their boxes; a search that was stopped goes on where it was.
 
     Parameters
     ----------
@@ -79,18 +82,17 @@ def find_boxes(
         raise VbbenchError(f"every must be at least 1 frame, not {every}")
     finder = make_detector(detector, weights)
     factory: TrackerFactory = load("tracker", tracker)
-    linking, found, detections = factory(dt=1.0 / rate, period=period), list[tuple[IntArray, Detections]](), 0
-    with progress_bar(film.frames, detector, unit="frame") as bar:
-        for picture in film.pictures():
-            seen = finder.detect(picture, period)
-            detections += len(seen.scores)
-            found.append(linking.step(seen))
-            bar.update()
-    rows = _rows(found, every)
+    with kept_detections(beside(out, ".detections"), key_of(film, detector, weights, period)) as kept:
+        _detect(film, finder, kept, period)
+        linking, detections = factory(dt=1.0 / rate, period=period), sum(len(one.scores) for one in kept.found)
+        found = [linking.step(one) for one in kept.found]
+        rows = _rows(found, every)
+        if len(rows.frame):
+            write_mot(out, rows)
+        kept.remove()
     if not len(rows.frame):
         advice = "a better detector (--detector FILE.onnx) or a film with people nearer may help"
         raise FileError(film.path, f"{detector} finds {detections} boxes, and none of them lasts; {advice}")
-    write_mot(out, rows)
     shown = np.unique(rows.frame)
     return FilmBoxes(
         path=out,
@@ -102,6 +104,15 @@ def find_boxes(
         boxes=len(rows.frame),
         tracks=len(np.unique(rows.track)),
     )
+
+
+def _detect(film: Film, finder: Detector, kept: KeptDetections, period: float | None) -> None:
+    """Find people in the pictures of which nothing is kept yet."""
+    with progress_bar(film.frames, "detecting", unit="frame") as bar:
+        bar.update(len(kept.found))
+        for picture in islice(film.pictures(), len(kept.found), None):
+            kept.add(finder.detect(picture, period))
+            bar.update()
 
 
 def _rows(found: list[tuple[IntArray, Detections]], every: int) -> MotRows:
