@@ -73,6 +73,9 @@ def test_the_whole_story(
     run_lines([*unpacking_commands(organiser.challenge), *solving_commands(organiser.challenge)])
     assert "ready for tiny" in capsys.readouterr().out
     honest = tmp_path / "away" / "tiny" / "mine" / "answer"
+    facts = json.loads((honest / "submission.json").read_text("utf-8"))
+    assert facts["authors"] == "your name"
+    (honest / "submission.json").write_text(json.dumps({**facts, "authors": "H. Onest"}), encoding="utf-8")
     assert vbbench(*accept(room, honest)) == 0
     assert "6 of 12 sequences" in capsys.readouterr().out
 
