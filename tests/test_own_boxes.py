@@ -49,7 +49,7 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         (
             TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.2,1,2,3,4,50\n.1,1,2,3,4,50\n.2,1,2,3,4,50\n",
             5,
-            "the clock goes back by 0.1 s, to where id 1 already has a box in this frame, in line 3; split",
+            r"the clock goes back by 0.1 s, and id 1 has a second box of that time \(the first is in line 3\); split",
         ),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n3600,1,2,3,4,50\n", 4, "the clock jumps by 3599.9 s"),
         (

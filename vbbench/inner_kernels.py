@@ -93,8 +93,8 @@ def _compiling_for_a_root() -> Iterator[None]:
 def _garbage_left() -> Iterator[None]:
     """Meanwhile no garbage is collected."""
     collecting = gc.isenabled()
-    gc.disable()
     try:
+        gc.disable()
         yield
     finally:
         if collecting:

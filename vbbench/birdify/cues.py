@@ -34,7 +34,7 @@ STARTS, LOWEST = (0.0, -0.3, 0.3), 0.05
 """Tilts in rad to begin with, one after the other, until the camera is higher than so many m."""
 LATER = (1.0, 1.15, 1.3, 1.45, 1.6, 1.75)
 """In s: a box's error is no more that of a box of the same person before so long. A camera that bobs up and down with
-its bearer's steps, 1.4 to 2 times a second, is on average over these where it would be without."""
+its bearer's steps, 1.5 to 2 times a second, is, averaged over these, where it would be without bobbing."""
 DRAWS, MIDDLE = 200, (15.87, 84.13)
 """Draws of tracks, with replacement, to tell how certain the figures are; the percentiles one σ to either side."""
 

@@ -69,7 +69,7 @@ def birdify_film(
         solver=solver,
         film=film,
         dt=found.dt,
-        name=shot.path.stem,
+        name=shot.path.resolve().name if shot.files else shot.path.stem,
         pictures=_pictures(shot, found),
         overwrite=overwrite,
         announce=announce,

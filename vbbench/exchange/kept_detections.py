@@ -1,7 +1,8 @@
 """What a detector has found in a film so far, picture by picture, so that a search that was stopped goes on there.
 
-A file beside the boxes: its first line says of what film and by what detector, each other line has the boxes and scores
-of a picture, ``[[left, top, width, height, score], …]``. A line that is not whole is made again.
+A file beside the boxes: its first line says of what film and by what detector, each other line has the number of a
+picture, and its boxes and scores, ``[0, [[left, top, width, height, score], …]]``. Lines from the first one on that is
+not whole, or not the next, are made again.
 """
 
 import hashlib
@@ -17,6 +18,7 @@ from vbbench import __version__
 from vbbench.errors import FileError, plain_errors
 from vbbench.exchange.detection import Detections
 from vbbench.files.tables import file_sha256
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.pictures.reading import Film
 from vbbench.solving.provenance import source_digest
 
@@ -43,17 +45,16 @@ class KeptDetections:
     found : of each picture so far.
     """
 
-    def __init__(self, path: Path, file: IO[str], found: list[Detections]) -> None:
+    def __init__(self, path: Path, file: IO[bytes], found: list[Detections]) -> None:
         self.found = found
         self._path, self._file = path, file
 
     def add(self, seen: Detections) -> None:
         """Keep what was found in the next picture."""
-        self.found.append(seen)
         rows = np.column_stack((seen.boxes, seen.scores)).tolist()
         with plain_errors(self._path):
-            self._file.write(json.dumps(rows) + "\n")
-            self._file.flush()
+            self._file.write(f"{json.dumps([len(self.found), rows])}\n".encode())
+        self.found.append(seen)
 
     def remove(self) -> None:
         """Delete the file: all that it is good for is done."""
@@ -76,14 +77,21 @@ def kept_detections(path: Path, key: str) -> Iterator[KeptDetections]:
         if lines and not lines[0].startswith(f'{{"{_KIND}"'):
             raise FileError(path, "is in the way of detections that are kept there; move it")
         whole = lines[1:] if lines and lines[0] == first + "\n" else []
-        found = [_read(line) for line in whole if line.endswith("\n")]
-        kept = [first + "\n", *whole[: len(found)]]
-        path.write_text("".join(kept), "utf-8", newline="\n")
-        file = path.open("a", encoding="utf-8", newline="\n")
+        found = list(_read(whole))
+        write_text_atomically(path, "".join([first + "\n", *whole[: len(found)]]))
+        file = path.open("ab", buffering=0)
     with file:
         yield KeptDetections(path, file, found)
 
 
-def _read(line: str) -> Detections:
-    rows = np.array(json.loads(line), np.float64).reshape(-1, 5)
-    return Detections(boxes=rows[:, :4].copy(), scores=rows[:, 4].copy())
+def _read(lines: list[str]) -> Iterator[Detections]:
+    """The detections of lines, up to the first one that is damaged."""
+    for number, line in enumerate(lines):
+        try:
+            counted, found = json.loads(line)
+            rows = np.array(found, np.float64).reshape(-1, 5)
+        except (ValueError, TypeError):
+            return
+        if counted != number or not line.endswith("\n"):
+            return
+        yield Detections(boxes=rows[:, :4].copy(), scores=rows[:, 4].copy())

@@ -138,7 +138,7 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
 
 def _check_authors(about: About) -> None:
     """Raise VbbenchError if they are those of the template."""
-    if about.authors == NOBODY_YET:
+    if about.authors.strip() == NOBODY_YET:
         raise VbbenchError(f"the authors are '{NOBODY_YET}', as the template has it; say who made the solver")
 
 

@@ -73,7 +73,7 @@ def check_for_participant(submission: Path, folder: Path) -> str:
         missing.append("delay")
     if missing:
         raise VbbenchError(f"{submission}/submission.json: {', '.join(missing)} must be said; write it there")
-    if checked.info.authors == NOBODY_YET:
+    if checked.info.authors.strip() == NOBODY_YET:
         ready = f"ready for {challenge.name} but for its authors: say who you are in place of '{NOBODY_YET}'"
         return f"{checked.table()}\n{ready}, then send the folder to {challenge.contact}"
     return f"{checked.table()}\nready for {challenge.name}; send the folder to {challenge.contact}"

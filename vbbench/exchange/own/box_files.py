@@ -209,9 +209,10 @@ def _refuse_repetition(rows: BoxRows) -> None:
     problem = f"id {rows.track[again]} already has a box in this frame, in line {rows.lines[before]}"
     back = _backwards(rows)
     between = back[(back > before) & (back <= again)]
-    if len(between) and len(back) <= MOST_BACK and _goes_on(rows, between[0]):
-        problem = f"{_leap_of(rows, between[0])}, to where {problem}; split the recording there"
-        raise FileError(rows.path, problem, int(rows.lines[between[0]]))
+    row = int(between[-1]) if len(between) and len(back) <= MOST_BACK else 0
+    if row and rows.track[row] in rows.track[:row] and _goes_on(rows, row):
+        second = f"and id {rows.track[again]} has a second box of that time (the first is in line {rows.lines[before]})"
+        raise FileError(rows.path, f"{_leap_of(rows, row)}, {second}; split the recording here", int(rows.lines[row]))
     raise FileError(rows.path, f"{problem}; leave one of them out", int(rows.lines[again]))
 
 

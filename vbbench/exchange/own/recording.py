@@ -30,7 +30,7 @@ CAMERA, BOXES = "camera.toml", ("boxes.csv", "gt.txt", "det.txt", "gt/gt.txt", "
 POSES, ODOMETRY, PEOPLE = "poses.txt", "odometry.txt", "people.csv"
 """Names of the files in a folder; the first of `BOXES` that is there counts."""
 LEAST_PER_CENT = 10.0
-"""Scores most of which are above it are per cent; others above 1 are of a detector that is sure."""
+"""Scores of which one is above it are per cent; others above 1 are of a detector that is sure."""
 FEWEST_FRAMES = 5
 MOST_CELLS = 50_000_000
 """Frames times tracks that fit into memory."""
@@ -221,7 +221,7 @@ def _shares(scores: FloatArray) -> FloatArray:
     known = scores[~np.isnan(scores)]
     if len(known) and (known.min() < 0.0):
         scores = 1.0 / (1.0 + np.exp(-scores))
-    elif len(known) and np.median(known) > LEAST_PER_CENT:
+    elif len(known) and known.max() > LEAST_PER_CENT:
         scores = scores / max(100.0, float(known.max()))
     return np.minimum(np.where(np.isnan(scores), 1.0, scores), 1.0)
 

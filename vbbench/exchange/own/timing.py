@@ -33,6 +33,7 @@ class Timeline:
     dt : seconds per frame.
     times : [T] in s by the clock of the boxes' file: what poses and odometry refer to.
     first_number : number of frame 0 in the file, and ``step`` from a frame to the next; of time stamps 0 and 1.
+    near : in s, how far from a frame a time may be that belongs to it; ``None`` for half of ``dt``.
     notes : what the user should know.
     """
 
@@ -42,15 +43,16 @@ class Timeline:
     first_number: int = 0
     step: int = 1
     notes: tuple[str, ...] = ()
+    near: float | None = None
 
     def frame_of_number(self, number: FloatArray) -> FloatArray:
         """The frame of numbers in a file beside the boxes; not whole, or outside, where there is none."""
         return (number - self.first_number) / self.step
 
     def frame_of_time(self, time: FloatArray) -> FloatArray:
-        """The nearest frame of time stamps; −1 where none is within half a frame."""
+        """The nearest frame of time stamps; −1 where none is near."""
         nearest = _nearest(self.times, time)
-        near = np.abs(self.times[nearest] - time) <= 0.5 * self.dt + 1e-9
+        near = np.abs(self.times[nearest] - time) <= (0.5 * self.dt if self.near is None else self.near) + 1e-9
         return np.where(near, nearest, -1.0)
 
 
@@ -92,12 +94,12 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
     """The frame of each row by its time stamp in s, in whatever order the rows are.
 
     The time from a frame to the next is rounded to whole frames, so that a clock that runs a little faster or slower
-    than is stated does no harm.
+    than is stated does no harm; where stamps shake so much that none is left, those of an even clock are counted.
 
     Raises
     ------
     FileError
-        If the clock jumps, two frames are less than half a frame apart, or there is one stamp only.
+        If the clock jumps, two stamps are of one frame, or there is one stamp only.
     """
     order = np.argsort(times, kind="stable")
     begins = np.concatenate([[True], np.diff(times[order]) > SAME_FRAME * (dt or 0.001)])
@@ -131,6 +133,7 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
         notes.append(
             f"time stamps come every {every} frames: one every {every} x {said:g} = {every * said:g} s is used"
         )
+    near = 0.5 * said
     said *= every
     frame = np.empty(len(times), np.int64)
     frame[order] = number[group]
@@ -147,7 +150,8 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
         notes.append(
             f"{uneven} of {len(steps)} time stamps are more than {UNEVEN:g} frames from an even grid of {said:g} s"
         )
-    return frame, Timeline(count, lasts, np.interp(np.arange(count), number, stamps), notes=tuple(notes))
+    times = np.interp(np.arange(count), number, stamps)
+    return frame, Timeline(count, lasts, times, notes=tuple(notes), near=near if every > 1 else None)
 
 
 def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
