@@ -9,6 +9,7 @@ import pytest
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.detection import Detections
 from vbbench.exchange.film_boxes import find_boxes
+from vbbench.exchange.kept_detections import kept_detections, key_of
 from vbbench.exchange.mot.text import read_mot
 from vbbench.pictures.reading import open_film
 from vbbench.pictures.video import write_mp4
@@ -130,6 +131,21 @@ def test_a_search_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch):
     assert out.read_bytes() == whole.path.read_bytes()
     assert (found.detections, found.boxes, found.tracks) == (whole.detections, whole.boxes, whole.tracks)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["boxes.txt", "pictures", "whole.txt"]
+
+
+@pytest.mark.parametrize("damage", [b"\0\0\0\0\n", b"[5, [[1.0, 2.0]]]\n", b"[3, []]\n", b"{}\n"])
+def test_lines_from_a_damaged_one_on_are_made_again(tmp_path, damage):
+    film, out = open_film(write_folder(tmp_path / "pictures")), tmp_path / "boxes.txt"
+    whole = find_boxes(film, tmp_path / "whole.txt", fps=10.0, detector=SQUARE)
+    with pytest.raises(KeyboardInterrupt):
+        find_boxes(film, out, fps=10.0, detector=TIRED)
+    kept = tmp_path / "boxes.txt.detections"
+    lines = kept.read_bytes().splitlines(keepends=True)
+    kept.write_bytes(b"".join([*lines[:6], damage, *lines[7:]]))
+    with kept_detections(kept, key_of(film, TIRED, None, None)) as found:
+        assert len(found.found) == 5
+    find_boxes(film, out, fps=10.0, detector=SQUARE)
+    assert out.read_bytes() == whole.path.read_bytes()
 
 
 def test_detections_of_another_detector_are_made_anew(tmp_path):

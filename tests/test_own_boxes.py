@@ -6,6 +6,7 @@ import pytest
 from tests.own_recording import HEAD
 from vbbench.errors import FileError
 from vbbench.exchange.own.box_files import read_boxes
+from vbbench.exchange.own.recording import _shares
 
 TIMED = HEAD.replace("frame", "time")
 
@@ -89,9 +90,10 @@ def test_a_file_that_is_not_there_is_named(tmp_path, name):
         read_boxes(tmp_path / name, 0.1)
 
 
-def test_stamps_that_shake_are_of_the_nearest_frame(tmp_path):
+@pytest.mark.parametrize("tick", [0.097, 0.1003, 0.104])
+def test_stamps_that_shake_are_of_the_nearest_frame(tmp_path, tick):
     shake = np.random.default_rng(3).uniform(-0.03, 0.03, 200)
-    stamps = 1.7e9 + 0.1003 * np.arange(200) + shake
+    stamps = 1.7e9 + tick * np.arange(200) + shake
     assert np.round(np.diff(stamps) / 0.1).min() < 1
     path = tmp_path / "boxes.csv"
     path.write_text(TIMED + "".join(f"{t:.4f},1,2,3,4,50\n" for t in np.delete(stamps, 50)))
@@ -109,8 +111,32 @@ def test_stamps_slower_than_frames_are_counted(tmp_path):
     assert "time stamps come every 3 frames: one every 3 x 0.0333333 = 0.1 s is used" in rows.timeline.notes
 
 
+def test_times_between_frames_that_are_sparse_are_of_none(tmp_path):
+    """As places of people at every frame, where boxes are at every third."""
+    path = tmp_path / "boxes.csv"
+    path.write_text(TIMED + "".join(f"{0.1 * n:.4f},1,2,3,4,50\n" for n in range(20)))
+    timeline = read_boxes(path, 1 / 30).timeline
+    assert timeline.frame_of_time(np.array([0.0, 0.033, 0.067, 0.1, 0.11])).tolist() == [0, -1, -1, 1, 1]
+
+
+def test_a_repeated_row_in_a_file_sorted_by_person_is_named(tmp_path):
+    path = tmp_path / "boxes.csv"
+    times = [(n, 1) for n in range(9)] + [(n, 2) for n in range(9)] + [(4, 2), (5, 2)]
+    path.write_text(TIMED + "".join(f"{0.1 * n:.1f},{k},2,3,4,50\n" for n, k in times))
+    with pytest.raises(FileError, match=r"clock goes back by 0\.4 s, and id 2 has a second box of that time") as said:
+        read_boxes(path, None)
+    assert "line 20" in str(said.value)
+
+
 def test_a_row_that_is_there_twice_is_no_clock_that_goes_back(tmp_path):
     path = tmp_path / "boxes.csv"
     path.write_text(TIMED + "".join(f"{0.1 * n:.1f},1,2,3,4,50\n" for n in (*range(9), 0)))
     with pytest.raises(FileError, match="id 1 already has a box in this frame, in line 2; leave one of them out"):
         read_boxes(path, None)
+
+
+def test_scores_become_shares():
+    """Per cent where one is beyond what a sure detector says; a little above 1 is sure."""
+    assert _shares(np.array([0.3, 1.02, np.nan])).tolist() == [0.3, 1.0, 1.0]
+    assert _shares(np.array([1.0, 2.0, 60.0, 95.0])).tolist() == [0.01, 0.02, 0.6, 0.95]
+    assert _shares(np.array([-1.0, 0.0, 3.0]))[1] == 0.5

@@ -17,8 +17,10 @@ SLOWEST, MOST_FRAMES = 5.0, 300.0
 
 LONGEST_GAP, LONGEST_ABSENCE = 60.0, 3600.0
 """A clock that goes on by more seconds from one box to the next has jumped; so has a frame number."""
+SEVERAL_TICKS, DOUBTED = 200, 0.12
+"""Stamps that tell how long a tick of an even clock lasts, and by what share that may differ from what is stated."""
 FIRST_TICKS, FOLLOWS = 10, 0.1
-"""Stamps that tell when an even clock ticks, and the share of what a stamp is off by that it follows."""
+"""Stamps that tell when it ticks, and the share of what a stamp is off by that it follows."""
 DRIFT = 0.02
 """How far the mean time of a frame may be from the stated one before it is worth a note, as a share."""
 
@@ -160,6 +162,7 @@ def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
     The clock follows the stamps slowly, since it may run a little faster or slower than is stated. A step of less than
     1 is where two stamps are of one tick.
     """
+    dt = _tick(stamps[:SEVERAL_TICKS] - stamps[0], dt)
     first = (stamps[:FIRST_TICKS] - stamps[0]) / dt
     clock = stamps[0] + dt * float(np.angle(np.exp(2j * np.pi * first).mean())) / (2.0 * np.pi)
     steps = np.empty(len(stamps), np.int64)
@@ -168,6 +171,14 @@ def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
         clock += steps[n] * dt
         clock += FOLLOWS * (stamp - clock)
     return steps[1:]
+
+
+def _tick(since: FloatArray, dt: float) -> float:
+    """How long a tick of an even clock near ``dt`` lasts, whose phase the times ``since`` [N] keep best."""
+    finest = 0.1 * dt / max(float(since[-1]) / dt, 1.0)
+    ticks = dt + finest * np.arange(-round(DOUBTED * dt / finest), round(DOUBTED * dt / finest) + 1)
+    kept = np.abs(np.exp(2j * np.pi * since / ticks[:, None]).sum(axis=1))
+    return float(ticks[int(kept.argmax())])
 
 
 def _check_gaps(path: Path, numbers: FloatArray, different: FloatArray, lines: IntArray, dt: float) -> None:
