@@ -107,13 +107,18 @@ class Tired(Square):
 TIRED = "tests.test_films:Tired"
 
 
-def test_a_search_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch):
-    """Also where the last line was half written."""
-    film, out = open_film(write_folder(tmp_path / "pictures")), tmp_path / "boxes.txt"
-    whole = find_boxes(film, tmp_path / "whole.txt", fps=10.0, detector=SQUARE)
+def stopped_search(folder: Any) -> Any:
+    """A film, the file of boxes that was not made, and the detections that are kept."""
+    film, out = open_film(write_folder(folder / "pictures")), folder / "boxes.txt"
     with pytest.raises(KeyboardInterrupt):
         find_boxes(film, out, fps=10.0, detector=TIRED)
-    kept = tmp_path / "boxes.txt.detections"
+    return film, out, folder / "boxes.txt.detections"
+
+
+def test_a_search_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Also where the last line was half written."""
+    film, out, kept = stopped_search(tmp_path)
+    whole = find_boxes(film, tmp_path / "whole.txt", fps=10.0, detector=SQUARE)
     assert len(kept.read_text().splitlines()) == 1 + 7
     assert not out.exists()
     with kept.open("a") as file:
@@ -135,11 +140,8 @@ def test_a_search_that_was_stopped_goes_on_where_it_was(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("damage", [b"\0\0\0\0\n", b"[5, [[1.0, 2.0]]]\n", b"[3, []]\n", b"{}\n"])
 def test_lines_from_a_damaged_one_on_are_made_again(tmp_path, damage):
-    film, out = open_film(write_folder(tmp_path / "pictures")), tmp_path / "boxes.txt"
+    film, out, kept = stopped_search(tmp_path)
     whole = find_boxes(film, tmp_path / "whole.txt", fps=10.0, detector=SQUARE)
-    with pytest.raises(KeyboardInterrupt):
-        find_boxes(film, out, fps=10.0, detector=TIRED)
-    kept = tmp_path / "boxes.txt.detections"
     lines = kept.read_bytes().splitlines(keepends=True)
     kept.write_bytes(b"".join([*lines[:6], damage, *lines[7:]]))
     with kept_detections(kept, key_of(film, TIRED, None, None)) as found:
@@ -149,9 +151,7 @@ def test_lines_from_a_damaged_one_on_are_made_again(tmp_path, damage):
 
 
 def test_detections_of_another_detector_are_made_anew(tmp_path):
-    film, out = open_film(write_folder(tmp_path / "pictures")), tmp_path / "boxes.txt"
-    with pytest.raises(KeyboardInterrupt):
-        find_boxes(film, out, fps=10.0, detector=TIRED)
+    film, out, _ = stopped_search(tmp_path)
     assert find_boxes(film, out, fps=10.0, detector=SQUARE).detections == FRAMES + 1
 
 

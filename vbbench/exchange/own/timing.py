@@ -18,7 +18,7 @@ SLOWEST, MOST_FRAMES = 5.0, 300.0
 LONGEST_GAP, LONGEST_ABSENCE = 60.0, 3600.0
 """A clock that goes on by more seconds from one box to the next has jumped; so has a frame number."""
 SEVERAL_TICKS, DOUBTED = 200, 0.12
-"""Stamps that tell how long a tick of an even clock lasts, and by what share that may differ from what is stated."""
+"""Ticks that tell how long one of an even clock lasts, and by what share that may differ from what is stated."""
 FIRST_TICKS, FOLLOWS = 10, 0.1
 """Stamps that tell when it ticks, and the share of what a stamp is off by that it follows."""
 DRIFT = 0.02
@@ -162,8 +162,9 @@ def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
     The clock follows the stamps slowly, since it may run a little faster or slower than is stated. A step of less than
     1 is where two stamps are of one tick.
     """
-    dt = _tick(stamps[:SEVERAL_TICKS] - stamps[0], dt)
-    first = (stamps[:FIRST_TICKS] - stamps[0]) / dt
+    since = stamps - stamps[0]
+    dt = _tick(since[since <= SEVERAL_TICKS * dt], dt)
+    first = since[:FIRST_TICKS] / dt
     clock = stamps[0] + dt * float(np.angle(np.exp(2j * np.pi * first).mean())) / (2.0 * np.pi)
     steps = np.empty(len(stamps), np.int64)
     for n, stamp in enumerate(stamps.tolist()):
