@@ -213,4 +213,4 @@ def test_a_solver_takes_other_weights_at_its_next_start() -> None:
         used.append(solver._following._programs)
     assert used[0] is used[1]
     assert len({id(programs) for programs in used}) == 4
-    assert used[-1] is bundled_programs("vb-former", False)
+    assert used[-1] is bundled_programs("vb-former", False, True)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from vbbench_baselines.former.facts import observer_facts, person_facts, second_look
+from vbbench_baselines.former.heads import head_of
 from vbbench_baselines.former.layers import Network
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Weighing, fit, view, with_measured
@@ -56,11 +57,13 @@ class Birdifier:
     network : its layers.
     pure : whether the pose is told by the network, and not fitted.
     feet : whether it may see where feet stand.
+    heads : whether the fit counts on heads that follow their ways.
     """
 
     network: Network
     pure: bool = False
     feet: bool = True
+    heads: bool = True
 
     def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
         """The state after a frame of ``dt`` [...] s, and the answer.
@@ -93,12 +96,14 @@ class Birdifier:
         own_trust = self.network.linear("own_trust", own_row)
         weights = xp.exp(xp.clip(trust[..., 2:4], -6.0, 5.0))
         inertia, said = self._own_prior(scene, own_trust)
+        own = scene.walks.own
         weighing = Weighing(
             along=scene.known / scene.along * weights[..., 0],
             across=scene.known / scene.across * weights[..., 1],
             offset=xp.point(trust[..., 0], trust[..., 1]) * (scene.scale * (1.0 - scene.told.placed)),
             inertia=inertia,
             motion=said,
+            head=head_of(xp, own.smooth, own.head_odds, scene.dt) if self.heads else None,
         )
         motion = said if self.pure else fit(xp, scene.views, weighing, rough, 2)[0]
         return weighing, scene.or_given(xp, motion)

@@ -6,11 +6,12 @@ along the ray ρ, |ρ| = 1. The residuals along and across it are the parts of r
     ∂r/∂d = ū, i·ū  (ahead, to the left),  u = ρ·exp(iψ),    ∂r/∂ψ = i·q·ρ̄.
 
 What is minimised is Σ w_a (Re r − o_a)² + w_c (Im r − o_c)² + Σ λ_j (x_j − x⁰_j)², x = (Re d, Im d, ψ), about an
-offset o and an expected motion x⁰.
+offset o and an expected motion x⁰, and what the head tells of the step (`heads`).
 """
 
 from typing import NamedTuple
 
+from vbbench_baselines.former.heads import Head, head_equations
 from vbbench_baselines.former.operations import Array, Operations
 
 
@@ -46,6 +47,7 @@ class Weighing(NamedTuple):
     offset : o [..., K] in m, complex along and across the ray.
     inertia : λ [..., 3] in 1/m² and 1/rad².
     motion : x⁰.
+    head : what it tells; ``None`` if nothing.
     """
 
     along: Array
@@ -53,6 +55,7 @@ class Weighing(NamedTuple):
     offset: Array
     inertia: Array
     motion: Motion
+    head: Head | None = None
 
 
 class Measured(NamedTuple):
@@ -139,7 +142,15 @@ def fit(
 
 
 def _normal_equations(operations: Operations, views: Views, weighing: Weighing, motion: Motion) -> list[Array]:
-    """The upper half of Σ JᵀwJ by rows, and Σ Jᵀwr, over people: nine sums [...]."""
+    """The upper half of Σ JᵀwJ by rows, and Σ Jᵀwr, over people and the head: nine sums [...]."""
+    people = _equations_of_people(operations, views, weighing, motion)
+    if weighing.head is None:
+        return people
+    head = head_equations(operations, weighing.head, motion.step, motion.turn)
+    return [one + other for one, other in zip(people, head, strict=True)]
+
+
+def _equations_of_people(operations: Operations, views: Views, weighing: Weighing, motion: Motion) -> list[Array]:
     turned = operations.direction(-motion.turn)[..., None]
     places = (views.expected - motion.step[..., None]) * turned
     off = (views.seen - places) * views.upright - weighing.offset

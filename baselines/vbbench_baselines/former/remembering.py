@@ -106,6 +106,8 @@ def _observer(network: Network, state: State, scene: Scene, found: Found, memory
         turn=found.motion.turn / scene.dt,
         velocity=own.velocity * back,
         turn_rate=own.turn_rate,
+        smooth=own.smooth * back,
+        head_odds=own.head_odds,
         traces=own.traces * back[..., None],
         memory=memory.own,
         doubt=memory.doubt,

@@ -52,6 +52,7 @@ class VbFormer:
     ----------
     weights : of the network, pure or not, see `layers.shapes`; ``None`` for those that come with the package.
     feet : whether it may see where feet stand.
+    heads : whether it counts on an observer's head that follows its way, once that shows (`heads`).
     """
 
     facts: ClassVar[Mapping[str, str]] = SIMULATED
@@ -59,6 +60,7 @@ class VbFormer:
 
     weights: Weights | None = None
     feet: bool = True
+    heads: bool = True
     _own: Programs | None = field(default=None, init=False, repr=False, compare=False)
 
     def start(self, problem: Problem) -> None:
@@ -73,10 +75,11 @@ class VbFormer:
     def _programs(self) -> Programs:
         """Of the bundled weights, those that all share; of others, those of the last start if nothing has changed."""
         if self.weights is None:
-            return bundled_programs(self.bundled, self.feet)
-        if self._own is None or self._own.weights is not self.weights or self._own.feet != self.feet:
-            self._own = Programs(self.weights, self.feet)
-        return self._own
+            return bundled_programs(self.bundled, self.feet, self.heads)
+        own = self._own
+        if own is None or own.weights is not self.weights or (own.feet, own.heads) != (self.feet, self.heads):
+            own = self._own = Programs(self.weights, self.feet, self.heads)
+        return own
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -203,9 +206,9 @@ class PureVbFormer(VbFormer):
 
 
 @cache
-def bundled_programs(solver: str, feet: bool) -> Programs:
+def bundled_programs(solver: str, feet: bool, heads: bool) -> Programs:
     """Of the weights that come with the package, see `bundled_weights`."""
-    return Programs(bundled_weights(solver), feet)
+    return Programs(bundled_weights(solver), feet, heads)
 
 
 def _as_trained(people: Walkers) -> Walkers:

@@ -52,6 +52,7 @@ class Observer(NamedTuple):
     ----------
     step, turn : the last frame's motion, in m/s (complex) and rad/s.
     velocity, turn_rate : what is expected of the next.
+    smooth, head_odds : the mean velocity of late, in m/s, and how much speaks for a head that follows it (`heads`).
     traces, memory, doubt : [..., `TRACES`], [..., `MEMORY`], [..., `DOUBT`].
     moved, told : 1 if there was a last motion, and if it was given.
     frames : how many there were.
@@ -61,6 +62,8 @@ class Observer(NamedTuple):
     turn: Array
     velocity: Array
     turn_rate: Array
+    smooth: Array
+    head_odds: Array
     traces: Array
     memory: Array
     doubt: Array
@@ -101,6 +104,8 @@ def nothing_seen(numbers: Callable[..., Array], points: Callable[..., Array], pe
         turn=numbers(),
         velocity=points(),
         turn_rate=numbers(),
+        smooth=points(),
+        head_odds=numbers(),
         traces=points(TRACES),
         memory=numbers(MEMORY),
         doubt=numbers(DOUBT),

@@ -6,6 +6,7 @@ the left and in turn rate. What was unexpected also adds up in traces, each of w
 
 from typing import NamedTuple
 
+from vbbench_baselines.former.heads import odds_after, smoothed
 from vbbench_baselines.former.layers import Network
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.state import TRACES, Observer, State, Walkers
@@ -77,9 +78,13 @@ def _observer(network: Network, own: Observer, dt: Array) -> tuple[Observer, Arr
     gains = xp.sigmoid(told[..., :3] + 4.0 * begins[..., None]) * moved
     keep = 1.0 - moved * (1.0 - xp.sigmoid(told[..., 3 : 3 + TRACES]))
     add = xp.tanh(told[..., 3 + TRACES :]) * (own.moved * (1.0 - begins))[..., None]
+    smooth = xp.where(own.frames < 2.5, own.step, smoothed(xp, own.smooth, own.step, dt)) * own.moved
+    odds = odds_after(xp, own.head_odds, smooth, own.turn, dt)
     renewed = own._replace(
         velocity=own.velocity + xp.point(gains[..., 0] * strange.real, gains[..., 1] * strange.imag),
         turn_rate=own.turn_rate + gains[..., 2] * turned,
+        smooth=smooth,
+        head_odds=xp.where(own.frames < 3.5, own.head_odds, odds),
         traces=own.traces * keep + add * strange[..., None],
     )
     return renewed, surprise, begins

@@ -51,8 +51,8 @@ class Programs:
     Once written down they do not change, and serve all who follow with them, in any thread.
     """
 
-    def __init__(self, weights: Weights, feet: bool) -> None:
-        self.weights, self.feet = weights, feet
+    def __init__(self, weights: Weights, feet: bool, heads: bool = True) -> None:
+        self.weights, self.feet, self.heads = weights, feet, heads
         self._programs: OrderedDict[int, Program] = OrderedDict()
         self._writing = Lock()
 
@@ -60,7 +60,7 @@ class Programs:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Programs, (self.weights, self.feet)
+        return Programs, (self.weights, self.feet, self.heads)
 
     def of(self, people: int) -> Program:
         """The program for so many people."""
@@ -76,7 +76,8 @@ class Programs:
         """The program, whose weights lie in memory as rows that are added up, and not as `layers.shapes` has them."""
         recorder = Recorder()
         weights = {name: Cells(recorder, recorder.constant(values.T).T) for name, values in self.weights.items()}
-        birdifier = Birdifier(Network(NotingOperations(), weights), is_pure(self.weights), self.feet)
+        network = Network(NotingOperations(), weights)
+        birdifier = Birdifier(network, pure=is_pure(self.weights), feet=self.feet, heads=self.heads)
         inputs = _inputs(people, recorder)
         outputs = _each(birdifier.advance(*inputs), Cells.without_gaps)
         written = recorder.written(*([cells.numbers for cells in leaves(some)] for some in (inputs, outputs)))

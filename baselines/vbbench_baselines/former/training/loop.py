@@ -159,7 +159,8 @@ class Training:
         return errors
 
     def _birdifier(self, weights: Mapping[str, torch.Tensor]) -> Birdifier:
-        return Birdifier(Network(TensorOperations(), weights), pure=self.pure, feet=self.feet)
+        """The network that learns: its heads may turn as they like, so that it does not count on any that follow."""
+        return Birdifier(Network(TensorOperations(), weights), pure=self.pure, feet=self.feet, heads=False)
 
     @property
     def _part(self) -> float:
