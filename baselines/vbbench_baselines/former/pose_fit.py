@@ -117,40 +117,40 @@ def align(operations: Operations, views: Views, weighing: Weighing) -> Motion:
 def fit(
     operations: Operations, views: Views, weighing: Weighing, motion: Motion, times: int
 ) -> tuple[Motion, tuple[Array, Array, Array]]:
-    """The motion after some steps from ``motion``, and the variances [...] of its three numbers."""
-    variances = motion.turn, motion.turn, motion.turn
-    inertia = [weighing.inertia[..., number] for number in range(3)]
+    """The motion after some steps from ``motion``, at least one, and the variances [...] of its numbers but for heads.
+
+    What the network says of its spread by these variances, it learned without heads.
+    """
+    ahead, left, turning = (weighing.inertia[..., number] for number in range(3))
     for _ in range(times):
         a, b, c, d, e, f, gx, gy, gt = _normal_equations(operations, views, weighing, motion)
         drift = motion.step - weighing.motion.step
-        gx, gy = gx + inertia[0] * drift.real, gy + inertia[1] * drift.imag
-        gt = gt + inertia[2] * (motion.turn - weighing.motion.turn)
-        a, d, f = a + inertia[0], d + inertia[1], f + inertia[2]
-        xx, xy, xt, yy, yt, tt = (
-            d * f - e * e,
-            c * e - b * f,
-            b * e - c * d,
-            a * f - c * c,
-            b * c - a * e,
-            a * d - b * b,
-        )
-        scale = 1.0 / (a * xx + b * xy + c * xt)
-        step = operations.point((xx * gx + xy * gy + xt * gt) * scale, (xy * gx + yy * gy + yt * gt) * scale)
-        motion = Motion(motion.step - step, motion.turn - (xt * gx + yt * gy + tt * gt) * scale)
-        variances = xx * scale, yy * scale, tt * scale
+        gx, gy = gx + ahead * drift.real, gy + left * drift.imag
+        gt = gt + turning * (motion.turn - weighing.motion.turn)
+        a, d, f = a + ahead, d + left, f + turning
+        told = xx, _, _, yy, _, tt = _inverse(a, b, c, d, e, f)
+        variances = xx, yy, tt
+        if weighing.head is not None:
+            head = head_equations(operations, weighing.head, motion.step, motion.turn)
+            *curvature, gx, gy, gt = (
+                one + other for one, other in zip((a, b, c, d, e, f, gx, gy, gt), head, strict=True)
+            )
+            told = _inverse(*curvature)
+        xx, xy, xt, yy, yt, tt = told
+        step = operations.point(xx * gx + xy * gy + xt * gt, xy * gx + yy * gy + yt * gt)
+        motion = Motion(motion.step - step, motion.turn - (xt * gx + yt * gy + tt * gt))
     return motion, variances
 
 
+def _inverse(a: Array, b: Array, c: Array, d: Array, e: Array, f: Array) -> tuple[Array, ...]:
+    """The upper half, by rows, of the inverse of the symmetric 3 x 3 matrix of which this is the upper half."""
+    cofactors = d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b
+    scale = 1.0 / (a * cofactors[0] + b * cofactors[1] + c * cofactors[2])
+    return tuple(cofactor * scale for cofactor in cofactors)
+
+
 def _normal_equations(operations: Operations, views: Views, weighing: Weighing, motion: Motion) -> list[Array]:
-    """The upper half of Σ JᵀwJ by rows, and Σ Jᵀwr, over people and the head: nine sums [...]."""
-    people = _equations_of_people(operations, views, weighing, motion)
-    if weighing.head is None:
-        return people
-    head = head_equations(operations, weighing.head, motion.step, motion.turn)
-    return [one + other for one, other in zip(people, head, strict=True)]
-
-
-def _equations_of_people(operations: Operations, views: Views, weighing: Weighing, motion: Motion) -> list[Array]:
+    """The upper half of Σ JᵀwJ by rows, and Σ Jᵀwr, over people: nine sums [...]."""
     turned = operations.direction(-motion.turn)[..., None]
     places = (views.expected - motion.step[..., None]) * turned
     off = (views.seen - places) * views.upright - weighing.offset
