@@ -127,26 +127,23 @@ def fit(
         drift = motion.step - weighing.motion.step
         gx, gy = gx + ahead * drift.real, gy + left * drift.imag
         gt = gt + turning * (motion.turn - weighing.motion.turn)
-        a, d, f = a + ahead, d + left, f + turning
-        told = xx, _, _, yy, _, tt = _inverse(a, b, c, d, e, f)
-        variances = xx, yy, tt
+        equations = [a + ahead, b, c, d + left, e, f + turning, gx, gy, gt]
+        back, variances = _solved(operations, *equations)
         if weighing.head is not None:
             head = head_equations(operations, weighing.head, motion.step, motion.turn)
-            *curvature, gx, gy, gt = (
-                one + other for one, other in zip((a, b, c, d, e, f, gx, gy, gt), head, strict=True)
-            )
-            told = _inverse(*curvature)
-        xx, xy, xt, yy, yt, tt = told
-        step = operations.point(xx * gx + xy * gy + xt * gt, xy * gx + yy * gy + yt * gt)
-        motion = Motion(motion.step - step, motion.turn - (xt * gx + yt * gy + tt * gt))
+            back, _ = _solved(operations, *(one + other for one, other in zip(equations, head, strict=True)))
+        motion = Motion(motion.step - back.step, motion.turn - back.turn)
     return motion, variances
 
 
-def _inverse(a: Array, b: Array, c: Array, d: Array, e: Array, f: Array) -> tuple[Array, ...]:
-    """The upper half, by rows, of the inverse of the symmetric 3 x 3 matrix of which this is the upper half."""
-    cofactors = d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b
-    scale = 1.0 / (a * cofactors[0] + b * cofactors[1] + c * cofactors[2])
-    return tuple(cofactor * scale for cofactor in cofactors)
+def _solved(
+    operations: Operations, a: Array, b: Array, c: Array, d: Array, e: Array, f: Array, gx: Array, gy: Array, gt: Array
+) -> tuple[Motion, tuple[Array, Array, Array]]:
+    """The solution of normal equations, of whose matrix the upper half is given by rows, and its variances."""
+    xx, xy, xt, yy, yt, tt = d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b
+    scale = 1.0 / (a * xx + b * xy + c * xt)
+    step = operations.point((xx * gx + xy * gy + xt * gt) * scale, (xy * gx + yy * gy + yt * gt) * scale)
+    return Motion(step, (xt * gx + yt * gy + tt * gt) * scale), (xx * scale, yy * scale, tt * scale)
 
 
 def _normal_equations(operations: Operations, views: Views, weighing: Weighing, motion: Motion) -> list[Array]:
