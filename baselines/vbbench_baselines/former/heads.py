@@ -5,11 +5,11 @@ is off its way by
 
     e = ψ − arg w,   w = s + g (v − s),   g = 1 − exp(−dt/τ),   ∂e/∂ψ = 1,   ∂e/∂d = −(g/dt)·(−Im w, Re w)/|w|²,
 
-which is one more residual of the pose's fit (`pose_fit`), e ~ Cauchy(γ). Other heads follow loosely, e ~ Cauchy(γ₁), or
-turn whatever their bearer does, ψ ~ Cauchy(γ₀ dt). One head does the same all the time: all frames so far tell how
+which is one more residual of the pose's fit (`pose_fit`), e ~ Cauchy(γ). Other heads follow loosely, e ~ Cauchy(γ₁),
+or turn whatever their bearer does, ψ ~ Cauchy(γ₀ dt). One head does the same all the time: all frames so far tell how
 probable each is, and the residual counts with the probability of the first. Nothing of this is learned: g and τ are
-those of ``look = motion``, γ's were chosen on simulated crowds with three kinds of heads, and docs/learned-solver.md says
-what the first odds trade.
+those of ``look = motion``, γ's were chosen on simulated crowds with three kinds of heads, and docs/learned-solver.md
+says what the first odds trade.
 """
 
 import math
