@@ -56,8 +56,7 @@ def before(truth: Truth, frame: int) -> tuple[complex, complex, float]:
 def test_a_head_that_looks_where_the_way_leads_strays_by_nothing(frame: int) -> None:
     smooth, step, turn = before(winding(3), frame)
     head = heads.head_of(XP, np.complex128(smooth), np.float64(0.0), SECONDS)
-    *_, pull_of_turn = heads.head_equations(XP, head, np.complex128(step), np.float64(turn))
-    weight = heads.head_equations(XP, head, np.complex128(step), np.float64(turn))[5]
+    *_, weight, _, _, pull_of_turn = heads.head_equations(XP, head, np.complex128(step), np.float64(turn))
     assert abs(pull_of_turn / weight) < 2e-4
 
 
