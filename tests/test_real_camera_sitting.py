@@ -9,12 +9,15 @@ from hypothesis import strategies as st
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from tests.rough_crowd import Drive, drive, made_drive, photograph
+from tests.rough_crowd import Drive, drive, made_drive, made_window, photograph
 from vbbench.geometry import FloatArray
 from vbbench.sequence import Truth
+from vbbench_baselines.common.bearings import each
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.real_camera.heights import SHORT_SHARE, SHORTER, SHORTER_STD, height_law
+from vbbench_baselines.joint_map.real_camera.past import nothing_past
+from vbbench_baselines.joint_map.real_camera.sitting import seated
 
 MEAN, STD = np.log(1.7), 0.055
 FRAMES, FAR, SITTING = 24, 16.0, 1.25
@@ -76,3 +79,20 @@ def test_newcomers_who_sit_are_where_they_are(solver: type[MapCausal] | type[Map
     assert np.median(np.concatenate(sitting)) < 0.04
     assert np.median(np.concatenate(standing)) < 0.04
     assert np.abs(np.concatenate(tall) - SITTING).mean() < 0.05
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_only_newcomers_are_tried_as_sitting(known: bool) -> None:
+    """Of who was seen before the window began it is known where they were, though no box of the window says so."""
+    window = made_window()
+    point, seen = window.point, window.seen
+    boxes = each(lambda rows: rows.copy(), seen.boxes)
+    boxes.azimuth[:3, 0], boxes.length[-1, 0] = np.nan, 0.7 * boxes.length[-1, 0]
+    first, past = seen.first.copy(), nothing_past(4)
+    first[0] = 0 if known else 3
+    past.information[0, 0, 0] = float(known)
+    starts = seated(point, seen._replace(boxes=boxes, first=first, past=past), MEAN)
+    assert len(starts) == (0 if known else 1)
+    for start in starts:
+        assert start.point.people[0, 0] == pytest.approx(MEAN + SHORTER)
+        assert np.isfinite(start.point.places[3:, 0]).all()

@@ -20,7 +20,8 @@ TRIED = (1, 2, 4, 8)
 def seated(point: Point, seen: Seen, mean: float) -> list[Start]:
     """A start with those short whom the newest boxes show shorter than people of the ``mean`` ln height; or none."""
     boxes = (~np.isnan(seen.boxes.azimuth)).sum(axis=0)
-    tried = np.flatnonzero(np.isin(boxes, TRIED) & (seen.boxes.cut[-1] == 0))
+    newcomers = seen.past.information[:, 0, 0] == 0.0
+    tried = np.flatnonzero(newcomers & np.isin(boxes, TRIED) & (seen.boxes.cut[-1] == 0))
     if len(tried) == 0 or seen.fixed[-1]:
         return []
     short = tried[is_short(_shown(point, seen, tried), mean) & ~is_short(point.people[tried, 0], mean)]
