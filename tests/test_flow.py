@@ -57,11 +57,11 @@ def test_the_pace_of_a_track_pulls_as_its_density_does() -> None:
 
 def test_pace_counts_after_a_cold_start_only() -> None:
     lower, pull = np.zeros((18 + BAND, 2 * BAND + 1)), np.zeros(18)
-    add_pace(bent_track(), pace_of(DT, cold=False), lower, pull)
+    add_pace(bent_track(), pace_of(DT, share=0.0), lower, pull)
     assert not lower.any()
     assert not pull.any()
-    assert pace_deviance(bent_track(), pace_of(DT, cold=False)) == 0.0
-    assert pace_deviance(bent_track(), pace_of(DT, cold=True)) > 0.0
+    assert pace_deviance(bent_track(), pace_of(DT, share=0.0)) == 0.0
+    assert pace_deviance(bent_track(), pace_of(DT, share=1.0)) > 0.0
 
 
 def crossing(speed: float, seed: int = 0) -> tuple[FloatArray, FloatArray]:

@@ -11,8 +11,9 @@ from vbbench.geometry import FloatArray
 from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT
 from vbbench_baselines.common.motion import ANCHOR_STD
 from vbbench_baselines.common.odometry import Motions
-from vbbench_baselines.joint_map.motion.pace import pace_of
+from vbbench_baselines.joint_map.motion.pace import add_pace, pace_of
 from vbbench_baselines.joint_map.motion.walks import REACH, add_walk, reweigh
+from vbbench_baselines.joint_map.optimiser.banded import BAND
 from vbbench_baselines.joint_map.real_camera.certainty import HELD, MODEL_ERROR, spread_of
 from vbbench_baselines.joint_map.real_camera.cholesky import factor, solve
 from vbbench_baselines.joint_map.real_camera.cues import CUES, FRAME, Residuals, residuals_of, whiten
@@ -251,7 +252,7 @@ def after_a_cold_start(window: Window) -> Window:
     """The same where people's pace counts, and what boxes tell of places, and a camera that goes backwards seldom."""
     told = np.random.default_rng(4).uniform(0.0, 2.0, window.seen.boxes.azimuth.shape)
     walk, observer = (
-        window.model.walk._replace(pace=pace_of(0.4, cold=True)),
+        window.model.walk._replace(pace=pace_of(0.4, share=1.0)),
         window.model.observer._replace(backing=9.0),
     )
     return Window(window.point, window.seen._replace(told=told), window.model._replace(walk=walk, observer=observer))
@@ -334,6 +335,13 @@ def dense(window: Window, point: Point) -> tuple[FloatArray, FloatArray]:
             off = np.where(known, track[:, a] - np.nan_to_num(seen.given[first : last + 1, k, a]), 0.0)
             gradient[axis] += walked @ track[:, a] + off / ANCHOR_STD**2
             hessian[np.ix_(axis, axis)] += walked + np.diag(known / ANCHOR_STD**2 + SOMEWHERE)
+        paced, pushed = np.zeros((2 * n + BAND, 2 * BAND + 1)), np.zeros(2 * n)
+        add_pace(track, model.walk.pace, paced, pushed)
+        gradient[at : at + 2 * n] += pushed
+        for row, below in enumerate(paced[: 2 * n]):
+            for e, value in enumerate(below[: 2 * n - row]):
+                hessian[at + row + e, at + row] += value
+                hessian[at + row, at + row + e] += value * (e > 0)
         numbers = at + 2 * n + np.arange(2)
         told = np.concatenate((at + np.arange(min(2 * n, PLACES)), numbers))
         kept = np.concatenate((np.arange(min(2 * n, PLACES)), PLACES + np.arange(2)))

@@ -36,9 +36,9 @@ class Pace(NamedTuple):
     dt: float
 
 
-def pace_of(dt: float, cold: bool) -> Pace:
-    """Of frames of ``dt`` seconds; velocities count after a cold start only."""
-    return Pace(dt / ANEW if cold else 0.0, dt)
+def pace_of(dt: float, share: float) -> Pace:
+    """Of frames of ``dt`` seconds, where velocities count a ``share`` of once in `ANEW` seconds."""
+    return Pace(share * dt / ANEW, dt)
 
 
 @kernel

@@ -78,7 +78,7 @@ def walk_of(prior: Prior, dt: float, ego_prior: bool = True, cold: bool = False)
         own_pace = OBSERVER_SPEED * dt
         rest, own_rest = dt / FADE / (PEOPLE_SPEED * dt) ** 2, dt / FADE / own_pace**2
     head = head_of(prior, ego_prior)
-    pace = pace_of(dt, cold=False)
+    pace = pace_of(dt, share=0.0)
     return Walk(filters, spreads, prior.sigma, nu, a0, own, head, rest, own_rest, own_pace, pace)
 
 

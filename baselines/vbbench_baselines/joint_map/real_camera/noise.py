@@ -27,10 +27,11 @@ class NoiseLearner:
     first : what is believed at first.
     spread : standard deviation of ln σ about it.
     staying : ln of how much more probable its τ is than each other.
+    telling : how much a frame counts.
     """
 
-    def __init__(self, first: Noise, spread: float, staying: float) -> None:
-        self.noise = first
+    def __init__(self, first: Noise, spread: float, staying: float, telling: float = 1.0) -> None:
+        self.noise, self._telling = first, telling
         off = (np.log(SIGMAS) - np.log(first.sigma)[:, None]) / spread
         away = np.abs(np.log(TAUS) - np.log(first.tau)[:, None])
         chosen = away == away.min(axis=1, keepdims=True)
@@ -38,7 +39,7 @@ class NoiseLearner:
 
     def learn(self, told: FloatArray) -> None:
         """Take in the log densities [3, σ, τ] of some residuals."""
-        self._told += told
+        self._told += self._telling * told
         chances = np.exp(self._told - self._told.max(axis=(1, 2), keepdims=True))
         chances /= chances.sum(axis=(1, 2), keepdims=True)
         sigma = np.exp((chances.sum(axis=2) * np.log(SIGMAS)).sum(axis=1))

@@ -16,6 +16,7 @@ from vbbench_baselines.joint_map.prior import Prior, get_prior
 from vbbench_baselines.joint_map.real_camera.cues import Noise
 from vbbench_baselines.joint_map.real_camera.drift import Drift
 from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior
+from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner
 from vbbench_baselines.joint_map.real_camera.observer import Observer, normaliser
 
 REFERENCE = 0.4
@@ -34,6 +35,7 @@ class Settings:
     window : frames that are solved together; of those before them people keep what they told (`real_camera.past`).
     noise, memory, noise_nu : σ, as a share of the box, and τ in s of column, length and foot, and ν of all.
     noise_spread, noise_staying : how firmly these are believed, see `joint_map.real_camera.noise.NoiseLearner`.
+    noise_growth : what a frame tells of them grows with dt to this power: frames close together tell much alike.
     edge, edge_std : δ in m.
     height_std : of ln height at least, since a box is not exactly as high as its person.
     tilt_std : in rad, of pitch and roll at the start, where `Problem` does not tell.
@@ -42,14 +44,18 @@ class Settings:
     pitch_step, roll_step, mount_step, offset_step : by how much these change in a frame, with ν = ``drift_nu``.
     walk_std, walk_nu, walk_people : σ in m, ν and a_0 of people's second differences (`joint_map.prior`).
     walk_growth : σ grows with dt to this power.
+    cold_walk_std, cold_walk_growth : the same after a cold start.
     walk_b : b_1 and b_2 of these, at any frame rate: people come back to the way they were on (`joint_map.prior`).
     first_speed : in m/s, of a velocity component of somebody new.
+    pace, cold_pace : how much it counts how fast people walk (`joint_map.motion.pace`), and after a cold start, where
+        nothing else tells how fast all move.
     surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
     vehicle_nu : degrees of freedom of these.
     slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, which counts in
         proportion to dt, and of speed.
-    drag, cold_drag : the weight of the last, as it is told anew in every frame that shows anybody, growing as dt^.75;
-        and after a cold start, where people's pace tells more (`joint_map.motion.pace`).
+    drag, cold_drag : the weight of the last, as it is told anew in every frame that shows anybody; and after a cold
+        start, where people's pace tells more.
+    drag_growth : it grows with dt to this power.
     reverse : in m/s, of a velocity backwards after a cold start.
     vehicle_speed : in m/s, of a first velocity.
     still : in m and rad, at any frame rate: by how much a vehicle that stands seems to move and to turn; at most half
@@ -65,6 +71,7 @@ class Settings:
     noise_nu: float = 6.0
     noise_spread: float = 0.7
     noise_staying: float = 4.0
+    noise_growth: float = 0.5
     edge: float = 0.45
     edge_std: float = 0.12
     height_std: float = 0.055
@@ -76,21 +83,26 @@ class Settings:
     mount_step: float = 0.05
     offset_step: float = 0.0005
     drift_nu: float = 4.0
-    walk_std: float = 0.05
+    walk_std: float = 0.055
     walk_nu: float = 4.0
     walk_people: float = 20.0
-    walk_growth: float = 1.3
+    walk_growth: float = 1.05
+    cold_walk_std: float = 0.07
+    cold_walk_growth: float = 1.5
     walk_b: tuple[float, float] = (-0.35, -0.1)
     first_speed: float = 1.4
+    pace: float = 0.5
+    cold_pace: float = 1.0
     surge: float = 0.15
     sway: float = 0.012
     swerve: float = 0.01
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
     slip: float = 0.05
     turn: float = 0.011
-    slow: float = 0.05
-    drag: float = 0.3
+    slow: float = 0.08
+    drag: float = 0.35
     cold_drag: float = 0.09
+    drag_growth: float = 0.25
     reverse: float = 0.3
     vehicle_speed: float = 4.0
     still: tuple[float, float] = (0.004, 0.0006)
@@ -98,12 +110,13 @@ class Settings:
     laws: tuple[float, float, float] = (0.05, 0.25, 0.4)
     heads: Prior = field(default_factory=lambda: get_prior("default"))
 
-    def noise_at_first(self, problem: Problem) -> Noise:
-        """The boxes' noise before any was seen."""
+    def noise_learner(self, problem: Problem) -> NoiseLearner:
+        """What is believed of the boxes' noise before any was seen, and learns it from them."""
         sigma, tau = np.array(self.noise), np.array(self.memory)
         if problem.box_std > 0.0:
             sigma, tau = np.full(3, problem.box_std), np.full(3, TOLD_MEMORY)
-        return Noise(sigma, tau, np.full(3, self.noise_nu))
+        first, telling = Noise(sigma, tau, np.full(3, self.noise_nu)), (problem.dt / REFERENCE) ** self.noise_growth
+        return NoiseLearner(first, self.noise_spread, self.noise_staying, telling)
 
     def people(self, problem: Problem) -> PeoplePrior:
         """What is known of people before they are seen."""
@@ -121,12 +134,13 @@ class Settings:
         return Drift(mean, std, step, self.drift_nu)
 
     def walk(self, dt: float, cold: bool) -> Walk:
-        """How people walk; after a cold start their pace tells how fast."""
+        """How people walk."""
         base, ratio = self.heads, dt / REFERENCE
+        sigma, growth = (self.cold_walk_std, self.cold_walk_growth) if cold else (self.walk_std, self.walk_growth)
         prior = Prior(
             dt=dt,
             b=self.walk_b,
-            sigma=self.walk_std * ratio**self.walk_growth,
+            sigma=sigma * ratio**growth,
             nu=self.walk_nu,
             a0=self.walk_people,
             yaw_scale=base.yaw_scale * ratio,
@@ -135,7 +149,7 @@ class Settings:
             following=base.following,
             speed=self.first_speed,
         )
-        return walk_of(prior, dt, cold=cold)._replace(rest=0.0, pace=pace_of(dt, cold))
+        return walk_of(prior, dt, cold=cold)._replace(rest=0.0, pace=pace_of(dt, self.cold_pace if cold else self.pace))
 
     def observer(self, dt: float, walk: Walk, cold: bool) -> Observer:
         """How the camera moves; a pedestrian who carries it walks as others do."""
@@ -148,7 +162,7 @@ class Settings:
             normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
             level=level,
             swing=ratio,
-            drag=(self.cold_drag if cold else self.drag) * ratio**0.75,
+            drag=(self.cold_drag if cold else self.drag) * ratio**self.drag_growth,
             pace=self.vehicle_speed * dt,
             walk=walk,
             odds=np.log(share),

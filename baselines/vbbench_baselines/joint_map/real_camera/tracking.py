@@ -24,7 +24,7 @@ from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.hands import Hands
 from vbbench_baselines.joint_map.real_camera.joint import Model, Point, Seen, let_first_go
 from vbbench_baselines.joint_map.real_camera.newest import Start, solve_newest
-from vbbench_baselines.joint_map.real_camera.noise import NoiseLearner, residual_densities
+from vbbench_baselines.joint_map.real_camera.noise import residual_densities
 from vbbench_baselines.joint_map.real_camera.observer import LAWS, VEHICLE, step_of, surprise
 from vbbench_baselines.joint_map.real_camera.past import turn
 from vbbench_baselines.joint_map.real_camera.relocation import Relocation, relocate
@@ -74,8 +74,7 @@ class Tracking:
         self._odds = np.zeros(LAWS)
         self.bearings: Bearings
         self._hands = Hands(len(problem.tracks))
-        first = settings.noise_at_first(problem)
-        self.learner = NoiseLearner(first, settings.noise_spread, settings.noise_staying)
+        self.learner = settings.noise_learner(problem)
         self._people, self._drift = settings.people(problem), settings.drift(problem)
         self._dress(cold=False)
         self.rows = Window(settings.window, len(problem.tracks), self._people.mean, self._walk.sigma**2)
