@@ -5,7 +5,7 @@ grow: the last line compares the last block with the first, by time of the proce
 the machine does. What the session itself costs, without its solver, is
 measured with one that does nothing.
 
-    python -m benchmarks.bench_session [--solver map-causal] [--people 50] [--frames 20000] [--no-odometry]
+    python -m benchmarks.bench_session [--solver map-causal] [--people 50] [--frames 20000] [--no-odometry] [--rough]
 """
 
 import argparse
@@ -26,6 +26,7 @@ DT = 0.1
 FARTHEST = 15.0
 ODOMETRY = np.diag([0.01, 0.01, 0.002]) ** 2
 PIXELS = 1.0
+TILT = 0.03
 
 
 class Silent:
@@ -110,10 +111,13 @@ def main() -> None:
     parser.add_argument("--people", type=int, default=50)
     parser.add_argument("--frames", type=int, default=10 * BLOCK)
     parser.add_argument("--no-odometry", dest="odometry", action="store_false")
+    parser.add_argument("--rough", action="store_true", help=f"the camera may be tilted by {TILT} rad")
     chosen = parser.parse_args()
     for name, solver, frames in ((chosen.solver, chosen.solver, chosen.frames), ("nothing", Silent(), BLOCK)):
         print(f"{name}, {chosen.people} people at once")
-        run(Session(solver, PanoramaCamera(), DT, pixel_std=PIXELS), chosen.people, frames, chosen.odometry)
+        tilt = TILT if chosen.rough else 0.0
+        session = Session(solver, PanoramaCamera(), DT, pixel_std=PIXELS, tilt_std=tilt)
+        run(session, chosen.people, frames, chosen.odometry)
 
 
 if __name__ == "__main__":

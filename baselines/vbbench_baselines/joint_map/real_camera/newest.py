@@ -25,7 +25,7 @@ NEWEST = 8
 SURE = 1e-3
 """The camera before them is known to so small a share of its steps."""
 
-ROUNDS = 4
+ROUNDS = 3
 """Most rounds of their descent."""
 
 
