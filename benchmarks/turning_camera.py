@@ -1,8 +1,8 @@
 """How far astray solvers go where a camera turns and few people are in sight: the weak side of rough cameras.
 
-    python -m benchmarks.turning_camera [--solver map-causal vb-sf] [--runs 4]
+    python -m benchmarks.turning_camera [--solver map-causal vb-sf] [--runs 4] [--speed 1]
 
-A camera goes ahead at 1 m/s for 16 s. From second 3 to 7 it turns to the left and from 10 to 14 to the right, at a rate
+A camera goes ahead at 1 m/s, or another ``--speed``, for 16 s. From second 3 to 7 it turns to the left and from 10 to 14 to the right, at a rate
 in rad/s that stands in a column's head. About four people are in sight, who walk straight on. Protocol `sequential`:
 the first two frames of everybody are given. Figures are mean Δx / Δt in m without a cap; nothing was tuned on them.
 """
@@ -21,19 +21,19 @@ from vbbench.solving.runner import run_sequence
 
 FRAME_TIMES, RATES, SECONDS = (0.4, 0.1), (0.0, 0.15, 0.3, 0.6), 16.0
 CAMERA = PerspectiveCamera(width=1280, height=720, focal=640.0, cx=640.0, cy=360.0, mount_height=1.5)
-PACE, NEAREST, FARTHEST, TAKEN = 1.0, 3.0, 16.0, 3
-"""The camera's speed in m/s; how far off people are seen in m; frames after which somebody else comes into sight."""
+NEAREST, FARTHEST, TAKEN = 3.0, 16.0, 3
+"""How far off people are seen in m; frames after which somebody else comes into sight."""
 NOISE, MEMORY, TILT = 0.02, 0.3, 0.004
 """Boxes' noise as a share of their height, for how many seconds it lasts, and how much the camera nods in rad."""
 IN_SIGHT = 4
 
 
-def way(dt: float, rate: float) -> FloatArray:
+def way(dt: float, rate: float, speed: float) -> FloatArray:
     """Poses [T, 3] of the camera."""
     time = np.arange(0.0, SECONDS, dt)
     turning = rate * (((time >= 3.0) & (time < 7.0)) * 1.0 - ((time >= 10.0) & (time < 14.0)) * 1.0)
     yaw: FloatArray = np.concatenate([[0.0], np.cumsum(turning[1:] * dt)])
-    steps = PACE * dt * np.column_stack((np.cos(yaw), np.sin(yaw)))
+    steps = speed * dt * np.column_stack((np.cos(yaw), np.sin(yaw)))
     return np.column_stack((np.cumsum(steps, axis=0) - steps[0], yaw))
 
 
@@ -69,9 +69,9 @@ def slow_noise(shape: tuple[int, ...], dt: float, rng: np.random.Generator) -> F
     return noise
 
 
-def sequence_of(dt: float, rate: float, seed: int) -> tuple[Sequence, Truth]:
+def sequence_of(dt: float, rate: float, speed: float, seed: int) -> tuple[Sequence, Truth]:
     """Boxes of everybody who is in sight in at least three frames."""
-    rng, poses = np.random.default_rng(seed), way(dt, rate)
+    rng, poses = np.random.default_rng(seed), way(dt, rate, speed)
     places = walks(poses, dt, rng)
     seen = np.stack([in_sight(there, pose) for there, pose in zip(places, poses, strict=True)])
     kept = seen.sum(axis=0) >= 3
@@ -95,9 +95,9 @@ def sequence_of(dt: float, rate: float, seed: int) -> tuple[Sequence, Truth]:
     return sequence, truth
 
 
-def errors(solver: str, dt: float, rate: float, seed: int) -> FloatArray:
+def errors(solver: str, dt: float, rate: float, speed: float, seed: int) -> FloatArray:
     """Mean Δx of people in sight, and mean Δt, in m."""
-    sequence, truth = sequence_of(dt, rate, seed)
+    sequence, truth = sequence_of(dt, rate, speed, seed)
     problem = Problem(
         camera=CAMERA,
         dt=dt,
@@ -117,13 +117,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Errors of solvers while the camera turns among few people.")
     parser.add_argument("--solver", nargs="+", default=["vb-cv", "vb-sf", "map-causal", "map-batch", "vb-former"])
     parser.add_argument("--runs", type=int, default=4)
+    parser.add_argument("--speed", type=float, default=1.0, help="of the camera, in m/s")
     chosen = parser.parse_args()
     print(f"| frame, s | solver | {' | '.join(f'{rate:g} rad/s' for rate in RATES)} |\n|---|---|{'---|' * len(RATES)}")
     for dt in FRAME_TIMES:
         for solver in chosen.solver:
             cells = []
             for rate in RATES:
-                off, away = np.mean([errors(solver, dt, rate, seed) for seed in range(chosen.runs)], axis=0)
+                off, away = np.mean(
+                    [errors(solver, dt, rate, chosen.speed, seed) for seed in range(chosen.runs)], axis=0
+                )
                 cells.append(f"{off:.2f} / {away:.2f}")
             print(f"| {dt:g} | `{solver}` | {' | '.join(cells)} |", flush=True)
 

@@ -53,9 +53,8 @@ class Settings:
     vehicle_nu : degrees of freedom of these.
     slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, which counts in
         proportion to dt, and of speed.
-    drag, cold_drag : the weight of the last, as it is told anew in every frame that shows anybody; and after a cold
-        start, where people's pace tells more.
-    drag_growth : it grows with dt to this power.
+    drag, cold_drag : the weight of the last, as it is told anew in every frame that shows anybody, growing as dt^.75;
+        and after a cold start, where people's pace tells more.
     reverse : in m/s, of a velocity backwards after a cold start.
     vehicle_speed : in m/s, of a first velocity.
     still : in m and rad, at any frame rate: by how much a vehicle that stands seems to move and to turn; at most half
@@ -86,12 +85,12 @@ class Settings:
     walk_std: float = 0.055
     walk_nu: float = 4.0
     walk_people: float = 20.0
-    walk_growth: float = 1.05
+    walk_growth: float = 1.3
     cold_walk_std: float = 0.07
     cold_walk_growth: float = 1.5
     walk_b: tuple[float, float] = (-0.35, -0.1)
     first_speed: float = 1.4
-    pace: float = 0.5
+    pace: float = 0.3
     cold_pace: float = 1.0
     surge: float = 0.15
     sway: float = 0.012
@@ -99,10 +98,9 @@ class Settings:
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
     slip: float = 0.05
     turn: float = 0.011
-    slow: float = 0.08
-    drag: float = 0.35
+    slow: float = 0.05
+    drag: float = 0.3
     cold_drag: float = 0.09
-    drag_growth: float = 0.25
     reverse: float = 0.3
     vehicle_speed: float = 4.0
     still: tuple[float, float] = (0.004, 0.0006)
@@ -162,7 +160,7 @@ class Settings:
             normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
             level=level,
             swing=ratio,
-            drag=(self.cold_drag if cold else self.drag) * ratio**self.drag_growth,
+            drag=(self.cold_drag if cold else self.drag) * ratio**0.75,
             pace=self.vehicle_speed * dt,
             walk=walk,
             odds=np.log(share),
