@@ -131,6 +131,7 @@ VARIANTS = {
     "turning": Variant(name="no Cauchy law of turning", settings=replace(ALL, turn=NOTHING)),
     "return": Variant(name="people do not come back to their way", settings=replace(ALL, walk_b=(0.0, 0.0))),
     "people": Variant(name="σ of people's walks fixed", settings=replace(ALL, walk_people=1e9)),
+    "pace": Variant(name="people's pace not counted", settings=replace(ALL, pace=0.0)),
     "jumps": Variant(name="tracks never begin anew", without=no_changes),
     "past": Variant(name="what left the window forgotten", without=all_forgotten),
     "window": Variant(name="window of 40 frames", settings=replace(ALL, window=40)),

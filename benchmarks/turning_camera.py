@@ -2,9 +2,10 @@
 
     python -m benchmarks.turning_camera [--solver map-causal vb-sf] [--runs 4] [--speed 1]
 
-A camera goes ahead at 1 m/s, or another ``--speed``, for 16 s. From second 3 to 7 it turns to the left and from 10 to 14 to the right, at a rate
-in rad/s that stands in a column's head. About four people are in sight, who walk straight on. Protocol `sequential`:
-the first two frames of everybody are given. Figures are mean Δx / Δt in m without a cap; nothing was tuned on them.
+A camera goes ahead at 1 m/s, or another ``--speed``, for 16 s. From second 3 to 7 it turns to the left and from 10 to
+14 to the right, at a rate in rad/s that stands in a column's head. About four people are in sight, who walk straight
+on. Protocol `sequential`: the first two frames of everybody are given. Figures are mean Δx / Δt in m without a cap;
+nothing was tuned on them.
 """
 
 import argparse
