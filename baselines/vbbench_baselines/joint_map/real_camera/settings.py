@@ -1,7 +1,7 @@
 """The constants of the joint problem of a real camera, and what they become at a frame rate.
 
-They were chosen on the KITTI recordings 0015, 0017 and 0019 together, on tier field of Hotel and ETH, and on made drives,
-not by recording; docs/real-cameras.md says what each is worth.
+They were chosen on the KITTI recordings 0015, 0017 and 0019 together, on tier field of Hotel and ETH, and on made
+drives, not by recording; docs/real-cameras.md says what each is worth.
 """
 
 from dataclasses import dataclass, field, replace
