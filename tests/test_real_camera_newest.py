@@ -46,7 +46,7 @@ def test_alone_they_are_where_all_frames_have_them(window: Window) -> None:
     """If the frames before are where they were found, whatever the newest begin with."""
     for start in (window.point, pushed(window)):
         found = alone(start, window).point
-        np.testing.assert_allclose(found.frames[:, :2], window.point.frames[-BLOCK:, :2], atol=0.025)
+        np.testing.assert_allclose(found.frames[:, :2], window.point.frames[-BLOCK:, :2], atol=0.02)
         np.testing.assert_allclose(found.frames[:, 2], window.point.frames[-BLOCK:, 2], atol=2e-3)
         shown = ~np.isnan(window.seen.boxes.azimuth[-BLOCK:])
         np.testing.assert_allclose(found.places[shown], window.point.places[-BLOCK:][shown], atol=0.1)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, carried_along
+from vbbench.geometry import BoolArray, FloatArray, carried_along
 from vbbench.kernels import kernel
 from vbbench_baselines.common.bearings import Bearings
 from vbbench_baselines.common.motion import ANCHOR_STD
@@ -38,6 +38,11 @@ class Past(NamedTuple):
 def nothing_past(people: int) -> Past:
     """Of so many ``people`` nothing."""
     return Past(np.zeros((people, TOLD, TOLD)), np.zeros((people, TOLD)), np.zeros((people, TOLD)))
+
+
+def known_before(past: Past) -> BoolArray:
+    """[K] of whom the past tells."""
+    return np.asarray(past.information[:, 0, 0] > 0.0)
 
 
 def turn(past: Past, old: FloatArray, new: FloatArray) -> None:

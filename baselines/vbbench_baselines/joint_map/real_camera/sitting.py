@@ -12,6 +12,7 @@ from vbbench_baselines.joint_map.real_camera.gaps import fill
 from vbbench_baselines.joint_map.real_camera.heights import SHORTER, is_short
 from vbbench_baselines.joint_map.real_camera.joint import Point, Seen
 from vbbench_baselines.joint_map.real_camera.newest import Start
+from vbbench_baselines.joint_map.real_camera.past import known_before
 
 TRIED = (1, 2, 4, 8)
 """After so many boxes of somebody it is tried."""
@@ -20,8 +21,7 @@ TRIED = (1, 2, 4, 8)
 def seated(point: Point, seen: Seen, mean: float) -> list[Start]:
     """A start with those short whom the newest boxes show shorter than people of the ``mean`` ln height; or none."""
     boxes = (~np.isnan(seen.boxes.azimuth)).sum(axis=0)
-    newcomers = seen.past.information[:, 0, 0] == 0.0
-    tried = np.flatnonzero(newcomers & np.isin(boxes, TRIED) & (seen.boxes.cut[-1] == 0))
+    tried = np.flatnonzero(~known_before(seen.past) & np.isin(boxes, TRIED) & (seen.boxes.cut[-1] == 0))
     if len(tried) == 0 or seen.fixed[-1]:
         return []
     short = tried[is_short(_shown(point, seen, tried), mean) & ~is_short(point.people[tried, 0], mean)]

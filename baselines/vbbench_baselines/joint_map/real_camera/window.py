@@ -17,7 +17,7 @@ from vbbench_baselines.common.odometry import motions_of, unmeasured
 from vbbench_baselines.joint_map.motion.walks import REACH
 from vbbench_baselines.joint_map.real_camera.cues import FRAME
 from vbbench_baselines.joint_map.real_camera.joint import Seen
-from vbbench_baselines.joint_map.real_camera.past import Past, nothing_past, turn
+from vbbench_baselines.joint_map.real_camera.past import Past, known_before, nothing_past, turn
 
 NOBODY, SOMEBODY = -1, -2
 """No column, and that of somebody of whom nothing is known yet."""
@@ -206,7 +206,7 @@ class Window:
         blind = np.asarray(np.isnan(boxes.azimuth).all(axis=1))
         sure = np.zeros(len(columns), np.bool_)
         past = Past(*(rows[columns] for rows in self.past))
-        first = np.where(past.information[:, 0, 0] > 0.0, 0, first)
+        first = np.where(known_before(past), 0, first)
         told = self.told[block].take(columns, axis=1)
         return Seen(boxes, given, fixed, unmeasured(motions), blind, first, last, sure, motions, past, told), columns
 
