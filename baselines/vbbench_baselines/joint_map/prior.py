@@ -12,7 +12,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import NamedTuple
 
+import numpy as np
+
 from vbbench.errors import UnknownNameError
+from vbbench.geometry import FloatArray
 from vbbench.kernels import kernel
 from vbbench.parsing.toml_text import read_bundled
 
@@ -38,6 +41,19 @@ def start_of(b1: float, b2: float) -> Start:
     rho = b1 / (1.0 - b2)
     variance = 1.0 / (1.0 - b1 * rho - b2 * (b1 * rho + b2))
     return Start(variance**0.5, rho, (variance * (1.0 - rho * rho)) ** 0.5)
+
+
+def unbounded(b: tuple[float, float]) -> FloatArray:
+    """[2] artanh of the partial autocorrelations of a stationary autoregression: any two numbers are those of one."""
+    b1, b2 = b
+    partials: FloatArray = np.arctanh(np.array((b1 / (1.0 - b2), b2)))
+    return partials
+
+
+def stationary(partials: FloatArray) -> tuple[float, float]:
+    """b_1 and b_2 of these, see `unbounded`."""
+    r1, r2 = np.tanh(partials)
+    return float(r1 * (1.0 - r2)), float(r2)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,7 +19,7 @@ from scipy.special import gammaln, logsumexp
 from vbbench.generation.generator import Plan
 from vbbench.geometry import FloatArray, IntArray, runs_of_true
 from vbbench.scene import Scene
-from vbbench_baselines.joint_map.prior import Prior
+from vbbench_baselines.joint_map.prior import Prior, stationary, unbounded
 
 STANDING = 0.5
 """People who end nearer than this (m) to their start are left out: splits do not show them, and they do not walk."""
@@ -132,13 +132,9 @@ def fit_walks(crowds: Sequence[Walks], start: Prior, least_nu: float, held: Coll
 
 def _pack(prior: Prior) -> FloatArray:
     """Free parameters: partial autocorrelations, which keep the autoregression stationary, and logarithms."""
-    b1, b2 = prior.b
-    partial = np.arctanh((b1 / (1.0 - b2), b2))
-    return np.append(partial, np.log((prior.sigma, prior.nu, prior.a0)))
+    return np.append(unbounded(prior.b), np.log((prior.sigma, prior.nu, prior.a0)))
 
 
 def _unpack(v: FloatArray, others: Prior) -> Prior:
-    r1, r2 = np.tanh(v[:2])
     sigma, nu, a0 = np.exp(v[2:])
-    b = (float(r1 * (1.0 - r2)), float(r2))
-    return replace(others, b=b, sigma=float(sigma), nu=float(nu), a0=float(a0))
+    return replace(others, b=stationary(v[:2]), sigma=float(sigma), nu=float(nu), a0=float(a0))

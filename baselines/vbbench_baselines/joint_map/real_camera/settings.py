@@ -12,7 +12,7 @@ from vbbench.solver import Problem
 from vbbench_baselines.common.cold_start import FADE
 from vbbench_baselines.joint_map.motion.pace import pace_of
 from vbbench_baselines.joint_map.motion.walks import Walk, walk_of
-from vbbench_baselines.joint_map.prior import Prior, get_prior
+from vbbench_baselines.joint_map.prior import Prior, get_prior, stationary, unbounded
 from vbbench_baselines.joint_map.real_camera.cues import Noise
 from vbbench_baselines.joint_map.real_camera.drift import Drift
 from vbbench_baselines.joint_map.real_camera.elimination import PeoplePrior
@@ -24,6 +24,10 @@ REFERENCE = 0.4
 
 TOLD_MEMORY = 0.1
 """In s: τ where the noise is told, which then is a detector's."""
+
+
+LEAST_NU = 1.0
+"""ν of people's walks is not less however close together frames are."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,9 +47,11 @@ class Settings:
     offset_std : in rad, of the columns' offset.
     pitch_step, roll_step, mount_step, offset_step : by how much these change in a frame, with ν = ``drift_nu``.
     walk_std, walk_nu, walk_people : σ in m, ν and a_0 of people's second differences (`joint_map.prior`).
-    walk_growth : σ grows with dt to this power.
-    cold_walk_std, cold_walk_growth : the same after a cold start.
-    walk_b : b_1 and b_2 of these, at any frame rate: people come back to the way they were on (`joint_map.prior`).
+    walk_growth, walk_nu_growth : σ and ν grow with dt to this power.
+    walk_b : b_1 and b_2 of these: people come back to the way they were on (`joint_map.prior`).
+    walk_b_growth : artanh of their partial autocorrelations grows with dt to this power: within a stride people sway
+        more than they change their way.
+    cold_walk_std, cold_walk_growth : σ and its power after a cold start; b and ν are those above at any frame rate.
     first_speed : in m/s, of a velocity component of somebody new.
     pace, cold_pace : how much it counts how fast people walk (`joint_map.motion.pace`), and after a cold start, where
         nothing else tells how fast all move.
@@ -85,14 +91,16 @@ class Settings:
     walk_std: float = 0.055
     walk_nu: float = 4.0
     walk_people: float = 20.0
-    walk_growth: float = 1.3
+    walk_growth: float = 1.05
+    walk_nu_growth: float = 0.5
     cold_walk_std: float = 0.07
     cold_walk_growth: float = 1.5
     walk_b: tuple[float, float] = (-0.35, -0.1)
+    walk_b_growth: float = -0.7
     first_speed: float = 1.4
     pace: float = 0.3
     cold_pace: float = 1.0
-    surge: float = 0.15
+    surge: float = 0.18
     sway: float = 0.012
     swerve: float = 0.01
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
@@ -134,12 +142,15 @@ class Settings:
     def walk(self, dt: float, cold: bool) -> Walk:
         """How people walk."""
         base, ratio = self.heads, dt / REFERENCE
-        sigma, growth = (self.cold_walk_std, self.cold_walk_growth) if cold else (self.walk_std, self.walk_growth)
+        b, sigma, nu = self.walk_b, self.cold_walk_std * ratio**self.cold_walk_growth, self.walk_nu
+        if not cold:
+            b = stationary(ratio**self.walk_b_growth * unbounded(b))
+            sigma, nu = self.walk_std * ratio**self.walk_growth, max(nu * ratio**self.walk_nu_growth, LEAST_NU)
         prior = Prior(
             dt=dt,
-            b=self.walk_b,
-            sigma=sigma * ratio**growth,
-            nu=self.walk_nu,
+            b=b,
+            sigma=sigma,
+            nu=nu,
             a0=self.walk_people,
             yaw_scale=base.yaw_scale * ratio,
             lag=base.lag,
