@@ -32,16 +32,15 @@ def test_what_leaves_is_kept_exactly_for_normal_walks(odometry: bool) -> None:
     problem = JointProblem(data, anchor_of(fixed, NOTHING_KEPT), numbers, motions)
     whole = settle(poses, places, problem, 50, 1e-9, 0.0)
     assert whole.converged
-    state, before = whole.state, poses
+    settled, before = whole, poses
     for _ in range(3):
-        kept, continued = marginalise(state, problem)
+        kept, continued, _told = marginalise(settled, problem, tells=False)
         data = gather(*(rows[1:] for rows in data[:3]), Statures(data.stature, data.stature_variance), continued)
-        fixed, before = fixed[1:], state.poses[1:]
+        fixed, before, places = fixed[1:], settled.state.poses[1:], settled.state.places[1:]
         motions = Motions(problem.motions.moved[1:], problem.motions.information[1:])
         problem = JointProblem(data, anchor_of(fixed, kept), numbers, motions)
-        settled = settle(before + 0.01 * ~fixed[:, None], state.places[1:], problem, 50, 1e-9, 0.0)
+        settled = settle(before + 0.01 * ~fixed[:, None], places, problem, 50, 1e-9, 0.0)
         np.testing.assert_allclose(settled.state.poses, before, atol=1e-4)
-        state = settled.state
 
 
 @pytest.mark.parametrize("pixel_std", [0.0, 3.0])
@@ -53,13 +52,13 @@ def test_what_is_kept_has_no_negative_curvature(pixel_std: float) -> None:
     problem = JointProblem(data, anchor_of(fixed, NOTHING_KEPT), numbers, unmeasured(12))
     places = np.full((12, len(data.first), 2), np.nan)
     for _ in range(6):
-        state = settle(poses, places, problem, 2, 0.0, 0.0).state
-        kept, continued = marginalise(state, problem)
+        settled = settle(poses, places, problem, 2, 0.0, 0.0)
+        kept, continued, _told = marginalise(settled, problem, tells=False)
         values = np.linalg.eigvalsh(kept.information)
         assert values[0] > -1e-6 * values[-1]
         assert (np.linalg.eigvalsh(continued.information)[:, 0] > -1e-6).all()
         data = gather(*(rows[1:] for rows in data[:3]), Statures(data.stature, data.stature_variance), continued)
-        poses, places, fixed = state.poses[1:], state.places[1:], fixed[1:]
+        poses, places, fixed = settled.state.poses[1:], settled.state.places[1:], fixed[1:]
         problem = JointProblem(data, anchor_of(fixed, kept), numbers, unmeasured(len(poses)))
 
 

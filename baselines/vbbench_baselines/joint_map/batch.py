@@ -104,7 +104,7 @@ class MapBatch:
         """The end of the descent from the answer of ``start``."""
         causal = _walk_through(start, task, covariances=False)
         cold = len(task.given.poses) > 1 and begins_cold(task.given.frames(slice(2)), 1)
-        walk = walk_of(self.prior, task.problem.dt, self.ego_prior, cold)
+        walk = start.crowd.walk(walk_of(self.prior, task.problem.dt, self.ego_prior, cold))
         motions = _motions(task.given)
         poses, fixed = unwrapped(causal.poses), ~np.isnan(task.given.poses[:, 2])
         informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]

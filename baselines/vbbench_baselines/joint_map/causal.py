@@ -17,6 +17,7 @@ from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.common.uncertainty import linearise_people, position_covariances
+from vbbench_baselines.joint_map.crowd import Crowd, asks
 from vbbench_baselines.joint_map.flow import Flow
 from vbbench_baselines.joint_map.lost import FOUND, PATIENCE, seconds_after
 from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
@@ -98,6 +99,7 @@ class MapCausal:
         self._covariances = problem.covariances
         self._cold = self._picks = self._adrift = False
         self._astray, self._lost = Astray(), 0.0
+        self.crowd = Crowd()
         self._roughly = RoughCamera(self.settings, problem)
         self._flow = Flow(problem.dt, drives=not self.ego_prior)
 
@@ -165,7 +167,7 @@ class MapCausal:
         """How everybody walks; adrift nobody keeps a velocity for ever; after a cold start people's pace tells more."""
         if self._cold:
             return self._unknown._replace(rest=RESTING * self._unknown.rest)
-        return self._unknown if self._adrift else self._known
+        return self.crowd.walk(self._unknown if self._adrift else self._known)
 
     def _look_at_ground(self, observations: FloatArray, given: Given) -> None:
         """After a cold start, go over from feet to box heights for good as soon as the ground is not what feet need."""
@@ -204,8 +206,12 @@ class MapCausal:
         variances = settled.state.variances
         self._lessons.variances[:-1][columns], self._lessons.variances[-1] = variances[:-1], variances[-1]
         if rows.frames >= self._size:
-            self._kept, continued = marginalise(settled.state, problem)
+            tells = not self._cold and asks(rows.frames, len(data.first))
+            self._kept, continued, told = marginalise(settled, problem, tells)
             keep(self._continued, continued, picked)
+            if tells:
+                self.crowd.learn(told, self._known)
+                self._lessons.sigma[0] = self._walk.sigma
         self._follow_flow(used)
         pose, now = rows.poses[-1].copy(), rows.places[-1].copy()
         report = self._report_settled(settled, problem, picked) if self._covariances else {}

@@ -54,11 +54,13 @@ class Settled(NamedTuple):
     state : the last point.
     converged : whether the last step was short enough, or the last two gained next to nothing.
     rounds : how many steps it took.
+    lower : Cholesky factor of the poses' Hessian at one of the last points, as `Model` has it.
     """
 
     state: State
     converged: bool
     rounds: int
+    lower: FloatArray
 
 
 @kernel
@@ -92,7 +94,7 @@ def settle(
             idle = idle + 1 if before - lowest < 0.5 * IDLE * certain**2 else 0
             converged = idle >= 2
         state = trial
-    return Settled(state, converged, done)
+    return Settled(state, converged, done, model.lower)
 
 
 class Model(NamedTuple):

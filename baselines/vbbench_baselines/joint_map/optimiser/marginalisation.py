@@ -30,6 +30,9 @@ from vbbench_baselines.joint_map.measurement.window import (
 )
 from vbbench_baselines.joint_map.motion.heads import FOLLOWERS, evidence
 from vbbench_baselines.joint_map.motion.walks import REACH, Walk, innovation
+from vbbench_baselines.joint_map.optimiser.descent import Settled
+from vbbench_baselines.joint_map.optimiser.innovations import innovations_tell
+from vbbench_baselines.joint_map.optimiser.people import Person
 from vbbench_baselines.joint_map.optimiser.poses import eliminate_those, full, gradient_of, hessian_of
 from vbbench_baselines.joint_map.optimiser.state import Anchor, JointProblem, State
 
@@ -54,15 +57,23 @@ class Marginal(NamedTuple):
 NOTHING_KEPT = Marginal(np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), np.zeros(FOLLOWERS))
 
 
+class Left(NamedTuple):
+    """What a frame leaves behind: for the poses, of the walks that go on, and `innovations_tell` [2]."""
+
+    kept: Marginal
+    continued: Continued
+    told: FloatArray
+
+
 def anchor_of(fixed: BoolArray, kept: Marginal) -> Anchor:
     """What constrains the poses of a window, of which ``fixed`` [T] are given."""
     return Anchor(fixed, *kept)
 
 
-def marginalise(state: State, problem: JointProblem) -> tuple[Marginal, Continued]:
-    """What the first frame of a solved window leaves behind."""
-    slope, information, continued, odds = _leave(state, problem)
-    return Marginal(state.poses[1:], slope, information, odds), continued
+def marginalise(settled: Settled, problem: JointProblem, tells: bool) -> Left:
+    """What the first frame of a window that has ``settled`` leaves behind, if it ``tells`` of innovations, too."""
+    slope, information, continued, odds, told = _leave(settled.state, settled.lower, problem, tells)
+    return Left(Marginal(settled.state.poses[1:], slope, information, odds), continued, told)
 
 
 def keep(whole: Continued, part: Continued, columns: IntArray | None) -> None:
@@ -93,18 +104,24 @@ def move_kept(moved: FloatArray, kept: Marginal, continued: Continued) -> Margin
 
 
 @kernel
-def _leave(state: State, problem: JointProblem) -> tuple[FloatArray, FloatArray, Continued, FloatArray]:
-    """Slope [3(T − 1)] and information [3(T − 1), 3(T − 1)] that the first of T frames leaves, walks and odds."""
-    slope, information, continued = schur_complement(state, problem)
+def _leave(
+    state: State, lower: FloatArray, problem: JointProblem, tells: bool
+) -> tuple[FloatArray, FloatArray, Continued, FloatArray, FloatArray]:
+    """Slope [3(T − 1)] and information [3(T − 1), 3(T − 1)] that the first of T frames leaves, and more of `Left`."""
+    everybody = eliminate_those(state, problem.walk, state.data.first == 0)  # who comes later changes nothing
+    slope, information, continued = _schur_complement(state, everybody, problem)
     odds = problem.anchor.odds.copy()
     if unmeasured(problem.motions)[1]:
         odds += evidence(state.poses[:2], problem.walk.head)
-    return slope, information, continued, odds
+    told = innovations_tell(everybody, state, problem, lower) if tells else np.zeros(2)
+    return slope, information, continued, odds, told
 
 
 @kernel
-def schur_complement(state: State, problem: JointProblem) -> tuple[FloatArray, FloatArray, Continued]:
-    """Slope s, information Λ and walks that go on after the first of T frames."""
+def _schur_complement(
+    state: State, everybody: list[Person], problem: JointProblem
+) -> tuple[FloatArray, FloatArray, Continued]:
+    """Slope s, information Λ and walks that go on after the first of T frames, in which ``everybody`` begins."""
     data, walk, motions, anchor = state.data, problem.walk, problem.motions, problem.anchor
     frames, continued = len(state.poses), go_on(state, problem)
     relative, given = data.relative[1:], data.given[1:]
@@ -123,7 +140,6 @@ def schur_complement(state: State, problem: JointProblem) -> tuple[FloatArray, F
     later = State(poses, places, state.heights, weights, yaw_weights, state.variances, shorter, np.nan)
     nothing = Anchor(anchor.fixed[1:], np.zeros((0, 3)), np.zeros(0), np.zeros((0, 0)), anchor.odds)
     rest = JointProblem(shorter, nothing, walk, Motions(motions.moved[1:], motions.information[1:]))
-    everybody = eliminate_those(state, walk, data.first == 0)  # who comes later adds the same to both sides
     others = eliminate_those(later, walk, continued.held[:-1] > 0)
     arms = np.zeros((frames, len(data.first), 2))
     for person in everybody:
