@@ -25,6 +25,7 @@ from vbbench_baselines.joint_map.measurement.boxes import (
     Statures,
     inform,
     statures_of,
+    with_feet,
 )
 from vbbench_baselines.joint_map.measurement.window import gather
 from vbbench_baselines.joint_map.motion.walks import let_stand, walk_of
@@ -83,14 +84,15 @@ class MapBatch:
         if self.feet and cold and not GroundCheck(problem).look(observations):
             return replace(self, feet=False).solve(problem, observations, given)
         task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))
+        shown = with_feet(observations, task.seen)
         start = MapCausal(prior=self.prior, ego_prior=self.ego_prior, feet=self.feet, rests=False)
         if not np.isnan(given.poses[:-1, 2]).any():
-            return replace(_walk_through(start, task, problem.covariances), **self._heights(problem, observations))
+            return replace(_walk_through(start, task, problem.covariances), **self._heights(problem, shown))
         answer = self._descend(replace(start, window=START_WINDOW, rounds=START_ROUNDS), task)
         if not answer.settled.converged or answer.settled.rounds > max(LONG, len(observations) / FRAMES_A_ROUND):
             other = self._descend(start, task)
             answer = other if other.deviance < answer.deviance else answer
-        return answer.estimate(self._heights(problem, observations) or {"heights": answer.settled.state.heights})
+        return answer.estimate(self._heights(problem, shown) or {"heights": answer.settled.state.heights})
 
     def _heights(self, problem: Problem, observations: FloatArray) -> Report:
         """Heights from boxes alone, if they are not part of the problem."""

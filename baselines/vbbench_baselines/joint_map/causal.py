@@ -20,7 +20,7 @@ from vbbench_baselines.common.uncertainty import linearise_people, position_cova
 from vbbench_baselines.joint_map.crowd import Crowd, asks
 from vbbench_baselines.joint_map.flow import Flow
 from vbbench_baselines.joint_map.lost import FOUND, PATIENCE, seconds_after
-from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
+from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of, with_feet
 from vbbench_baselines.joint_map.measurement.window import Window, chosen, nothing_continued
 from vbbench_baselines.joint_map.motion.learning import forget, nothing_learned, only
 from vbbench_baselines.joint_map.motion.walks import Walk, let_stand, walk_of
@@ -115,10 +115,11 @@ class MapCausal:
         if rough is not None:
             return rough
         self._look_at_ground(observations, frame.given)
-        answer = self.advance(self._eye.sight(observations), frame.given)
+        seen = self._eye.sight(observations)
+        answer = self.advance(seen, frame.given)
         if not self.feet:
             return answer
-        self._heights.learn(observations)
+        self._heights.learn(with_feet(observations, seen))
         return replace(answer, **self._heights.report())
 
     def forget(self, columns: IntArray) -> None:
@@ -130,6 +131,7 @@ class MapCausal:
         self._roughly.forget(columns)
         self._rows.forget(columns)
         self._continued.held[columns] = 0
+        self._eye.forget(columns)
         self._heights.forget(columns)
         forget(columns, self._lessons)
         if self._ground is not None:

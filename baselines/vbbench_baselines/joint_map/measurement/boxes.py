@@ -25,6 +25,7 @@ from vbbench.kernels import kernel
 from vbbench.solver import Problem
 from vbbench_baselines.common.ego_motion import invert
 from vbbench_baselines.common.sightings import Sightings, measure, sight
+from vbbench_baselines.joint_map.measurement.hiding import Hiding
 
 FLOOR = 1e-3
 """Standard deviation in m that every measured place has at least, exact boxes or not."""
@@ -38,6 +39,10 @@ LOWEST_FOOT = 1.0
 MOST_SURPRISING, SURPRISED, EXPECTING = 25.0, 3.0, 2.0
 """Squared deviations of implied heights: most that one box counts, the mean from which on feet are not trusted, and the
 number of people as which the expectation, one, counts."""
+
+UNTOLD, ASIDE = 1.0, 0.03
+"""Of a box whose feet are hidden: relative standard deviation of the distance, and standard deviation in m sideways for
+each m of the stature, since what shows of somebody may be one side."""
 
 FARTHEST = 1.5
 """Nobody is taken to be more than so many times as far, or as near, as measured."""
@@ -66,13 +71,32 @@ class Eye:
 
     def __init__(self, problem: Problem, feet: bool) -> None:
         self._camera, self._pixel_std, self._feet = problem.camera, problem.pixel_std, feet
+        self._hiding = Hiding(problem)
 
     def sight(self, boxes: FloatArray) -> Sightings:
-        """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise."""
-        if not self._feet:
-            return sight(self._camera, boxes, self._pixel_std)
-        rays, sideways, stretch = sight(self._camera, self._camera.to_horizon(boxes), self._pixel_std)
-        return Sightings(rays, sideways, stretch * np.sqrt(0.5))
+        """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise.
+
+        Frames come in order. Boxes whose feet are hidden tell of a direction alone, and not even of that exactly.
+        """
+        hidden = self._hiding.hidden(boxes)
+        rays, sideways, stretch = sight(
+            self._camera, self._camera.to_horizon(boxes) if self._feet else boxes, self._pixel_std
+        )
+        if self._feet:
+            stretch = stretch * np.sqrt(0.5)
+        if not hidden.any():
+            return Sightings(rays, sideways, stretch)
+        across = ASIDE * rays[..., ::-1] * (1.0, -1.0) / np.hypot(rays[..., 0], rays[..., 1])[..., None]
+        return Sightings(rays, np.where(hidden[..., None], across, sideways), np.where(hidden, UNTOLD, stretch))
+
+    def forget(self, columns: IntArray) -> None:
+        """The columns [M] stand for new people."""
+        self._hiding.forget(columns)
+
+
+def with_feet(boxes: FloatArray, seen: Sightings) -> FloatArray:
+    """The boxes [..., K, 3] whose feet show, others as if they were not there; ``seen`` are their rays by an `Eye`."""
+    return np.where(seen.stretch[..., None] < UNTOLD, boxes, np.nan)
 
 
 class GroundCheck:
