@@ -6,7 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.real_camera.measuring import Runs, Trial
-from benchmarks.real_camera.scenes import STRIDES, Company, Scenes, has_gap, noisy_heights, stands, with_gap
+from benchmarks.real_camera.scenes import (
+    STRIDES,
+    Company,
+    Scenes,
+    exact_boxes,
+    has_gap,
+    noisy_heights,
+    stands,
+    with_gap,
+)
 from vbbench.geometry import FloatArray
 from vbbench.protocol import PROTOCOLS, get_protocol
 
@@ -95,7 +104,17 @@ def sureness(runs: Runs, _cv: Runs | None) -> Figures:
 
 def cells() -> tuple[Cell, ...]:
     """Every cell."""
-    return (*_kitti(), *_seated(), *_rough_heights(), *_found(), *_standing(), *_gaps(), *_boards(), *_calibration())
+    return (
+        *_kitti(),
+        *_exact(),
+        *_seated(),
+        *_rough_heights(),
+        *_found(),
+        *_standing(),
+        *_gaps(),
+        *_boards(),
+        *_calibration(),
+    )
 
 
 def _kitti() -> list[Cell]:
@@ -108,6 +127,27 @@ def _kitti() -> list[Cell]:
         )
         for every in (4, 1)
         for protocol in PROTOCOLS
+    ]
+
+
+def _exact() -> list[Cell]:
+    def trial(name: str, every: int, protocol: str) -> Callable[[Scenes], Trial]:
+        def made(scenes: Scenes) -> Trial:
+            dataset = scenes.footage(name, every)
+            change = exact_boxes(dataset.problem(dataset.sequence(0)).camera)
+            return Trial(dataset=dataset, protocol=protocol, change=change)
+
+        return made
+
+    return [
+        Cell(
+            name=f"exact-{every}-{protocol}",
+            unit="Δx / Δt, m; boxes without any error",
+            trials={name: trial(name, every, protocol) for name in KITTI},
+            figures=errors,
+        )
+        for every in (4, 1)
+        for protocol in ("sequential", "rollout")
     ]
 
 

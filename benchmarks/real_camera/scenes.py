@@ -7,11 +7,12 @@ from typing import Literal
 
 import numpy as np
 
+from vbbench.camera import Camera
 from vbbench.files.dataset import Dataset
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Observer, Options
 from vbbench.generation.thinning import thinned
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.protocol import arrivals_given
 from vbbench.registry import load
 from vbbench.reproduction.making import Making
@@ -26,6 +27,9 @@ FIELD_STRIDES = {"hotel": None, "eth-15fps": None, "students-resampled": 2, "sim
 
 NOISE, MEMORY = 0.03, 1.0
 """Standard deviation of a box's height, as a share of it, and the time in s in which that is forgotten."""
+
+EDGE = 0.45
+"""In m, how much nearer the edge of a body is that a box is about than its middle."""
 
 GAP, BEFORE = 27, 5
 """Frames without a box, and frames before them."""
@@ -96,6 +100,19 @@ def noisy_heights(dt: float, foot: bool) -> Callable[[Sequence, Truth, int], Seq
             boxes[..., 1] += 0.5 * (boxes[..., 2] - heights)
         boxes[..., 2] = heights
         return replace(sequence, observations=boxes)
+
+    return change
+
+
+def exact_boxes(camera: Camera) -> Callable[[Sequence, Truth, int], Sequence]:
+    """The boxes that people's true places have in a level ``camera`` without any error, about their nearer edge."""
+
+    def change(sequence: Sequence, truth: Truth, _seed: int) -> Sequence:
+        relative = world_to_relative(truth.positions, truth.poses)
+        heights = np.broadcast_to(truth.heights, relative.shape[:-1])
+        boxes, nearer = camera.project(relative, heights), relative - (0.0, EDGE)
+        boxes[..., 1:] = camera.project(nearer, heights)[..., 1:]
+        return replace(sequence, observations=np.where(sequence.observed[..., None], boxes, np.nan))
 
     return change
 
