@@ -135,8 +135,9 @@ class Floor:
         statures = statures_of(problem, self.feet)
         heights = statures.mean if self.feet else np.nan_to_num(truth.heights, nan=problem.height_mean)
         out = np.empty((*sequence.observed.shape, 2, 2))
+        eye = Eye(problem, self.feet)
         for t in range(sequence.frames):
-            seen = Eye(problem, self.feet).sight(sequence.observations[t])
+            seen = eye.sight(sequence.observations[t])
             rr, rf, ff = measure(seen, heights, np.zeros(len(heights)))[1].T
             out[t] = np.stack((np.stack((rr, rf), -1), np.stack((rf, ff), -1)), -2)
         return out + EXACT**2 * np.eye(2)

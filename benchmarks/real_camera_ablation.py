@@ -130,6 +130,7 @@ VARIANTS = {
     "sideways": Variant(name="no Cauchy law of slipping", settings=replace(ALL, slip=NOTHING)),
     "turning": Variant(name="no Cauchy law of turning", settings=replace(ALL, turn=NOTHING)),
     "return": Variant(name="people do not come back to their way", settings=replace(ALL, walk_b=(0.0, 0.0))),
+    "sway": Variant(name="people sway no more within a stride", settings=replace(ALL, walk_b_growth=0.0)),
     "people": Variant(name="σ of people's walks fixed", settings=replace(ALL, walk_people=1e9)),
     "pace": Variant(name="people's pace not counted", settings=replace(ALL, pace=0.0)),
     "jumps": Variant(name="tracks never begin anew", without=no_changes),

@@ -60,5 +60,17 @@ def test_an_observer_who_need_not_be_a_person_is_not_learned_of() -> None:
 
 
 def test_many_people_are_asked_in_a_share_of_the_frames() -> None:
-    assert all(asks(frame, 9) for frame in range(10))
-    assert sum(asks(frame, 40) for frame in range(100)) == 20
+    assert all(asks(frame, 10) for frame in range(10))
+    assert sum(asks(frame, 40) for frame in range(100)) == 25
+
+
+def test_columns_of_nobody_change_nothing() -> None:
+    truth, scales = lively(2.0, 0), []
+    for more in (0, 30):
+        nobody = np.full((FRAMES, more, 2), np.nan)
+        places = np.concatenate([truth.positions, nobody], axis=1)
+        wider = Truth(poses=truth.poses, positions=places, heights=np.append(truth.heights, np.full(more, 1.7)))
+        sequence, solver = see(wider, CAMERAS[0]), MapCausal(prior=PRIOR, window=8)
+        run_sequence(solver, problem_of(sequence, CAMERAS[0]), sequence, get_protocol("sequential"), None)
+        scales.append(solver.crowd.walk(walk_of(PRIOR, DT)).sigma)
+    assert scales[0] == pytest.approx(scales[1], rel=1e-9)

@@ -15,6 +15,7 @@ from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.common.odometry import Motions, motions_of
 from vbbench_baselines.common.sightings import Sightings, usable
 from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map.crowd import Crowd
 from vbbench_baselines.joint_map.flow import flow_of, is_untold
 from vbbench_baselines.joint_map.lost import PATIENCE, beyond_patience, seconds_lost
 from vbbench_baselines.joint_map.measurement.boxes import (
@@ -25,7 +26,6 @@ from vbbench_baselines.joint_map.measurement.boxes import (
     Statures,
     inform,
     statures_of,
-    with_feet,
 )
 from vbbench_baselines.joint_map.measurement.window import gather
 from vbbench_baselines.joint_map.motion.walks import let_stand, walk_of
@@ -83,14 +83,16 @@ class MapBatch:
         cold = len(observations) > 1 and begins_cold(given.frames(slice(2)), 1)
         if self.feet and cold and not GroundCheck(problem).look(observations):
             return replace(self, feet=False).solve(problem, observations, given)
-        task = _Task(problem, Eye(problem, self.feet).sight(observations), given, statures_of(problem, self.feet))
-        shown = with_feet(observations, task.seen)
+        eye = Eye(problem, self.feet)
+        task = _Task(problem, eye.sight(observations), given, statures_of(problem, self.feet))
+        shown = eye.with_feet(observations)
         start = MapCausal(prior=self.prior, ego_prior=self.ego_prior, feet=self.feet, rests=False)
         if not np.isnan(given.poses[:-1, 2]).any():
             return replace(_walk_through(start, task, problem.covariances), **self._heights(problem, shown))
-        answer = self._descend(replace(start, window=START_WINDOW, rounds=START_ROUNDS), task)
+        fast = replace(start, window=START_WINDOW, rounds=START_ROUNDS)
+        answer = self._descend(fast, task)
         if not answer.settled.converged or answer.settled.rounds > max(LONG, len(observations) / FRAMES_A_ROUND):
-            other = self._descend(start, task)
+            other = self._descend(start, task, fast.crowd)
             answer = other if other.deviance < answer.deviance else answer
         return answer.estimate(self._heights(problem, shown) or {"heights": answer.settled.state.heights})
 
@@ -102,11 +104,12 @@ class MapBatch:
         heights.learn(observations)
         return heights.report()
 
-    def _descend(self, start: MapCausal, task: "_Task") -> "_Answer":
-        """The end of the descent from the answer of ``start``."""
+    def _descend(self, start: MapCausal, task: "_Task", crowd: Crowd | None = None) -> "_Answer":
+        """The end of the descent from the answer of ``start``, in a ``crowd`` as lively as this, or as that found."""
         causal = _walk_through(start, task, covariances=False)
         cold = len(task.given.poses) > 1 and begins_cold(task.given.frames(slice(2)), 1)
-        walk = start.crowd.walk(walk_of(self.prior, task.problem.dt, self.ego_prior, cold))
+        crowd = start.crowd if crowd is None else crowd
+        walk = crowd.walk(walk_of(self.prior, task.problem.dt, self.ego_prior, cold))
         motions = _motions(task.given)
         poses, fixed = unwrapped(causal.poses), ~np.isnan(task.given.poses[:, 2])
         informed = [inform(boxes, task.statures.mean) for boxes in map(Sightings, *task.seen)]

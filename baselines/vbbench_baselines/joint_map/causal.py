@@ -20,10 +20,10 @@ from vbbench_baselines.common.uncertainty import linearise_people, position_cova
 from vbbench_baselines.joint_map.crowd import Crowd, asks
 from vbbench_baselines.joint_map.flow import Flow
 from vbbench_baselines.joint_map.lost import FOUND, PATIENCE, seconds_after
-from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of, with_feet
+from vbbench_baselines.joint_map.measurement.boxes import BoxHeights, Eye, GroundCheck, Statures, statures_of
 from vbbench_baselines.joint_map.measurement.window import Window, chosen, nothing_continued
 from vbbench_baselines.joint_map.motion.learning import forget, nothing_learned, only
-from vbbench_baselines.joint_map.motion.walks import Walk, let_stand, walk_of
+from vbbench_baselines.joint_map.motion.walks import REACH, Walk, let_stand, walk_of
 from vbbench_baselines.joint_map.one_step import PAST, Located, locate
 from vbbench_baselines.joint_map.optimiser.covariance import block_of, place_covariances, pose_covariance_of
 from vbbench_baselines.joint_map.optimiser.descent import Settled, settle
@@ -115,11 +115,10 @@ class MapCausal:
         if rough is not None:
             return rough
         self._look_at_ground(observations, frame.given)
-        seen = self._eye.sight(observations)
-        answer = self.advance(seen, frame.given)
+        answer = self.advance(self._eye.sight(observations), frame.given)
         if not self.feet:
             return answer
-        self._heights.learn(with_feet(observations, seen))
+        self._heights.learn(self._eye.with_feet(observations))
         return replace(answer, **self._heights.report())
 
     def forget(self, columns: IntArray) -> None:
@@ -132,6 +131,8 @@ class MapCausal:
         self._rows.forget(columns)
         self._continued.held[columns] = 0
         self._eye.forget(columns)
+        for boxes in self._boxes:
+            boxes[columns] = np.nan
         self._heights.forget(columns)
         forget(columns, self._lessons)
         if self._ground is not None:
@@ -208,7 +209,8 @@ class MapCausal:
         variances = settled.state.variances
         self._lessons.variances[:-1][columns], self._lessons.variances[-1] = variances[:-1], variances[-1]
         if rows.frames >= self._size:
-            tells = not self._cold and asks(rows.frames, len(data.first))
+            begun = int(np.count_nonzero((data.first == 0) & (data.last >= REACH)))
+            tells = not self._cold and asks(rows.frames, begun)
             self._kept, continued, told = marginalise(settled, problem, tells)
             keep(self._continued, continued, picked)
             if tells:

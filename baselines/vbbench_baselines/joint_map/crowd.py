@@ -26,12 +26,12 @@ MOST = 3.0
 smaller σ would take that for impossible (`map-batch` on Sim was 1.45 times as far off as it said)."""
 
 ASKED = 10
-"""Among more people not all frames are asked: their number times the share of the frames is this."""
+"""Among more people not all frames are asked: as many in the mean."""
 
 
 def asks(frame: int, people: int) -> bool:
-    """Whether the innovations that leave at a ``frame`` are asked, of a window with so many ``people``."""
-    return frame % (1 + people // ASKED) == 0
+    """Whether the innovations that leave at a ``frame`` are asked, of so many ``people`` who can tell."""
+    return frame % max(-(-people // ASKED), 1) == 0
 
 
 class Crowd:

@@ -71,14 +71,15 @@ class Eye:
 
     def __init__(self, problem: Problem, feet: bool) -> None:
         self._camera, self._pixel_std, self._feet = problem.camera, problem.pixel_std, feet
-        self._hiding = Hiding(problem)
+        self._hiding = Hiding(problem, level=feet)
+        self._hidden = np.zeros(len(problem.tracks), np.bool_)
 
     def sight(self, boxes: FloatArray) -> Sightings:
         """Rays of boxes [..., K, 3] in px: per metre of the mount's height from the feet, of the person's otherwise.
 
-        Frames come in order. Boxes whose feet are hidden tell of a direction alone, and not even of that exactly.
+        Frames come in order. Boxes whose feet are hidden tell hardly any distance, and the direction not exactly.
         """
-        hidden = self._hiding.hidden(boxes)
+        self._hidden = hidden = self._hiding.hidden(boxes)
         rays, sideways, stretch = sight(
             self._camera, self._camera.to_horizon(boxes) if self._feet else boxes, self._pixel_std
         )
@@ -86,17 +87,18 @@ class Eye:
             stretch = stretch * np.sqrt(0.5)
         if not hidden.any():
             return Sightings(rays, sideways, stretch)
-        across = ASIDE * rays[..., ::-1] * (1.0, -1.0) / np.hypot(rays[..., 0], rays[..., 1])[..., None]
-        return Sightings(rays, np.where(hidden[..., None], across, sideways), np.where(hidden, UNTOLD, stretch))
+        across = rays[..., ::-1] * (1.0, -1.0) / np.hypot(rays[..., 0], rays[..., 1])[..., None]
+        across *= np.sqrt(ASIDE**2 + (sideways**2).sum(axis=-1))[..., None]
+        sideways = np.where(hidden[..., None], across, sideways)
+        return Sightings(rays, sideways, np.where(hidden, np.maximum(stretch, UNTOLD), stretch))
+
+    def with_feet(self, boxes: FloatArray) -> FloatArray:
+        """The ``boxes`` that were sighted last, those whose feet are hidden as if they were not there."""
+        return np.where(self._hidden[..., None], np.nan, boxes)
 
     def forget(self, columns: IntArray) -> None:
         """The columns [M] stand for new people."""
         self._hiding.forget(columns)
-
-
-def with_feet(boxes: FloatArray, seen: Sightings) -> FloatArray:
-    """The boxes [..., K, 3] whose feet show, others as if they were not there; ``seen`` are their rays by an `Eye`."""
-    return np.where(seen.stretch[..., None] < UNTOLD, boxes, np.nan)
 
 
 class GroundCheck:

@@ -1,11 +1,11 @@
 """Whose feet somebody nearer hides, or the picture's border: the bottom of such a box tells of no distance.
 
-Three things tell. A box ends at the picture's lower border, or above the horizon. It ends where a nearer outline
-begins, at its head or at its shoulders, or anywhere before somebody whose own feet are cut. Or its person seems to have
-grown: cutting a box moves the height that it implies (`Camera.statures`) away from the camera's.
+Three things tell. A box ends at the picture's lower border, or at the horizon. It ends where a nearer outline begins,
+at its head or at its shoulders, or anywhere before somebody whose own feet are cut. Or its person seems to have grown:
+cutting a box moves the height that it implies (`Camera.statures`) away from the camera's, each time by another length.
 In most data boxes are of whole people, whoever is before them. There many end between the shoulders and the feet of a
 nearer outline, right before its axis, which none does where people hide one another. So none is taken to be cut by
-others once as many boxes have ended so as have ended where outlines begin.
+others once more boxes have ended so than have ended where outlines begin.
 """
 
 import numpy as np
@@ -21,11 +21,14 @@ NEAR, BEFORE = 0.7, 3.0
 """In px, besides a standard deviation: how near to where an outline begins a box that it cuts ends; and so many times
 that is how much lower feet must be to be those of somebody nearer."""
 
-LOWEST_FOOT = 3.0
-"""In px below the horizon; feet that seem to be higher are hidden."""
+AT_HORIZON, DOUBT = 1.0, 2.0
+"""In px, and in standard deviations besides: feet that seem to be less below the horizon are hidden."""
 
 GROWN, SURELY = 0.01, 4.0
 """In m, and in standard deviations besides: how much farther from the camera's an implied height is if feet are cut."""
+
+AGREEING = 3
+"""So many boxes in a row that imply one height are whole, whatever others implied: how far boxes are cut changes."""
 
 
 class Hiding:
@@ -34,27 +37,35 @@ class Hiding:
     Parameters
     ----------
     problem : tells camera and noise.
+    level : whether ground and camera are as the problem says, so that heights are implied and the horizon is known.
     """
 
-    def __init__(self, problem: Problem) -> None:
-        camera = self._camera = problem.camera
+    def __init__(self, problem: Problem, level: bool) -> None:
+        camera, people = problem.camera, len(problem.tracks)
+        self._camera, self._std, self._level = camera, problem.pixel_std, level
         self._period = camera.period or 0.0
         self._border = np.inf if camera.period is not None else float(camera.picture_size[1])
-        self._std = problem.pixel_std
-        self._ends = np.zeros(2)
-        self._off, self._off_std = np.full(len(problem.tracks), np.inf), np.zeros(len(problem.tracks))
+        self._ends, self._implied = np.zeros(2), np.empty((people, IMPLIED))
+        self.forget(np.arange(people))
 
     def forget(self, columns: IntArray) -> None:
         """The columns [M] stand for new people."""
-        self._off[columns] = np.inf
+        self._implied[columns] = np.inf, 0.0, np.inf, 0.0
 
     def hidden(self, boxes: FloatArray) -> BoolArray:
         """[..., K] whose feet are hidden, of boxes [..., K, 3] in px, of frames in order."""
+        if boxes.size == 0:
+            return np.zeros(boxes.shape[:-1], np.bool_)
         feet, heights = self._camera.statures(boxes)
         shape = (-1, boxes.shape[-2])
         frames = boxes.reshape(*shape, 3), feet.reshape(shape), heights.reshape(shape)
         lengths = self._camera.mount_height, self._border, self._period, self._std
-        return _hidden(*frames, *lengths, self._ends, self._off, self._off_std).reshape(feet.shape)
+        return _hidden(*frames, *lengths, self._level, self._ends, self._implied).reshape(feet.shape)
+
+
+IMPLIED = 4
+"""Of each person: how near to the mount's an implied height was, its standard deviation, the same of the last box that
+seemed to have grown, and how many in a row agreed with it."""
 
 
 @kernel
@@ -66,39 +77,36 @@ def _hidden(
     border: float,
     period: float,
     std: float,
+    level: bool,
     ends: FloatArray,
-    least: FloatArray,
-    least_std: FloatArray,
+    implied: FloatArray,
 ) -> BoolArray:
-    """[T, K] whose feet are hidden, of boxes [T, K, 3] whose ``feet`` [T, K] are so many px below the horizon.
-
-    ``least`` [K] in m, with a standard deviation, is how near ``heights`` [T, K] that they imply were to the mount's.
-    """
-    frames, people = feet.shape
-    cut = np.zeros((frames, people), np.bool_)
-    for t in range(frames):
-        for k in range(people):
-            bottom = boxes[t, k, 1] + 0.5 * boxes[t, k, 2]
-            cut[t, k] = feet[t, k] < LOWEST_FOOT or abs(bottom - border) <= NEAR + std
-        behind = _behind(boxes[t], cut[t], NEAR + std, period, ends)
-        for k in range(people):
-            cut[t, k] |= behind[k] and ends[0] > ends[1]
-            if cut[t, k] or np.isnan(feet[t, k]):
-                continue
-            off, off_std = abs(heights[t, k] - mount), std / feet[t, k] * np.hypot(mount, mount - heights[t, k])
-            cut[t, k] = off > least[k] + GROWN + SURELY * np.hypot(off_std, least_std[k])
-            if not cut[t, k] and off < least[k]:
-                least[k], least_std[k] = off, off_std
+    """[T, K] whose feet are hidden, of boxes [T, K, 3] whose ``feet`` [T, K] are so many px below the horizon."""
+    cut = np.zeros(feet.shape, np.bool_)
+    top = -np.inf if period > 0.0 else NEAR + std
+    for t in range(len(boxes)):
+        _by_borders(boxes[t], feet[t], border, std, level, cut[t])
+        _by_others(boxes[t], NEAR + std, period, ends, cut[t])
+        if level:
+            _by_growth(boxes[t], feet[t], heights[t], mount, std, top, implied, cut[t])
     return cut
 
 
 @kernel
-def _behind(boxes: FloatArray, cut: BoolArray, near: float, period: float, ends: FloatArray) -> BoolArray:
-    """[K] whose boxes end where somebody nearer begins; the feet of those who are ``cut`` [K] are not to be trusted.
+def _by_borders(boxes: FloatArray, feet: FloatArray, border: float, std: float, level: bool, cut: BoolArray) -> None:
+    """Write to ``cut`` [K] whose boxes [K, 3] end at the lower ``border``, or at the horizon."""
+    for k in range(len(boxes)):
+        at_border = abs(boxes[k, 1] + 0.5 * boxes[k, 2] - border) <= NEAR + std
+        cut[k] = at_border or (level and feet[k] < AT_HORIZON + DOUBT * std)
+
+
+@kernel
+def _by_others(boxes: FloatArray, near: float, period: float, ends: FloatArray, cut: BoolArray) -> None:
+    """Add to ``cut`` [K] whose boxes end where somebody nearer begins, if people hide one another.
 
     To ``ends`` [2] is added how many do, and how many end where nobody's can who is hidden by others.
     """
-    hidden = np.zeros(len(boxes), np.bool_)
+    coincide, behind = np.zeros(len(boxes), np.bool_), np.zeros(len(boxes), np.bool_)
     bottoms, sides = boxes[:, 1] + 0.5 * boxes[:, 2], HALF * boxes[:, 2]
     for k in np.argsort(-bottoms):  # nearer people first
         inside = False
@@ -109,11 +117,46 @@ def _behind(boxes: FloatArray, cut: BoolArray, near: float, period: float, ends:
             if period > 0.0:
                 aside = min(aside, period - aside)
             head, shoulders = bottoms[j] - boxes[j, 2], bottoms[j] - SHOULDERS * boxes[j, 2]
-            if cut[j] or hidden[j]:
-                hidden[k] |= aside + 0.5 * sides[k] < sides[j] and bottoms[k] > head - near
+            if cut[j] or coincide[j] or behind[j]:
+                behind[k] |= aside + 0.5 * sides[k] < sides[j] and bottoms[k] > head - near
             elif aside < sides[j] + sides[k]:
-                hidden[k] |= min(abs(bottoms[k] - head), abs(bottoms[k] - shoulders)) <= near
+                coincide[k] |= min(abs(bottoms[k] - head), abs(bottoms[k] - shoulders)) <= near
                 inside |= aside < 0.5 * (sides[j] - sides[k]) and bottoms[k] > shoulders + BEFORE * near
-        if not cut[k] and (hidden[k] or inside):
-            ends[0 if hidden[k] else 1] += 1.0
-    return hidden
+        if not cut[k] and (coincide[k] or inside):
+            ends[0 if coincide[k] else 1] += 1.0
+    if ends[0] >= ends[1]:
+        for k in range(len(boxes)):
+            cut[k] |= coincide[k] or behind[k]
+
+
+@kernel
+def _by_growth(
+    boxes: FloatArray,
+    feet: FloatArray,
+    heights: FloatArray,
+    mount: float,
+    std: float,
+    top: float,
+    implied: FloatArray,
+    cut: BoolArray,
+) -> None:
+    """Add to ``cut`` [K] who seems to have grown; ``implied`` [K, 4] is kept up, see `IMPLIED`.
+
+    Boxes that begin above the row ``top``, at the upper border, imply nothing.
+    """
+    for k in range(len(boxes)):
+        if cut[k] or np.isnan(feet[k]) or boxes[k, 1] - 0.5 * boxes[k, 2] <= top:
+            continue
+        off, spread = abs(heights[k] - mount), std / feet[k] * np.hypot(mount, mount - heights[k])
+        least = implied[k]
+        if off <= least[0] + GROWN + SURELY * np.hypot(spread, least[1]):
+            if off < least[0]:
+                least[0], least[1] = off, spread
+            least[2] = np.inf
+            continue
+        agrees = abs(off - least[2]) <= GROWN + SURELY * spread
+        least[2], least[3] = off, least[3] + 1.0 if agrees else 1.0
+        if least[3] >= AGREEING:
+            least[0], least[1], least[2] = off, spread, np.inf
+        else:
+            cut[k] = True

@@ -26,8 +26,8 @@ TOLD_MEMORY = 0.1
 """In s: τ where the noise is told, which then is a detector's."""
 
 
-LEAST_NU = 1.0
-"""ν of people's walks is not less however close together frames are."""
+LEAST_NU, STEADY = 1.0, 1.8
+"""However close together frames are, ν of people's walks is not less, nor artanh of a partial autocorrelation more."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +144,7 @@ class Settings:
         base, ratio = self.heads, dt / REFERENCE
         b, sigma, nu = self.walk_b, self.cold_walk_std * ratio**self.cold_walk_growth, self.walk_nu
         if not cold:
-            b = stationary(ratio**self.walk_b_growth * unbounded(b))
+            b = stationary(np.clip(ratio**self.walk_b_growth * unbounded(b), -STEADY, STEADY))
             sigma, nu = self.walk_std * ratio**self.walk_growth, max(nu * ratio**self.walk_nu_growth, LEAST_NU)
         prior = Prior(
             dt=dt,
