@@ -56,6 +56,7 @@ class Settings:
     pace, cold_pace : how much it counts how fast people walk (`joint_map.motion.pace`), and after a cold start, where
         nothing else tells how fast all move.
     surge, sway, swerve : in m, m and rad: changes of a vehicle's velocity forward, to the right, and of its turning.
+    cold_surge : the first after a cold start, where less tells who changes speed.
     vehicle_nu : degrees of freedom of these.
     slip, turn, slow : scales in m, rad and m of the Cauchy laws of velocity to the right, of turning, which counts in
         proportion to dt, and of speed.
@@ -101,6 +102,7 @@ class Settings:
     pace: float = 0.3
     cold_pace: float = 1.0
     surge: float = 0.18
+    cold_surge: float = 0.15
     sway: float = 0.012
     swerve: float = 0.01
     vehicle_nu: tuple[float, float, float] = (4.0, 4.0, 2.0)
@@ -166,7 +168,7 @@ class Settings:
         share = np.array((*self.laws, 1.0 - sum(self.laws)))
         level = np.array((self.slip, self.turn, self.slow)) * ratio
         return Observer(
-            change=np.array((self.surge, self.sway, self.swerve)) * ratio**1.5,
+            change=np.array((self.cold_surge if cold else self.surge, self.sway, self.swerve)) * ratio**1.5,
             nu=np.array(self.vehicle_nu),
             normalisers=np.array([normaliser(nu) for nu in self.vehicle_nu]),
             level=level,
