@@ -4,11 +4,11 @@
 
 Labels that follow straight lines, as seen from the car, between the frames that somebody labelled brake with the car
 until the next such frame; and errors of the car's poses move everybody with it. Either way no box tells of the change,
-and no solver can know it. Over frames w apart a place x_t
-has the change of velocity (x_{t+w} − 2x_t + x_{t−w})/(w dt); taken along the camera's heading at t, that of people is
-compared with the camera's own: the slope of the line through 0, and the correlation. People who walk as they like have
-0, and people who are fixed to the car have 1. Of tier `field` a made vehicle passes recorded people, which shows what
-chance does.
+and no solver can know it.
+Over frames w apart a place x_t has the change of velocity (x_{t+w} − 2x_t + x_{t−w})/(w dt); taken along the camera's
+heading at t, that of people is compared with the camera's own: the slope of the line through 0, and the correlation.
+People who walk as they like have 0, and people who are fixed to the car have 1. Of tier `field` a made vehicle passes
+recorded people, which shows what chance does.
 """
 
 import argparse

@@ -31,6 +31,11 @@ AGREEING = 3
 """So many boxes in a row that imply one height are whole, whatever others implied: how far boxes are cut changes."""
 
 
+IMPLIED = 4
+"""Of each person: how near to the mount's an implied height was, its standard deviation, the same of the last box that
+seemed to have grown, and how many in a row agreed with it."""
+
+
 class Hiding:
     """What boxes so far have told of who hides whom.
 
@@ -61,11 +66,6 @@ class Hiding:
         frames = boxes.reshape(*shape, 3), feet.reshape(shape), heights.reshape(shape)
         lengths = self._camera.mount_height, self._border, self._period, self._std
         return _hidden(*frames, *lengths, self._level, self._ends, self._implied).reshape(feet.shape)
-
-
-IMPLIED = 4
-"""Of each person: how near to the mount's an implied height was, its standard deviation, the same of the last box that
-seemed to have grown, and how many in a row agreed with it."""
 
 
 @kernel
