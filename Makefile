@@ -116,7 +116,7 @@ $(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
 	touch $@ $(VENV)/.runtime
 
 $(VENV)/.extras: $(VENV)/.dev
-	$(PIP) install --quiet --editable '.[dask,pyrender,pysocialforce,robot,torch,viewer]'
+	$(PIP) install --quiet --editable '.[dask,onnx,pyrender,pysocialforce,robot,torch,viewer]'
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.runtime

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 _HOMES = {
     "Dataset": "files.dataset",
+    "EquirectangularCamera": "camera",
     "Estimate": "estimate",
     "ForgettingSolver": "solver",
     "Frame": "solver",
@@ -57,6 +58,7 @@ _OLDER_PATHS = {
 
 __all__ = [
     "Dataset",
+    "EquirectangularCamera",
     "Estimate",
     "ForgettingSolver",
     "Frame",
@@ -84,7 +86,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from vbbench.camera import PanoramaCamera, PerspectiveCamera
+    from vbbench.camera import EquirectangularCamera, PanoramaCamera, PerspectiveCamera
     from vbbench.errors import VbbenchError
     from vbbench.estimate import Estimate, FrameEstimate
     from vbbench.files.dataset import Dataset
