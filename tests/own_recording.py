@@ -103,11 +103,12 @@ def write_tum(path: Path, walk: Walk, *, begin: float = 0.0, every: float = 1.0)
     return path
 
 
-def write_people(path: Path, walk: Walk) -> Path:
-    """Places and heights of everybody in the world of the poses."""
+def write_people(path: Path, walk: Walk, *, relative: bool = False) -> Path:
+    """Places and heights of everybody in the world of the poses, or ``relative`` to the camera (right, forward)."""
     lines = ["frame,id,x,y,height\n"]
+    places = world_to_relative(walk.people, walk.poses) if relative else walk.people
     for t, k in np.ndindex(walk.people.shape[:2]):
-        x, y = walk.people[t, k]
+        x, y = places[t, k]
         lines.append(f"{t},{k + 1},{x:.6f},{y:.6f},{walk.heights[k]:.4f}\n")
     path.write_text("".join(lines))
     return path

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -16,6 +17,7 @@ from tests.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_checks import check_in_scene, check_scene
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.verification import verify
 
@@ -89,6 +91,20 @@ def test_a_count_of_rows_that_is_wrong_is_seen(dataset: Path) -> None:
     change(dataset, lambda v: v["tables"]["given"].update(rows=1), sealed=True)
     with pytest.raises(FileError, match=r"given\.parquet: has other rows than the 1 in dataset\.json"):
         verify(dataset)
+
+
+def test_a_person_who_is_seen_must_be_in_the_scene_then() -> None:
+    """Frames in which nobody is seen may come after the scene's last row; a box of a person may not."""
+    here, people = Path, np.array([3])
+    check_in_scene(here, 0, people, np.zeros((5, 1), bool))
+    with pytest.raises(FileError, match=r"truth/scenes: .*in frame 2 of sequence 0 a person is seen who is not in the"):
+        check_in_scene(here, 0, people, np.arange(5)[:, None] > 1)
+    with pytest.raises(FileError, match="the scene of sequence 0 is empty"):
+        check_in_scene(here, 0, people[:0])
+    rows = {"person": np.array([3, 3]), "frame": np.array([0, 4])}
+    assert [check_scene(here, 0, people, rows, least) for least in (0, 9)] == [5, 9]
+    with pytest.raises(FileError, match="scene 0 has a frame far from all others"):
+        check_scene(here, 0, people, rows, 10**9)
 
 
 def test_a_dataset_from_before_there_was_a_digest_is_read_and_said(dataset: Path) -> None:

@@ -15,6 +15,8 @@ from tests.own_recording import (
     write_csv,
     write_folder,
     write_mot,
+    write_people,
+    write_tum,
 )
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
@@ -25,10 +27,13 @@ from vbbench.exchange.own.plausibility import box_noise
 from vbbench.exchange.own.recording import files_in, read_recording
 from vbbench.exchange.own.timing import time_frames
 from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
 from vbbench.generation.stream import stream
+from vbbench.scoring import score
+from vbbench.solving import solve
 from vbbench_generators.footage.own import own
 
 GOOD = "".join(f"{t},{k},{300 + 9 * k + t},320,30,90\n" for t in range(8) for k in range(4))
@@ -250,6 +255,30 @@ def test_the_split_reads_one_folder_or_several(tmp_path, walk, capsys):
     assert len(generate("own", tmp_path / "f", given)) == 1
     assert main(["splits"]) == 0
     assert "own: Your own recording" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("posed", [True, False])
+def test_frames_after_the_last_person_are_part_of_the_scene(tmp_path, walk, posed):
+    """Every fourth frame ends with nobody in view, and places were measured up to frame 40 only."""
+    folder = write_folder(tmp_path / "walk", walk)
+    boxes = (folder / "boxes.csv").read_text().splitlines(keepends=True)
+    last = "57,1," + boxes[1].split(",", 2)[2]
+    (folder / "boxes.csv").write_text(
+        "".join(row for row in boxes if row[0] == "f" or int(row.split(",")[0]) < 52) + last
+    )
+    if posed:
+        write_tum(folder / "poses.txt", walk)
+    people = write_people(folder / "people.csv", walk, relative=not posed).read_text().splitlines(keepends=True)
+    (folder / "people.csv").write_text("".join(row for row in people if row[0] == "f" or int(row.split(",")[0]) < 40))
+    with pytest.warns(VbbenchWarning, match="77% of 417 boxes have a person"):
+        dataset = generate("own", tmp_path / "d", Options(source=folder, footage=FootageOptions(every=4)))
+    sequence = dataset.sequence(0)
+    assert (sequence.frames, sequence.observed.any(axis=1).sum()) == (15, 13)
+    assert "are as written" in verify(tmp_path / "d")
+    assert np.isnan(dataset.relative_truth(sequence)[10:]).all()
+    solver, protocol = ("vb-cv", "one-step") if posed else ("map-causal", "cold-start")
+    solve(dataset, solver, protocol, tmp_path / "s")
+    assert score(tmp_path / "s", tmp_path / "d").frames == 11
 
 
 def test_a_trackers_boxes_are_not_matched_where_people_are_not_known(folder, tmp_path):

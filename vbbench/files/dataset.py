@@ -124,6 +124,14 @@ class Dataset:
             raise FileError(table.path, f"a sequence's camera is none of the {len(self.info.cameras)}; generate again")
         return rows
 
+    @cached_property
+    def _scene_ends(self) -> tuple[IntArray, IntArray]:
+        """Numbers of the scenes, ascending, and the frame after the last one that a sequence shows."""
+        numbers, scene = np.unique(self.rows["scene"], return_inverse=True)
+        ends = np.zeros(len(numbers), np.int64)
+        np.maximum.at(ends, scene, self.rows["first_frame"].astype(np.int64) + self.rows["frames"])
+        return numbers, ends
+
     @property
     def cells(self) -> IntArray:
         """[N] frames times tracks of each sequence: its observations, or somewhat more."""
@@ -190,6 +198,8 @@ class Dataset:
         column = np.searchsorted(people, persons).clip(max=len(people) - 1)
         path = np.take_along_axis(positions, column[..., None], axis=1)
         known = (people[column] == persons) & (persons >= 0)
+        nowhere = known & sequence.observed & np.isnan(path[..., 0])
+        check_in_scene(self.table_path, sequence.index, people, nowhere)
         return np.where(known[..., None], path, np.nan), _first_known(heights[column], known)
 
     def scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -203,9 +213,9 @@ class Dataset:
     def surroundings(self, sequence: Sequence) -> tuple[IntArray, FloatArray, FloatArray]:
         """Everybody in the scene during a sequence, as `scene` has them, in the sequence's frames and world."""
         people, positions, heights = self.scene(sequence.scene)
-        frames = range(sequence.first_frame, sequence.first_frame + sequence.frames)
-        check_in_scene(self.table_path, sequence.index, frames, len(positions), people)
-        return people, self.world(sequence).positions(positions[frames.start : frames.stop]), heights
+        check_in_scene(self.table_path, sequence.index, people)
+        frames = slice(sequence.first_frame, sequence.first_frame + sequence.frames)
+        return people, self.world(sequence).positions(positions[frames]), heights
 
     def world(self, sequence: Sequence) -> World:
         """Where the scene lies in the sequence's own world; where it was measured from the camera only, it is that."""
@@ -252,7 +262,9 @@ class Dataset:
         persons = self._opened("truth/people").read(scene, scene + 1)
         rows = self._opened("truth/scenes").read(scene, scene + 1)
         people = persons["person"].astype(np.int64)
-        positions = np.full((check_scene(self.table_path, scene, people, rows), len(people), 2), np.nan)
+        numbers, ends = self._scene_ends
+        least = int(ends[slice(*np.searchsorted(numbers, [scene, scene + 1]))].max(initial=0))
+        positions = np.full((check_scene(self.table_path, scene, people, rows, least), len(people), 2), np.nan)
         positions[rows["frame"], np.searchsorted(people, rows["person"])] = np.stack([rows["x"], rows["y"]], axis=-1)
         return people, positions, persons["height"]
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
 from vbbench.files.tables import SCHEMAS
-from vbbench.geometry import IntArray
+from vbbench.geometry import BoolArray, IntArray
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
 """Names that a table of a dataset can have; no other name is ever used in a path."""
@@ -227,16 +227,17 @@ def check_sequence(path_of: PathOf, index: int, frames: int, boxes: Rows, given:
         raise _contradiction(path_of("sequences"), problem)
 
 
-def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows) -> int:
-    """Number of frames of a scene with ``people`` [K].
+def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows, least: int) -> int:
+    """Number of frames of a scene with ``people`` [K]: those of its rows, and the ``least`` that its sequences reach.
 
     Raises FileError if people are not in order, a row is of an unknown person, or the scene would be nearly empty.
     """
     if not (np.diff(people) > 0).all() or not np.isin(rows["person"], people).all():
         raise _contradiction(path_of("truth/people"), f"scene {scene} has people twice, unsorted or unknown")
-    if not _all_below(rows["frame"], _most_cells(len(rows["frame"])) // max(1, len(people))):
+    most = _most_cells(len(rows["frame"])) // max(1, len(people))
+    if not _all_below(rows["frame"], most) or least > most:
         raise _contradiction(path_of("truth/scenes"), f"scene {scene} has a frame far from all others, or below 0")
-    return int(rows["frame"].max(initial=-1)) + 1
+    return max(least, int(rows["frame"].max(initial=-1)) + 1)
 
 
 def check_poses(path_of: PathOf, index: int, frames: int, poses: Rows) -> None:
@@ -245,10 +246,14 @@ def check_poses(path_of: PathOf, index: int, frames: int, poses: Rows) -> None:
         raise _contradiction(path_of("truth/poses"), f"sequence {index} has {frames:,} frames")
 
 
-def check_in_scene(path_of: PathOf, index: int, frames: range, scene_frames: int, people: IntArray) -> None:
-    """Raise FileError unless the ``frames`` of sequence ``index`` lie in its scene."""
-    if not len(people) or frames.stop > scene_frames:
-        raise _contradiction(path_of("truth/scenes"), f"sequence {index} outlasts its scene, or the scene is empty")
+def check_in_scene(path_of: PathOf, index: int, people: IntArray, nowhere: BoolArray | None = None) -> None:
+    """Raise FileError if sequence ``index`` has no ``people`` [K] in its scene, or one seen is ``nowhere`` [T, K]."""
+    if not len(people):
+        raise _contradiction(path_of("truth/scenes"), f"the scene of sequence {index} is empty")
+    if nowhere is not None and nowhere.any():
+        frame = int(nowhere.any(axis=1).argmax())
+        problem = f"in frame {frame} of sequence {index} a person is seen who is not in the scene then"
+        raise _contradiction(path_of("truth/scenes"), problem)
 
 
 def check_tracks(path_of: PathOf, index: int, frames: int, tracks: IntArray, rows: Rows) -> None:
