@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, wrap_angle
+from vbbench.geometry import FloatArray, moved_as_one, wrap_angle
 from vbbench_generators.footage.jrdb.recording import CAMERA
 from vbbench_generators.footage.odometry_filter import Readings
 from vbbench_generators.views.robot import STEP, changing, get_robot, sense
@@ -93,6 +93,40 @@ class Files:
             path = root / place
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(json.dumps(values))
+        return root
+
+    def write_odometry(self, folder: Path, start: tuple[float, float, float] = (5.0, -3.0, 2.0)) -> Path:
+        """Write the true way as odometry in JSON, from a pose ``start`` (x, y, yaw) on; return ``folder``."""
+        poses = moved_as_one(self.drive.poses(self.frames), np.zeros(3), np.array(start))
+        entries = {
+            f"{n:06d}.pcd": {
+                "position": {"x": x, "y": y, "z": 0.1},
+                "orientation": {"x": 0.0, "y": 0.0, "z": float(np.sin(0.5 * yaw)), "w": float(np.cos(0.5 * yaw))},
+            }
+            for n, (x, y, yaw) in enumerate(poses.tolist())
+        }
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{self.name}.json").write_text(json.dumps({"odometry": entries}))
+        return folder
+
+    def write_results(self, root: Path, seed: int = 0) -> Path:
+        """Write boxes and places as results of two trackers, whose ids differ; return ``root``."""
+        other = np.random.default_rng(seed).permutation(1000)
+        rows: dict[str, list[str]] = {"tracks_2d": [], "tracks_3d": []}
+        for frame, (flat, solid) in enumerate(
+            zip(self.labels_2d["labels"].values(), self.labels_3d["labels"].values(), strict=True)
+        ):
+            for one in flat:
+                box = " ".join(f"{value:.6f}" for value in one["box"])
+                number = int(one["label_id"].split(":")[1])
+                rows["tracks_2d"].append(f"{frame} {number} Pedestrian 0 0 -1 {box} -1 -1 -1 -1 -1 -1 -1 0.75")
+            for one in solid:
+                box, number = one["box"], other[int(one["label_id"].split(":")[1])]
+                place = f"{-box['cy']:.6f} 0.7 {box['cx']:.6f} {box['l']} {box['h']:.6f} {box['w']} 0"
+                rows["tracks_3d"].append(f"{frame} {number} Pedestrian 0 0 -1 -1 -1 -1 -1 {place} 1")
+        for folder, lines in rows.items():
+            (root / folder).mkdir(parents=True, exist_ok=True)
+            (root / folder / f"{self.name}.txt").write_text("\n".join(lines) + "\n")
         return root
 
     def write_bag(self, folder: Path, **changes: Any) -> Path:

@@ -10,13 +10,13 @@ import pytest
 
 from tests.jrdb_recording import START, Files, Robot, recording
 from vbbench.cli import main
-from vbbench.errors import VbbenchError
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation.datasets import write_dataset
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
-from vbbench.geometry import FloatArray, IntArray, relative_to_world, world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray, IntArray, motion_between, relative_to_world, world_to_relative, wrap_angle
 from vbbench.scoring import score
 from vbbench.sequence import Sequence
 from vbbench.solving import solve
@@ -250,6 +250,96 @@ def test_bags_differ(files: Files, root: Path, tmp_path: Path, changes: dict[str
     frames = np.concatenate([one.first_frame + np.arange(one.frames) for one in dataset.sequences()])
     limit = 0.1 if changes.get("imu", "") is None else 0.03
     assert np.linalg.norm(poses[:, :2] - truth[frames, :2], axis=1).max() < limit * files.drive.distance
+
+
+@pytest.mark.parametrize("place", ["odometry", "odometry/train", "../odometry/test", "../processed/odometry_train"])
+def test_odometry_as_json_next_to_the_labels_is_the_robots_way(files: Files, tmp_path: Path, place: str) -> None:
+    root = files.write(tmp_path / "train_dataset")
+    files.write_odometry(root / place)
+    (one,) = jrdb.recordings(Options(source=root)).footage
+    truth = files.drive.poses(files.frames)
+    assert one.known == "whole"
+    assert one.poses is not None
+    np.testing.assert_allclose(one.poses[:, :2], truth[:, :2], atol=0.01)
+    np.testing.assert_allclose(wrap_angle(one.poses[:, 2] - truth[:, 2]), 0.0, atol=0.01)
+    assert one.odometry is not None
+    np.testing.assert_allclose(one.odometry.motions[1:], motion_between(truth[:-1], truth[1:]), atol=0.01)
+
+
+def test_a_folder_of_bags_may_hold_odometry_as_json(files: Files, root: Path, tmp_path: Path) -> None:
+    folder = files.write_odometry(tmp_path / "elsewhere/train").parent
+    assert made(tmp_path / "d", root, bags=folder).info.truth == "whole"
+
+
+def test_odometry_a_second_late_is_named(files: Files, root: Path, tmp_path: Path) -> None:
+    path = files.write_odometry(tmp_path / "odometry") / f"{files.name}.json"
+    entries = json.loads(path.read_text())["odometry"]
+    poses = list(entries.values())
+    late = dict(zip(entries, poses[:1] * 15 + poses[:-15], strict=True))
+    path.write_text(json.dumps({"odometry": late}))
+    with pytest.warns(VbbenchWarning, match=r"people turn around the robot -(0\.9|1\.0)\d s after its poses"):
+        made(tmp_path / "d", root, bags=path)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda v: v["000002.pcd"]["position"].pop("y"), "000002.pcd: key 'position' is .*numbers x, y, z"),
+        (lambda v: v["000000.pcd"]["orientation"].update(w=7.0), "000000.pcd: the orientation's .* have length"),
+        (lambda v: v.update({"7": v["000000.pcd"]}), "key '7' of 'odometry' is not the name of a frame"),
+        (lambda v: [one["orientation"].update(x=1.0, z=0.0, w=0.0) for one in v.values()], "is not upright"),
+        (dict.clear, "has poses of 0 of the point clouds"),
+    ],
+)
+def test_what_odometry_cannot_hold(files: Files, root: Path, tmp_path: Path, change: Any, said: str) -> None:
+    path = files.write_odometry(tmp_path / "odometry") / f"{files.name}.json"
+    values = json.loads(path.read_text())
+    change(values["odometry"])
+    path.write_text(json.dumps(values))
+    with pytest.raises(FileError, match=said):
+        jrdb.recordings(Options(source=root, footage=FootageOptions(bags=path)))
+
+
+def test_results_of_two_trackers_are_paired_by_direction(files: Files, tmp_path: Path) -> None:
+    """People who stand in the same direction cannot be distinguished; all others have their own places."""
+    found = jrdb.recordings(Options(source=files.write_results(tmp_path / "tracks")))
+    (one,) = found.footage
+    assert one.known == "relative"
+    assert "results of two trackers" in str(found.caution)
+    expected = world_to_relative(files.positions, files.drive.poses(files.frames))[:, one.tracks - 1]
+    away = np.linalg.norm(one.positions()[0] - expected, axis=-1)[one.observed]
+    assert (away < 1e-4).mean() > 0.9
+    assert set(np.unique(one.visible[one.observed])) == {0.75}
+
+
+@pytest.mark.parametrize(
+    ("folder", "row", "said"),
+    [
+        ("tracks_2d", "0 1 Pedestrian 0 0 -1 5 5 0 9 -1 -1 -1 -1 -1 -1 -1 1", "line 1: its box is 0 px wide and 9"),
+        ("tracks_2d", "0 1 Pedestrian 0 0 -1 5 5 9", "line 1: has 9 columns, not 18"),
+        ("tracks_3d", "0 1 Pedestrian 0 0 -1 -1 -1 -1 -1 2000 1 2 .9 1.7 .5 0 1", "line 1: the place is 2000 m away"),
+        ("tracks_3d", "0 1 Pedestrian 0 0 -1 -1 -1 -1 -1 1 1 2 .9 17 .5 0 1", "line 1: h is 17; people are up to"),
+        ("tracks_3d", 2 * "0 1 Pedestrian 0 0 -1 -1 -1 -1 -1 1 1 2 .9 1.7 .5 0 1\n", "line 2: id 1 stands in frame 0"),
+    ],
+)
+def test_what_results_cannot_hold(files: Files, tmp_path: Path, folder: str, row: str, said: str) -> None:
+    root = files.write_results(tmp_path / "tracks")
+    (root / folder / f"{files.name}.txt").write_text(row)
+    with pytest.raises(FileError, match=said):
+        jrdb.recordings(Options(source=root))
+
+
+def test_results_of_real_trackers(data_folder: Path) -> None:
+    """REAL: seven recordings of the test set; half of the boxes and more have a place, .01 to .03 rad beside it."""
+    root = data_folder / "jrdb_tracks"
+    if not root.is_dir():
+        pytest.skip("no results of trackers on JRDB: see docs/jrdb.md")
+    found = jrdb.recordings(Options(source=root, footage=FootageOptions(sequences=("0000", "0010"))))
+    assert [one.known for one in found.footage] == ["relative", "relative"]
+    assert found.calibration is not None
+    for one, facts in zip(found.footage, found.calibration["recordings"], strict=True):
+        assert facts["columns_beside_places"] < 0.03
+        assert (~np.isnan(one.positions()[0][..., 0])).sum() > 0.5 * one.observed.sum()
 
 
 @rosbags

@@ -186,7 +186,9 @@ def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert f"{files.name}.txt: is missing" in refusal(capsys, tmp_path, root, "--boxes", tmp_path)
     assert "jrdb is footage and does not read --poses;" in refusal(capsys, tmp_path, root, "--poses", tmp_path)
     assert "does not read --cyclists; " in refusal(capsys, tmp_path, root, "--cyclists")
-    assert f"holds no {files.name}.bag" in refusal(capsys, tmp_path, root, "--bags", tmp_path)
+    assert f"holds neither {files.name}.bag nor {files.name}.json" in refusal(
+        capsys, tmp_path, root, "--bags", tmp_path
+    )
 
 
 @pytest.mark.parametrize(

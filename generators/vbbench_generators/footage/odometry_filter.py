@@ -250,19 +250,20 @@ STEP, WIDEST, LEAST_TURN, LEAST_LIKENESS = 0.01, 0.5, 0.03, 0.6
 """Seconds between compared times and of the largest offset; rad/s that must be turned; the least correlation."""
 
 
-def clock_offset(reference: Readings, other: Readings) -> float | None:
+def clock_offset(reference: Readings, other: Readings, widest: float = WIDEST) -> float | None:
     """By how many seconds the clock of ``other`` is ahead, from turning rates that both measured.
 
-    Found where the two are most alike. ``None`` if the robot hardly turned, or they are never alike.
+    Found where the two are most alike, up to ``widest`` seconds. ``None`` if the robot hardly turned, or they are never
+    alike.
     """
-    first = max(reference.times[0], other.times[0]) + WIDEST
-    grid = np.arange(first, min(reference.times[-1], other.times[-1]) - WIDEST, STEP)
-    if len(grid) * STEP < 2 * WIDEST:
+    first = max(reference.times[0], other.times[0]) + widest
+    grid = np.arange(first, min(reference.times[-1], other.times[-1]) - widest, STEP)
+    if len(grid) * STEP < 2 * widest:
         return None
     known = np.interp(grid, reference.times, reference.values)
     if known.std() < LEAST_TURN:
         return None
-    lags = np.arange(-round(WIDEST / STEP), round(WIDEST / STEP) + 1) * STEP
+    lags = np.arange(-round(widest / STEP), round(widest / STEP) + 1) * STEP
     likeness = np.array([_correlation(known, np.interp(grid + lag, other.times, other.values)) for lag in lags])
     best = int(likeness.argmax())
     if likeness[best] < LEAST_LIKENESS or best in (0, len(lags) - 1):

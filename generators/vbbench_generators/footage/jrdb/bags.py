@@ -56,7 +56,7 @@ def read_bag(path: Path) -> BagReadings:
     table = _finite(path, wheels)
     twist, pose = table[:, :2], table[:, 2:]
     if np.abs(twist).max() < _NOTHING and np.ptp(pose, axis=0).max() > _NOTHING:
-        times, twist = _speeds_of(times, pose)
+        times, twist = speeds_of(times, pose)
     fastest = float(np.abs(twist).max())
     if fastest > _FASTEST:
         raise FileError(path, f"{wheels.name} tells of {fastest:,.0f} m/s or rad/s; no robot is so fast")
@@ -148,7 +148,7 @@ def _finite(path: Path, topic: _Topic) -> FloatArray:
     return table
 
 
-def _speeds_of(times: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
+def speeds_of(times: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
     """[N − 1] times and [N − 1, 2] speeds between poses (x, y, yaw), of a robot that reports no speed."""
     passed = np.maximum(np.diff(times), 1e-6)
     turned = wrap_angle(np.diff(pose[:, 2]))

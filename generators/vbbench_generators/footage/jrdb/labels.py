@@ -204,8 +204,8 @@ class _Label:
 def _people(path: Path, ending: str) -> Iterator[_Label]:
     """The labels of people, picture by picture."""
     seen: set[tuple[int, int]] = set()
-    for picture, labels in sorted(_pictures(path).items()):
-        frame = _frame(path, picture, ending)
+    for picture, labels in sorted(read_frames(path, "labels", "labels").items()):
+        frame = frame_of(path, picture, ending, "labels")
         if not isinstance(labels, list):
             raise FileError(path, f"{picture} is {quoted(labels)}, not a list of labels")
         for number, values in enumerate(labels, 1):
@@ -223,22 +223,36 @@ def _people(path: Path, ending: str) -> Iterator[_Label]:
             yield _Label(path, picture, number, frame, int(person), values)
 
 
-def _pictures(path: Path) -> dict[str, Any]:
+def read_frames(path: Path, key: str, wanted: str) -> dict[str, Any]:
+    """The object ``key`` of a JSON file, from names of frames to what is ``wanted`` of each.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read or has no such object.
+    """
     try:
         values = read_json(path, largest=_LARGEST)
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
     except ValueError as error:
-        raise FileError(path, f"is not a file of labels: {error}") from error
-    labels = values.get("labels") if isinstance(values, dict) else None
-    if not isinstance(labels, dict):
+        raise FileError(path, f"is not a file of {wanted}: {error}") from error
+    found = values.get(key) if isinstance(values, dict) else None
+    if not isinstance(found, dict):
         keys = f"its keys are {', '.join(sorted(values)[:5])}" if isinstance(values, dict) else "it is no object"
-        raise FileError(path, f"has no object 'labels', from names of frames to lists of labels; {keys}")
-    return labels
+        raise FileError(path, f"has no object '{key}', from names of frames to {wanted}; {keys}")
+    return found
 
 
-def _frame(path: Path, picture: str, ending: str) -> int:
-    stem = picture.removesuffix(ending)
-    if stem == picture or not (stem.isascii() and stem.isdigit() and len(stem) <= 9):
-        raise FileError(path, f"key {quoted(picture)} of 'labels' is not the name of a frame, such as 000000{ending}")
+def frame_of(path: Path, name: str, ending: str, key: str) -> int:
+    """The number in the ``name`` of a frame, such as 000012.pcd.
+
+    Raises
+    ------
+    FileError
+        If it is no such name.
+    """
+    stem = name.removesuffix(ending)
+    if stem == name or not (stem.isascii() and stem.isdigit() and len(stem) <= 9):
+        raise FileError(path, f"key {quoted(name)} of '{key}' is not the name of a frame, such as 000000{ending}")
     return int(stem)

@@ -4,18 +4,23 @@ Truth comes from wheels and gyro, odometry from the wheels alone: a robot's odom
 repeats it does not thereby repeat the truth. Both share what the wheels get wrong of the distance.
 """
 
+import warnings
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from vbbench.errors import FileError
-from vbbench.geometry import BoolArray, FloatArray, wrap_angle
+from vbbench.errors import FileError, VbbenchWarning
+from vbbench.geometry import BoolArray, FloatArray, moved_as_one, wrap_angle
 from vbbench.sequence import Odometry
-from vbbench_generators.footage.jrdb.bags import BagReadings
+from vbbench_generators.footage.jrdb.bags import BagReadings, speeds_of
 from vbbench_generators.footage.odometry_filter import Readings, RobotMotion, clock_offset, filter_motion
 
 OFFSET_STD = 0.02
 """s, by which the clocks of bag and pictures may differ still."""
+
+MOST_LATE, WIDEST = 0.1, 2.0
+"""s that people may turn around the robot before or after its poses do, and up to which this is tried."""
 
 _SLACK = 0.5
 _FEWEST = 3
@@ -82,6 +87,40 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, ever
         covariances=truth.covariances + _late(truth, times),
         odometry=shared_out(wheels.odometry, kept.odometry, every),
         offsets=offsets,
+    )
+
+
+def follow_poses(
+    path: Path, way: tuple[FloatArray, FloatArray], times: FloatArray, places: FloatArray, every: int = 1
+) -> MeasuredMotion:
+    """The robot's motion by the poses that its wheels gave; ``times``, ``places``, ``every`` as in `measure_motion`.
+
+    Parameters
+    ----------
+    path : the file of the poses, for messages.
+    way : times [N] in s and poses [N, 3] (x, y, yaw).
+
+    Raises
+    ------
+    FileError
+        If they do not cover the frames.
+    """
+    when, twist = speeds_of(*way)
+    speed, turn = (Readings(times=when, values=values) for values in twist.T)
+    _check_covers(BagReadings(path=path, speed=speed, turn=turn, gyro=None), times)
+    seen = turning_by_people(times, places)
+    late = None if seen is None else clock_offset(turn, seen, WIDEST)
+    if late is not None and abs(late) > MOST_LATE:
+        problem = f"people turn around the robot {late:+.2f} s after its poses do; are poses those of the point clouds?"
+        warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)
+    poses = np.stack([np.interp(times, way[0], column) for column in way[1].T], axis=-1)
+    motion = filter_motion(times, speed, turn, None)
+    kept = filter_motion(times[::every], speed, turn, None)
+    return MeasuredMotion(
+        poses=moved_as_one(poses, poses[0], np.zeros(3)),
+        covariances=motion.covariances,
+        odometry=shared_out(motion.odometry, kept.odometry, every),
+        offsets={"places": late},
     )
 
 

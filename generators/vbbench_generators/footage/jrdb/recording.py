@@ -1,14 +1,16 @@
 """One recording of JRDB: labels, times and the robot's motion put together as footage."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, VbbenchWarning
+from vbbench.exchange.matching import match_tracks
 from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
@@ -18,7 +20,7 @@ from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion
 from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
 from vbbench_generators.footage.pictures import pictures_in
-from vbbench_generators.footage.tracks import MOST_STRAY, FoundTracks, follow
+from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow
 
 CAMERA = PanoramaCamera(width=3760, focal=482.9, cy=209.4, mount_height=1.03)
 """The stitched panorama, 3760 × 480: columns run clockwise from behind, rows v = 209.4 + 482.9·y/√(x² + z²).
@@ -52,6 +54,7 @@ class Recording:
     boxes : [T, K, 3] (u, v, l) in px, NaN = not seen; ``visible`` [T, K] and ``rectangles`` [T, K, 4] likewise.
     places : [T, P, 2] metres forward and to the left of the robot, NaN = not labelled.
     heights : [P] in m.
+    persons : [T, K] who of ``people`` is in each box, `NOBODY` = unknown; ``None`` where tracks are people.
     """
 
     name: str
@@ -63,6 +66,12 @@ class Recording:
     rectangles: FloatArray
     places: FloatArray
     heights: FloatArray
+    persons: IntArray | None = None
+
+    @property
+    def relative(self) -> FloatArray:
+        """[T, P, 2] the places as metres to the right and forward."""
+        return np.stack([-self.places[..., 1], self.places[..., 0]], axis=-1)
 
     @property
     def step(self) -> int:
@@ -95,13 +104,12 @@ class Recording:
         pictures : folder of the stitched pictures.
         found : tracks in place of the labelled ones.
         """
-        seen: dict[str, Any] = {"tracks": self.tracks, "boxes": self.boxes, "visible": self.visible}
+        seen: dict[str, Any] = {name: getattr(self, name) for name in ("tracks", "boxes", "visible", "persons")}
         if found is not None:
             seen = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
         poses = np.zeros((len(self.boxes), 3)) if stands else None
         poses = poses if motion is None else motion.poses
-        relative = np.stack([-self.places[..., 1], self.places[..., 0]], axis=-1)
-        positions = relative if poses is None else relative_to_world(relative, poses)
+        positions = self.relative if poses is None else relative_to_world(self.relative, poses)
         scene = Scene(name=self.name, dt=1.0 / RATE, people=self.people, positions=positions, heights=self.heights)
         return Footage(
             name=self.name,
@@ -122,12 +130,15 @@ class Recording:
         return pictures_in(folder, "{:06d}.jpg", first)
 
 
-def assemble(name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid, clouds: IntArray) -> Recording:
+def assemble(
+    name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid, clouds: IntArray, *, same_ids: bool = True
+) -> Recording:
     """Put labels on the slots of their frames.
 
     Parameters
     ----------
     clouds : [T] number of the point cloud taken with the picture of each slot, −1 = none.
+    same_ids : whether ids of boxes are those of places; otherwise they are paired by their directions.
 
     Raises
     ------
@@ -158,8 +169,21 @@ def assemble(name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid
         places=points,
         heights=heights,
     )
+    if not same_ids:
+        found = replace(found, persons=_in_the_same_direction(found))
     _check_places(found, places.path)
     return found
+
+
+def _in_the_same_direction(recording: Recording) -> IntArray:
+    """[T, K] who of the people is in the columns of each box; heights do not count, since furniture hides legs."""
+    there = rectangles(
+        CAMERA.project_unbounded(recording.relative, recording.heights[None].repeat(len(recording.places), 0))
+    )
+    seen, expected = recording.rectangles.copy(), there
+    for boxes in (seen, expected):
+        boxes[..., 1], boxes[..., 3] = 0.0 * boxes[..., 1], 1.0 + 0.0 * boxes[..., 3]
+    return match_tracks(seen, expected, recording.people, CAMERA, least=LEAST_OVERLAP, staying=True)
 
 
 def nearest_clouds(grid: Grid, clouds: Stamps) -> IntArray:
@@ -236,7 +260,13 @@ def _check_places(recording: Recording, path: Path) -> None:
 
 def _pairs(recording: Recording) -> tuple[FloatArray, FloatArray]:
     """Boxes [N, 3] and places [N, 2] of the same person in the same frame."""
-    _, track, person = np.intersect1d(recording.tracks, recording.people, return_indices=True)
-    boxes, places = recording.boxes[:, track], recording.places[:, person]
-    paired: BoolArray = ~np.isnan(boxes[..., 2]) & ~np.isnan(places[..., 0])
-    return boxes[paired], places[paired]
+    persons = (
+        np.broadcast_to(recording.tracks, recording.visible.shape) if recording.persons is None else recording.persons
+    )
+    if not len(recording.people):
+        return np.empty((0, 3)), np.empty((0, 2))
+    column = np.searchsorted(recording.people, persons).clip(max=len(recording.people) - 1)
+    known = recording.people[column] == persons
+    places = np.take_along_axis(recording.places, column[..., None], axis=1)
+    paired: BoolArray = known & ~np.isnan(recording.visible) & ~np.isnan(places[..., 0])
+    return recording.boxes[paired], places[paired]

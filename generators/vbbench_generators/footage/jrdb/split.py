@@ -15,10 +15,14 @@ from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.found_boxes import file_for
 from vbbench_generators.footage.jrdb.bags import read_bag
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, read_pictures, read_places
-from vbbench_generators.footage.jrdb.motion import MeasuredMotion, measure_motion
+from vbbench_generators.footage.jrdb.motion import MeasuredMotion, follow_poses, measure_motion
+from vbbench_generators.footage.jrdb.odometry_file import read_odometry_file
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, directions_beside, nearest_clouds
+from vbbench_generators.footage.jrdb.results import BOXES, PLACES
+from vbbench_generators.footage.jrdb.results import read_boxes as read_tracked_boxes
+from vbbench_generators.footage.jrdb.results import read_places as read_tracked_places
 from vbbench_generators.footage.jrdb.sample import read_sample
-from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, lay_out, nominal_stamps, read_stamps
+from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, Grid, Stamps, lay_out, nominal_stamps, read_stamps
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks
 
@@ -47,7 +51,14 @@ One of the list, which hardly turns by its comment (svl-meeting-gates-2-2019-04-
 
 _ROOTS = ("", "train_dataset_with_activity", "train_dataset", "test_dataset")
 _PICTURE_LABELS, _PLACE_LABELS = "labels/labels_2d_stitched", "labels/labels_3d"
+PICTURE_TIMES, CLOUD_TIMES, TRACKED = "picture times", "cloud times", "tracked boxes"
+"""What some files are."""
+
 _BAGS = ("", "rosbags", "train", "rosbags/train")
+_PARTS = ("", "/train", "/test", "_train", "_test")
+_ODOMETRY = ("", "train", "test", *(f"{place}odometry{part}" for place in ("", "processed/") for part in _PARTS))
+"""Folders with NAME.json, the robot's way by its wheels."""
+_TRACKERS = "boxes and places are the results of two trackers, and not labels"
 _RELATIVE = "the robot's motion is not known: errors of places from the camera alone (dx_rel) are scored"
 
 
@@ -58,7 +69,7 @@ class Found:
     Parameters
     ----------
     name : what it is called.
-    files : by what they are; ``sample`` alone, or the official files.
+    files : by what they are; ``sample`` alone, the official files, or a tracker's boxes and places.
     pictures : folder of its pictures, if there is one.
     """
 
@@ -69,7 +80,7 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class JrdbSplit(FootageSplit):
-    """Reads the official folders, or the one-file sample of JRDB-Traj.
+    """Reads the official folders, the one-file sample of JRDB-Traj, or results of trackers.
 
     Parameters
     ----------
@@ -84,7 +95,7 @@ class JrdbSplit(FootageSplit):
         """Read the recordings that are asked for; without every one's poses, nobody's are told."""
         asked = options.footage or FootageOptions()
         found = _chosen(find_recordings(options.source), asked.sequences)
-        bags = {} if asked.bags is None else {one.name: find_bag(asked.bags, one.name) for one in found}
+        bags = _ways(found, options.source, asked.bags)
         known = [one.name in bags or one.name in STANDING for one in found]
         several = len(found) > 1
         boxes = {} if asked.boxes is None else {one.name: file_for(asked.boxes, one.name, several) for one in found}
@@ -100,7 +111,7 @@ class JrdbSplit(FootageSplit):
                 "summary": "; ".join(_summary(facts) for _, facts in made[:3]) + ("; …" if len(made) > 3 else ""),
                 "recordings": [facts for _, facts in made],
             },
-            caution=self._caution([one.name for one, stands in zip(found, known, strict=True) if stands], all(known)),
+            caution=self._caution(found, known),
         )
 
     def _read(
@@ -112,17 +123,23 @@ class JrdbSplit(FootageSplit):
             raise VbbenchError(f"{one.name}: boxes are {step} frames of 15 Hz apart; use `every` {step} or a multiple")
         motion = None
         if bag is not None and poses:
-            motion = measure_motion(read_bag(bag), recording.grid.times, recording.places, every)
+            frames = recording.grid.times, recording.places, every
+            if bag.suffix == ".json":
+                motion = follow_poses(bag, read_odometry_file(bag, _cloud_stamps(one, recording.grid)), *frames)
+            else:
+                motion = measure_motion(read_bag(bag), *frames)
         tracks = None if boxes is None else recording.follow(boxes)
         stands = poses and motion is None
         footage = recording.footage(motion, stands=stands, pictures=one.pictures, found=tracks)
         return footage, _facts(recording, motion, tracks)
 
-    def _caution(self, known: list[str], whole: bool) -> str:
-        if whole:
-            return f"{self.card.caution}"
-        beside = f"; it is known of {', '.join(known)}: name these with --sequences" if known else ""
-        return f"{self.card.caution}; {_RELATIVE}{beside}"
+    def _caution(self, found: list[Found], known: list[bool]) -> str:
+        base = _TRACKERS if any(TRACKED in one.files for one in found) else str(self.card.caution)
+        if all(known):
+            return base
+        names = [one.name for one, way in zip(found, known, strict=True) if way]
+        beside = f"; it is known of {', '.join(names)}: name these with --sequences" if names else ""
+        return f"{base}; {_RELATIVE}{beside}"
 
 
 def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
@@ -138,18 +155,25 @@ def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
         raise FileError(pictures.path, "holds no box of a visible person" + ("" if interpolated else " by hand"))
     pictures = pictures.select(kept)
     first, last = int(pictures.frames.min()), int(pictures.frames.max())
-    if "sample" in one.files:
-        grid = lay_out(nominal_stamps(pictures.path, np.unique(pictures.frames)))
-        return assemble(
-            one.name, pictures, places, grid, nearest_clouds(grid, nominal_stamps(places.path, grid.frames))
-        )
-    stamps = read_stamps(one.files["picture times"].parent, PICTURES)
-    grid = lay_out(stamps.between(first, last))
-    clouds = read_stamps(one.files["cloud times"].parent, CLOUDS)
-    return assemble(one.name, pictures, places, grid, nearest_clouds(grid, clouds))
+    if PICTURE_TIMES in one.files:
+        stamps = read_stamps(one.files[PICTURE_TIMES].parent, PICTURES).between(first, last)
+    else:
+        stamps = nominal_stamps(pictures.path, np.unique(pictures.frames))
+    grid = lay_out(stamps)
+    clouds = nearest_clouds(grid, _cloud_stamps(one, grid))
+    return assemble(one.name, pictures, places, grid, clouds, same_ids=TRACKED not in one.files)
+
+
+def _cloud_stamps(one: Found, grid: Grid) -> Stamps:
+    """When the point clouds were taken: with the pictures, where nothing says it."""
+    if CLOUD_TIMES in one.files:
+        return read_stamps(one.files[CLOUD_TIMES].parent, CLOUDS)
+    return nominal_stamps(next(iter(one.files.values())), grid.frames)
 
 
 def _labels(one: Found) -> tuple[PictureLabels, PlaceLabels]:
+    if TRACKED in one.files:
+        return read_tracked_boxes(one.files[TRACKED]), read_tracked_places(one.files["places"])
     if "sample" in one.files:
         return read_sample(one.files["sample"])
     return read_pictures(one.files["pictures"]), read_places(one.files["places"])
@@ -172,6 +196,9 @@ def find_recordings(source: Path | None) -> list[Found]:
         raise SourceMissingError(
             f"jrdb: name with --source {wanted}; download it from {ADDRESS} (account, terms of use)"
         )
+    tracked = sorted((source / BOXES).glob("*.txt"))
+    if tracked:
+        return [Found(name=path.stem, files={TRACKED: path, "places": source / PLACES / path.name}) for path in tracked]
     if source.is_file():
         return [Found(name=source.stem, files={"sample": source})]
     if not source.is_dir():
@@ -192,20 +219,35 @@ def _official(root: Path, name: str) -> Found:
     files = {
         "pictures": root / _PICTURE_LABELS / f"{name}.json",
         "places": root / _PLACE_LABELS / f"{name}.json",
-        "picture times": root / "timestamps" / name / PICTURES,
-        "cloud times": root / "timestamps" / name / CLOUDS,
+        PICTURE_TIMES: root / "timestamps" / name / PICTURES,
+        CLOUD_TIMES: root / "timestamps" / name / CLOUDS,
     }
     return Found(name=name, files=files, pictures=root / "images" / "image_stitched" / name)
 
 
+def _ways(found: list[Found], source: Path | None, asked: Path | None) -> dict[str, Path]:
+    """What measured the robot's way, by recording: a bag or odometry as asked, or odometry next to the labels."""
+    if asked is not None:
+        return {one.name: find_bag(asked, one.name) for one in found}
+    folders = [] if source is None or source.is_file() else [source, source.absolute().parent]
+    ways = {one.name: _first_file(folders, _ODOMETRY[3:], f"{one.name}.json") for one in found}
+    return {name: path for name, path in ways.items() if path is not None}
+
+
 def find_bag(folder: Path, name: str) -> Path:
-    """The robot's own recording of the recording ``name``."""
+    """The robot's own recording of the recording ``name``: a bag, or its odometry as JSON."""
     if folder.is_file():
         return folder
-    path = next((folder / place / f"{name}.bag" for place in _BAGS if (folder / place / f"{name}.bag").is_file()), None)
+    path = _first_file([folder], _BAGS, f"{name}.bag") or _first_file([folder], _ODOMETRY, f"{name}.json")
     if path is None:
-        raise FileError(folder, f"holds no {name}.bag; download JRDB's rosbags, or name other recordings (`sequences`)")
+        problem = f"holds neither {name}.bag nor {name}.json; download JRDB's rosbags or odometry"
+        raise FileError(folder, f"{problem}, or name other recordings (`sequences`)")
     return path
+
+
+def _first_file(folders: list[Path], places: tuple[str, ...], name: str) -> Path | None:
+    paths = (folder / place / name for folder in folders for place in places)
+    return next((path for path in paths if path.is_file()), None)
 
 
 def _chosen(found: list[Found], names: Iterable[str] | None) -> list[Found]:
