@@ -1,4 +1,7 @@
-"""A made recording in the layout of MOTSynth's annotations: people walk, a camera moves and turns among them."""
+"""A made recording in the layout of MOTSynth's annotations: people walk, a camera moves and turns among them.
+
+`recording` has places (x, y, height) and the game's angles; `as_published` makes of it what the published files have.
+"""
 
 import json
 from pathlib import Path
@@ -80,14 +83,58 @@ def recording(frames: int = 60, people: int = 6, pose_shift: int = 0, box_shift:
     return {"info": info, "images": images, "annotations": annotations}
 
 
+def as_published(values: dict[str, Any], sequence: int = 42) -> dict[str, Any]:
+    """The same recording as published files have it, after the one real record that is known.
+
+    Places are (x, -height, y), angles about these axes, in this order, both right-handed; ``frame_n`` counts from 1;
+    intrinsics are text, and stand with every image.
+    """
+    name, info = f"{sequence:03d}", {"fx": "1158", "fy": "1158", "cx": "960", "cy": "540"}
+    info |= {"img_height": HEIGHT, "img_width": WIDTH, "seq_name": name, "is_night": 0, "weather": "CLEAR"}
+    info |= {"is_moving": 1, "cam_fov": FOV, "fps": FPS, "sequence_length": len(values["images"]), "time": "11"}
+    ids = {image["id"]: 10_000 * sequence + n for n, image in enumerate(values["images"])}
+    images = [
+        {"file_name": f"frames/{name}/rgb/{n:04d}.jpg", "id": ids[image["id"]], "frame_n": n}
+        | {"cam_world_pos": _y_down(image["cam_world_pos"]), "cam_world_rot": _about_fixed_axes(image["cam_world_rot"])}
+        | {"ignore_mask": [0, 0, 0, 0], "height": HEIGHT, "width": WIDTH, "version": "1.0"}
+        | {"description": f"MOTSynth 2021 Dataset - Sequence #{sequence}", **info}
+        for n, image in enumerate(values["images"], 1)
+    ]
+    extra = {"model_id": "12", "attributes": [0] * 11, "is_blurred": 0}
+    annotations = [row | extra | {"image_id": ids[row["image_id"]]} for row in values["annotations"]]
+    return {"info": info, "licenses": [], "images": images, "annotations": annotations, "categories": []}
+
+
+def _y_down(place: list[float]) -> list[float]:
+    x, y, height = place
+    return [round(float(number), 4) for number in (x, -height, y)]
+
+
+def _about_fixed_axes(angles: list[float]) -> list[float]:
+    """Degrees about x, then y, then z of (x, -height, y) that turn a camera (right, down, forward) into this one."""
+    turned = _axes(np.array(angles))[[0, 2, 1]] * [[1.0], [-1.0], [1.0]]
+    about = (
+        np.arctan2(turned[2, 1], turned[2, 2]),
+        -np.arcsin(turned[2, 0]),
+        np.arctan2(turned[1, 0], turned[0, 0]),
+    )
+    return [round(float(np.degrees(angle)), 5) for angle in about]
+
+
+def _axes(angles: FloatArray) -> FloatArray:
+    """[3, 3] right, down and forward as columns, from pitch, roll and yaw in degrees; roll lowers the right side."""
+    pitch, roll, yaw = np.radians(angles)
+    forward = np.array([-np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)])
+    level = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+    below = np.cross(forward, level)
+    right = np.cos(roll) * level + np.sin(roll) * below
+    return np.stack([right, np.cross(forward, right), forward], axis=-1)
+
+
 def _seen(place: FloatArray, tall: float, position: FloatArray, angles: FloatArray) -> dict[str, Any] | None:
     """Box and joints of a person; ``None`` outside the picture. The axes are written out, unlike in the reader."""
-    pitch, _, yaw = np.radians(angles)
-    forward = np.array([-np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)])
-    right = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-    down = np.cross(forward, right)
     joints = np.append(place, GROUND[2]) + _SHARES * tall * [1.0, 1.0, 1.0 - 0.08 / tall] + [0.0, 0.0, 0.08]
-    camera = (joints - position) @ np.stack([right, down, forward], axis=-1)
+    camera = (joints - position) @ _axes(angles)
     pixels = np.array([0.5 * WIDTH, 0.5 * HEIGHT]) + FOCAL * camera[:, :2] / camera[:, 2:]
     if (camera[:, 2] < 0.5).any() or not ((pixels > 0) & (pixels < [WIDTH, HEIGHT])).all():
         return None

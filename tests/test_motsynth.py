@@ -6,7 +6,19 @@ import sys
 import numpy as np
 import pytest
 
-from tests.motsynth_recording import FOCAL, MOUNT_HEIGHT, PITCH, camera_track, heights, recording, walkers, write
+import tests.motsynth_recording
+from tests.motsynth_recording import (
+    FOCAL,
+    GROUND,
+    MOUNT_HEIGHT,
+    PITCH,
+    as_published,
+    camera_track,
+    heights,
+    recording,
+    walkers,
+    write,
+)
 from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
 from vbbench.files.verification import verify
 from vbbench.generation.datasets import write_dataset
@@ -93,6 +105,66 @@ def test_angles_in_another_order_are_recognised_by_upright_people(tmp_path, orde
     assert find_camera_path(read_annotations(path)).pitch == pytest.approx(np.radians(PITCH), abs=0.005)
 
 
+@pytest.mark.parametrize("shift", [0, -2])
+def test_published_files_are_read_like_those_with_the_games_own_axes(tmp_path, shift):
+    values = recording(pose_shift=shift)
+    own = find_camera_path(read_annotations(write(tmp_path / "a", values) / "annotations" / "000.json"))
+    path = write(tmp_path / "b", as_published(values)) / "annotations" / "000.json"
+    published = find_camera_path(read_annotations(path))
+    assert (own.report["places"], own.report["angles"]) == ("x, y, height", "pitch, roll, yaw")
+    assert (published.report["places"], published.report["angles"]) == ("x, -height, y", "pitch, -yaw, roll")
+    assert published.report["pose_shift"] == own.report["pose_shift"] == shift
+    assert published.annotations.first == own.annotations.first + 1
+    assert (published.pitch, published.mount_height) == pytest.approx((own.pitch, own.mount_height), abs=1e-4)
+    np.testing.assert_allclose(published.poses[:, :2], own.poses[:, :2], atol=1e-3)
+    np.testing.assert_allclose(np.cos(published.poses[:, 2] - own.poses[:, 2]), 1.0, atol=1e-9)
+    np.testing.assert_allclose(published.people, own.people, atol=1e-2)
+    assert motsynth.plan(options(tmp_path / "b")).info.dt == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("speed", "turn", "tilt"),
+    [(0.0, 0.0, (-2.0, 0.0)), (1.2, 0.0, (-2.0, 1.5)), (1.2, 4.0, (-0.5, 1.5)), (0.0, 8.0, (-15.0, -1.0))],
+)
+@pytest.mark.parametrize("where", [None, (2, 0, 1), (1, 2, 0)])
+def test_axes_signs_and_order_are_those_under_which_people_move_as_people_do(
+    tmp_path, monkeypatch, speed, turn, tilt, where
+):
+    """A camera that stands, goes straight on, or turns; who stands and who walks must not move with it."""
+    rng = np.random.default_rng(5)
+    start, walk = rng.uniform([7.0, -3.0], [18.0, 3.0], (12, 2)), rng.normal(0.0, 1.0, (12, 2))
+    walk *= rng.choice([0.0, 1.3], (12, 1)) / np.linalg.norm(walk, axis=1, keepdims=True)
+
+    def track(frames):
+        time = np.arange(frames) / 20
+        positions = GROUND + time[:, None] * [0.8 * speed, 0.6 * speed, 0.0] + [0.0, 0.0, MOUNT_HEIGHT]
+        return positions, np.column_stack([np.tile(tilt, (frames, 1)), turn * np.sin(0.8 * time) - 80.0])
+
+    def crowd(frames, people):
+        return GROUND[:2] + start + np.arange(frames)[:, None, None] / 20 * walk
+
+    monkeypatch.setattr(tests.motsynth_recording, "camera_track", track)
+    monkeypatch.setattr(tests.motsynth_recording, "walkers", crowd)
+    values = as_published(recording(frames=80, people=12))
+    for row in values["annotations"]:
+        joints = np.reshape(row["keypoints_3d"], (-1, 4))
+        row["keypoints_3d"] = (joints + rng.normal(0.0, 0.01, joints.shape)).reshape(-1).tolist()
+    for image in values["images"] if where else []:
+        image["cam_world_rot"] = [-image["cam_world_rot"][n] for n in where]
+    found = find_camera_path(read_annotations(write(tmp_path, values) / "annotations" / "000.json"))
+    assert (found.pitch, found.roll) == pytest.approx(np.radians(tilt), abs=1e-3)
+    positions, angles = (known[10:90] for known in track(100))
+    real = np.column_stack([positions[:, :2], np.radians(angles[:, 2] + 90.0)])
+    frame, person = found.annotations.frame, found.annotations.person // 10
+    expected = crowd(100, 12)[frame + 10, person]
+    np.testing.assert_allclose(
+        world_to_relative(found.people[:, None], np.tile(found.poses[:1], (len(person), 1))),
+        world_to_relative(expected[:, None], np.tile(real[:1], (len(person), 1))),
+        atol=0.1,
+    )
+    np.testing.assert_allclose(found.poses[:, 2] - found.poses[0, 2], real[:, 2] - real[0, 2], atol=1e-3)
+
+
 def _other_axes(values):
     for row in values["annotations"]:
         joints = np.array(row["keypoints_3d"]).reshape(-1, 4)
@@ -165,6 +237,10 @@ def _in_feet(values):
         (lambda v: [image.pop("cam_fov") for image in [*v["images"], v["info"]]], "has no key 'cam_fov'"),
         (lambda v: v["info"].update(fx=900), r"fx is 900 px, but a vertical field of view of 50 degrees is 1158 px"),
         (lambda v: v["images"][3].update(cam_fov=40.0), "the camera zooms: cam_fov is 40 to 50 degrees"),
+        (
+            lambda v: [image.update(seq_name=f"{n % 2:03d}") for n, image in enumerate(v["images"])],
+            r"holds 2 videos \(000, 001 …\); name the folder that has a file for each",
+        ),
         (lambda v: v["images"].pop(5), "frame 6 follows frame 4; frames must not be missing"),
         (lambda v: v["annotations"][0].update(image_id=7), "annotation 0: there is no image 7"),
         (lambda v: v["annotations"][0].update(image_id=[1]), r"annotation 0: there is no image \[1\]"),
@@ -209,6 +285,20 @@ def test_what_does_not_fit_is_one_clear_line(tmp_path, edit, message):
         find_camera_path(read_annotations(path))
     assert "\n" not in str(caught.value)
     assert str(path) in str(caught.value)
+
+
+def test_numbers_and_ids_may_be_text(tmp_path):
+    def edit(values):
+        for row in values["annotations"]:
+            row.update(image_id=str(row["image_id"]), ped_id=str(row["ped_id"]), bbox=[str(x) for x in row["bbox"]])
+        for image in values["images"]:
+            image.update(frame_n=str(image["frame_n"]), width="1920", cam_fov="50.0")
+
+    plain, text = (read_annotations(edited(tmp_path / name, how)) for name, how in (("a", len), ("b", edit)))
+    np.testing.assert_array_equal(text.person, plain.person)
+    np.testing.assert_array_equal(text.frame, plain.frame)
+    np.testing.assert_array_equal(text.boxes, plain.boxes)
+    assert (text.first, text.focal, text.width) == (plain.first, plain.focal, 1920)
 
 
 def test_an_unknown_key_is_said_and_not_used(tmp_path):

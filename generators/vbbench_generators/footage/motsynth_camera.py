@@ -8,6 +8,7 @@ by the camera of time t.
 """
 
 from dataclasses import dataclass, replace
+from itertools import permutations, product, starmap
 
 import numpy as np
 
@@ -21,14 +22,51 @@ HEAD_TOP, HIPS, ANKLES = 0, (16, 19), (18, 21)
 ANKLE_HEIGHT = 0.08
 """Of an ankle above the sole, in m."""
 
-ORDERS = {"pitch, roll, yaw": (0, 1, 2), "roll, pitch, yaw": (1, 0, 2), "yaw, pitch, roll": (1, 2, 0)}
-"""How ``cam_world_rot`` is read: the game's own order, and two by which public readers of the files name it; where
-(pitch, roll, yaw) stand in it. Nothing published says which is right."""
+PLACES = {
+    "x, -height, y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "x, y, height": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "x, height, y": ((1, 0, 0), (0, 0, 1), (0, 1, 0)),
+    "x, height, -y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+}
+"""How ``cam_world_pos`` is read: the matrix from the three numbers to (x, y, height); files have the first."""
+
+
+@dataclass(frozen=True)
+class AngleReading:
+    """How ``cam_world_rot`` is read.
+
+    Parameters
+    ----------
+    where : where pitch, roll and yaw stand in it.
+    signs : of the three; pitch is positive upwards, roll clockwise as the camera sees, yaw to the left.
+    fixed_axes : whether roll turns about a fixed axis, after yaw and pitch; else about the camera's own.
+    """
+
+    where: tuple[int, ...]
+    signs: tuple[int, ...]
+    fixed_axes: bool
+
+    def __str__(self) -> str:
+        words = dict(zip(self.where, ("pitch", "roll", "yaw"), strict=True))
+        signs = dict(zip(self.where, self.signs, strict=True))
+        return ", ".join("-" * (signs[n] < 0) + words[n] for n in range(3))
+
+
+KNOWN_READINGS = (
+    AngleReading((0, 2, 1), (1, 1, -1), fixed_axes=True),
+    AngleReading((0, 1, 2), (1, 1, 1), fixed_axes=False),
+)
+"""That of Quo Vadis, a public program that reads the files, and the game's own; they count before equal ones."""
+READINGS = tuple(starmap(AngleReading, product(permutations(range(3)), product((1, -1), repeat=3), (True, False))))
 
 MOST_SHIFT = 5
 """Frames by which poses may be too early or too late, and boxes as well."""
 MOST_LEAN = 8.0
 """Degrees that people may lean on average."""
+LEVEL = 1.0
+"""Degrees of tilt, of people and ground, by which readings of the angles may differ and count as equal."""
+GROUND_RELIEF, GROUND_SLOPE = 0.1, 0.03
+"""Of feet around a plane in m, and of that plane: what is usual."""
 MOST_JOINT_ERROR = 10.0
 """px that the median joint may be off."""
 MOST_BOX_ERROR, MOST_POSE_ERROR = 0.15, 0.25
@@ -37,7 +75,11 @@ from the past may be off, in the median."""
 AHEAD = 0.5
 """s that places are predicted ahead: long enough for a camera's turns, short enough for people's."""
 CLEARLY = 0.8
-"""A shift is believed if its error is less than so many times the error without."""
+"""A shift is taken if its error is less than so many times the error without."""
+EQUAL = 1.05
+"""Readings under which speeds of people differ by less than this factor count as equal."""
+MOST_TRIPLES = 3000
+"""Predictions from which the reading and the shift are chosen."""
 FASTEST, QUICKEST = 100.0, 15.0
 """In m/s and rad/s: no camera that walks, drives or turns is faster from a frame to the next."""
 MOST_TILT_SPREAD = 0.05
@@ -88,9 +130,11 @@ def find_camera_path(found: Annotations) -> CameraPath:
         expected = "keypoints_3d must be (right, down, forward) of the camera in m"
         raise FileError(found.path, f"joints project {joint_error:.0f} px beside those in the picture: {expected}")
     found, box_shift, box_error = _mend_boxes(found)
-    order, pose_shift, pose_error, lean = _find_order(found)
-    found = _shift_poses(found, pose_shift)
-    axes = camera_axes(found.angles, order)
+    reading = _find_reading(found)
+    pose_shift = reading.shift
+    turned = replace(found, positions=found.positions @ np.array(PLACES[reading.places]).T)
+    found = _shift_poses(turned, pose_shift)
+    axes = camera_axes(found.angles, reading.angles)
     _refuse_leaps(found, axes, pose_shift)
     places = _to_world(found, axes, found.joints)
     right, down, forward = np.moveaxis(axes, 2, 0)
@@ -113,13 +157,14 @@ def find_camera_path(found: Annotations) -> CameraPath:
         people=places[:, HIPS, :2].mean(axis=1),
         statures=statures,
         report={
-            "angles": order,
+            "places": reading.places,
+            "angles": str(reading.angles),
             "joint_px": joint_error,
             "box_shift": box_shift,
             "box_error": box_error,
             "pose_shift": pose_shift,
-            "pose_error": pose_error,
-            "lean_degrees": lean,
+            "pose_error": reading.motion.error,
+            "lean_degrees": reading.lean,
             "pitch_spread": spreads["pitch"],
             "roll_spread": spreads["roll"],
             "mount_height_spread": height_spread,
@@ -146,13 +191,14 @@ def _refuse_giants(found: Annotations, stature: float) -> None:
         raise FileError(found.path, f"people by keypoints_3d: {error}; it must be in m") from None
 
 
-def camera_axes(angles: FloatArray, order: str) -> FloatArray:
+def camera_axes(angles: FloatArray, reading: AngleReading) -> FloatArray:
     """[T, 3, 3] right, down and forward of the camera as columns, in the world, from angles [T, 3] in degrees.
 
-    The game turns about y (roll), then x (pitch), then z (yaw), from a camera that looks along +y.
+    The camera looks along +y; pitch turns it about x, roll about y, yaw about z.
     """
-    pitch, roll, yaw = np.radians(angles[:, ORDERS[order]]).T
-    turned = _turn(yaw, 2) @ _turn(pitch, 0) @ _turn(roll, 1)
+    pitch, roll, yaw = np.radians(angles[:, reading.where] * reading.signs).T
+    level, rolled = _turn(yaw, 2) @ _turn(pitch, 0), _turn(roll, 1)
+    turned = rolled @ level if reading.fixed_axes else level @ rolled
     return np.stack([turned[..., 0], -turned[..., 2], turned[..., 1]], axis=-1)
 
 
@@ -214,55 +260,126 @@ def _partners(found: Annotations, shift: int) -> tuple[IntArray, IntArray]:
     return here, place[here]
 
 
-def _find_order(found: Annotations) -> tuple[str, int, float, float]:
-    """Order of the angles, shift of the poses, how far predictions are off, and degrees by which people lean."""
-    leans = {order: _lean(found, order) for order in ORDERS}
-    upright = [order for order, lean in leans.items() if lean <= MOST_LEAN]
-    if not upright:
-        read = ", ".join(f"{lean:.0f} degrees as ({order})" for order, lean in leans.items())
-        raise FileError(found.path, f"people do not stand upright however cam_world_rot is read: they lean {read}")
-    errors = {order: _pose_errors(found, order) for order in upright}
-    best = {order: _best(error) for order, error in errors.items()}
-    order = min(upright, key=lambda one: errors[one][best[one]])
-    shift, error = best[order], errors[order][best[order]]
-    if not error <= MOST_POSE_ERROR:
-        problem = f"people jump by {error:.0%} of their height, at best ({shift:+d} frames, {order})"
+@dataclass(frozen=True, kw_only=True)
+class _Reading:
+    """Places and angles as read, the shift of the poses, and how people move then: see `_find_reading`."""
+
+    places: str
+    angles: AngleReading
+    lean: float
+    shift: int
+    motion: "_Motion"
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Median error of predicted places in box heights, mean speed, and median of its vertical part, in m/s."""
+
+    error: float = np.inf
+    speed: float = np.inf
+    climb: float = np.inf
+
+
+def _find_reading(found: Annotations) -> _Reading:
+    """Choose how places and angles are read.
+
+    People and ground are level; people are where they are predicted; they climb least; they are slowest. (Behind a
+    camera that goes straight on, predictions fit under any reading; people who stand or walk on level ground do not.)
+    """
+    triples = _triples(found)
+    tried: dict[bytes, _Reading] = {}
+    for angles, lean in _level_readings(found):
+        axes = camera_axes(found.angles, angles)
+        for places, matrix in PLACES.items():
+            positions = found.positions @ np.array(matrix).T
+            key = _relative_poses(axes, positions)
+            if key not in tried:
+                motions = _motions(found, axes, positions, triples)
+                shift = _best({shift: motion.error for shift, motion in motions.items()})
+                tried[key] = _Reading(places=places, angles=angles, lean=lean, shift=shift, motion=motions[shift])
+    left = list(tried.values())
+    for name, more, factor in (("error", 0.003, 1.0 / CLEARLY), ("climb", 0.05, 1.0), ("speed", 0.01, EQUAL)):
+        values = [getattr(reading.motion, name) for reading in left]
+        left = [reading for reading, value in zip(left, values, strict=True) if value <= factor * min(values) + more]
+    best = left[0]
+    if not best.motion.error <= MOST_POSE_ERROR:
+        problem = f"people jump by {best.motion.error:.0%} of their height, at best ({best.shift:+d} frames, "
+        problem += f"cam_world_pos as {best.places}, cam_world_rot as {best.angles})"
         raise FileError(found.path, f"{problem}: the camera's poses are not those of these boxes")
-    return order, shift, error, leans[order]
+    return best
 
 
-def _lean(found: Annotations, order: str) -> float:
-    """Degrees by which the mean axis of people's bodies is off the vertical."""
-    joints = _to_world(found, camera_axes(found.angles, order), found.joints)
-    bodies = joints[:, HEAD_TOP] - joints[:, ANKLES].mean(axis=1)
-    bodies = bodies / np.linalg.norm(bodies, axis=1, keepdims=True)
-    mean = bodies.mean(axis=0)
-    return float(np.degrees(np.arctan2(np.hypot(mean[0], mean[1]), mean[2])))
+def _level_readings(found: Annotations) -> list[tuple[AngleReading, float]]:
+    """The readings under which people and ground are level, likeliest first, and degrees by which people lean."""
+    rows = np.linspace(0, len(found.frame) - 1, min(len(found.frame), MOST_TRIPLES)).astype(int)
+    ankles = found.joints[rows][:, ANKLES]
+    bodies = found.joints[rows, HEAD_TOP] - ankles.mean(axis=1)
+    bodies = bodies / np.maximum(np.linalg.norm(bodies, axis=1, keepdims=True), 1e-9)
+    leans, tilts = {}, {}
+    for reading in READINGS:
+        axes = camera_axes(found.angles, reading)[found.frame[rows]]
+        mean = np.einsum("nwc,nc->nw", axes, bodies).mean(axis=0)
+        leans[reading] = float(np.degrees(np.arctan2(np.hypot(mean[0], mean[1]), mean[2])))
+        tilts[reading] = float(np.hypot(leans[reading], _ground_slope(np.einsum("nwc,njc->njw", axes, ankles))))
+    upright = [reading for reading in READINGS if leans[reading] <= MOST_LEAN]
+    if not upright:
+        best = min(leans, key=lambda reading: leans[reading])
+        problem = f"they lean {leans[best]:.0f} degrees at best, as ({best})"
+        raise FileError(found.path, f"people do not stand upright however cam_world_rot is read: {problem}")
+    least = min(tilts[reading] for reading in upright)
+    level = [reading for reading in upright if tilts[reading] <= least + LEVEL]
+    level.sort(key=lambda reading: (reading not in KNOWN_READINGS, tilts[reading]))
+    return [(reading, leans[reading]) for reading in level]
 
 
-def _pose_errors(found: Annotations, order: str) -> dict[int, float]:
-    """Median error of the place that the past predicts, in box heights, for poses taken ``shift`` frames later."""
-    axes, hips = camera_axes(found.angles, order), found.joints[:, HIPS].mean(axis=1)
+def _ground_slope(ankles: FloatArray) -> float:
+    """Degrees of the plane through the lower ankles of [N, 2, 3], in axes that are level, from the camera."""
+    feet = ankles[np.arange(len(ankles)), ankles[..., 2].argmin(axis=1)]
+    feet = feet - feet.mean(axis=0)
+    level, usual = feet[:, :2], (GROUND_RELIEF / GROUND_SLOPE) ** 2
+    slope = np.linalg.solve(level.T @ level + usual * np.eye(2), level.T @ feet[:, 2])
+    return float(np.degrees(np.arctan(np.linalg.norm(slope))))
+
+
+def _relative_poses(axes: FloatArray, positions: FloatArray) -> bytes:
+    """What a reading makes of the camera's way, as seen by the camera: readings that agree here are one."""
+    moved = np.einsum("twc,tw->tc", axes, positions - positions[0])
+    whole = [np.einsum("twc,wd->tcd", axes, axes[0]).reshape(len(axes), 9), axes[:, 2], moved]
+    return bytes((np.round(np.hstack(whole), 5) + 0.0).tobytes())
+
+
+def _triples(found: Annotations) -> IntArray:
+    """Rows [3, M] of the same person at three times, `AHEAD` from the one to the next."""
     step = max(1, round(AHEAD * found.fps))
     (late, before), (later, long_before) = (_partners(found, -steps) for steps in (step, 2 * step))
     last, n, m = np.intersect1d(late, later, return_indices=True)
     if not len(last):
         raise FileError(found.path, f"nobody is seen for {2 * AHEAD:g} s: the camera's poses cannot be checked")
     rows = np.stack([long_before[m], before[n], last])
-    errors = {}
+    return rows[:, np.linspace(0, len(last) - 1, min(len(last), MOST_TRIPLES)).astype(int)]
+
+
+def _motions(found: Annotations, axes: FloatArray, positions: FloatArray, rows: IntArray) -> dict[int, _Motion]:
+    """How people of ``rows`` [3, M] move for poses ``shift`` frames later."""
+    hips = found.joints[rows][:, :, HIPS].mean(axis=2)
+    motions = {}
     for shift in range(-MOST_SHIFT, MOST_SHIFT + 1):
         frames = found.frame[rows] + shift
         known = ((frames >= 0) & (frames < found.frames)).all(axis=0)
         if not known.any():
-            errors[shift] = np.inf
+            motions[shift] = _Motion()
             continue
-        use, here = rows[:, known], frames[:, known]
-        world = found.positions[here] + np.einsum("sntc,snc->snt", axes[here], hips[use])
-        expected = 2.0 * world[1] - world[0] - found.positions[here[2]]
-        seen = found.project(np.einsum("ntc,nt->nc", axes[here[2]], expected))
-        off = np.linalg.norm(seen - found.project(hips[use[2]]), axis=-1)
-        errors[shift] = float(np.nanmedian(off / found.boxes[use[2], 3]))
-    return errors
+        here, seen = frames[:, known], hips[:, known]
+        world = positions[here] + np.einsum("sntc,snc->snt", axes[here], seen)
+        expected = np.einsum("ntc,nt->nc", axes[here[2]], 2.0 * world[1] - world[0] - positions[here[2]])
+        off = np.linalg.norm(found.project(expected) - found.project(seen[2]), axis=-1)
+        walk = (world[2] - world[0]) / (2.0 * AHEAD)
+        motions[shift] = _Motion(
+            error=float(np.nanmedian(off / found.boxes[rows[2, known], 3])),
+            speed=float(np.linalg.norm(walk, axis=-1).mean()),
+            climb=float(np.median(np.abs(walk[:, 2]))),
+        )
+    return motions
 
 
 def _best(errors: dict[int, float]) -> int:

@@ -137,7 +137,7 @@ def read_annotations(path: Path) -> Annotations:
         cx=_number(path, {"cx": 0.5 * facts["width"]} | video, "cx"),
         cy=_number(path, {"cy": 0.5 * facts["height"]} | video, "cy"),
         fps=facts["fps"],
-        first=int(images[0]["frame_n"]),
+        first=_whole(path, images[0], "frame_n"),
         positions=positions,
         angles=angles,
         frame=frame[order],
@@ -180,15 +180,15 @@ def _objects(path: Path, values: dict[str, Any], name: str) -> list[dict[str, An
 
 
 def _in_order(path: Path, images: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The images, in place, by frame; consecutive frames."""
-    for image in images:
-        _whole(path, image, "frame_n", "image")
-    images.sort(key=lambda image: int(image["frame_n"]))
-    for before, after in pairwise(images):
-        if after["frame_n"] != before["frame_n"] + 1:
-            raise FileError(
-                path, f"frame {after['frame_n']} follows frame {before['frame_n']}; frames must not be missing"
-            )
+    """The images, in place, by frame; consecutive frames of one video."""
+    videos = sorted({str(image["seq_name"]) for image in images if "seq_name" in image})
+    if len(videos) > 1:
+        problem = f"holds {len(videos)} videos ({videos[0]}, {videos[1]} …)"
+        raise FileError(path, f"{problem}; name the folder that has a file for each, 000.json and so on")
+    images.sort(key=lambda image: _whole(path, image, "frame_n", "image"))
+    for before, after in pairwise(_whole(path, image, "frame_n") for image in images):
+        if after != before + 1:
+            raise FileError(path, f"frame {after} follows frame {before}; frames must not be missing")
     return images
 
 
@@ -236,29 +236,30 @@ def _whole(path: Path, row: dict[str, Any], name: str, what: str = "annotation")
     if name not in row:
         raise _missing(path, f"{what} {quoted(row.get('id'))}", name, row)
     value = row[name]
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < 2**31:
+    number = int(value) if isinstance(value, str) and value.isdecimal() else value
+    if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < 2**31:
         raise FileError(
             path, f"{what} {quoted(row.get('id'))}: {name} is {quoted(value)}, not a whole number from 0 on"
         )
-    return value
+    return number
 
 
-def _frame_of_image(path: Path, images: list[dict[str, Any]]) -> dict[int | str, int]:
-    """The frame of each image by its id."""
-    frames: dict[int | str, int] = {}
+def _frame_of_image(path: Path, images: list[dict[str, Any]]) -> dict[str, int]:
+    """The frame of each image by its id, as text: some programs write ids as text in one of the two lists."""
+    frames: dict[str, int] = {}
     for number, image in enumerate(images):
         name = image.get("id")
-        if not isinstance(name, int | str) or name in frames:
+        if not isinstance(name, int | str) or str(name) in frames:
             raise FileError(path, f"image {quoted(image['frame_n'])}: id is {quoted(name)}, not one of its own")
-        frames[name] = number
+        frames[str(name)] = number
     return frames
 
 
-def _frame(path: Path, frames: dict[int | str, int], row: dict[str, Any]) -> int:
+def _frame(path: Path, frames: dict[str, int], row: dict[str, Any]) -> int:
     name = row.get("image_id")
-    if not isinstance(name, int | str) or name not in frames:
+    if not isinstance(name, int | str) or str(name) not in frames:
         raise FileError(path, f"annotation {quoted(row.get('id'))}: there is no image {quoted(name)}")
-    return frames[name]
+    return frames[str(name)]
 
 
 def _focal_length(path: Path, video: dict[str, Any], facts: dict[str, float]) -> float:
