@@ -308,11 +308,15 @@ def test_few_matches_are_a_loud_warning(dataset, files, tmp_path):
         import_mot(folder, dataset, tmp_path / "made")
 
 
-def test_pictures_of_another_size_are_refused(dataset, files, tmp_path):
+def test_pictures_of_another_size_or_rate_are_refused(dataset, files, tmp_path):
     folder = shutil.copytree(files, tmp_path / "files")
     info = folder / "sequence-000001" / "seqinfo.ini"
     width, height = dataset.info.camera.picture_size
-    info.write_text(info.read_text().replace(f"imWidth={width}", "imWidth=1920"))
+    right = info.read_text()
+    info.write_text(right.replace("frameRate=2.5", "frameRate=25"))
+    with pytest.raises(FileError, match=r"its frameRate is 25, that of the dataset 2.5"):
+        import_mot(folder, dataset, tmp_path / "made")
+    info.write_text(right.replace(f"imWidth={width}", "imWidth=1920"))
     with pytest.raises(FileError, match=f"have 1920 x {height} px, those of the dataset {width} x {height}"):
         import_mot(folder, dataset, tmp_path / "made")
 

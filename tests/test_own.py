@@ -166,9 +166,27 @@ def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, wal
     (folder / "seqinfo.ini").write_text("[Sequence]\nimWidth=1280.5\nimHeight=720\n")
     with pytest.raises(FileError, match=r"seqinfo.ini: imWidth is '1280.5', not a whole number from 1 to 100000"):
         read(folder)
+    (folder / "seqinfo.ini").write_text("[Sequence]\nframeRate=fast\n")
+    with pytest.raises(FileError, match=r"seqinfo.ini: frameRate is 'fast', not a number of pictures a second"):
+        read(folder)
     (folder / "seqinfo.ini").write_text("[Sequence]\nframeRa" + " " * 40_000)
     with pytest.raises(FileError, match=r"seqinfo.ini, line 2: has more than 2,000 bytes"):
         read(folder)
+
+
+@pytest.mark.parametrize("boxes", ["gt.txt", "gt/gt.txt"])
+def test_the_frame_rate_of_seqinfo_counts_or_contradicts(tmp_path, walk, boxes):
+    """It lies beside the boxes or above their folder; 29.97 frames a second are 30."""
+    (tmp_path / "camera.toml").write_text(CAMERA_TOML.replace("fps = 10\n", ""))
+    write_mot(tmp_path / boxes, walk)
+    (tmp_path / "seqinfo.ini").write_text("[Sequence]\nframeRate=29.97\nimWidth=1280\nimHeight=720\n")
+    assert read(tmp_path).footage.dt == pytest.approx(1.0 / 29.97)
+    assert read_recording(files_in(tmp_path), dt=1.0 / 30.0).footage.dt == pytest.approx(1.0 / 30.0)
+    with pytest.raises(FileError, match=r"camera.toml: 10 frames a second .*seqinfo.ini says frameRate=29.97; write"):
+        read_recording(files_in(tmp_path), dt=0.1)
+    (tmp_path / "camera.toml").write_text(CAMERA_TOML)
+    with pytest.raises(FileError, match=r"10 frames a second are given, .*seqinfo.ini says frameRate=29.97"):
+        read(tmp_path)
 
 
 def test_boxes_without_ids_are_linked(folder, walk):

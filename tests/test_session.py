@@ -1,5 +1,6 @@
 """A session: people come and go, frames are missed and wrong, and a solver's answers stay those of the protocol."""
 
+from collections import deque
 from collections.abc import Hashable
 from typing import Any
 
@@ -11,10 +12,11 @@ from tests.session_solvers import Forgetful, SilentAfterTheOrigin, Watched, move
 from vbbench import Session
 from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
-from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
 from vbbench.geometry import FloatArray, pose_levers, world_to_relative
 from vbbench.solver import ForgettingSolver
 from vbbench.solving.session.endless import SHOWN_AGAIN
+from vbbench.solving.session.measured import BoxWatch
 
 CAMERA = PanoramaCamera()
 DT = 0.1
@@ -421,3 +423,44 @@ def test_everything_is_loaded_before_the_first_frame() -> None:
     shown = [frame.given.odometry is not None for frame in solver.frames]
     assert {True, False} == set(shown)
     assert len(solver.problem.tracks) == 256
+
+
+@pytest.mark.parametrize("count", [1, 6])
+def test_boxes_given_as_corners_are_a_warning_once_a_map(count: int) -> None:
+    """Ten boxes are enough, in whatever frames they come; a new map warns again."""
+    places = [(4.0, 3.0), (1.0, 9.0), (-2.0, 5.0), (-4.0, 7.0), (0.5, 6.0), (6.0, 2.5)][:count]
+    boxes = as_boxes(seen(*places), list(range(count)))
+    corners = {track: (*box[:2], *(box[:2] + box[2:])) for track, box in boxes.items()}
+    running, _ = session()
+    for _ in range(2):
+        for _ in range(40 // count):
+            running.step(boxes)
+        running.reset()
+        for _ in range(9 // count):
+            running.step(corners)
+        with pytest.warns(VbbenchWarning, match=r"after 1\d boxes: .*right and lower borders of boxes") as caught:
+            running.step(corners)
+        assert [one.filename for one in caught] == [__file__]
+        for _ in range(40 // count):
+            running.step(corners)
+        running.reset()
+
+
+def test_observations_of_another_picture_are_a_warning() -> None:
+    running, _ = session()
+    observations = seen((4.0, 3.0), (1.0, 9.0), (-2.0, 5.0))
+    for _ in range(3):
+        running.step_observations(enumerate(observations / [37.6, 4.8, 4.8]))
+    with pytest.warns(VbbenchWarning, match="per cent of the picture"):
+        running.step_observations(enumerate(observations / [37.6, 4.8, 4.8]))
+
+
+def test_a_session_keeps_a_sample_of_its_boxes() -> None:
+    """A picture of another size is found although it comes after thousands of boxes."""
+    watch = BoxWatch(CAMERA, 1.72)
+    right = rectangles(seen((4.0, 3.0), (1.0, 9.0), (-2.0, 5.0)))
+    for _ in range(1000):
+        watch.see(right)
+    many = np.repeat(0.5 * right, 100, axis=0)
+    with pytest.warns(VbbenchWarning, match="horizon at row 120, the camera at row 240"):
+        deque(map(watch.see, [many] * 6000), maxlen=0)

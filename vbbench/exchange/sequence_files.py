@@ -4,13 +4,17 @@ import configparser
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from vbbench.errors import FileError, quoted
+from vbbench.parsing.numbers import parse_number
 
 SEQUENCE_INFO = "seqinfo.ini"
 SECTION = "Sequence"
 MOST_PIXELS = 10**5
 """Of the longer side of a picture."""
+SAME_RATE = 0.01
+"""Share by which frame rates may differ that are meant to be the same, as 29.97 and 30 are."""
 _LONGEST_ROW, _MOST_BYTES = 2000, 2**16
 _NAME = re.compile(r"sequence-(\d+)")
 
@@ -57,8 +61,19 @@ def sequence_info(name: str, dt: float, frames: int, size: tuple[int, int], exte
     return "[Sequence]\n" + "".join(f"{key}={value}\n" for key, value in facts.items())
 
 
-def picture_size_of(path: Path) -> tuple[int, int] | None:
-    """Width and height in px of the pictures that a ``seqinfo.ini`` is about; ``None`` if it is missing or silent.
+class PictureFacts(NamedTuple):
+    """What a ``seqinfo.ini`` says of its pictures: ``size`` in px and ``rate`` a second, or ``None``."""
+
+    size: tuple[int, int] | None = None
+    rate: float | None = None
+
+    def has_dt(self, dt: float) -> bool:
+        """Whether a frame may last ``dt`` seconds, to the hundredth."""
+        return self.rate is None or abs(self.rate * dt - 1.0) <= SAME_RATE
+
+
+def picture_facts(path: Path) -> PictureFacts:
+    """What a ``seqinfo.ini`` says of its pictures: nothing if it is missing.
 
     Raises
     ------
@@ -66,16 +81,17 @@ def picture_size_of(path: Path) -> tuple[int, int] | None:
         If it cannot be read.
     """
     if not path.is_file():
-        return None
+        return PictureFacts()
     try:
         content = path.read_bytes()
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror or error}") from error
     facts = sequence_facts(path, content) or {}
+    rate = frame_rate(path, facts["frameRate"]) if facts.get("frameRate", "").strip() else None
     if "imWidth" not in facts or "imHeight" not in facts:
-        return None
+        return PictureFacts(rate=rate)
     width, height = (whole_number(path, key, facts[key], MOST_PIXELS) for key in ("imWidth", "imHeight"))
-    return width, height
+    return PictureFacts(size=(width, height), rate=rate)
 
 
 def sequence_facts(path: Path, content: bytes, *, strict: bool = False) -> Mapping[str, str] | None:
@@ -120,3 +136,17 @@ def whole_number(path: Path, key: str, text: str, most: int) -> int:
     if not 1 <= count <= most:
         raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
     return count
+
+
+def frame_rate(path: Path, text: str) -> float:
+    """Pictures a second that a file states under ``frameRate``.
+
+    Raises
+    ------
+    FileError
+        If it is not a number from 0.1 to 1000.
+    """
+    rate = parse_number(text)
+    if rate is None or not 0.1 <= rate <= 1000.0:
+        raise FileError(path, f"frameRate is {quoted(text)}, not a number of pictures a second, 0.1 to 1000")
+    return rate

@@ -13,7 +13,7 @@ from vbbench.boxes import observations_of
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.matching import LEAST_FRAMES, LEAST_OVERLAP, lasting_tracks, match_tracks, true_rectangles
 from vbbench.exchange.mot.text import UNLINKED, MotRows, read_mot
-from vbbench.exchange.sequence_files import SEQUENCE_INFO, files_by_sequence, picture_size_of
+from vbbench.exchange.sequence_files import SEQUENCE_INFO, files_by_sequence, picture_facts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import file_sha256
@@ -64,7 +64,7 @@ def import_mot(
     Raises
     ------
     VbbenchError
-        If a file cannot be used (`read_mot`), its ``seqinfo.ini`` tells of pictures of another size, fewer boxes
+        If a file cannot be used (`read_mot`), its ``seqinfo.ini`` is of pictures of another size or rate, fewer boxes
         match than must, the truth is withheld or was not measured, or ``out`` exists.
     """
     out = Path(out)
@@ -89,7 +89,7 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
     """Refuse boxes that hardly match anybody, warn of those that match badly, and say how many are kept."""
     matched, kept = np.zeros(len(plan), np.int64), 0
     for index, (number, path) in enumerate(plan.files.items()):
-        _check_size(path, plan.dataset, number)
+        _check_pictures(path, plan.dataset, number)
         tracks = plan.match(index)
         matched[index] = (tracks.persons != NOBODY).sum()
         kept += int((tracks.visible[:, lasting_tracks(tracks.persons, plan.least_track)] > 0.0).sum())
@@ -109,17 +109,20 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
     return f"{kept} of {boxes.sum()} boxes kept"
 
 
-def _check_size(path: Path, dataset: Dataset, number: int) -> None:
-    """Refuse a file whose ``seqinfo.ini`` tells of pictures of another size."""
+def _check_pictures(path: Path, dataset: Dataset, number: int) -> None:
+    """Refuse a file whose ``seqinfo.ini`` is of pictures of another size or frame rate."""
     beside, above = path.parent / path.stem / SEQUENCE_INFO, path.parent.parent / SEQUENCE_INFO
     info = beside if beside.is_file() else above
-    size = picture_size_of(info)
+    size, rate = facts = picture_facts(info)
     wanted = dataset.camera(dataset.sequence(number)).picture_size
     if size is not None and size != wanted:
         raise FileError(
             info,
             f"its pictures have {size[0]} x {size[1]} px, those of the dataset {wanted[0]} x {wanted[1]}; track these",
         )
+    if not facts.has_dt(dataset.info.dt):
+        problem = f"its frameRate is {rate:g}, that of the dataset {1.0 / dataset.info.dt:g}; track its pictures"
+        raise FileError(info, problem)
 
 
 @dataclass(frozen=True)

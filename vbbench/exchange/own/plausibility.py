@@ -4,18 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
+from vbbench.box_checks import find_misfit, outside_picture
 from vbbench.errors import FileError
 from vbbench.exchange.own.box_files import BoxRows
 from vbbench.exchange.own.camera_file import OwnCamera
-from vbbench.exchange.sequence_files import SEQUENCE_INFO, picture_size_of
+from vbbench.exchange.sequence_files import SEQUENCE_INFO, picture_facts
 from vbbench.geometry import BoolArray, FloatArray, runs_of_true
 
-MOST_OUTSIDE = 0.2
-"""A larger share of boxes whose middle is outside the picture means that they are of another picture."""
-UNFILLED, ENOUGH = 0.6, 200
-"""Boxes that reach no farther into the picture than this share of it, if there are so many, are worth a note."""
-FEW = 20
-"""Fewer boxes do not tell what is wrong with all."""
 LONGEST_GAP, MOST_EMPTY = 1.0, 0.1
 """Seconds without a box, and the share of frames without one, from which a note says so."""
 
@@ -26,59 +21,41 @@ def fitting(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, tuple[str, ...]]:
     Raises
     ------
     FileError
-        If they are shares of the picture in place of px, too many lie outside it, or a ``seqinfo.ini`` beside the file
-        names another size.
+        If they cannot be people in this picture (`find_misfit`).
     """
-    _check_sequence_info(rows.path, own)
-    across, down = rows.boxes[:, 0] + 0.5 * rows.boxes[:, 2], rows.boxes[:, 1] + 0.5 * rows.boxes[:, 3]
-    width, height = own.facts.picture
-    shown = f"{width:g} x {height:g} px"
-    if (np.abs(rows.boxes) <= 1.5).all():
-        problem = f"all boxes are within 1.5 px: they seem to be shares of the picture; write px of {shown}"
-        raise FileError(rows.path, problem)
-    if _are_corners(rows.boxes, own.facts.picture):
-        problem = "width and height seem to be the right and lower borders of boxes; subtract left and top from them"
-        raise FileError(rows.path, problem)
-    beside = (across < 0.0) | (across >= width)
-    outside = np.asarray((down < 0.0) | (down >= height) | (beside & (own.camera.period is None)))
-    count, lost = len(outside), int(outside.sum())
-    if lost > MOST_OUTSIDE * count:
-        right, bottom = np.quantile(rows.boxes[:, 0] + rows.boxes[:, 2], 0.99), np.quantile(down, 0.99)
-        raise FileError(
-            rows.path,
-            f"the middle of {lost} of {count} boxes is outside the picture of {shown} ({own.path.name}): they reach "
-            f"column {right:.0f} and row {bottom:.0f}; write the size of the picture that the boxes are of",
-        )
-    notes = [f"{lost} of {count} boxes are left out: their middle is outside the picture of {shown}"] if lost else []
-    inside = rows.select(~outside)
-    reach = (inside.boxes[:, :2] + inside.boxes[:, 2:]).max(axis=0) / (width, height)
-    if count >= ENOUGH and (reach < UNFILLED).all():
-        share = " x ".join(f"{part:.0%}" for part in reach)
-        notes.append(f"boxes fill only the upper left {share} of {shown}; is that the size of the picture they are of?")
-    return inside, tuple(notes)
+    picture = own.facts.picture
+    misfit = find_misfit(rows.boxes, own.camera, picture, own.facts.height_mean)
+    if misfit is not None and misfit.certain:
+        raise FileError(rows.path, misfit.text)
+    outside = outside_picture(rows.boxes, own.camera, picture)
+    lost, shown = int(outside.sum()), f"{picture[0]:g} x {picture[1]:g} px"
+    note = f"{lost} of {len(outside)} boxes are left out: their middle is outside the picture of {shown}"
+    notes = [*([note] if lost else []), *([misfit.text] if misfit else [])]
+    return rows.select(~outside), tuple(notes)
 
 
-def _are_corners(boxes: FloatArray, picture: tuple[float, float]) -> bool:
-    """Whether boxes [N, 4] (left, top, width, height), most of them beyond the picture, lie in it as two corners.
+def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None:
+    """Seconds per frame by the camera file, by ``dt``, or by MOTChallenge's ``seqinfo.ini`` of a file of boxes.
 
-    One person near the upper left may look like that, several people do not.
+    Raises
+    ------
+    FileError
+        If there is a ``seqinfo.ini`` that names another size or frame rate.
     """
-    near, far = boxes[:, :2], boxes[:, 2:]
-    beyond, spread = (near + far > picture).any(axis=1), float(np.ptp(near[:, 0]))
-    several = len(boxes) >= FEW and spread > np.median(far[:, 0] - near[:, 0])
-    return bool(several and beyond.mean() > 0.5 and (far > near).all() and (far <= picture).all())
-
-
-def _check_sequence_info(path: Path, own: OwnCamera) -> None:
-    """Refuse another size than MOTChallenge's ``seqinfo.ini`` beside the boxes has."""
-    found = next((one for one in (path.parent, path.parent.parent) if (one / SEQUENCE_INFO).is_file()), path.parent)
-    size, facts = picture_size_of(found / SEQUENCE_INFO), own.facts
+    beside = (folder / SEQUENCE_INFO for folder in (boxes.parent, boxes.parent.parent))
+    found = next((path for path in beside if path.is_file()), boxes.parent / SEQUENCE_INFO)
+    size, rate = stated = picture_facts(found)
+    facts, seconds = own.facts, own.facts.seconds or dt
     if size is not None and (facts.width, facts.height or size[1]) != size:
         raise FileError(
             own.path,
-            f"says {facts.width} x {facts.height} px, {found / SEQUENCE_INFO} says {size[0]} x {size[1]}; write the "
+            f"says {facts.width} x {facts.height} px, {found} says {size[0]} x {size[1]}; write the "
             "size of the picture that the boxes are of, with the focal length that belongs to it",
         )
+    if seconds is not None and not stated.has_dt(seconds):
+        problem = f"{1.0 / seconds:.4g} frames a second are given, {found} says frameRate={rate:g}"
+        raise FileError(own.path, f"{problem}; write the rate of the frames that the boxes are of in both")
+    return 1.0 / rate if seconds is None and rate is not None else seconds
 
 
 def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:

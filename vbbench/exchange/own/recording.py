@@ -16,7 +16,7 @@ from vbbench.exchange.own.camera_file import OwnCamera, read_camera
 from vbbench.exchange.own.distortion import straighten_boxes
 from vbbench.exchange.own.motion_files import read_odometry, read_poses
 from vbbench.exchange.own.people_file import read_people
-from vbbench.exchange.own.plausibility import box_noise, fitting, gaps
+from vbbench.exchange.own.plausibility import box_noise, fitting, frame_seconds, gaps
 from vbbench.exchange.own.timing import Timeline
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
@@ -110,7 +110,7 @@ def read_recording(files: RecordingFiles, *, dt: float | None = None, pictures: 
     Parameters
     ----------
     files : where it is.
-    dt : seconds per frame where neither camera file nor time stamps say it, such as those of a film.
+    dt : seconds per frame where the camera file does not say it, such as those of a film.
     pictures : where the pictures are.
 
     Raises
@@ -119,7 +119,7 @@ def read_recording(files: RecordingFiles, *, dt: float | None = None, pictures: 
         If a file cannot be used: it is named, with the line and what to do.
     """
     own = read_camera(files.camera)
-    rows = read_boxes(files.boxes, own.facts.seconds or dt)
+    rows = read_boxes(files.boxes, frame_seconds(files.boxes, own, dt))
     rows, misfits = fitting(rows, own)
     timeline, notes = rows.timeline, [*rows.timeline.notes, *rows.notes, *misfits]
     linked_here = not rows.linked

@@ -1,5 +1,7 @@
 """What a robot measures, checked and put into arrays: boxes of tracks, its own motion, and the time."""
 
+import sys
+import warnings
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -7,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vbbench.box_checks import find_misfit
 from vbbench.camera import Camera
-from vbbench.errors import VbbenchError, quoted
+from vbbench.errors import VbbenchError, VbbenchWarning, quoted
 from vbbench.geometry import BoolArray, FloatArray, motion_levers, wrap_angle
 from vbbench.sequence import Odometry
 
@@ -23,6 +26,9 @@ EARLIEST = 0.5
 
 TALLEST = 4.0
 """In heights of the picture: no box is believed to reach farther beyond it."""
+
+SAMPLED, FIRST_LOOK = 512, 10
+"""Boxes of a session of which a sample is kept, and after how many it is looked at first."""
 
 LONGEST_BREAK = 3600.0
 """Seconds after which a session cannot go on."""
@@ -90,6 +96,46 @@ def _check_tracks(tracks: list[Hashable]) -> None:
     if not distinct:
         twice = next(track for row, track in enumerate(tracks) if track in tracks[:row])
         raise VbbenchError(f"track {quoted(twice)} has two boxes in one frame; keep one")
+
+
+class BoxWatch:
+    """Warns once of boxes that cannot be people in the camera's picture (`vbbench.box_checks`).
+
+    A sample of all frames is kept, of bounded size, and looked at when 10, 20, 40 and so on boxes have come.
+
+    Parameters
+    ----------
+    camera : that took the picture.
+    height_mean : of people in m.
+    """
+
+    def __init__(self, camera: Camera, height_mean: float) -> None:
+        self._camera, self._height_mean = camera, height_mean
+        self._sample, self._kept = np.empty((SAMPLED, 4)), 0
+        self._frames, self._every = 0, 1
+        self._boxes, self._due = 0, FIRST_LOOK
+
+    def see(self, boxes: FloatArray) -> None:
+        """Take note of the boxes [N, 4] (left, top, width, height) in px of a frame."""
+        self._frames += 1
+        self._boxes += len(boxes)
+        if self._frames % self._every == 0:
+            kept = boxes[: SAMPLED - self._kept]
+            self._sample[self._kept : self._kept + len(kept)] = kept
+            self._kept += len(kept)
+        if self._boxes >= self._due:
+            self._due = 2 * self._boxes
+            self._look()
+        if self._kept == SAMPLED:
+            self._kept, self._every = SAMPLED // 2, 2 * self._every
+            self._sample[: self._kept] = self._sample[::2].copy()
+
+    def _look(self) -> None:
+        size = self._camera.picture_size
+        misfit = find_misfit(self._sample[: self._kept], self._camera, size, self._height_mean)
+        if misfit is not None:
+            self._due = sys.maxsize
+            warnings.warn(VbbenchWarning(f"after {self._boxes} boxes: {misfit.text}"), stacklevel=4)
 
 
 def check_in_picture(tracks: list[Hashable], observations: FloatArray, camera: Camera) -> None:

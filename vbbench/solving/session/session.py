@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vbbench.boxes import observations_of
+from vbbench.boxes import observations_of, rectangles
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, quoted, user_mistakes
 from vbbench.estimate import LARGEST, FrameEstimate, is_credible
@@ -19,6 +19,7 @@ from vbbench.solver import FrameSolver, Problem, SequenceSolver
 from vbbench.solving.session.columns import Columns
 from vbbench.solving.session.endless import EndlessRun, rehearse
 from vbbench.solving.session.measured import (
+    BoxWatch,
     FrameClock,
     OfTracks,
     check_in_picture,
@@ -66,7 +67,8 @@ class Session:
 
     The first frame fixes the map: its pose is ``origin``, and nothing else is ever given (protocol `cold-start`).
     Tracks come and go; one that was not seen for ``forget_after`` seconds is forgotten, and its id then stands for
-    somebody new. Memory is bounded by the most people ever seen at once.
+    somebody new. Memory is bounded by the most people ever seen at once. Boxes that cannot be people in this picture,
+    such as corners, shares or px of another size, are a VbbenchWarning, once for each map.
 
     A frame that cannot be used raises VbbenchError and is left out: it is as if it had never come, and the odometry
     of the next one must reach back to the last frame that was answered.
@@ -153,6 +155,7 @@ class Session:
         self._columns = Columns(len(self._problem.tracks), self._patience)
         self._run = EndlessRun(self._solver, self._problem, self._origin)
         self._clock, self._frame = FrameClock(dt=self._problem.dt), -1
+        self._watch = BoxWatch(self.camera, self._problem.height_mean)
 
     def step(
         self,
@@ -177,8 +180,9 @@ class Session:
         VbbenchError
             If something given is not valid, or the solver fails.
         """
-        tracks, rectangles = read_boxes(boxes, ("left", "top", "width", "height"))
-        return self._step(tracks, observations_of(rectangles, self.camera), odometry, time)
+        tracks, sides = read_boxes(boxes, ("left", "top", "width", "height"))
+        self._watch.see(sides)
+        return self._step(tracks, observations_of(sides, self.camera), odometry, time)
 
     def step_observations(
         self,
@@ -189,6 +193,7 @@ class Session:
     ) -> SessionAnswer:
         """As `step`, from {id: (u, v, l)}: the centres and heights of boxes in px, as they stand in a dataset."""
         tracks, numbers = read_boxes(observations, ("u", "v", "l"))
+        self._watch.see(rectangles(numbers))
         return self._step(tracks, numbers, odometry, time)
 
     def _step(

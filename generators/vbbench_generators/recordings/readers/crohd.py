@@ -15,11 +15,17 @@ import numpy as np
 
 from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.exchange.mot.text import COLUMNS, PEDESTRIAN, UNLINKED, parse_mot
-from vbbench.exchange.sequence_files import MOST_PIXELS, SECTION, SEQUENCE_INFO, sequence_facts, whole_number
+from vbbench.exchange.sequence_files import (
+    MOST_PIXELS,
+    SECTION,
+    SEQUENCE_INFO,
+    frame_rate,
+    sequence_facts,
+    whole_number,
+)
 from vbbench.files.tables import file_sha256
 from vbbench.generation.archives import open_archive
 from vbbench.generation.sources import Source, find_source, locate
-from vbbench.parsing.numbers import parse_number
 from vbbench_generators.lifting.calibration import describe_calibration
 from vbbench_generators.lifting.heads import HeadBoxes
 from vbbench_generators.lifting.lift import lift
@@ -183,7 +189,7 @@ def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
             raise FileError(path, f"key '{key}' is missing in its section [{SECTION}]")
     return SequenceInfo(
         name=_name(path, facts["name"].strip()),
-        frame_rate=_rate(path, facts["frameRate"]),
+        frame_rate=frame_rate(path, facts["frameRate"]),
         frames=whole_number(path, "seqLength", facts["seqLength"], _MOST_FRAMES),
         size=(
             whole_number(path, "imWidth", facts["imWidth"], MOST_PIXELS),
@@ -196,13 +202,6 @@ def _name(path: Path, text: str) -> str:
     if len(text) > _LONGEST_NAME or not text.isprintable():
         raise FileError(path, f"name is {quoted(text)}, not up to {_LONGEST_NAME} letters in one line")
     return text
-
-
-def _rate(path: Path, text: str) -> float:
-    rate = parse_number(text)
-    if rate is None or not 0.1 <= rate <= 1000.0:
-        raise FileError(path, f"frameRate is {quoted(text)}, not a number of pictures a second, 0.1 to 1000")
-    return rate
 
 
 def read_heads(files: RecordingFiles) -> HeadBoxes:
