@@ -1,11 +1,13 @@
 """The README's table says what the committed results say."""
 
 import re
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
+from vbbench.cli import main
 from vbbench_leaderboards.results.boards import LEADING_SPLITS, REAL_SPLITS
 from vbbench_leaderboards.results.folder import published_results, read_results
 from vbbench_leaderboards.results.result import Board, Result
@@ -37,4 +39,22 @@ def test_row_is_as_committed(row: tuple[str, ...], committed: Mapping[Board, tup
     capped = {result.solver: result.score["metrics"]["dx"]["capped"] for result in board}
     printed = {solver: f"{capped[solver]:.3f}" for solver in SOLVERS}
     least = min(CAUSAL, key=lambda solver: capped[solver])
-    assert cells == [f"**{printed[solver]}**" if solver == least else printed[solver] for solver in SOLVERS]
+    marked = {result.solver: "†" if result.seen else "" for result in board}
+    bold = {solver: "**" if solver == least else "" for solver in SOLVERS}
+    assert cells == [f"{bold[solver]}{printed[solver]}{bold[solver]}{marked[solver]}" for solver in SOLVERS]
+
+
+@pytest.mark.slow
+def test_the_solver_of_the_readme_goes_onto_a_board(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """From an empty folder, as README says; without the page, which has tests of its own."""
+    page = README.read_text("utf-8")
+    block = next(block for block in re.findall(r"```python\n(.*?)```", page, re.S) if "class StandStill" in block)
+    found = re.search(r"(?m)^    \$ vbbench (leaderboard try mysolver:StandStill .*) --out site\n    (.*)$", page)
+    assert found is not None
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    Path("mysolver.py").write_text(block, encoding="utf-8")
+    assert main(shlex.split(found[1])) == 0
+    assert capsys.readouterr().out.strip() == found[2]

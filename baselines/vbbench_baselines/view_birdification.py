@@ -20,7 +20,7 @@ from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
-from vbbench_baselines.common.facts import TUNED
+from vbbench_baselines.common.facts import CASCADE
 from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.common.odometry import SURE, Told, told_by
 from vbbench_baselines.common.sightings import measure, sight, usable
@@ -84,7 +84,7 @@ class Birdifier(ABC):
         everyone decides; 100 is the paper's selection.
     """
 
-    facts: ClassVar[Mapping[str, str]] = TUNED
+    facts: ClassVar[Mapping[str, str]] = CASCADE
 
     ego_prior: bool = True
     acceleration_std: float = ACCELERATION

@@ -16,7 +16,7 @@ from vbbench_leaderboards.results.boards import source
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
 from vbbench_leaderboards.results.folder import dataset_folder, published_results, read_results, submission_folder
 from vbbench_leaderboards.results.result import Board
-from vbbench_leaderboards.results.standings import headline, rank_apart
+from vbbench_leaderboards.results.standings import SEEN_WORDS, headline, rank_apart
 from vbbench_leaderboards.submitting import add
 
 TRIED = "tried"
@@ -43,17 +43,22 @@ class Trial:
         rows = read_results(self.results, published_results())[self.board]
         places = rank_apart(rows)["dx"].places
         own = next(result for result in rows if result.solver == self.name)
-        rivals = sum(result.about.sees_the_future is own.about.sees_the_future for result in rows)
+        rivals = sum(result.group == own.group for result in rows)
         place, figure = places[self.name], headline(own, "dx")
         between = "" if place.best == place.worst else f" (between {place.best} and {place.worst})"
         interval = "" if figure.low is None else f", 95 % interval {figure.low:.4f}–{figure.high:.4f}"
         return (
-            f"{self.name} on {self.board.key}: rank {place.rank}{between} of {rivals} {_KINDS[own.about.delay == 0]}, "
+            f"{self.name} on {self.board.key}: rank {place.rank}{between} of {rivals} {_KINDS[own.group]}, "
             f"Δx {figure.value:.4f} m{interval}"
         )
 
 
-_KINDS = {True: "causal solvers", False: "solvers that see the future"}
+_KINDS = {
+    (False, False): "causal solvers",
+    (False, True): f"causal solvers {SEEN_WORDS}",
+    (True, False): "solvers that see the future",
+    (True, True): f"solvers that see the future, {SEEN_WORDS}",
+}
 
 
 def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int = 1) -> Trial:

@@ -88,7 +88,7 @@ def solve(
     how = f"{rules.id} {covariance} {isolate} {fresh_processes}"
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {how} {__version__}"
     solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance, fresh_processes)
-    words = {} if isolate else declared_facts(run_as)
+    words = {} if isolate else declared_facts(solver) | declared_facts(run_as)
     declared = partial(_declared, dataset, solver, run_as, protocol, words)
     ranges = ranges_of_groups(len(dataset)) if fresh_processes else part_ranges(len(dataset), dataset.cells)
     label = f"{solver} {protocol}"

@@ -28,7 +28,7 @@ from vbbench_leaderboards.challenge.standings import Row, shown_parts, standings
 from vbbench_leaderboards.markup import NONE, code, link, percent, text
 from vbbench_leaderboards.page.building import MARKER, build, check_site
 from vbbench_leaderboards.results.result import write_result
-from vbbench_leaderboards.results.standings import failure_rate, headline
+from vbbench_leaderboards.results.standings import GROUPS, failure_rate, headline
 
 _ROOM = files("vbbench_leaderboards.challenge")
 _ASSETS = ("page.css", "board.css", "print.css", "theme.js")
@@ -189,9 +189,11 @@ def _standings(part: Part, rows: list[Row], over: bool) -> str:
     more = f' <a href="{part}/index.html">All figures of this part</a>.' if over else ""
     heads = [("Rank", "num"), ("Team", ""), ("Δx m", "num"), ("95 % interval", "num"), ("Lost", "num")]
     heads += [("Δt m", "num"), ("Δr rad", "num"), ("Solver", ""), ("Handed in", "")]
-    causal, late = ([row for row in rows if row.result.about.sees_the_future is apart] for apart in (False, True))
-    between = f'<tr class="apart"><th colspan="{len(heads)}" scope="rowgroup">{_APART}</th></tr>' if late else ""
-    body = "".join([*map(_row, causal), between, *map(_row, late)])
+    body = ""
+    for group, words in GROUPS.items():
+        own = [_row(row) for row in rows if row.result.group == group]
+        head = f'<tr class="apart"><th colspan="{len(heads)}" scope="rowgroup">{words}</th></tr>' if words else ""
+        body += "".join([head, *own]) if own else ""
     return f'{title}<p class="lead">{text(lead)}{more}</p>{_table(f"Table of the {part} part", heads, body)}'
 
 
@@ -205,7 +207,6 @@ _LEADS: dict[Part, str] = {
     "hidden": "The last submission of each team in the last phase counts: the result of the challenge. ",
 }
 _RANKED = "Ranks are by Δx, capped; teams between which nothing is settled share one."
-_APART = "These see frames after the one they answer: ranked among themselves"
 
 
 def _row(row: Row) -> str:

@@ -24,7 +24,7 @@ class Row:
 
 
 def standings(organiser: Organiser, part: Part) -> list[Row]:
-    """The rows of a part, causal solvers before those that see the future, the best first.
+    """The rows of a part, group by group of solvers that compete, the best first.
 
     Results that no submission in the log accounts for are left out, with a warning.
     """
@@ -34,7 +34,7 @@ def standings(organiser: Organiser, part: Part) -> list[Row]:
     places = rank_apart([result for result, _ in found])["dx"].places
     for result, entry in found:
         rows.append(Row(place=places[result.solver], result=result, entry=entry))
-    return sorted(rows, key=lambda row: (row.result.about.sees_the_future, row.place.rank, _dx(row.result)))
+    return sorted(rows, key=lambda row: (row.result.group, row.place.rank, _dx(row.result)))
 
 
 def _results(organiser: Organiser, part: Part) -> list[tuple[Result, Entry]]:
@@ -79,6 +79,7 @@ def _line(row: Row) -> str:
     figure, lost = headline(row.result, "dx"), failure_rate(row.result)
     interval = "–" if figure.low is None or figure.high is None else f"{figure.low:.4f}–{figure.high:.4f}"
     future = f", {row.result.about.timing}" if row.result.about.sees_the_future else ""
+    future += f", {row.result.seen} on these recordings" if row.result.seen else ""
     return (
         f"  {row.place.rank:>4}  {row.result.solver:<20} {_dx(row.result):>8.4f} {interval:>15} "
         f"{'' if lost is None else f'{lost:.0%}':>6}  {row.entry.number} of {row.entry.day}{future}"

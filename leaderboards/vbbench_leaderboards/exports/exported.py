@@ -23,7 +23,7 @@ ENDINGS: dict[Format, str] = {"csv": "csv", "latex": "tex", "markdown": "md", "j
 
 _ABOUT = ("authors", "date", "reference", "code", "trained_on", "tuned_on", "rerun_by")
 _PLACES = ("rank", "best_rank", "worst_rank")
-_HEAD = ("split", "tier", "protocol", "dataset", *_PLACES, "solver", "version", "timing", *VALUES_HEAD, *_ABOUT)
+_HEAD = ("split", "tier", "protocol", "dataset", *_PLACES, "solver", "version", "timing", "seen", *VALUES_HEAD, *_ABOUT)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,7 +34,7 @@ class ExportedBoard:
     ----------
     board : split, tier and protocol.
     record : of its dataset.
-    results : its rows: causal solvers, the best first, then those that see the future.
+    results : its rows: of each group that competes, in the order of `GROUPS`, the best first.
     places : solver → its rank, among its like.
     """
 
@@ -56,10 +56,9 @@ class ExportedBoard:
         )
 
     def table(self) -> Table:
-        """The table for people; the best of a column is marked among causal solvers, and among the others."""
-        late = [one.about.sees_the_future for one in self.results]
-        cells = shown_cells([one.score for one in self.results], late)
-        names = [[self._rank(one), unmarked(one.solver), one.about.timing] for one in self.results]
+        """The table for people; the best of a column is marked in each group of solvers that compete."""
+        cells = shown_cells([one.score for one in self.results], [one.group for one in self.results])
+        names = [[self._rank(one), unmarked(one.solver), _how(one)] for one in self.results]
         board, protocol = self.board, get_protocol(self.board.protocol)
         return Table(
             title=unmarked(f"{board.split}, {protocol.id}, tier {board.tier}: {self.record.title}"),
@@ -79,7 +78,7 @@ class ExportedBoard:
         for one in self.results:
             place, about = self.places[one.solver], one.about
             protocol = f"{self.board.protocol}/{one.score['protocol_version']}"
-            named = (place.rank, place.best, place.worst, one.solver, one.version, about.timing)
+            named = (place.rank, place.best, place.worst, one.solver, one.version, about.timing, one.seen)
             told = (getattr(about, name) for name in _ABOUT)
             yield [*where, protocol, one.dataset, *named, *value_cells(one.score), *told]
 
@@ -88,7 +87,13 @@ class ExportedBoard:
         record, board = self.record, self.board
         facts = ("id", "title", "caution", "licence", "citation", "command")
         rows = [
-            {**vars(self.places[one.solver]), **vars(one.about), "version": one.version, "score": one.score}
+            {
+                **vars(self.places[one.solver]),
+                **vars(one.about),
+                "seen": one.seen,
+                "version": one.version,
+                "score": one.score,
+            }
             for one in self.results
         ]
         place = {"split": board.split, "tier": board.tier, "protocol": get_protocol(board.protocol).id}
@@ -109,7 +114,7 @@ class ExportedBoard:
 _RANKS = (
     "Rank: one more than the number of solvers that are significantly better in Δx, and never above a solver with a "
     "smaller mean, in brackets what the figures leave open; solvers that see frames after the one they answer are "
-    "ranked apart."
+    "ranked apart, and so are solvers that were trained or tuned on recordings of the board."
 )
 
 
@@ -140,6 +145,11 @@ def exported_text(boards: Sequence[ExportedBoard], form: Format) -> str:
     return "\n".join(line for board in boards for line in getattr(board.table(), form)())
 
 
-def _order(result: Result) -> tuple[bool, float, str]:
+def _how(result: Result) -> str:
+    """Whether a solver is causal, and whether it saw recordings of the board."""
+    return f"{result.about.timing}, {result.seen} on these recordings" if result.seen else result.about.timing
+
+
+def _order(result: Result) -> tuple[tuple[bool, bool], float, str]:
     figure = headline(result, HEADLINE_METRIC).value
-    return result.about.sees_the_future, float("inf") if figure is None else figure, result.solver
+    return result.group, float("inf") if figure is None else figure, result.solver

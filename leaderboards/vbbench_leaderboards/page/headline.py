@@ -10,7 +10,7 @@ from vbbench_leaderboards.page.words import term_of, tiers
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC, HEADLINE_TIER, is_real
 from vbbench_leaderboards.results.leading import leading_rows
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.results.standings import failure_rate, headline
+from vbbench_leaderboards.results.standings import SEEN_MARK, SEEN_WORDS, failure_rate, headline
 
 
 def headline_table(site: Site) -> str:
@@ -27,7 +27,8 @@ def headline_table(site: Site) -> str:
     return (
         '<div class="scroll" tabindex="0" role="region" aria-label="Table of solvers"><table class="headline stacked" '
         f'id="headline"><thead><tr><th scope="col">Solver</th>{"".join(_head(board) for board in boards)}</tr></thead>'
-        f"{bodies[0]}{apart + bodies[1] if groups[1] else ''}</table></div>{_cautions(site, boards)}"
+        f"{bodies[0]}{apart + bodies[1] if groups[1] else ''}</table></div>"
+        f"{_marks(site, boards)}{_cautions(site, boards)}"
     )
 
 
@@ -61,10 +62,18 @@ def _cell(site: Site, board: Board, result: Result | None) -> str:
     digits = decimals(value for row in site.results[board] if (value := headline(row, HEADLINE_METRIC).value))
     lost = failure_rate(result)
     failures = "" if lost is None else f'<span class="lost">{percent(lost)} lost</span>'
+    mark = f'<sup class="seen" title="{result.seen} on these recordings">{SEEN_MARK}</sup>' if result.seen else ""
     return (
         f'<td class="{" ".join(classes)}" data-label="{text(board.split)}"><b class="figure">'
-        f"{padded(figure.value, digits)}</b>{interval(figure, digits)}{failures}</td>"
+        f"{padded(figure.value, digits)}</b>{mark}{interval(figure, digits)}{failures}</td>"
     )
+
+
+def _marks(site: Site, boards: Sequence[Board]) -> str:
+    """What the mark of a figure means, where there is one."""
+    found = any(result.seen for board in boards for result in site.results[board])
+    words = f"{SEEN_MARK} {SEEN_WORDS.capitalize()}, and ranked there apart from solvers that were not."
+    return f'<p class="note">{words}</p>' if found else ""
 
 
 def _cautions(site: Site, boards: Sequence[Board]) -> str:

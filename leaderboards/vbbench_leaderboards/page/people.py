@@ -6,6 +6,7 @@ from vbbench_leaderboards.markup import NONE, link, text
 from vbbench_leaderboards.page.naming import code_link, dot, solver_link
 from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.standings import SEEN_MARK
 
 _HEADS = (
     "Solver",
@@ -27,8 +28,11 @@ def people_table(site: Site, board: Board) -> str:
         '<section class="who" aria-labelledby="who-title"><h4 id="who-title">The solvers</h4>'
         '<div class="scroll" tabindex="0" role="region" aria-label="Table of the solvers">'
         f'<table class="plain stacked" id="who"><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody>'
-        "</table></div></section>"
+        f"</table></div>{_SEEN if any(result.seen for result in site.results[board]) else ''}</section>"
     )
+
+
+_SEEN = f'<p class="note">{SEEN_MARK} Names recordings of this board: the row is ranked apart.</p>'
 
 
 def _row(site: Site, result: Result) -> str:
@@ -42,8 +46,8 @@ def _row(site: Site, result: Result) -> str:
 def _cells(site: Site, result: Result) -> Iterator[str]:
     about = result.about
     yield text(about.timing)
-    yield text(about.trained_on)
-    yield text(about.tuned_on)
+    yield text(about.trained_on) + (f" {SEEN_MARK}" if "trained" in result.seen else "")
+    yield text(about.tuned_on) + (f" {SEEN_MARK}" if "tuned" in result.seen else "")
     yield text(about.authors)
     yield f"<time>{text(about.date)}</time>"
     yield code_link(site, result) or NONE

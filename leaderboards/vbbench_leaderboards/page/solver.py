@@ -13,7 +13,7 @@ from vbbench_leaderboards.page.words import PROTOCOLS, error_terms, term_of, tie
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC, is_headline
 from vbbench_leaderboards.results.history import Past
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.results.standings import failure_rate, headline
+from vbbench_leaderboards.results.standings import SEEN_MARK, SEEN_WORDS, failure_rate, headline
 
 Row = Mapping[Board, Result]
 
@@ -69,8 +69,13 @@ def _standings(site: Site, own: Row) -> str:
     return (
         f'<section aria-labelledby="standings-title"><h2 id="standings-title">Where it stands</h2><p class="lead">'
         f"Capped mean {metric.name} in {metric.unit} with its 95 % interval, and the rank among the solvers that "
-        f"compete; beside it the best and the worst rank that the data leave open.</p>{tables}</section>"
+        f"compete; beside it the best and the worst rank that the data leave open.{_seen(own)}</p>{tables}</section>"
     )
+
+
+def _seen(own: Row) -> str:
+    """What the mark means, where a row has one."""
+    return f" {SEEN_MARK}: {SEEN_WORDS}." if any(result.seen for result in own.values()) else ""
 
 
 def _leading_table(site: Site, own: Row, boards: list[Board]) -> str:
@@ -129,11 +134,11 @@ def _dataset_row(site: Site, own: Row, split: str, tier: str, columns: list[str]
 
 def _rank(site: Site, board: Board, result: Result, *, among: bool = True) -> str:
     place = site.rankings[board][HEADLINE_METRIC].places[result.solver]
-    of = sum(row.about.sees_the_future is result.about.sees_the_future for row in site.results[board])
+    of, mark = sum(row.group == result.group for row in site.results[board]), SEEN_MARK if result.seen else ""
     if not among:
-        return f"{place.rank} of {of}"
+        return f"{place.rank} of {of}{mark}"
     open_ranks = "" if place.best == place.worst else f'<span class="ci">{place.best}–{place.worst}</span>'
-    return f'<b>{place.rank}</b><span class="of"> of {of}</span>{open_ranks}'
+    return f'<b>{place.rank}</b><span class="of"> of {of}{mark}</span>{open_ranks}'
 
 
 def _error(result: Result, digits: int, *, between: bool = True) -> str:

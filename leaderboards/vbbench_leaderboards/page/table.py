@@ -1,4 +1,4 @@
-"""The table of a board: causal solvers, those that see the future, and the paper's rows below."""
+"""The table of a board: each group of solvers that compete, and the paper's rows below."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -11,7 +11,7 @@ from vbbench_leaderboards.page.site import Site
 from vbbench_leaderboards.page.words import COLUMNS, SUMMARIES, drift_terms, error_terms
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.results.standings import Headline, failure_rate, headline, summary
+from vbbench_leaderboards.results.standings import GROUPS, Headline, failure_rate, grouped, headline, summary
 
 _MORE = "more"
 """Class of the columns that are shown on request only."""
@@ -21,29 +21,39 @@ QUOTED_PROTOCOL = "one-step"
 
 
 def board_table(site: Site, board: Board) -> str:
-    """The table with its scrolling frame: causal solvers, then those that see the future, then the paper's rows."""
+    """The table with its scrolling frame: the groups of solvers that compete, then the paper's rows."""
     rows = sorted(site.results[board], key=lambda result: (_ranking_figure(result, "dx"), result.solver))
     digits = {name: decimals([_ranking_figure(result, name) for result in rows]) for name in METRICS}
-    causal = "".join(_row(site, board, result, digits) for result in rows if not result.about.sees_the_future)
-    late = "".join(_row(site, board, result, digits) for result in rows if result.about.sees_the_future)
+    groups = {(False, False): ""}
+    for group, own in grouped(rows).items():
+        groups[group] = "".join(_row(site, board, result, digits) for result in own)
     name = f"{board.split}, {board.protocol}, {board.tier}"
     return (
         f'<div class="scroll" tabindex="0" role="region" aria-label="Table of results">'
         f'<table class="board" id="board-table" data-board="{text(board.key)}">'
         f'<caption class="unseen">Results on {text(name)}. Column heads sort.</caption>'
-        f'<thead><tr>{"".join(_heads())}</tr></thead><tbody class="rows" id="board-rows">{causal}</tbody>'
-        f"{_apart(late)}{_quoted_rows(board)}</table></div>"
+        f"<thead><tr>{''.join(_heads())}</tr></thead>"
+        f"{''.join(map(_group, groups, groups.values()))}{_quoted_rows(board)}</table></div>"
     )
 
 
-def _apart(rows: str) -> str:
-    if not rows:
-        return ""
-    words = "These see frames after the one they answer: ranked among themselves"
+def _group(group: tuple[bool, bool], rows: str) -> str:
+    """The rows of solvers that compete with one another, below the words that say who they are."""
     head = (
-        f'<tbody class="apart"><tr><th colspan="{_columns()}" scope="rowgroup"><span>{words}</span></th></tr></tbody>'
+        f'<tbody class="apart"><tr><th colspan="{_columns()}" scope="rowgroup"><span>{GROUPS[group]}</span></th></tr>'
+        "</tbody>"
+        if GROUPS[group]
+        else ""
     )
-    return f'{head}<tbody class="rows" id="late-rows">{rows}</tbody>'
+    return f'{head}<tbody class="rows" id="{_IDS[group]}">{rows}</tbody>'
+
+
+_IDS = {
+    (False, False): "board-rows",
+    (False, True): "tuned-rows",
+    (True, False): "late-rows",
+    (True, True): "late-tuned-rows",
+}
 
 
 def _heads() -> Iterator[str]:
@@ -92,7 +102,7 @@ def _row(site: Site, board: Board, result: Result, digits: dict[str, int]) -> st
         f'<td class="{_MORE} hardware" data-column="hardware">{text(result.hardware) or NONE}</td>',
     ]
     about = result.about
-    said = [about.timing, about.reference, about.authors, about.trained_on, about.tuned_on]
+    said = [about.timing, about.reference, about.authors, about.trained_on, about.tuned_on, result.seen]
     words = " ".join([result.solver, result.version, *said, result.hardware]).lower()
     return f'<tr data-solver="{text(result.solver)}" data-words="{text(words)}">{"".join(cells)}</tr>'
 
@@ -103,7 +113,8 @@ def _rank(rank: int, best: int, worst: int) -> str:
 
 def _solver(site: Site, result: Result) -> str:
     code = code_link(site, result)
-    words = f'<span class="about">{text(result.about.timing)}{f" · {code}" if code else ""}</span>'
+    seen = f'<strong class="seen">{result.seen} on these recordings</strong>' if result.seen else ""
+    words = f'<span class="about">{text(result.about.timing)}{f" · {code}" if code else ""}{seen}</span>'
     name = f"{dot(site, result.solver)}{solver_link(result.solver)}"
     return f'<th scope="row" class="name" data-value="{text(result.solver)}">{name}{words}</th>'
 

@@ -39,7 +39,7 @@ COLUMNS = {
         meaning="One more than the number of solvers that are significantly better by the capped mean of the metric "
         "that the table is sorted by, but never above a solver with a smaller mean; beside it the best and the worst "
         "rank that the figures leave open. Solvers that "
-        "see the future are ranked apart.",
+        "see the future, and those trained or tuned on recordings of the board, are ranked apart.",
     ),
     "failures": Term(
         name="Failures",

@@ -3,11 +3,13 @@
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 from vbbench.errors import FileError
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
+from vbbench_leaderboards.results.recordings import seen_by
 from vbbench_leaderboards.results.result import Board, Result, read_result
 
 Records = Mapping[tuple[str, str], BoardDataset]
@@ -94,6 +96,8 @@ def read_results(*folders: Path, records: Records | None = None, unusable: list[
             with _leaving_out(unusable):
                 result = read_result(folder / path)
                 if _is_placed(result, records, folder, path):
+                    record = records[result.board.split, result.board.tier]
+                    result = replace(result, seen=seen_by(result.about, record))
                     boards[result.board].setdefault(result.solver, result)
     return {board: tuple(found[name] for name in sorted(found)) for board, found in sorted(boards.items())}
 

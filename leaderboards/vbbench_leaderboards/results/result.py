@@ -73,6 +73,7 @@ class Result:
     score : as ``vbbench score --json`` prints it, under the name that the solver goes by here.
     per_sequence : figures of each scored sequence, to float32.
     history : what the row said before, the oldest first.
+    seen : how its solver saw recordings of the board (`recordings.seen_by`); "" if not at all. No part of the file.
     """
 
     board: Board
@@ -88,6 +89,12 @@ class Result:
     score: dict[str, Any]
     per_sequence: PerSequence
     history: tuple[Past, ...] = ()
+    seen: str = ""
+
+    @property
+    def group(self) -> tuple[bool, bool]:
+        """Whom it is ranked with: whether it sees the future, and whether it saw recordings of the board."""
+        return self.about.sees_the_future, bool(self.seen)
 
     @property
     def path(self) -> Path:

@@ -1,6 +1,6 @@
-"""The figures that rank a board's solvers, and their places: causal solvers among themselves, the others apart."""
+"""The figures that rank a board's solvers, and their places, each group of solvers among themselves."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,10 +37,31 @@ def summary(result: Result, metric: str) -> dict[str, Any]:
     return found
 
 
+GROUPS = {
+    (False, False): "",
+    (False, True): "Trained or tuned on recordings of this board, so figures are not of unseen data: ranked among "
+    "themselves",
+    (True, False): "These see frames after the one they answer: ranked among themselves",
+    (True, True): "These see frames after the one they answer, and were trained or tuned on recordings of this board: "
+    "ranked among themselves",
+}
+"""Groups of solvers that compete (`Result.group`) in the order of a table, with the words above their rows."""
+
+
+SEEN_MARK, SEEN_WORDS = "†", "trained or tuned on recordings of the board"
+"""The mark of a figure in a table without room for words, and what it means."""
+
+
+def grouped(results: Iterable[Result]) -> dict[tuple[bool, bool], list[Result]]:
+    """The results of each group that has any, in the order of `GROUPS`."""
+    rows = list(results)
+    found = {group: [one for one in rows if one.group == group] for group in GROUPS}
+    return {group: own for group, own in found.items() if own}
+
+
 def rank_apart(results: Sequence[Result]) -> dict[str, Ranking]:
-    """Rankings by metric of a board's results: those that see the future compete with one another alone."""
-    groups = [[one for one in results if one.about.sees_the_future is late] for late in (False, True)]
-    ranked = [rank(group) for group in groups if group]
+    """Rankings by metric of a board's results: only those of one group compete with one another."""
+    ranked = [rank(rows) for rows in grouped(results).values()]
     return {
         metric: Ranking(
             places={name: place for one in ranked for name, place in one[metric].places.items()},

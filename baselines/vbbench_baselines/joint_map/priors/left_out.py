@@ -4,14 +4,48 @@ A solver does not know what it runs on, so it cannot choose by itself. ``map-cau
 of all available recordings, and name in ``held_out`` what to run instead where data come from one of these files.
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import partial
+from typing import ClassVar
 
+from vbbench_baselines.common.facts import FITTED
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.prior import get_prior
+from vbbench_baselines.joint_map.prior import Prior, get_prior
 
-CausalWithoutHotel = partial(MapCausal, prior=get_prior("without-hotel"))
-BatchWithoutHotel = partial(MapBatch, prior=get_prior("without-hotel"))
+_ON_ETH: Mapping[str, str] = {**FITTED, "trained_on": "ETH"}
+_ON_HOTEL: Mapping[str, str] = {**FITTED, "trained_on": "Hotel"}
+_without_hotel, _without_eth = (partial(get_prior, f"without-{name}") for name in ("hotel", "eth"))
 
-CausalWithoutEth = partial(MapCausal, prior=get_prior("without-eth"))  # for ETH at either speed
-BatchWithoutEth = partial(MapBatch, prior=get_prior("without-eth"))
+
+@dataclass(kw_only=True)
+class CausalWithoutHotel(MapCausal):
+    """``map-causal`` with the prior of ETH alone."""
+
+    facts: ClassVar[Mapping[str, str]] = _ON_ETH
+    prior: Prior = field(default_factory=_without_hotel)
+
+
+@dataclass(kw_only=True)
+class BatchWithoutHotel(MapBatch):
+    """``map-batch`` with the prior of ETH alone."""
+
+    facts: ClassVar[Mapping[str, str]] = _ON_ETH
+    prior: Prior = field(default_factory=_without_hotel)
+
+
+@dataclass(kw_only=True)
+class CausalWithoutEth(MapCausal):
+    """``map-causal`` with the prior of Hotel alone, for ETH at either speed."""
+
+    facts: ClassVar[Mapping[str, str]] = _ON_HOTEL
+    prior: Prior = field(default_factory=_without_eth)
+
+
+@dataclass(kw_only=True)
+class BatchWithoutEth(MapBatch):
+    """``map-batch`` with the prior of Hotel alone, for ETH at either speed."""
+
+    facts: ClassVar[Mapping[str, str]] = _ON_HOTEL
+    prior: Prior = field(default_factory=_without_eth)

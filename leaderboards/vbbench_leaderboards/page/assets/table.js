@@ -88,8 +88,9 @@
       row.hidden = !fits || (chosen !== null && !chosen.has(row.dataset.solver));
       if (!row.hidden) shown.add(row.dataset.solver);
     }
-    const apart = board.querySelector("tbody.apart");
-    if (apart) apart.hidden = !board.querySelector("#late-rows > tr:not([hidden])");
+    for (const apart of board.querySelectorAll("#board-table tbody.apart")) {
+      apart.hidden = !apart.nextElementSibling.querySelector("tr:not([hidden])");
+    }
     for (const mark of board.querySelectorAll("svg [data-solver]")) {
       mark.toggleAttribute("hidden", !shown.has(mark.getAttribute("data-solver")));
     }

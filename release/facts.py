@@ -1,0 +1,32 @@
+"""Writes what bundled solvers declare of themselves into their committed results: ``python -m release.facts``.
+
+Facts are metadata: figures, days and history stay as they are. Run this after a change of a solver's ``facts``.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from vbbench.registry import held_out, load
+from vbbench.solving.declared import declared_facts
+from vbbench_leaderboards.checks.bundled import bundled_solvers
+from vbbench_leaderboards.results.folder import published_results, result_paths
+from vbbench_leaderboards.results.result import Result, read_result, write_result
+
+
+def outdated(results: Path) -> Iterator[Result]:
+    """The results of bundled solvers whose facts are not those of the code, with these in their place."""
+    for path in result_paths(results):
+        result = read_result(results / path)
+        if result.solver not in bundled_solvers():
+            continue
+        sources = {source.sha256 for source in load("generator", result.board.split).card.sources}
+        facts = declared_facts(result.solver) | declared_facts(held_out(result.solver, sources))
+        about = replace(result.about, **facts)
+        if about != result.about:
+            yield replace(result, about=about)
+
+
+if __name__ == "__main__":
+    for result in list(outdated(published_results())):
+        print(write_result(result, published_results()))  # noqa: T201

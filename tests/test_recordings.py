@@ -1,0 +1,139 @@
+"""Rows that were trained or tuned on recordings of their board are found by what they declare, and ranked apart."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from release.facts import outdated
+from tests.board_results import ABOUT, record_of, result
+from vbbench.camera import PanoramaCamera, camera_to_dict
+from vbbench.registry import load
+from vbbench_leaderboards.exports.exported import ExportedBoard
+from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
+from vbbench_leaderboards.results.recordings import seen_by
+from vbbench_leaderboards.results.result import Board, write_result
+from vbbench_leaderboards.results.standings import rank_apart
+
+ERRORS = np.linspace(0.1, 0.9, 40)
+KITTI = "vbbench generate kitti --source FOLDER --sequences 0015,0017,0019 --every 4 --seed 1 --out kitti-footage"
+
+
+def record(split: str, command: str = "") -> BoardDataset:
+    own = result("a", ERRORS, board=Board(split=split, tier="noisy", protocol="sequential"))
+    return replace(record_of(own), command=command or f"vbbench generate {split} --out x")
+
+
+def is_seen(split: str, fact: str) -> bool:
+    return bool(seen_by(replace(ABOUT, tuned_on=fact), record(split, KITTI if split == "kitti" else "")))
+
+
+@pytest.mark.parametrize(
+    ("split", "fact"),
+    [
+        ("kitti", "KITTI"),
+        ("kitti", "KITTI 0019"),
+        ("kitti", "Hotel, KITTI tracking 3 and 19"),
+        ("kitti", "KITTI 0000-0020"),
+        ("kitti", "KITTI 2012"),
+        ("kitti", "kitti and 12 drives of ours"),
+        ("hotel", "Hotel, ETH, Students"),
+        ("hotel", "BIWI Walking Pedestrians"),
+        ("hotel", "ETH/UCY"),
+        ("eth", "biwi_eth.txt"),
+        ("eth-15fps", "Hotel and ETH"),
+        ("eth", "eth-15fps"),
+        ("students-resampled", "students003"),
+        ("students", "UCY"),
+        ("zara01", "Zara 1"),
+        ("zara02", "Zara 1 and 2"),
+        ("zara02", "Zara"),
+        ("jrdb", "the training part of JRDB"),
+        ("crossing", "Crossing"),
+    ],
+)
+def test_a_fact_that_names_a_recording_of_the_board_is_found(split: str, fact: str) -> None:
+    assert is_seen(split, fact)
+
+
+@pytest.mark.parametrize(
+    ("split", "fact"),
+    [
+        ("kitti", "nothing"),
+        ("kitti", "Hotel, ETH, Students"),
+        ("kitti", "KITTI 0011"),
+        ("kitti", "KITTI 0000 to 0012"),
+        ("kitti", "a kittiwake"),
+        ("hotel", "ETH"),
+        ("eth", "a method of ethics"),
+        ("zara01", "Zara 2"),
+        ("sim", "sim, 74,000 crowds"),
+        ("own", "our own recordings"),
+        ("hotel", "simulated crowds of vbbench alone; no recording"),
+    ],
+)
+def test_other_facts_are_not(split: str, fact: str) -> None:
+    assert not is_seen(split, fact)
+
+
+def test_a_source_file_is_known_by_its_sha256() -> None:
+    source = load("generator", "hotel").card.sources[0].sha256
+    assert is_seen("hotel", f"files {source}")
+    assert not is_seen("eth", f"files {source}")
+
+
+def test_both_facts_count() -> None:
+    about = replace(ABOUT, trained_on="Hotel", tuned_on="Hotel, ETH")
+    assert seen_by(about, record("hotel")) == "trained and tuned"
+    assert seen_by(about, record("eth")) == "tuned"
+    assert seen_by(replace(ABOUT, trained_on="Hotel"), record("hotel")) == "trained"
+
+
+@given(st.text(max_size=80), st.sampled_from(["kitti", "hotel", "zara01"]))
+def test_any_text_is_read(fact: str, split: str) -> None:
+    is_seen(split, fact)
+
+
+def test_a_third_partys_row_is_ranked_apart_and_says_why(tmp_path: Path) -> None:
+    board = Board(split="kitti", tier="footage", protocol="sequential")
+    rows = [
+        result("untuned", ERRORS + 0.2, board=board),
+        result("worse", ERRORS + 0.9, board=board),
+        result("theirs", ERRORS, board=board, tuned_on="KITTI 0019"),
+        result("ahead", ERRORS / 9, board=board, tuned_on="KITTI", delay="offline"),
+    ]
+    kept = replace(record_of(*rows, camera=camera_to_dict(PanoramaCamera())), command=KITTI)
+    for row in rows:
+        write_result(row, tmp_path, kept)
+    read = read_results(tmp_path)[board]
+    assert {row.solver: row.seen for row in read} == {"untuned": "", "worse": "", "theirs": "tuned", "ahead": "tuned"}
+    ranking = rank_apart(read)["dx"]
+    assert {name: place.rank for name, place in ranking.places.items()} == {
+        "untuned": 1,
+        "worse": 2,
+        "theirs": 1,
+        "ahead": 1,
+    }
+    assert [(pair.a, pair.b) for pair in ranking.pairs] == [("untuned", "worse")]
+    table = ExportedBoard.of(board, read_datasets(tmp_path)["kitti", "footage"], read).table()
+    assert [row[1] for row in table.rows] == ["untuned", "worse", "theirs", "ahead"]
+    assert table.rows[2][2] == "causal, tuned on these recordings"
+    assert "**" in table.rows[0][4]
+    assert "**" not in table.rows[2][4]
+
+
+def test_the_joint_solvers_say_that_they_were_tuned_on_kitti() -> None:
+    board = read_results(published_results())[Board(split="kitti", tier="footage", protocol="sequential")]
+    seen = {row.solver: row.seen for row in board}
+    assert {name for name, how in seen.items() if how} >= {"map-causal", "map-batch", "vb-former"}
+    assert seen["cv"] == seen["sf"] == ""
+
+
+@pytest.mark.slow
+def test_committed_rows_say_what_the_solvers_declare() -> None:
+    """`python -m release.facts` writes what they declare now."""
+    assert [row.path for row in outdated(published_results())] == []
