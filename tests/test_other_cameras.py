@@ -11,7 +11,7 @@ from tests.extensions.fisheye import Fisheye
 from tests.flat_renderer import FlatRenderer
 from tests.test_plotting import FOCUS, boxes, gids, make, part
 from vbbench import registry
-from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.camera import Camera, EquirectangularCamera, PanoramaCamera, PerspectiveCamera
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
@@ -26,6 +26,7 @@ from vbbench.pictures.viewer import record_to_file
 CAMERAS = {
     "pinhole": PerspectiveCamera(pitch=-0.2, roll=0.12, vertical_focal=600.0),
     "panorama": PanoramaCamera(pitch=-0.15, roll=0.1),
+    "equirectangular": EquirectangularCamera(pitch=-0.15, roll=0.1),
     "fisheye": Fisheye(pitch=-0.3, roll=0.1),
     "level-fisheye": Fisheye(),
 }

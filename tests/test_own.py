@@ -18,7 +18,7 @@ from tests.own_recording import (
     write_people,
     write_tum,
 )
-from vbbench.camera import PanoramaCamera, PerspectiveCamera
+from vbbench.camera import EquirectangularCamera, PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.mot import import_mot
@@ -94,6 +94,10 @@ def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
         ("pitch = 90", "pitch must be -1.2 to 1.2 rad, not 90"),
         ("[distortion]\nk7 = 1.0", "unknown key 'k7'"),
         ("[distortion]\nmodel = 'fisheye'\np1 = 0.1", "fisheye model has k1 to k4 only, not p1"),
+        ("fov = 90", "a field of view and a focal length say the same"),
+        ("focal = 700\nvertical_fov = 90", "a field of view and a focal length say the same"),
+        ("focal = 1.0e3\nmodel = 'panorama'\nfov = 360", "fov, the field of view, must be 3 to 150 degrees, not 360"),
+        ("mount_height = 160", r"must be 0\.05 to 100 m, not 160"),
         ("[parameters]\nzoom = 2.0", "camera model 'perspective' has no 'zoom'"),
     ],
 )
@@ -119,6 +123,58 @@ def test_what_is_left_out_of_a_camera_file_is_said(tmp_path):
         width=640, height=480, focal=500.0, vertical_focal=510.0, cx=300.0, cy=240.0, pitch=0.1, mount_height=1.2
     )
     assert read_camera(path).camera == expected
+
+
+def test_a_field_of_view_is_a_focal_length(tmp_path):
+    path, sized = tmp_path / "camera.toml", "width = 640\nheight = 480\nmount_height = 1.2\n"
+    path.write_text(f"{sized}fov = 90\n")
+    assert read_camera(path).camera.focal == pytest.approx(320.0)
+    path.write_text(f"{sized}vertical_fov = 60\n")
+    assert read_camera(path).camera.focal == pytest.approx(240.0 / np.tan(np.radians(30.0)))
+    path.write_text(f"{sized}fov = 90\nvertical_fov = 60\n")
+    np.testing.assert_allclose(np.diag(read_camera(path).camera.intrinsics), [320.0, 240.0 * 3**0.5, 1.0])
+    for wrong, problem in (
+        ("fov = 1.57", "must be 3 to 150 degrees"),
+        ("fov = 90\n[distortion]\nk1 = 0.1\np1 = 0.0", "of a lens with"),
+    ):
+        path.write_text(f"{sized}{wrong}\n")
+        with pytest.raises(FileError, match=problem):
+            read_camera(path)
+
+
+def test_a_picture_of_360_degrees_is_a_cylinder_or_a_sphere(tmp_path):
+    path, sized = tmp_path / "camera.toml", "width = 3840\nheight = 1920\nmount_height = 1.5\n"
+    sphere = EquirectangularCamera(width=3840, height=1920, focal=1920 / np.pi, cy=960.0, mount_height=1.5)
+    for text in (sized, sized.replace("height = 1920\n", "cy = 960\n"), f"{sized}cy = 960\n"):
+        path.write_text(f"model = 'equirectangular'\n{text}")
+        assert (read_camera(path).camera, read_camera(path).notes) == (sphere, ())
+        path.write_text(f"model = 'panorama'\n{text}")
+        (note,) = read_camera(path).notes
+        assert 'model = "equirectangular"' in note
+    for text in (sized.replace("1920", "480"), f"{sized}focal = 1200.0\n", f"{sized}cy = 700\n"):
+        path.write_text(f"model = 'panorama'\n{text}")
+        assert read_camera(path).notes == ()
+    path.write_text("model = 'panorama'\nwidth = 3840\nmount_height = 1.5\n")
+    with pytest.raises(FileError, match="write cy, the row of the horizon in px, or height"):
+        read_camera(path)
+
+
+@pytest.mark.parametrize(
+    ("lines", "note"),
+    [
+        ("cx = 960\ncy = 540", "the middle of a picture of 1920 x 1080 px, not of 1280 x 720"),
+        ("cx = 320\ncy = 180", "the middle of a picture of 640 x 360 px"),
+        ("cx = 1500\ncy = 360", "cx = 1500 is outside the 1280 columns"),
+        ("focal = 300", "the picture spans 130° without"),
+        ("cx = 660\ncy = 340", None),
+        ("cx = 640\ncy = 120", None),
+    ],
+)
+def test_a_calibration_of_another_picture_is_noticed(lines, note, tmp_path):
+    kept = [row for row in CAMERA_TOML.splitlines() if not (row.startswith("focal") and "focal" in lines)]
+    (tmp_path / "camera.toml").write_text("\n".join([*kept, lines]))
+    found = read_camera(tmp_path / "camera.toml").notes
+    assert found == () if note is None else any(note in one for one in found)
 
 
 def test_the_camera_file_of_the_manual_is_read(tmp_path):

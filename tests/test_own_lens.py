@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from tests.own_recording import CAMERA_TOML, make_walk, write_csv, write_folder
 from vbbench.errors import FileError
+from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.own.distortion import Distortion, straighten_boxes
 from vbbench.exchange.own.recording import files_in, read_recording
 
@@ -80,7 +81,46 @@ def test_a_recording_through_a_lens_is_as_one_without(tmp_path: Path):
     bare = write_folder(tmp_path / "bare", lens)
     off = np.abs(read_recording(files_in(bare)).footage.boxes - plain.boxes)
     assert np.nanmax(off) > 15.0
-    (folder / "camera.toml").write_text(f"{CAMERA_TOML}\n[distortion]\nk1 = -40.0\n")
+    (folder / "camera.toml").write_text(f"{CAMERA_TOML}\n[distortion]\nk1 = -40.0\np1 = 0.0\n")
     with pytest.raises(FileError, match=r"\[distortion\] leaves \d+ of 480 boxes without a place"):
         read_recording(files_in(folder))
     assert write_csv(tmp_path / "again.csv", lens).is_file()
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        ("k1 = -0.28\nk2 = 0.11\np1 = 1e-3\np2 = -8e-4\nk3 = -0.02", PHONE),
+        ("coefficients = [-0.28, 0.11, 1e-3, -8e-4, -0.02]", PHONE),
+        ("model = 'radtan'\ncoefficients = [0.1, 0.2, 0, 0]", Distortion(k1=0.1, k2=0.2)),
+        ("model = 'plumb_bob'\nk1 = 0.1\nk2 = 0.2", Distortion(k1=0.1, k2=0.2)),
+        ("k1 = 0.1\nk2 = 0.2\np1 = 0.0\np2 = 0.0", Distortion(k1=0.1, k2=0.2)),
+        ("k1 = 0.4\nk2 = -0.1\nk3 = 0.01\nk4 = 0.7\nk5 = -0.05\nk6 = 0.02\np1 = 5e-4\np2 = 2e-4", RATIONAL),
+        ("model = 'equidistant'\ncoefficients = [-0.02, 0.004, -0.001, 2e-4]", ROUND),
+        ("model = 'fisheye'", Distortion(model="fisheye")),
+        ("model = 'none'", None),
+        ("k1 = 0.0\np1 = 0.0", None),
+    ],
+)
+def test_a_lens_model_is_named_or_follows_from_the_coefficients(table, expected, tmp_path):
+    (tmp_path / "camera.toml").write_text(f"{CAMERA_TOML}\n[distortion]\n{table}\n")
+    assert read_camera(tmp_path / "camera.toml").facts.distortion == expected
+
+
+@pytest.mark.parametrize(
+    ("table", "problem"),
+    [
+        ("k1 = -0.02\nk2 = 0.004\nk3 = -0.002\nk4 = 4e-4", 'model = "opencv" .* or model = "fisheye"'),
+        ("coefficients = [-0.02, 0.004, -0.002, 4e-4]", 'model = "opencv" .* or model = "fisheye"'),
+        ("k1 = -0.02\nk2 = 0.004", "k1, k2 may be of two lens models"),
+        ("model = 'barrel'\nk1 = 0.1", "no lens model is called 'barrel'"),
+        ("coefficients = [1.0, 2.0, 3.0]", "3 coefficients; lists of lens model 'opencv' have 4, 5, 8"),
+        ("coefficients = [1.0, 2.0, 3.0, 4.0, 5.0]\nk1 = 1.0", "coefficients and k1 exclude each other"),
+        ("coefficients = 1.0", "coefficients is a list"),
+        ("coefficients = ['a', 'b', 'c', 'd', 'e']", "wrong type; write a number"),
+    ],
+)
+def test_coefficients_that_two_lens_models_may_have_are_asked_about(table, problem, tmp_path):
+    (tmp_path / "camera.toml").write_text(f"{CAMERA_TOML}\n[distortion]\n{table}\n")
+    with pytest.raises(FileError, match=problem):
+        read_camera(tmp_path / "camera.toml")

@@ -11,7 +11,7 @@ OUT/dataset, OUT/submission           the same as a dataset and an answer to it:
 
 import shutil
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -24,6 +24,7 @@ from vbbench.birdify.report import REPORT, Report
 from vbbench.birdify.tables import write_tables
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning, user_mistakes
 from vbbench.estimate import Estimate
+from vbbench.exchange.own.camera_file import find_camera
 from vbbench.exchange.own.recording import (
     CAMERA,
     ODOMETRY,
@@ -87,6 +88,7 @@ def birdify(
     dt: float | None = None,
     name: str = "",
     pictures: Pictures | None = None,
+    mount: Mapping[str, float] | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Birdified:
@@ -97,7 +99,8 @@ def birdify(
     Parameters
     ----------
     boxes : MOTChallenge text or CSV (`vbbench.exchange.own.box_files`).
-    camera : camera file (`vbbench.exchange.own.camera_file`).
+    camera : camera file (`vbbench.exchange.own.camera_file`), a folder that holds one, or a calibration of another
+        program (`vbbench.exchange.own.calibration_files`).
     out : folder to make; it appears when it is whole.
     odometry : TUM file of the observer's own measurement of its motion.
     solver : a registered name, or ``module:attribute``.
@@ -105,6 +108,7 @@ def birdify(
     dt : seconds per frame where neither camera file nor boxes say it.
     name : what the recording is called; by default as the file of boxes.
     pictures : where the pictures of the frames are, to draw over.
+    mount : keys that the camera file leaves out: ``mount_height`` in m, ``pitch`` in rad.
     overwrite : replace a folder that birdify made.
     announce : called with a line for each stage.
 
@@ -113,7 +117,7 @@ def birdify(
     VbbenchError
         If a file cannot be used, ``dt`` lies outside its range, the solver is unknown or fails, or ``out`` exists.
     """
-    out, solving = Path(out), make_solver(solver)
+    out, camera, solving = Path(out), find_camera(Path(camera)), make_solver(solver)
     if dt is not None:
         with user_mistakes():
             FRAME_TIME.check("dt", dt)
@@ -121,11 +125,11 @@ def birdify(
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
         files = RecordingFiles(
             name=name or Path(boxes).stem,
-            camera=Path(camera),
+            camera=camera,
             boxes=Path(boxes),
             odometry=None if odometry is None else Path(odometry),
         )
-        recording = _read(files, dt, pictures)
+        recording = _read(files, dt, pictures, mount)
         work.begin()
         _keep_files(recording, dt, work.new / RECORDING)
         announce(_described(recording))
@@ -144,11 +148,13 @@ def birdify(
     return Birdified(folder=out, report=report)
 
 
-def _read(files: RecordingFiles, dt: float | None, pictures: Pictures | None) -> OwnRecording:
-    for path in filter(None, (files.boxes, files.camera, files.odometry)):
+def _read(
+    files: RecordingFiles, dt: float | None, pictures: Pictures | None, mount: Mapping[str, float] | None
+) -> OwnRecording:
+    for path in filter(None, (files.boxes, files.odometry)):
         if not path.is_file():
             raise FileError(path, "there is no such file")
-    return read_recording(files, dt=dt, pictures=pictures)
+    return read_recording(files, dt=dt, pictures=pictures, mount=mount)
 
 
 def _described(recording: OwnRecording) -> str:
@@ -168,9 +174,9 @@ def _keep_files(recording: OwnRecording, dt: float | None, folder: Path) -> None
     for name, path in kept.items():
         if path is not None:
             shutil.copyfile(path, folder / name)
-    told = dt is not None and recording.own.facts.seconds is None
-    line = f"dt = {dt!r}  # seconds per frame, told beside this file\n" if told else ""
-    (folder / CAMERA).write_bytes(line.encode() + files.camera.read_bytes())
+    given = dt is not None and recording.own.facts.seconds is None
+    line = f"dt = {dt!r}  # seconds per frame, given with this file\n" if given else ""
+    (folder / CAMERA).write_text(line + recording.own.text, "utf-8")
 
 
 def _dataset(recording: OwnRecording, folder: Path) -> Dataset:

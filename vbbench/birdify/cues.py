@@ -113,10 +113,10 @@ def _compare(boxes: FloatArray, camera: Camera, people: HeightPrior, later: Sequ
     frame, track = np.nonzero(np.isfinite(boxes[..., 2]) & _uncut(boxes, camera))
     used = boxes[frame, track]
     with np.errstate(divide="ignore", invalid="ignore"):
-        below, _ = camera.statures(used)
+        _, heights = camera.statures(used)
         ahead = camera.unproject(used, np.full(len(used), people.mean))
         near = 1.0 / np.hypot(ahead[:, 0], ahead[:, 1])
-        feet = near * below * people.mean / used[:, 2]
+        feet = near * camera.mount_height * people.mean / heights
         good = np.isfinite(feet) & (near > 1.0 / FARTHEST) & (np.abs(feet) < HIGHEST * near)
     near, feet, track, frame = near[good], feet[good], track[good], frame[good]
     _, track = np.unique(track, return_inverse=True)

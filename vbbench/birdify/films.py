@@ -1,6 +1,6 @@
 """From a film to a map: people are detected and tracked in it, and their boxes birdified."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -9,7 +9,7 @@ from vbbench.birdify.birdify import Birdified, birdify
 from vbbench.birdify.report import REPORT
 from vbbench.errors import FileError
 from vbbench.exchange.film_boxes import FilmBoxes, find_boxes
-from vbbench.exchange.own.camera_file import OwnCamera, read_camera
+from vbbench.exchange.own.camera_file import OwnCamera, find_camera, read_camera
 from vbbench.files.dataset_info import Pictures
 from vbbench.folders.work_folder import check_free
 from vbbench.pictures.reading import Film, open_film
@@ -36,6 +36,7 @@ def birdify_film(
     odometry: Path | str | None = None,
     solver: str = "map-causal",
     film: bool | None = None,
+    mount: Mapping[str, float] | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Birdified:
@@ -49,14 +50,14 @@ def birdify_film(
     path : a video, or a folder of pictures.
     camera : camera file; its ``fps`` or ``dt`` counts if it has one, else what the video says.
     detection : how people are found.
-    out, odometry, solver, film, overwrite, announce : as of `vbbench.birdify.birdify.birdify`.
+    out, odometry, solver, film, mount, overwrite, announce : as of `vbbench.birdify.birdify.birdify`.
 
     Raises
     ------
     VbbenchError
         If the film cannot be read, is not of the camera's size, or nobody is found; or as `birdify` raises it.
     """
-    out, shot, own = Path(out), open_film(Path(path)), read_camera(Path(camera))
+    out, shot, own = Path(out), open_film(Path(path)), read_camera(find_camera(Path(camera)), mount)
     load("solver", solver)  # nobody waits for boxes to hear that its name is wrong
     _check_size(shot, own)
     check_free(out, REPORT, "folder that birdify made", overwrite)
@@ -68,6 +69,7 @@ def birdify_film(
         odometry=odometry,
         solver=solver,
         film=film,
+        mount=mount,
         dt=found.dt,
         name=shot.path.resolve().name if shot.files else shot.path.stem,
         pictures=_pictures(shot, found),

@@ -15,6 +15,8 @@ def birdify(
     out: Path,
     odometry: Path | None = None,
     dt: float | None = None,
+    mount_height: float | None = None,
+    pitch: float | None = None,
     solver: str = "map-causal",
     detector: str | None = None,
     weights: Path | None = None,
@@ -29,10 +31,13 @@ def birdify(
     Args:
         boxes: MOTChallenge text or CSV with a header; a tracker links boxes without ids. Or a film: a video, or a
             folder of pictures, in which people are detected and tracked first.
-        camera: TOML file with the picture's size, focal length, mount height and frame rate; see docs/own.md.
+        camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
+            camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md.
         out: Folder to make: poses, positions, map.png, film.mp4, report.md.
         odometry: TUM file of the observer's own measurement of its motion.
         dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
+        mount_height: The camera's height over the ground in m, where its file does not state it.
+        pitch: How far it looks above the horizon in rad, where its file does not state it.
         solver: A registered name or module:attribute of your own.
         detector: Of a film: hog (default), an ONNX file in the manner of YOLO, or module:attribute of your own.
         weights: Of a film: file of the detector's network, for --detector yolo.
@@ -54,10 +59,13 @@ def birdify(
         raise VbbenchError(f"--{next(iter(given))} is for films, and {boxes} is a file of boxes; leave it out")
     if dt is not None and is_film(boxes):
         raise VbbenchError(f"--dt is for boxes, and {boxes} is a film; write dt or fps in {camera} if its own is wrong")
+    stated = {"mount_height": mount_height, "pitch": pitch}
+    mount = {name: value for name, value in stated.items() if value is not None}
     if dt is not None:
-        _check_dt(dt, camera)
+        _check_dt(dt, camera, mount)
     options: dict[str, Any] = {
         "odometry": odometry,
+        "mount": mount,
         "solver": solver,
         "film": True if film else (False if no_film else None),
         "overwrite": overwrite,
@@ -72,11 +80,11 @@ def birdify(
     print(f"{made.folder}: {made.report.summary()}")
 
 
-def _check_dt(dt: float, camera: Path) -> None:
+def _check_dt(dt: float, camera: Path, mount: dict[str, float]) -> None:
     """Refuse another ``dt`` than that of the camera file, which would count."""
     from vbbench.errors import VbbenchError
-    from vbbench.exchange.own.camera_file import read_camera
+    from vbbench.exchange.own.camera_file import find_camera, read_camera
 
-    seconds = read_camera(camera).facts.seconds
+    seconds = read_camera(find_camera(camera), mount).facts.seconds
     if seconds is not None and abs(dt / seconds - 1.0) > 1e-6:
         raise VbbenchError(f"--dt says that a frame lasts {dt:g} s, and {camera} {seconds:g} s; keep one of them")

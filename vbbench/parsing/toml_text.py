@@ -49,7 +49,11 @@ def read_toml(path: Path, kind: type[T], where: str) -> T:
         If the file is missing or not TOML, a key is unknown (the nearest is suggested), missing, of another type, or
         has a value outside its range.
     """
-    table = _parse(path)
+    return from_table(toml_table(path), kind, path, where)
+
+
+def from_table(table: Mapping[str, Any], kind: type[T], path: Path, where: str) -> T:
+    """Make a ``kind`` of the keys of a table that was read from ``path``; otherwise as `read_toml`."""
     try:
         return _build(kind, table, path, where)
     except ValueError as error:
@@ -90,7 +94,14 @@ def _value(value: Any, hint: Any, path: Path, key: str) -> Any:
     return tuple(_build(nested, table, path, f"[[{key}]]") for table in value)
 
 
-def _parse(path: Path) -> dict[str, Any]:
+def toml_table(path: Path) -> dict[str, Any]:
+    """The keys of a TOML file.
+
+    Raises
+    ------
+    FileError
+        If it is missing or not TOML, or larger than a file of settings.
+    """
     try:
         with path.open("rb") as file:
             text = file.read(MOST_BYTES + 1)

@@ -1,7 +1,8 @@
-"""``camera.toml``: what a user knows of a camera, read strictly."""
+"""``camera.toml``: what a user knows of a camera, read strictly; calibrations of other programs by the same keys."""
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,15 +10,20 @@ import numpy as np
 
 from vbbench.camera import Camera, make_camera
 from vbbench.errors import FileError, VbbenchError, suggestion
-from vbbench.exchange.own.distortion import Distortion
+from vbbench.exchange.own.calibration_files import read_calibration
+from vbbench.exchange.own.distortion import Distortion, distortion_keys
 from vbbench.geometry import FloatArray
 from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_ranges
-from vbbench.parsing.toml_text import read_toml
+from vbbench.parsing.toml_text import from_table, toml_table
 from vbbench.registry import load_registered
 
 Pixels = Annotated[float, Within(-1e5, 1e5, "px")]
 WIDEST, NARROWEST = 150.0, 3.0
 """Degrees from the left to the right border of a pinhole's picture that a camera may have."""
+WIDE = 120.0
+"""Degrees from which a lens that bends nothing is rare."""
+OTHER_SIZE = 0.1
+"""By what share of the picture its middle is off where a principal point belongs to a picture of another size."""
 FARTHEST_CENTRE = 1.5
 """In widths and heights of the picture: no principal point is farther from its middle, not even where it was cut."""
 
@@ -58,10 +64,11 @@ class CameraFile:
 
     Parameters
     ----------
-    model : a registered camera model, such as ``perspective`` or ``panorama``.
+    model : a registered camera model, such as ``perspective``, ``panorama`` (a cylinder) or ``equirectangular``.
     width, height : of the picture in px.
     mount_height : of the camera over the ground in m.
     focal : focal length in px; or ``fx`` and ``fy``. A panorama's is the vertical one, of square pixels if left out.
+    fov, vertical_fov : field of view in degrees from left to right, or top to bottom, in place of a focal length.
     cx, cy : principal point in px; the middle of the picture if left out.
     pitch, roll : how far the optical axis points above the horizon, and the right side hangs lower, in rad.
     dt, fps : seconds per frame, or frames per second.
@@ -79,6 +86,8 @@ class CameraFile:
     focal: Annotated[float, Within(1.0, 1e6, "px")] | None = None
     fx: Annotated[float, Within(1.0, 1e6, "px")] | None = None
     fy: Annotated[float, Within(1.0, 1e6, "px")] | None = None
+    fov: Annotated[float, Within(NARROWEST, WIDEST, "degrees", "the field of view")] | None = None
+    vertical_fov: Annotated[float, Within(NARROWEST, WIDEST, "degrees", "the field of view")] | None = None
     cx: Pixels | None = None
     cy: Pixels | None = None
     pitch: Annotated[float, Within(-1.2, 1.2, "rad")] = 0.0
@@ -100,6 +109,11 @@ class CameraFile:
             raise ValueError("focal and fx, fy say the same; keep focal, or fx and fy")
         if (self.fx is None) != (self.fy is None):
             raise ValueError("fx and fy belong together; write both, or focal alone")
+        if (self.fov or self.vertical_fov) and (self.focal or self.fx):
+            raise ValueError("a field of view and a focal length say the same; keep one of them")
+        if (self.fov or self.vertical_fov) and (self.distortion is not None or self.model != "perspective"):
+            kind = f"model '{self.model}'" if self.distortion is None else "a lens with [distortion]"
+            raise ValueError(f"fov gives the focal length of a lens that bends nothing; of {kind} write focal in px")
         if self.distortion is not None and self.model != "perspective":
             raise ValueError(f"[distortion] is for model 'perspective'; the model is '{self.model}'")
         for name, size, lines in (("cx", self.width, "columns"), ("cy", self.height, "rows")):
@@ -121,25 +135,86 @@ class CameraFile:
 
 @dataclass(frozen=True, kw_only=True)
 class OwnCamera:
-    """A camera of the user's own: the file, and the model made of it."""
+    """A camera of the user's own.
+
+    Parameters
+    ----------
+    path : its file.
+    facts : what is known of it.
+    camera : the model made of it.
+    text : a ``camera.toml`` with all that is known.
+    notes : what looks wrong, a line each.
+    """
 
     path: Path
     facts: CameraFile
     camera: Camera
+    text: str
+    notes: tuple[str, ...] = ()
 
 
-def read_camera(path: Path) -> OwnCamera:
-    """Read a camera file.
+def find_camera(path: Path) -> Path:
+    """The camera file at a path: of a folder the ``camera.toml`` in it.
 
     Raises
     ------
     FileError
-        If it is missing or not TOML, a key is unknown, missing, out of range or not of this model, or the picture would
-        span an angle that no camera has.
+        If there is none; of a folder it names what is in it.
     """
-    facts = read_toml(path, CameraFile, "camera")
+    if path.is_dir():
+        found = path / "camera.toml"
+        if not found.is_file():
+            holds = ", ".join(sorted(one.name for one in path.iterdir() if one.is_file())[:10]) or "no file"
+            raise FileError(
+                path, f"is a folder without camera.toml; it holds {holds}: name the file of the calibration"
+            )
+        return found
+    if not path.is_file():
+        raise FileError(path, "there is no such file")
+    return path
+
+
+def read_camera(path: Path, mount: Mapping[str, float] | None = None) -> OwnCamera:
+    """Read a camera file, or a calibration of another program.
+
+    Parameters
+    ----------
+    path : ``camera.toml``, or one of the files of `vbbench.exchange.own.calibration_files`.
+    mount : keys that the file leaves out, such as ``mount_height`` and ``pitch``.
+
+    Raises
+    ------
+    FileError
+        If it is missing or neither of them, a key is unknown, missing, out of range, not of this model or contradicts
+        ``mount``, or the picture would span an angle that no camera has.
+    """
+    table, text = read_calibration(path), ""
+    if table is None:
+        table, text = toml_table(path), path.read_text("utf-8-sig")
+    for name, value in (mount or {}).items():
+        if table.setdefault(name, value) != value:
+            raise FileError(path, f"says {name} = {table[name]}, and --{name.replace('_', '-')} {value:g}; keep one")
+        text = f"{name} = {float(value)!r}  # given with this file\n{text}" if text else ""
+    if "mount_height" not in table:
+        problem = "mount_height is missing: write how high the camera is over the ground in m, or give --mount-height"
+        raise FileError(path, problem)
+    if isinstance(table.get("distortion"), Mapping):
+        try:
+            table["distortion"] = distortion_keys(table["distortion"])
+        except ValueError as error:
+            raise FileError(path, str(error)) from error
+        if table["distortion"] is None:
+            del table["distortion"]
+    return make_own_camera(path, table, text)
+
+
+def make_own_camera(path: Path, table: Mapping[str, Any], text: str = "") -> OwnCamera:
+    """The camera of the keys of a camera file; see `read_camera`."""
+    facts = from_table(table, CameraFile, path, "camera")
+    if facts.model == "equirectangular" and facts.height is None:
+        facts = replace(facts, height=round(0.5 * facts.width))
     model = _model(path, facts.model)
-    given = _perspective(path, facts) if facts.model == "perspective" else _other(facts)
+    given = _perspective(path, facts) if facts.model == "perspective" else _other(path, facts)
     known = {one.name for one in fields(model)}
     for name in given:
         if name not in known:
@@ -148,7 +223,53 @@ def read_camera(path: Path) -> OwnCamera:
         camera = make_camera(facts.model, **given)
     except VbbenchError as error:
         raise FileError(path, str(error)) from error
-    return OwnCamera(path=path, facts=facts, camera=camera)
+    return OwnCamera(path=path, facts=facts, camera=camera, text=text or _toml(table), notes=_notes(path, facts, given))
+
+
+def _toml(table: Mapping[str, Any]) -> str:
+    """The text of a camera file with these keys: numbers, words and tables of them."""
+    flat = [f"{name} = {json.dumps(value)}\n" for name, value in table.items() if not isinstance(value, Mapping)]
+    nested = [f"\n[{name}]\n{_toml(value)}" for name, value in table.items() if isinstance(value, Mapping)]
+    return "".join(flat + nested)
+
+
+def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str, ...]:
+    """What no range excludes, and hardly a camera has."""
+    notes = []
+    size, point = (facts.width, facts.height), (facts.cx, facts.cy)
+    for name, at, length, lines in zip(("cx", "cy"), point, size, ("columns", "rows"), strict=True):
+        if at is not None and length is not None and not 0.0 <= at <= length:
+            notes.append(
+                f"{name} = {at:g} is outside the {length} {lines} of the picture ({path.name}): was it cut so?"
+            )
+    if facts.model == "perspective" and facts.height is not None:
+        across, down = given["cx"] / facts.width, given["cy"] / facts.height
+        if abs(across - 0.5) > OTHER_SIZE and abs(across - down) < 0.1 * across:
+            whole = f"{2 * given['cx']:.0f} x {2 * given['cy']:.0f} px"
+            notes.append(
+                f"cx and cy are the middle of a picture of {whole}, not of {facts.width} x {facts.height} "
+                f"({path.name}): fx, fy, cx, cy must be those of the size that the boxes are of"
+            )
+        span = np.degrees(2.0 * np.arctan(0.5 * facts.width / given["focal"]))
+        if span > WIDE and facts.distortion is None:
+            notes.append(
+                f"the picture spans {span:.0f}° without [distortion] ({path.name}): lenses so wide bend straight "
+                "lines; write the coefficients of the calibration if the picture is as the lens shows it"
+            )
+    if facts.model == "panorama" and _is_sphere(facts):
+        notes.append(
+            f"a picture of 360° that is twice as wide as high is equirectangular as a rule ({path.name}): then write "
+            'model = "equirectangular"; panorama is a cylinder, on which people come out too far'
+        )
+    return tuple(notes)
+
+
+def _is_sphere(facts: CameraFile) -> bool:
+    """Whether a panorama looks like a whole sphere: 2 : 1, the horizon in the middle, square pixels."""
+    square = facts.focal is None or abs(facts.focal * 2.0 * np.pi / facts.width - 1.0) < 0.02
+    height = facts.height or 2.0 * (facts.cy or 0.0)
+    middle = facts.cy is None or abs(facts.cy / height - 0.5) < 0.02
+    return abs(height / facts.width - 0.5) < 0.01 and square and middle
 
 
 def _model(path: Path, model: str) -> Any:
@@ -160,11 +281,15 @@ def _model(path: Path, model: str) -> Any:
 
 
 def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
-    focal = facts.fx if facts.focal is None else facts.focal
-    if focal is None:
-        raise FileError(path, "the focal length is missing: write focal = ... in px, or fx and fy of a calibration")
     if facts.height is None:
         raise FileError(path, "camera: key 'height' is missing; add the picture's height in px")
+    rows_focal = facts.fy if facts.vertical_fov is None else _focal_of(facts.height, facts.vertical_fov)
+    focal = facts.fx if facts.focal is None else facts.focal
+    focal = focal if facts.fov is None else _focal_of(facts.width, facts.fov)
+    focal = rows_focal if focal is None else focal
+    if focal is None:
+        problem = "the focal length is missing: write focal = ... in px, fx and fy of a calibration, or fov in degrees"
+        raise FileError(path, problem)
     span = np.degrees(2.0 * np.arctan(0.5 * facts.width / focal))
     if not NARROWEST <= span <= WIDEST:
         usual = f"{0.5 * facts.width:.0f} to {2 * facts.width} px"
@@ -177,7 +302,7 @@ def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
         "width": facts.width,
         "height": facts.height,
         "focal": focal,
-        "vertical_focal": facts.fy,
+        "vertical_focal": None if rows_focal == focal else rows_focal,
         "cx": 0.5 * facts.width if facts.cx is None else facts.cx,
         "cy": 0.5 * facts.height if facts.cy is None else facts.cy,
         **_mount(facts),
@@ -185,15 +310,20 @@ def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
     }
 
 
-def _other(facts: CameraFile) -> dict[str, Any]:
-    """Parameters of a panorama, or of a model that an installed package brings: those that are said."""
+def _focal_of(pixels: int, degrees: float) -> float:
+    """Focal length in px of a pinhole whose picture spans an angle."""
+    return float(0.5 * pixels / np.tan(0.5 * np.radians(degrees)))
+
+
+def _other(path: Path, facts: CameraFile) -> dict[str, Any]:
+    """Parameters of a panorama, or of a model that an installed package brings: those that are stated."""
     given: dict[str, Any] = {name: getattr(facts, name) for name in ("width", "focal", "cx", "cy", "fx", "fy")}
-    if facts.model == "panorama":
-        if facts.focal is None:
-            given["focal"] = facts.width / (2.0 * np.pi)
-        if facts.cy is None and facts.height is not None:
-            given["cy"] = 0.5 * facts.height
-    else:
+    if facts.model in ("panorama", "equirectangular"):
+        if facts.cy is None and facts.height is None:
+            raise FileError(path, "camera: write cy, the row of the horizon in px, or height, if it is in the middle")
+        given["focal"] = facts.width / (2.0 * np.pi) if facts.focal is None else facts.focal
+        given["cy"] = 0.5 * (facts.height or 0) if facts.cy is None else facts.cy
+    if facts.model != "panorama":
         given["height"] = facts.height
     return {name: value for name, value in given.items() if value is not None} | _mount(facts) | dict(facts.parameters)
 

@@ -9,11 +9,13 @@
 both u = fx x' + cx and v = fy y' + cy.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
+from vbbench.errors import suggestion
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.numbers import Within, check_ranges
 
@@ -23,7 +25,86 @@ WIDEST = np.radians(80.0)
 ON_THE_WAY = np.linspace(0.1, 1.0, 10)
 """Shares of the way from the optical axis to a point on which the model must not fold the picture over."""
 ROUNDS, EXACT, STEP = 50, 1e-10, 1e-7
-"""Newton steps, and the largest error of an inverse, per forward; step by which slopes are taken."""
+"""Newton steps, and the largest error of an inverse, per forward; step by which derivatives are taken."""
+
+LENSES = {
+    **dict.fromkeys(("opencv", "plumb_bob", "radtan", "radial-tangential", "brown_conrady"), "opencv"),
+    **dict.fromkeys(("rational", "rational_polynomial", "full_opencv"), "opencv"),
+    **dict.fromkeys(("fisheye", "equidistant", "equi", "opencv_fisheye"), "fisheye"),
+    **dict.fromkeys(("kannala_brandt", "kannala_brandt4", "kannala_brandt8"), "fisheye"),
+    **dict.fromkeys(("none", "undistorted"), "none"),
+}
+"""Lens models by the names of OpenCV, ROS, Kalibr, COLMAP and SLAM programs, and the model of `Distortion`."""
+COEFFICIENTS = {"opencv": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), "fisheye": ("k1", "k2", "k3", "k4")}
+"""The order of a list of coefficients."""
+COUNTS = {"opencv": (4, 5, 8, 12, 14), "fisheye": (4, 5)}
+"""How many numbers such lists have; those beyond the names are 0 or refused."""
+WHICH = 'model = "opencv" (plumb_bob, radtan: k1 k2 p1 p2 k3) or model = "fisheye" (equidistant: k1 k2 k3 k4)'
+
+
+def plain_name(name: object) -> str:
+    """A name without case, underscores and the like, by which names of several programs are compared."""
+    return "".join(letter for letter in str(name).lower() if letter.isalnum())
+
+
+def lens_model(name: object) -> str:
+    """The model of `Distortion` that a program calls ``name``, or ``none``.
+
+    Raises
+    ------
+    ValueError
+        If there is no such model here.
+    """
+    found = {plain_name(known): model for known, model in LENSES.items()}.get(plain_name(name))
+    if found is None:
+        raise ValueError(f"no lens model is called '{name}'; {suggestion(str(name), LENSES)}")
+    return found
+
+
+def distortion_keys(table: Mapping[str, Any], which: str = WHICH) -> dict[str, Any] | None:
+    """The keys of a `Distortion`: its ``model`` by its own name, and a list ``coefficients`` by their names.
+
+    Parameters
+    ----------
+    table : a table ``[distortion]``: ``model`` by any of its names, coefficients by theirs or in a list.
+    which : how the file says which lens model it is, for the error where it does not.
+
+    Returns
+    -------
+    keys : ``None`` where the lens bends nothing.
+
+    Raises
+    ------
+    ValueError
+        If the model is unknown, or missing where coefficients could be of two, or a list has another length.
+    """
+    named = dict(table)
+    name, values = named.pop("model", None), named.pop("coefficients", ())
+    model = None if name is None else lens_model(name)
+    if not isinstance(values, Sequence) or isinstance(values, str):
+        raise ValueError("[distortion]: coefficients is a list in [ ]")
+    if len(values) and named:
+        raise ValueError(f"[distortion]: coefficients and {next(iter(named))} exclude each other; keep one of them")
+    if model is None and (len(values) == 4 or (named and set(named) <= set(COEFFICIENTS["fisheye"]))):
+        found = ", ".join(named) or "four coefficients"
+        raise ValueError(f"[distortion]: {found} may be of two lens models; write {which}")
+    if model == "none":
+        return None
+    model = model or "opencv"
+    if len(values):
+        named = _by_name(model, values)
+    return {"model": model, **named} if model == "fisheye" or any(named.values()) else None
+
+
+def _by_name(model: str, values: Any) -> dict[str, Any]:
+    """A list of coefficients by their names."""
+    names = COEFFICIENTS[model]
+    if len(values) not in COUNTS[model]:
+        order = f"{', '.join(map(str, COUNTS[model]))} ({' '.join(names)} ...)"
+        raise ValueError(f"{len(values)} coefficients; lists of lens model '{model}' have {order}: write them by name")
+    if any(values[len(names) :]):
+        raise ValueError(f"lens model '{model}' has {' '.join(names)} here; the numbers after them must be 0")
+    return dict(zip(names, values, strict=False))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,6 @@
 """A recording of the user's own: its files as `Footage`, with notes on whatever does not look right."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -104,7 +104,13 @@ def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = No
     )
 
 
-def read_recording(files: RecordingFiles, *, dt: float | None = None, pictures: Pictures | None = None) -> OwnRecording:
+def read_recording(
+    files: RecordingFiles,
+    *,
+    dt: float | None = None,
+    pictures: Pictures | None = None,
+    mount: Mapping[str, float] | None = None,
+) -> OwnRecording:
     """Read a recording.
 
     Parameters
@@ -112,16 +118,17 @@ def read_recording(files: RecordingFiles, *, dt: float | None = None, pictures: 
     files : where it is.
     dt : seconds per frame where the camera file does not say it, such as those of a film.
     pictures : where the pictures are.
+    mount : keys that the camera file leaves out, such as ``mount_height``.
 
     Raises
     ------
     FileError
         If a file cannot be used: it is named, with the line and what to do.
     """
-    own = read_camera(files.camera)
+    own = read_camera(files.camera, mount)
     rows = read_boxes(files.boxes, frame_seconds(files.boxes, own, dt))
     rows, misfits = fitting(rows, own)
-    timeline, notes = rows.timeline, [*rows.timeline.notes, *rows.notes, *misfits]
+    timeline, notes = rows.timeline, [*own.notes, *rows.timeline.notes, *rows.notes, *misfits]
     linked_here = not rows.linked
     if linked_here:
         rows, linking = _linked(rows, own)

@@ -76,7 +76,8 @@ def number_frames(
         raise FileError(path, f"frame {numbers[row]:.10g} is not a whole number from 0 on", int(lines[row]))
     if dt is None:
         raise FileError(
-            path, "its frames are numbered, and nothing says how long one lasts: write dt or fps in camera.toml"
+            path,
+            "its frames are numbered, and no file says how long one lasts: write dt or fps in camera.toml, or --dt",
         )
     different = np.unique(numbers)
     _check_gaps(path, numbers, different, lines, dt)
