@@ -80,8 +80,8 @@ def generate(
         out: Folder to make.
         source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
         camera: panorama (a cylinder of 360 degrees), equirectangular (a sphere), perspective (90 degrees, 1280x720), or
-            one that an installed package registers;
-            default: the tier's (field: KITTI's), or the split's own (perspective for sim, street; panorama elsewhere).
+            one that an installed package registers; default: the tier's (field: KITTI's), or the split's own
+            (perspective for sim, street; panorama elsewhere).
         tier: How boxes are corrupted: ideal (exact), noisy, or another one that 'vbbench tiers' lists.
         sigma_h: Standard deviation of people's heights in m, .07 by default; their mean is 1.70 m. Tier field has
             heights of its own.
