@@ -47,8 +47,10 @@ class Walk:
         return [(int(t), int(k) + 1, self.boxes[t, k].tolist()) for t, k in seen]
 
 
-def make_walk(frames: int = 60, people: int = 8, noise: float = 1.0, seed: int = 0, **camera: float) -> Walk:
-    """A walk of ``frames`` at 10 Hz, boxes off by ``noise`` px."""
+def make_walk(
+    frames: int = 60, people: int = 8, noise: float = 1.0, seed: int = 0, *, across: float = 0.0, **camera: float
+) -> Walk:
+    """A walk of ``frames`` at 10 Hz, boxes off by ``noise`` px; people also walk ``across`` m/s to a side."""
     rng, dt = np.random.default_rng(seed), 0.1
     time = dt * np.arange(frames)
     facts = {"width": 1280, "height": 720, "focal": 700.0, "cx": 640.0, "cy": 360.0, "mount_height": 1.5, **camera}
@@ -56,6 +58,7 @@ def make_walk(frames: int = 60, people: int = 8, noise: float = 1.0, seed: int =
     poses = np.stack([1.0 * time, 0.3 * np.sin(0.4 * time), 0.05 * np.sin(0.3 * time)], axis=-1)
     start = np.stack([rng.uniform(6.0, 14.0, people), rng.uniform(-3.0, 3.0, people)], axis=-1)
     velocity = np.array([1.0, 0.0]) + rng.normal(0.0, 0.25, (people, 2))
+    velocity[:, 1] -= across * np.sign(start[:, 1])
     places = start + time[:, None, None] * velocity + 0.1 * np.sin(time[:, None, None] + rng.uniform(0, 6, (people, 2)))
     heights = rng.normal(1.72, 0.07, people)
     boxes = model.project(world_to_relative(places, poses), np.broadcast_to(heights, (frames, people)))

@@ -281,6 +281,33 @@ def test_odometry_a_second_late_is_named(files: Files, root: Path, tmp_path: Pat
         made(tmp_path / "d", root, bags=path)
 
 
+def later_clouds(files: Files, root: Path) -> None:
+    path = root / "timestamps" / files.name / "frames_pc.json"
+    values = json.loads(path.read_text())
+    for row in values["data"]:
+        row["pointclouds"][0]["timestamp"] += 1.0
+    path.write_text(json.dumps(values))
+
+
+def later_places(files: Files, root: Path) -> None:
+    path = root / f"labels/labels_3d/{files.name}.json"
+    values = json.loads(path.read_text())["labels"]
+    names = sorted(values)
+    path.write_text(json.dumps({"labels": {name: values[old] for name, old in zip(names[15:], names, strict=False)}}))
+
+
+@pytest.mark.parametrize("change", [later_clouds, later_places], ids=["by their time stamps", "by their frames"])
+def test_places_a_second_late_are_named(files: Files, root: Path, change: Any) -> None:
+    change(files, root)
+    with pytest.warns(VbbenchWarning, match=r"boxes overlap people 15 frames later by 0.90, now by 0.\d\d"):
+        jrdb.recordings(Options(source=root))
+
+
+def test_the_samples_places_are_of_its_frames(sample: Path, recwarn: pytest.WarningsRecorder) -> None:
+    jrdb.recordings(Options(source=sample))
+    assert not [one for one in recwarn if "overlap people" in str(one.message)]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

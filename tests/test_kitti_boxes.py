@@ -17,6 +17,7 @@ from vbbench.generation.generator import Options
 from vbbench.scoring import score
 from vbbench.sequence import NOBODY
 from vbbench.solving import solve
+from vbbench_generators.footage.kitti.labels import WALKERS
 from vbbench_generators.footage.kitti.split import kitti
 from vbbench_generators.footage.split import Recordings
 
@@ -206,6 +207,33 @@ def test_a_real_detectors_recall_precision_and_overlap(recordings_of_kitti: Path
 def test_few_matched_boxes_are_warned_of(training: Path) -> None:
     with pytest.warns(VbbenchWarning, match=r"0003.txt: only 180 of 600 labelled boxes .* \(recall 0.3"):
         read(training, mot([box for box in LABELLED if box[0] < 36], linked=True))
+
+
+@pytest.mark.parametrize(("late", "words"), [(1, "one frame later"), (-3, "3 frames earlier")])
+def test_boxes_of_other_frames_are_named(training: Path, late: int, words: str) -> None:
+    """As where a text counts from 0 and has no boxes in frame 0."""
+    moved = [(f - late, *rest) for f, *rest in LABELLED if 0 <= f - late < FRAMES]
+    with pytest.warns(VbbenchWarning, match=rf"0003.txt: boxes overlap people {words} by 1.00, now by 0.\d\d"):
+        read(training, mot(moved, linked=True))
+
+
+def test_refused_boxes_of_other_frames_are_named(training: Path) -> None:
+    moved = [(f - 20, *rest) for f, *rest in LABELLED if f >= 20]
+    with pytest.raises(
+        FileError, match=r"only \d+ of \d+ boxes are on people.*boxes overlap people 20 frames later by"
+    ):
+        read(training, mot(moved, linked=True))
+
+
+def test_real_labels_as_text_that_counts_from_0(recordings_of_kitti: Path, tmp_path: Path) -> None:  # noqa: F811
+    """REAL: the people of 0017 as MOTChallenge text that counts from 0, frame 0 left out."""
+    rows = [line.split() for line in (recordings_of_kitti / "training/label_02/0017.txt").read_text().splitlines()]
+    people = [(int(row[0]), int(row[1]), *map(float, row[6:10])) for row in rows if row[2] in WALKERS]
+    boxes = tmp_path / "0017.txt"
+    boxes.write_text(mot([(f - 1, *rest) for f, *rest in people if f > 0], linked=True))
+    asked = FootageOptions(boxes=boxes, sequences=("0017",))
+    with pytest.warns(VbbenchWarning, match=r"one frame later by 1.00, now by 0.79: do frames count from 0 or from 1"):
+        kitti.recordings(Options(source=recordings_of_kitti, footage=asked))
 
 
 def test_false_alarms_where_nobody_is_are_left_out_without_complaint(training: Path) -> None:

@@ -296,6 +296,17 @@ def test_boxes_of_another_picture_are_refused_with_numbers(dataset, files, tmp_p
     assert not (tmp_path / "made").exists()
 
 
+@pytest.mark.parametrize("least", [0.5, 0.0], ids=["refused", "warned of"])
+def test_boxes_of_other_frames_are_named(dataset, files, tmp_path, least):
+    number = fullest(dataset)
+    early = rewritten(files, number, tmp_path / "early", lambda frame, *row: ",".join([f"{int(frame) - 1}", *row]))
+    path = early / f"sequence-{number:06d}.txt"
+    path.write_text("".join(line for line in path.read_text().splitlines(keepends=True) if not line.startswith("0,")))
+    said = f"{path.name}: boxes overlap people one frame later by 1.00, now by 0..*do frames count from 0 or from 1"
+    with pytest.warns(VbbenchWarning, match=said) if least == 0.0 else pytest.raises(FileError, match=said):
+        import_mot(early, dataset, tmp_path / "made", least_matched=least)
+
+
 def test_few_matches_are_a_loud_warning(dataset, files, tmp_path):
     number, every = fullest(dataset), iter(range(10**6))
     folder = rewritten(

@@ -369,6 +369,26 @@ def test_what_does_not_look_right_is_a_warning_of_the_split(folder, tmp_path):
     assert Dataset(tmp_path / "d").info.calibration["notes"]["walk"][0].startswith("1 of 481")
 
 
+@pytest.mark.parametrize("linked", [True, False], ids=["with ids", "detections"])
+@pytest.mark.parametrize("posed", [True, False], ids=["with poses", "without"])
+@pytest.mark.parametrize(("late", "words"), [(2, "2 frames later"), (-5, "5 frames earlier")])
+def test_people_of_other_frames_are_named(tmp_path, late, words, posed, linked):
+    walk = make_walk(across=1.0)
+    folder = write_folder(tmp_path / "walk", walk)
+    if not linked:
+        (folder / "boxes.csv").unlink()
+        write_mot(folder / "det.txt", walk, linked=False)
+    if posed:
+        write_tum(folder / "poses.txt", walk)
+    head, *rows = write_people(folder / "people.csv", walk, relative=not posed).read_text().splitlines()
+    cells = [row.split(",", 1) for row in rows]
+    late += not linked  # det.txt counts from 1
+    moved = [f"{int(frame) + late},{rest}" for frame, rest in cells if int(frame) + late >= 0]
+    (folder / "people.csv").write_text("\n".join([head, *moved]))
+    with pytest.warns(VbbenchWarning, match=rf"people.csv: boxes overlap people {words} by 0.\d\d, now by 0.\d\d"):
+        generate("own", tmp_path / "d", Options(source=folder))
+
+
 def test_a_clean_recording_warns_of_nothing(folder, tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")

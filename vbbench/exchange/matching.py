@@ -1,8 +1,11 @@
 """Matches detections and tracks to people: boxes to the true ones of the same frame, by their overlap."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
-from vbbench.boxes import cut_to_picture, overlaps, rectangles
+from vbbench.boxes import cut_to_picture, overlaps, pair_overlaps, rectangles
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.sequence import NOBODY
@@ -12,6 +15,13 @@ LEAST_OVERLAP = 0.5
 
 LEAST_FRAMES = 3
 """Tracks matched in fewer frames are left out, unless asked otherwise; the paper wants more than three."""
+
+MOST_LATER = 30
+"""Frames by which boxes and people are shifted against each other, to see whether they fit better."""
+_LOOKS, _BOXES, _BLOCKS, _FEWEST = 200, 1000, 20, 10
+"""Frames and boxes that are looked at, blocks of frames for the error of a gain, and fewest boxes of a shift."""
+_LEAST_GAIN, _SURE = 0.015, 4.0
+"""Least gain of overlap that counts, and how many of its standard errors it must be."""
 
 
 def match_boxes(
@@ -85,6 +95,91 @@ def match_tracks(
         persons[frame, tracks[rows]] = people[columns[partners]]
         last[tracks[rows]] = columns[partners]
     return persons
+
+
+class FrameOffset(NamedTuple):
+    """A shift that fits better: boxes overlap people by ``then`` so many frames ``later``, and by ``now`` as is."""
+
+    later: int
+    then: float
+    now: float
+
+    def __str__(self) -> str:
+        count = "one frame" if abs(self.later) == 1 else f"{abs(self.later)} frames"
+        when = f"{count} {'later' if self.later > 0 else 'earlier'}"
+        doubt = "do frames count from 0 or from 1" if abs(self.later) == 1 else "are both of the same frames"
+        return f"boxes overlap people {when} by {self.then:.2f}, now by {self.now:.2f}: {doubt}?"
+
+
+def frame_offset(
+    found: FloatArray,
+    expected: Callable[[IntArray, int], FloatArray],
+    period: float | None,
+    columns: IntArray | None = None,
+    *,
+    least: float = 0.0,
+) -> FrameOffset | None:
+    """How many frames later, or earlier, people fit boxes better; ``None`` where no shift does, or all are alike.
+
+    The overlap of a box is that with its own person, or else the largest. A shift counts if its mean gain is several of
+    the standard errors that blocks of frames show, so that people who stand give none.
+
+    Parameters
+    ----------
+    found : [T, K, 4] boxes (left, top, width, height) in px, NaN where there is none.
+    expected : the boxes [F, P, 4] of people in some frames [F] of the pictures, were people there so many frames later.
+    period : that of the camera.
+    columns : [T, K] place of each box's own person among the P, −1 = none; ``None`` where they are unknown.
+    least : overlap that a shift must reach, so that what a wrong camera loses is not blamed on frames.
+    """
+    seen = ~np.isnan(found[..., 3]) if columns is None else ~np.isnan(found[..., 3]) & (columns >= 0)
+    filled = np.flatnonzero(seen.any(axis=1))
+    looked = filled[np.linspace(0, len(filled) - 1, min(len(filled), _LOOKS)).astype(np.int64)]
+    row, track = np.nonzero(seen[looked])
+    some = np.linspace(0, len(row) - 1, min(len(row), _BOXES)).astype(np.int64)
+    row, track = row[some], track[some]
+    boxes, own = found[looked[row], track], None if columns is None else columns[looked[row], track]
+
+    def shared(later: int) -> FloatArray:
+        there = (looked + later >= 0) & (looked + later < len(found))
+        people = expected(looked[there], later)
+        if own is None:  # those who are there, first
+            nobody = np.isnan(people[..., 3])
+            first = np.argsort(nobody, axis=1)[:, : int((~nobody).sum(axis=1).max(initial=0))]
+            people = np.take_along_axis(people, first[..., None], axis=1)
+        fit, place = np.full(len(row), np.nan), (np.cumsum(there) - 1)[row]
+        kept = there[row]
+        if own is not None:
+            fit[kept] = pair_overlaps(boxes[kept], people[place[kept], own[kept]], period)
+        else:
+            fit[kept] = pair_overlaps(boxes[kept, None], people[place[kept]], period).max(axis=1, initial=0.0)
+        return fit
+
+    now, block = shared(0), row * _BLOCKS // max(len(looked), 1)
+    best: tuple[float, FrameOffset] | None = None
+    for later in (one for one in range(-MOST_LATER, MOST_LATER + 1) if one):
+        then = shared(later)
+        kept = ~np.isnan(then)
+        if kept.sum() < max(_FEWEST, 0.25 * len(row)):
+            continue
+        gain, error = _mean_of_blocks((then - now)[kept], block[kept])
+        fit = float(then[kept].mean())
+        if fit >= least and gain > max(_LEAST_GAIN, _SURE * error, best[0] if best else 0.0):
+            best = gain, FrameOffset(later, fit, float(now[kept].mean()))
+    return best[1] if best else None
+
+
+def _mean_of_blocks(values: FloatArray, block: IntArray) -> tuple[float, float]:
+    """The mean of ``values`` [N], and its standard error by their ``block`` [N]."""
+    mean, counts = float(values.mean()), np.bincount(block)
+    sums = np.bincount(block, values) - counts * mean
+    used = max(int((counts > 0).sum()), 2)
+    return mean, float(np.sqrt((sums**2).sum() * used / (used - 1.0)) / len(values))
+
+
+def in_columns(boxes: FloatArray) -> FloatArray:
+    """Boxes [..., 4] as high as each other: only their columns count for an overlap, and not how high people are."""
+    return np.stack([boxes[..., 0], 0.0 * boxes[..., 1], boxes[..., 2], 0.0 * boxes[..., 3] + 1.0], axis=-1)
 
 
 def true_rectangles(positions: FloatArray, heights: FloatArray, poses: FloatArray, camera: Camera) -> FloatArray:

@@ -12,7 +12,7 @@ from vbbench.boxes import observations_of, pair_overlaps
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.detection import Detections
-from vbbench.exchange.matching import lasting_tracks, match_tracks
+from vbbench.exchange.matching import FrameOffset, frame_offset, lasting_tracks, match_tracks
 from vbbench.exchange.mot.text import UNLINKED
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import NOBODY
@@ -105,12 +105,13 @@ def follow(
     if not len(found):
         raise FileError(found.path, "holds no box of a person that is sure enough in the frames that are labelled")
     _refuse_stray(found, camera, size)
-    frames = len(labels)
+    frames, whole = len(labels), labels
     looked, step = _looked_at(found.frame, frames, dt)
     labels = np.where(np.isin(np.arange(frames), looked)[:, None, None], labels, np.nan)
     loose, _ = _dense(found, _places_in_frames(found.frame), frames)
     detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people, camera)
-    _check_matches(found.path, detected)
+    offset = frame_offset(loose, lambda frame, later: whole[frame + later], camera.period)
+    _check_matches(found.path, detected, offset)
     tracks, boxes, scores = _linked(found, frames, looked, step * dt, camera)
     persons = _persons(boxes, labels, people, camera)
     kept = lasting_tracks(persons)
@@ -153,13 +154,15 @@ def _refuse_stray(found: FoundBoxes, camera: Camera, size: tuple[int, int]) -> N
         raise FileError(found.path, f"{problem}, {share}; were pictures of another size used?", int(found.lines[row]))
 
 
-def _check_matches(path: Path, detected: Agreement) -> None:
-    """Refuse boxes that have next to nothing to do with the labelled people, and warn of few."""
+def _check_matches(path: Path, detected: Agreement, offset: FrameOffset | None) -> None:
+    """Refuse boxes that have next to nothing to do with the labelled people, and warn of few, or of other frames."""
     matched, found, labelled = detected.matched, detected.found, detected.labelled
     if matched < LEAST_SHARE * labelled and matched < LEAST_SHARE * found:
         problem = f"only {matched} of {found} boxes are on people, of whom there are {labelled} ({detected})"
         hint = "are they of this sequence, with frames counted as in their format, in px of its pictures?"
-        raise FileError(path, f"{problem}; {hint}")
+        raise FileError(path, f"{problem}; {offset or hint}")
+    if offset is not None:
+        warnings.warn(VbbenchWarning(f"{path}: {offset}"), stacklevel=2)
     if matched < FEW * labelled:
         problem = f"only {matched} of {labelled} labelled boxes of people are matched ({detected})"
         warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)

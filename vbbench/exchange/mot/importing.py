@@ -10,8 +10,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vbbench.boxes import observations_of
+from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.exchange.matching import LEAST_FRAMES, LEAST_OVERLAP, lasting_tracks, match_tracks, true_rectangles
+from vbbench.exchange.matching import (
+    LEAST_FRAMES,
+    LEAST_OVERLAP,
+    FrameOffset,
+    frame_offset,
+    lasting_tracks,
+    match_tracks,
+    true_rectangles,
+)
 from vbbench.exchange.mot.text import UNLINKED, MotRows, read_mot
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, files_by_sequence, picture_facts
 from vbbench.files.dataset import Dataset
@@ -28,6 +37,8 @@ REVISION = 2
 """Incremented whenever the same files give another dataset, so that ids differ too."""
 LEAST_MATCHED, GOOD_MATCH = 0.5, 0.9
 """Shares of the boxes that must match a person, unless less is asked for, and below which a warning says so."""
+LOOKED_AT = 20
+"""Files, the first ones, of which other frames are tried."""
 PIXEL_STD = {"perspective": 10.0, "panorama": 3.7}
 """Noise in px of a tracker's columns, tops and bottoms that the dataset declares, as in docs/tiers.md."""
 
@@ -87,16 +98,18 @@ def import_mot(
 
 def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
     """Refuse boxes that hardly match anybody, warn of those that match badly, and say how many are kept."""
-    matched, kept = np.zeros(len(plan), np.int64), 0
+    matched, kept, shifted = np.zeros(len(plan), np.int64), 0, ""
     for index, (number, path) in enumerate(plan.files.items()):
         _check_pictures(path, plan.dataset, number)
         tracks = plan.match(index)
         matched[index] = (tracks.persons != NOBODY).sum()
         kept += int((tracks.visible[:, lasting_tracks(tracks.persons, plan.least_track)] > 0.0).sum())
+        offset = plan.offset(index) if index < LOOKED_AT and not shifted else None
+        shifted = f"{path.name}: {offset}" if offset else shifted
     boxes = np.array([len(rows.frame) for rows in plan.contents])
     said = f"{matched.sum()} of {boxes.sum()} boxes match a person"
     width, height = plan.dataset.info.camera.picture_size
-    of_what = f"are they in px of these pictures, {width} x {height}, and numbered by their frames from 1?"
+    of_what = shifted or f"are they in px of these pictures, {width} x {height}, and numbered by their frames from 1?"
     if not kept:
         raise FileError(folder, f"no track matches a person in {plan.least_track} frames; {of_what}")
     if matched.sum() < least * boxes.sum():
@@ -106,6 +119,8 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
     if poor or matched.sum() < GOOD_MATCH * boxes.sum():
         fewest = f"; fewer than {least:.0%} of {', '.join(path.name for path in poor[:5])}" if poor else ""
         warnings.warn(VbbenchWarning(f"{folder}: only {said}{fewest}; {of_what}"), stacklevel=3)
+    elif shifted:
+        warnings.warn(VbbenchWarning(f"{folder}: {shifted}"), stacklevel=3)
     return f"{kept} of {boxes.sum()} boxes kept"
 
 
@@ -174,13 +189,24 @@ class TrackedPlan:
 
     def match(self, index: int) -> "Matched":
         """The tracks of one sequence, with the person behind each box."""
+        source, camera, people, true = self._people(index)
+        tracks, boxes, visible = _dense(self.contents[index], source.frames)
+        persons = match_tracks(boxes, true, people, camera)
+        return Matched(source, tracks, observations_of(boxes, camera), visible, persons)
+
+    def offset(self, index: int) -> FrameOffset | None:
+        """By how many frames people are earlier or later than the tracks of one sequence."""
+        source, camera, _, true = self._people(index)
+        _, boxes, _ = _dense(self.contents[index], source.frames)
+        return frame_offset(boxes, lambda frames, later: true[frames + later], camera.period)
+
+    def _people(self, index: int) -> tuple[Sequence, Camera, IntArray, FloatArray]:
+        """A sequence, its camera, the people [P] besides the observer, and their boxes [T, P, 4]."""
         source = self.dataset.sequence(list(self.files)[index])
         camera, (people, positions, heights) = self.dataset.camera(source), self.dataset.surroundings(source)
-        tracks, boxes, visible = _dense(self.contents[index], source.frames)
         others = people != source.observer
         true = true_rectangles(positions[:, others], heights[others], self.dataset.truth(source).poses, camera)
-        persons = match_tracks(boxes, true, people[others], camera)
-        return Matched(source, tracks, observations_of(boxes, camera), visible, persons)
+        return source, camera, people[others], true
 
     def build(self, index: int) -> SequenceData:
         """Match the tracks of one sequence, and leave out those that match nobody; its world is that of the source."""

@@ -10,7 +10,7 @@ import numpy as np
 from vbbench.boxes import observations_of, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import Detections, TrackerFactory
-from vbbench.exchange.matching import match_tracks
+from vbbench.exchange.matching import FrameOffset, frame_offset, in_columns, match_tracks
 from vbbench.exchange.own.box_files import BoxRows, read_boxes
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
 from vbbench.exchange.own.distortion import straighten_boxes
@@ -38,6 +38,9 @@ LEAST_NOISE, ASSUMED_NOISE = 1.0, 2.0
 """Noise in px of a box that is never fallen below, and that is assumed where it cannot be measured."""
 LEAST_FIT, GOOD_FIT = 0.1, 0.9
 """Shares of boxes that must, and should, be about where the box of their person is expected."""
+FITTING = 0.5
+"""Overlap in columns that boxes and people must have in other frames, for these to be named."""
+_ELSEWHERE = "are axes, units and clock those of docs/own.md?"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -277,12 +280,13 @@ def _with_persons(
     if linked_here:
         found = rectangles(footage.boxes)
         footage = replace(footage, persons=match_tracks(found, rectangles(expected), scene.people, footage.camera))
+    offset = _offset(footage, scene, heights, linked_here)
     _, persons = footage.positions()
     frame, track = np.nonzero((persons != NOBODY) & footage.observed)
     boxes = int(footage.observed.sum())
     if not len(frame):
         how = "overlaps the box that anybody would have" if linked_here else "has the id of a person in its frame"
-        raise FileError(path, f"none of {boxes} boxes {how}; are axes, units and clock those of docs/own.md?")
+        raise FileError(path, f"none of {boxes} boxes {how}; {offset or _ELSEWHERE}")
     seen, real = footage.boxes[frame, track], expected[frame, np.searchsorted(scene.people, persons[frame, track])]
     aside = shorter_way(seen[:, 0] - real[:, 0], footage.camera.period)
     near = (np.abs(aside) < 0.5 * seen[:, 2]) & (np.abs(np.log(seen[:, 2] / real[:, 2])) < np.log(1.5))
@@ -290,8 +294,27 @@ def _with_persons(
     fit = f"{known:.0%} of {boxes} boxes have a person; {share:.0%} of these are where that person's box would be"
     if share < LEAST_FIT:
         problem = f"{fit}: are these places in m, x and y of the world of the poses, or (right, forward) without poses?"
-        raise FileError(path, problem)
-    return footage, [fit] if min(share, known) < GOOD_FIT else []
+        raise FileError(path, f"{fit}: {offset}" if offset else problem)
+    notes = [fit] if min(share, known) < GOOD_FIT else []
+    return footage, [*notes, f"{path.name}: {offset}"] if offset else notes
+
+
+def _offset(footage: Footage, scene: Scene, heights: FloatArray, linked_here: bool) -> FrameOffset | None:
+    """By how many frames people are earlier or later than boxes, by the columns that both are in."""
+
+    def expected(frames: IntArray, later: int) -> FloatArray:
+        places = scene.positions[frames + later]
+        places = places if footage.poses is None else world_to_relative(places, footage.poses[frames])
+        return in_columns(
+            rectangles(footage.camera.project_unbounded(places, np.broadcast_to(heights, places.shape[:2])))
+        )
+
+    columns = None
+    if not linked_here:
+        place = np.searchsorted(scene.people, footage.tracks).clip(max=len(scene.people) - 1)
+        own = np.where(scene.people[place] == footage.tracks, place, -1)
+        columns = np.broadcast_to(own, footage.visible.shape)
+    return frame_offset(in_columns(rectangles(footage.boxes)), expected, footage.camera.period, columns, least=FITTING)
 
 
 def _noise(boxes: FloatArray, own: OwnCamera) -> float:

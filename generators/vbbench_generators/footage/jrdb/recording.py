@@ -10,7 +10,7 @@ import numpy as np
 from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, VbbenchWarning
-from vbbench.exchange.matching import match_tracks
+from vbbench.exchange.matching import frame_offset, in_columns, match_tracks
 from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
@@ -37,6 +37,9 @@ FARTHEST_BESIDE = 0.2
 
 MOST_FARTHER = 2.0
 """Places may be so many times as far away, or as near, as boxes are high, at the median: .96 times in the sample."""
+
+_LEAST_FIT = 0.3
+"""Overlap in columns that boxes and places must have in other frames, for these to be named."""
 
 _FEWEST, _FEW = 20, 0.5
 """Boxes with a labelled place that a recording needs, and the share below which somebody should look."""
@@ -72,6 +75,20 @@ class Recording:
     def relative(self) -> FloatArray:
         """[T, P, 2] the places as metres to the right and forward."""
         return np.stack([-self.places[..., 1], self.places[..., 0]], axis=-1)
+
+    @property
+    def expected(self) -> FloatArray:
+        """[T, P, 4] where boxes of the people would be."""
+        return rectangles(CAMERA.project_unbounded(self.relative, np.broadcast_to(self.heights, self.places.shape[:2])))
+
+    @property
+    def columns(self) -> IntArray | None:
+        """[T, K] place of each track's person among the people, −1 = none; ``None`` where ids differ."""
+        if self.persons is not None or not len(self.people):
+            return None
+        column = np.searchsorted(self.people, self.tracks).clip(max=len(self.people) - 1)
+        own = np.where(self.people[column] == self.tracks, column, -1)
+        return np.broadcast_to(own, self.visible.shape)
 
     @property
     def step(self) -> int:
@@ -177,12 +194,7 @@ def assemble(
 
 def _in_the_same_direction(recording: Recording) -> IntArray:
     """[T, K] who of the people is in the columns of each box; heights do not count, since furniture hides legs."""
-    there = rectangles(
-        CAMERA.project_unbounded(recording.relative, recording.heights[None].repeat(len(recording.places), 0))
-    )
-    seen, expected = recording.rectangles.copy(), there
-    for boxes in (seen, expected):
-        boxes[..., 1], boxes[..., 3] = 0.0 * boxes[..., 1], 1.0 + 0.0 * boxes[..., 3]
+    seen, expected = in_columns(recording.rectangles), in_columns(recording.expected)
     return match_tracks(seen, expected, recording.people, CAMERA, least=LEAST_OVERLAP, staying=True)
 
 
@@ -246,9 +258,16 @@ def _check_places(recording: Recording, path: Path) -> None:
     if len(boxes) < _FEWEST:
         raise FileError(path, f"only {len(boxes)} boxes of {recording.name} have a labelled place; are ids the same?")
     beside = float(np.median(np.abs(_directions_beside(boxes, places))))
+    seen, expected = in_columns(recording.rectangles), in_columns(recording.expected)
+    offset = frame_offset(
+        seen, lambda frames, later: expected[frames + later], CAMERA.period, recording.columns, least=_LEAST_FIT
+    )
     if beside > FARTHEST_BESIDE:
         problem = f"places lie {beside:.2f} rad beside their boxes (median; {FARTHEST_BESIDE} at most)"
-        raise FileError(path, f"{problem}: they must be in the robot's frame, x forward, y left")
+        cause = str(offset) if offset else "they must be in the robot's frame, x forward, y left"
+        raise FileError(path, f"{problem}: {cause}")
+    if offset is not None:
+        warnings.warn(VbbenchWarning(f"{path}: {offset}"), stacklevel=2)
     farther = float(np.median(np.hypot(*places.T) * boxes[:, 2])) / (CAMERA.focal * float(np.median(recording.heights)))
     if not 1.0 / MOST_FARTHER <= farther <= MOST_FARTHER:
         problem = f"places are {farther:.3g} times as far away as boxes so high say (median)"
