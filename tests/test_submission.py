@@ -321,3 +321,39 @@ def test_a_submission_that_was_not_finished_is_none(dataset, tmp_path):
     with pytest.raises(KeyError), SubmissionWriter(tmp_path / "out", info) as writer:
         writer.add(0, {"frame": [2], "x": [0.0], "y": [0.0], "yaw": [0.0]}, {"frame": []})
     assert not (tmp_path / "out").exists()
+
+
+def _changed(tables, yaw=lambda yaw: yaw, place=lambda x, y: (x, y)):
+    """The answers with yaw and places changed."""
+    poses, people = ({"x": new[0], "y": new[1]} for new in (place(table.x, table.y) for table in tables))
+    return tables[0].assign(yaw=yaw(tables[0].yaw), **poses), tables[1].assign(**people)
+
+
+MISREAD = {
+    "degrees": ({"yaw": np.degrees}, "yaw seems to be in degrees: .*; write rad"),
+    "degrees from 0 to 360": ({"yaw": lambda yaw: np.degrees(yaw) % 360.0}, "yaw seems to be in degrees"),
+    "θ": ({"yaw": lambda yaw: np.pi / 2 - yaw}, "the paper's θ_z: .*; write yaw, which is π/2"),
+    "cm": ({"place": lambda x, y: (100 * x, 100 * y)}, "place of people seems to be in cm: .*; write m"),
+    "swapped": ({"place": lambda x, y: (y, x)}, "place of poses seems to be y before x"),
+}
+
+
+@pytest.mark.parametrize("what", MISREAD)
+def test_answers_in_other_units_are_a_fault(dataset, tmp_path, what):
+    """By the truth, or by what is given in the first frames where there is none."""
+    change, problem = MISREAD[what]
+    folder = submit(tmp_path / "s", dataset, _changed(true_answers(dataset, noise=0.1), **change))
+    with pytest.raises(SubmissionError, match=problem):
+        score(folder, dataset)
+    with pytest.raises(SubmissionError, match=problem):
+        check_submission(folder, Dataset(dataset))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.5, 30.0])
+@pytest.mark.parametrize("turns", [0, 1, 5, -40])
+def test_unrolled_yaw_and_poor_answers_are_legal(dataset, tmp_path, turns, noise):
+    """Whole turns make no difference, however many, and answers may be anywhere."""
+    tables = true_answers(dataset, noise=noise)
+    folder = submit(tmp_path / "s", dataset, _changed(tables, yaw=lambda yaw: yaw + 2 * np.pi * turns))
+    assert score(folder, dataset).frames > 0
+    assert check_submission(folder, Dataset(dataset)).poses.there > 0

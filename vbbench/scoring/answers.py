@@ -19,9 +19,10 @@ from vbbench.files.submission import SUBMISSION_FILE, Faults, SubmissionInfo, re
 from vbbench.files.submission_tables import SubmissionTable, open_table
 from vbbench.files.tables import FALLBACK
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
+from vbbench.protocol import PROTOCOLS, START_FRAMES, Protocol, get_protocol
 from vbbench.scoring.scored_rows import ScoredRows, rows_by_number, scored_rows
 from vbbench.scoring.truth import TruthRows
+from vbbench.scoring.units import other_readings
 from vbbench.sequence import NOBODY
 
 Arrays = dict[str, NDArray[Any]]
@@ -31,6 +32,8 @@ _NO_ROWS: Arrays = {
     **{name: np.empty(0, dtype=np.int32) for name in ("sequence", "frame", "track")},
     **{name: np.empty(0) for name in ("x", "y", "yaw")},
 }
+GIVEN_LASTS = 5
+"""Frames after the first ones in which poses and positions are still about the last ones that were given."""
 OR_HOLD = ", or declare the failure policy 'hold'"
 """Advice to whom rows are missing."""
 _MISSING = f"the row is missing; add it{OR_HOLD}"
@@ -177,6 +180,7 @@ class CheckedSubmission:
                 f"{SUBMISSION_FILE}: made for dataset '{self.info.dataset}', this one is '{wanted}'; "
                 "solve this dataset, or score against that one"
             )
+        self._units_seen = False
         self._tables: dict[str, SubmissionTable | None] = {
             name: open_table(folder, name, dataset, self.faults) for name in ("poses", "positions")
         }
@@ -199,6 +203,8 @@ class CheckedSubmission:
         for rows in scored_rows(self.dataset, self.protocol, only):
             scored = rows if self.truth is None else rows.where(self.truth.persons(rows) != NOBODY)
             answers = self._answers(scored)
+            if only is None and not self._units_seen:
+                self._check_units(scored, answers)
             if not self.faults:
                 yield scored, fill_gaps(scored, answers)
         if only is None:
@@ -227,6 +233,25 @@ class CheckedSubmission:
                 self.faults.add_rows(positions_file, _MISSING, ids, ~placed)
         fallback = posed & (poses[:, 3] != 0.0) if FALLBACK in pose_rows else None
         return Answers(poses=poses[:, :3], positions=positions, posed=posed, placed=placed, fallback=fallback)
+
+    def _check_units(self, rows: ScoredRows, answers: Answers) -> None:
+        """Add a fault if answers are in other units than the format's, by the truth.
+
+        Without truth, those of the first frames are compared with the last ones that are given.
+        """
+        self._units_seen = True
+        if self.truth is None:
+            last = START_FRAMES + GIVEN_LASTS
+            poses, positions = rows.pose_frame < last, rows.frame < last
+            none = replace(answers, posed=np.zeros_like(answers.posed), placed=np.zeros_like(answers.placed))
+            held, early = fill_gaps(rows, none).where(positions, poses), answers.where(positions, poses)
+            found = other_readings(early.poses, early.positions, (held.poses, held.positions), early=True)
+        else:
+            true_poses = self.truth.poses(rows, answers.poses)
+            like = (true_poses, self.truth.positions(rows, true_poses))
+            found = other_readings(answers.poses, answers.positions, like)
+        for fault in found:
+            self.faults.add(fault)
 
     def _read(self, name: str, first: int, last: int) -> tuple[str, Arrays]:
         table = self._tables[name]
