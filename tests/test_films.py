@@ -50,6 +50,15 @@ class Square:
         return Detections(boxes=np.array([box], float), scores=np.array([0.9]))
 
 
+class Once(Square):
+    """Finds the square in the first picture alone."""
+
+    def detect(self, rgb: Any, period: float | None = None) -> Detections:
+        found = super().detect(rgb)
+        kept = slice(1 if self.seen == 1 else 0)
+        return Detections(boxes=found.boxes[kept], scores=found.scores[kept])
+
+
 SQUARE = "tests.test_films:Square"
 
 
@@ -174,8 +183,10 @@ def test_without_a_frame_rate_or_people_it_is_one_clear_line(tmp_path):
     folder = write_folder(tmp_path / "pictures")
     with pytest.raises(FileError, match="does not say how many frames a second it has; write fps in camera"):
         find_boxes(open_film(folder), tmp_path / "boxes.txt", detector=SQUARE)
-    with pytest.raises(FileError, match="hog finds 0 boxes, and none of them lasts; a better detector"):
+    with pytest.raises(FileError, match="hog finds nobody in 12 pictures; do they show people"):
         find_boxes(open_film(folder), tmp_path / "boxes.txt", fps=10.0)
+    with pytest.raises(FileError, match="finds 1 boxes, and none of them lasts; a better detector"):
+        find_boxes(open_film(folder), tmp_path / "boxes.txt", fps=10.0, detector="tests.test_films:Once")
     with pytest.raises(VbbenchError, match="every must be at least 1 frame, not 0"):
         find_boxes(open_film(folder), tmp_path / "boxes.txt", fps=10.0, every=0)
 

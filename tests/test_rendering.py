@@ -275,6 +275,7 @@ def test_detections_are_written_and_counted(panorama, oracle, tmp_path):
     people = int(sequence.observed.sum())
     assert (tally.frames, tally.people, tally.found) == (sequence.frames, people, people)
     assert tally.boxes == people + sequence.frames
+    assert (tally.sure, tally.sure_found) == (people, people)
     assert "found 100%" in str(tally)
     lines = (tmp_path / "det.txt").read_text().splitlines()
     assert len(lines) == tally.boxes
@@ -296,6 +297,20 @@ def test_detections_that_a_tracker_links_become_a_dataset(panorama, oracle, tmp_
     persons = made.track_persons(sequence)
     assert sequence.observed.sum() > 0.5 * source.observed.sum()  # 2.5 frames a second are few for a tracker
     assert (persons[sequence.observed] >= 0).mean() > 0.95
+
+
+class Blind:
+    """Finds nobody."""
+
+    def detect(self, rgb: Any, period: float | None = None) -> Detections:
+        return Detections(boxes=np.empty((0, 4)), scores=np.empty(0))
+
+
+def test_a_detector_that_finds_nobody_at_all_is_an_error(panorama, tmp_path):
+    out = tmp_path / "det.txt"
+    with pytest.raises(VbbenchError, match=r"Blind finds nobody in \d+ pictures; do they show people"):
+        detect_to_file(panorama, 0, out, detector=f"{__name__}:Blind", backend=BY_FLAT)
+    assert not out.exists()
 
 
 @pytest.mark.parametrize("every", [0, -1])

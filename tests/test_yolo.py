@@ -1,18 +1,37 @@
-"""The detector yolo: networks in the manner of YOLOv5 and YOLOv8 from ONNX files, written by hand here."""
+"""The detector yolo: networks of YOLO's families and transformers from ONNX files, written by hand here."""
+
+import os
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.onnx_network import write_network
-from vbbench.boxes import overlaps
+from tests.onnx_network import HALF, UINT8, write_network
+from vbbench.boxes import overlaps, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import make_detector
+from vbbench.exchange.matching import match_boxes
+from vbbench.files.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generation.generator import Options, Simulation
+from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
 from vbbench_renderers.onnx_header import read_onnx_header
-from vbbench_renderers.yolo import letterboxed, read_output
+from vbbench_renderers.yolo import letterboxed
+from vbbench_renderers.yolo_layouts import RT_DETR, YOLO5, YOLO8, YOLOX, read_rows
 
 BOXES = np.array([[20.0, 30.0, 8.0, 20.0], [44.0, 32.0, 10.0, 24.0], [44.5, 32.0, 10.0, 24.0]])
 SCORES = np.array([0.9, 0.6, 0.5])
 COUNT, CLASSES = 120, 3
+RUNTIMES = ["opencv", pytest.param("onnxruntime", marks=pytest.mark.extra("onnxruntime"))]
+
+
+@pytest.fixture(params=RUNTIMES)
+def runtime(request, monkeypatch):
+    """What runs the networks of a test."""
+    if request.param == "opencv":
+        monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    return request.param
 
 
 def version8(scores=SCORES, person=0, boxes=BOXES):
@@ -31,13 +50,38 @@ def version5():
     return output
 
 
+def corners(boxes=BOXES):
+    """[N, 4] left, top, right, bottom."""
+    return np.concatenate([boxes[:, :2] - 0.5 * boxes[:, 2:], boxes[:, :2] + 0.5 * boxes[:, 2:]], axis=1)
+
+
+def suppressed(columns, numbers=(0, 0, 0), count=COUNT):
+    """[1, N, columns]: corners, score, number of the class, and keypoints or coefficients of masks."""
+    output = np.zeros((1, count, columns))
+    output[0, :3, :4], output[0, :3, 4], output[0, :3, 5] = corners(), SCORES, numbers
+    output[0, :3, 6:] = 7.25
+    return output
+
+
+def yolox(width=64, height=64, boxes=BOXES[:2], decoded=False):
+    """[1, cells, 5 + classes] of YOLOX: each box in the cell of the first grid that contains its centre."""
+    output = np.zeros((1, sum((width // stride) * (height // stride) for stride in (8, 16, 32)), 5 + CLASSES))
+    if decoded:
+        output[0, :, :2] = width / 2, height / 2
+    for box, score in zip(boxes, SCORES, strict=False):
+        column, row = np.floor(box[:2] / 8)
+        raw = np.concatenate([box[:2] / 8 - (column, row), np.log(box[2:] / 8)])
+        output[0, int(row) * (width // 8) + int(column)] = [*(box if decoded else raw), 0.95, score / 0.95, 0, 0]
+    return output
+
+
 def picture(width, height, colour=(255, 0, 0)):
     return np.broadcast_to(np.array(colour, np.uint8), (height, width, 3)).copy()
 
 
 @pytest.mark.parametrize("output", [version8(), version5()], ids=["YOLOv8", "YOLOv5"])
 @pytest.mark.parametrize(("width", "height"), [(640, 360), (100, 400), (64, 64), (30, 20)])
-def test_boxes_are_those_of_the_network_in_px_of_the_picture(tmp_path, output, width, height):
+def test_boxes_are_those_of_the_network_in_px_of_the_picture(tmp_path, runtime, output, width, height):
     found = make_detector("yolo", write_network(tmp_path / "net.onnx", output)).detect(picture(width, height))
     scale = 64 / max(width, height)
     margin = 0.5 * (64 - scale * np.array([width, height]))
@@ -80,33 +124,159 @@ def test_a_panorama_is_continued_beyond_its_seam(tmp_path):
 
 
 def test_letterbox_keeps_the_shape_of_the_picture():
-    shown, where = letterboxed(picture(200, 100), (64, 96))
+    shown, where = letterboxed(picture(200, 100), (64, 96), YOLO8)
     assert shown.shape == (96, 64, 3)
-    assert (where.scale, where.left, where.top) == (0.32, 0, 32)
+    assert (where.scale, where.left, where.top) == ((0.32, 0.32), 0, 32)
     assert (shown[:32] == 114).all()
     assert (shown[32:64] == [255, 0, 0]).all()
+
+
+def test_yolox_has_margins_at_the_end_and_a_transformer_none():
+    shown, where = letterboxed(picture(200, 100), (64, 96), YOLOX)
+    assert ((shown[:32] == [255, 0, 0]).all(), (shown[32:] == 114).all(), where.top) == (True, True, 0)
+    shown, where = letterboxed(picture(200, 100), (64, 96), RT_DETR)
+    assert (shown == [255, 0, 0]).all()
+    np.testing.assert_allclose(where.to_picture(np.array([[32.0, 48.0, 32.0, 24.0]])), [[50.0, 37.5, 100.0, 25.0]])
+
+
+@pytest.mark.parametrize(("width", "height"), [(64, 64), (96, 64), (64, 128)])
+@pytest.mark.parametrize("decoded", [False, True])
+def test_yolox_is_decoded_on_its_grids(tmp_path, runtime, decoded, width, height):
+    output = yolox(width, height, decoded=decoded)
+    net = write_network(tmp_path / "net.onnx", output, shape=(1, 3, height, width))
+    found = make_detector(str(net)).detect(picture(width // 2, height // 2))
+    np.testing.assert_allclose(found.boxes[:, :2] + 0.5 * found.boxes[:, 2:], BOXES[:2, :2] / 2, rtol=1e-5)
+    np.testing.assert_allclose(found.boxes[:, 2:], BOXES[:2, 2:] / 2, rtol=1e-5)
+    np.testing.assert_allclose(found.scores, SCORES[:2], rtol=1e-5)
+
+
+def test_yolox_takes_bgr_from_0_to_255(tmp_path, runtime):
+    slope = np.zeros((*yolox().shape, 3))
+    slope[0, :3, 5] = np.eye(3) / 300.0
+    output = yolox(boxes=BOXES[:0])
+    output[0, :3, 2:5] = np.log(2.0), np.log(2.0), 1.0
+    found = make_detector(str(write_network(tmp_path / "net.onnx", output, slope))).detect(
+        picture(64, 64, (60, 120, 240))
+    )
+    np.testing.assert_allclose(found.scores, np.array([240, 120, 60]) / 300.0, rtol=1e-4)
+    np.testing.assert_allclose(found.boxes[:, 0] + 0.5 * found.boxes[:, 2], [0.0, 8.0, 16.0], atol=1e-4)
+
+
+@pytest.mark.parametrize("columns", [6, 38, 57])
+@pytest.mark.parametrize("count", [2, 300])
+def test_final_detections_have_corners_and_the_number_of_the_class(tmp_path, runtime, columns, count):
+    output = suppressed(columns, (1, 0, 0), max(count, 3))[:, :count]
+    outputs = {"output0": output, "output1": np.zeros((1, 4, 8, 8))} if columns == 38 else output
+    found = make_detector(str(write_network(tmp_path / "net.onnx", outputs))).detect(picture(64, 64))
+    wanted = corners(BOXES[1:2])
+    np.testing.assert_allclose(found.boxes, [[*wanted[0, :2], *BOXES[1, 2:]]], rtol=1e-5)
+    np.testing.assert_allclose(found.scores, SCORES[1:2], rtol=1e-5)
+
+
+def test_final_detections_of_any_width_are_named_by_the_metadata(tmp_path):
+    names, output = {0: "bag", 2: "person"}, suppressed(6 + 5 * 3, (2, 0, 2), 5)
+    for n, known in enumerate(({"end2end": "True"}, {"args": "{'nms': True}"})):
+        net = write_network(tmp_path / f"{n}.onnx", output, names=names, metadata={**known, "task": "pose"})
+        assert make_detector(str(net)).detect(picture(64, 64)).scores.tolist() == pytest.approx([0.9, 0.5])
+
+
+def test_one_class_of_yolov5_is_not_taken_for_final_detections(tmp_path):
+    output = np.zeros((1, 3 * 84, 6))
+    output[0, :, 5] = 1.0
+    output[0, :3, :4], output[0, :3, 4] = BOXES, SCORES
+    found = make_detector(str(write_network(tmp_path / "net.onnx", output))).detect(picture(64, 64))
+    np.testing.assert_allclose(found.boxes[:, 2:], BOXES[:2, 2:], rtol=1e-5)
+
+
+def test_boxes_of_rt_detr_are_shares_of_a_stretched_picture(tmp_path, runtime):
+    output = np.zeros((1, 20, 6))
+    output[0, 0] = 0.5, 0.25, 0.1, 0.3, 0.8, 0.1
+    net = write_network(tmp_path / "net.onnx", output, names={0: "person", 1: "car"})
+    np.testing.assert_allclose(make_detector(str(net)).detect(picture(200, 100)).boxes, [[90, 10, 20, 30]], rtol=1e-5)
+
+
+@pytest.mark.extra("onnxruntime")
+def test_d_fine_and_rf_detr_are_known_by_the_names_of_their_outputs(tmp_path):
+    output = {"labels": np.array([[0, 3, 0]]), "boxes": corners()[None], "scores": SCORES[None]}
+    net = write_network(tmp_path / "a.onnx", output, more_inputs=["orig_target_sizes"])
+    found = make_detector(str(net)).detect(picture(128, 64))
+    np.testing.assert_allclose(found.boxes[:, 2:], BOXES[[0, 2], 2:] * [2, 1], rtol=1e-5)
+    logits = np.full((1, 3, 91), -9.0)
+    logits[0, :2, 1] = 2.0, 1.0
+    net = write_network(tmp_path / "b.onnx", {"dets": BOXES[None] / 64, "labels": logits})
+    found = make_detector(str(net)).detect(picture(128, 64))
+    np.testing.assert_allclose(found.boxes[:, 2:], BOXES[:2, 2:] * [2, 1], rtol=1e-5)
+    np.testing.assert_allclose(found.scores, 1 / (1 + np.exp([-2.0, -1.0])), rtol=1e-5)
+
+
+@pytest.mark.parametrize("shape", [(-1, 3, 64, 64), ("batch", 3, "height", "width")])
+def test_axes_that_may_be_anything_are_one_picture_of_the_size_in_the_metadata(tmp_path, runtime, shape):
+    net = write_network(tmp_path / "net.onnx", version8(), shape=shape, metadata={"imgsz": "[64, 128]"})
+    found = make_detector(str(net)).detect(picture(128, 64))
+    np.testing.assert_allclose(found.boxes[:, 2:] / BOXES[:2, 2:], 2.0 if shape[0] == -1 else 1.0, rtol=1e-5)
+
+
+@pytest.mark.extra("onnxruntime")
+def test_pictures_of_float16_are_given_and_of_uint8_are_refused(tmp_path):
+    net = write_network(tmp_path / "half.onnx", version8(), kind=HALF)
+    np.testing.assert_allclose(make_detector(str(net)).detect(picture(64, 64)).boxes[:, 2:], BOXES[:2, 2:], rtol=1e-3)
+    with pytest.raises(FileError, match="its input takes numbers of uint8; export it with an input of float32"):
+        make_detector(str(write_network(tmp_path / "bytes.onnx", version8(), kind=UINT8)))
+
+
+@pytest.mark.slow
+@pytest.mark.extra("onnxruntime")
+def test_yolox_nano_finds_the_same_people_in_either_runtime(tmp_path, monkeypatch):
+    weights = Path(os.environ.get("VBBENCH_DATA", "")) / "detectors" / "yolox_nano.onnx"
+    if not weights.is_file():
+        pytest.skip("VBBENCH_DATA has no detectors/yolox_nano.onnx")
+    generate("street", tmp_path / "street", Options(seed=5, simulation=Simulation(sequences=1)))
+    dataset = Dataset(tmp_path / "street")
+    sequence, frame = dataset.sequence(0), 150
+    with open_renderer(Backend(name="raster"), scene_of(dataset, sequence.scene), str) as renderer:
+        rgb = next(iter(pictures(dataset, sequence, renderer, range(frame, frame + 1)))).rgb
+    found = make_detector(str(weights)).detect(rgb)
+    monkeypatch.setitem(sys.modules, "onnxruntime", None)
+    again = make_detector(str(weights)).detect(rgb)
+    np.testing.assert_allclose(again.boxes, found.boxes, atol=0.05)
+    np.testing.assert_allclose(again.scores, found.scores, atol=1e-4)
+    sure, real = found.boxes[found.scores >= 0.4], rectangles(sequence.observations[frame, sequence.observed[frame]])
+    right = len(match_boxes(sure, real, dataset.camera(sequence))[0])
+    assert right >= 0.8 * len(sure)
+    assert right >= 0.4 * len(real)
 
 
 @pytest.mark.parametrize(
     ("output", "message"),
     [
-        (np.zeros((1, 3, COUNT)), r"its output has the shape \[1, 3, 120\]; wanted: \[1, N, 5 \+ classes\] of YOLOv5"),
-        (np.zeros((1, 30, 6)), r"its output has the shape \[1, 30, 6\]"),
+        (np.zeros((1, 3, COUNT)), r"its output has the shape \[1, 3, 120\]; wanted: \[1, 4 \+ classes, N\] of YOLOv8"),
+        (np.full((1, 30, 6), 0.3), r"its output has the shape \[1, 30, 6\]"),
+        (np.zeros((1, 1000)), r"its output is output0 \[1, 1000\]; wanted"),
+        ({"b": np.zeros((1, 9, 4)), "s": np.zeros((1, 9, 3))}, r"its output is b \[1, 9, 4\], s \[1, 9, 3\]; wanted"),
         (version8(scores=np.array([7.0])), r"its scores are 0 to 7, not 0 to 1"),
         (version8(boxes=BOXES / 64), "its boxes are shares of the picture, not px"),
     ],
 )
-def test_an_output_of_another_kind_is_one_clear_line(tmp_path, output, message):
-    detector = make_detector(str(write_network(tmp_path / "net.onnx", output)))
+def test_an_output_of_another_kind_is_one_clear_line(tmp_path, runtime, output, message):
+    net = write_network(tmp_path / "net.onnx", output)
     with pytest.raises(FileError, match=message) as caught:
-        detector.detect(picture(64, 64))
+        make_detector(str(net)).detect(picture(64, 64))
     assert "\n" not in str(caught.value)
     assert "net.onnx" in str(caught.value)
 
 
 def test_a_class_that_the_output_does_not_have_is_refused(tmp_path):
     with pytest.raises(FileError, match="has no class 7"):
-        read_output(tmp_path / "net.onnx", version8(), 7)
+        read_rows(tmp_path / "net.onnx", version8()[0], YOLO8, (64, 64), 7)
+    with pytest.raises(FileError, match="has no class 3"):
+        read_rows(tmp_path / "net.onnx", version5()[0], YOLO5, (64, 64), 3)
+
+
+@pytest.mark.parametrize("task", ["classify", "obb"])
+def test_a_network_for_another_task_is_named(tmp_path, task):
+    net = write_network(tmp_path / "net.onnx", np.zeros((1, 1000)), metadata={"task": task})
+    with pytest.raises(FileError, match=f"is a network for the task '{task}'; wanted: one for detect"):
+        make_detector(str(net))
 
 
 @pytest.mark.parametrize(
@@ -133,23 +303,26 @@ def test_what_is_no_network_is_one_clear_line(tmp_path):
     whole = write_network(tmp_path / "net.onnx", version8()).read_bytes()
     for n, data in enumerate((b"", b"PK\3\4 some zip", b"\xff" * 40, whole[: len(whole) // 2])):
         (tmp_path / f"{n}.onnx").write_bytes(data)
-        with pytest.raises(FileError, match="is not an ONNX network; export yours with format=onnx"):
+        message = "is damaged or ends early" if n == 3 else "is not an ONNX network; export yours with format=onnx"
+        with pytest.raises(FileError, match=message):
             make_detector(str(tmp_path / f"{n}.onnx"))
+    (tmp_path / "best.pt").write_bytes(b"PK")
+    with pytest.raises(VbbenchError, match="is not an ONNX file; with Ultralytics: yolo export"):
+        make_detector(str(tmp_path / "best.pt"))
 
 
-def test_a_network_that_opencv_cannot_run_is_one_clear_line(tmp_path):
+def test_a_network_that_cannot_be_run_is_one_clear_line(tmp_path, runtime):
     path = write_network(tmp_path / "net.onnx", version8())
     path.write_bytes(path.read_bytes().replace(b"GlobalAveragePool", b"GlobalAveragePoll"))
-    with pytest.raises(FileError, match=r"OpenCV cannot (read|run) this network") as caught:
+    message = (
+        r"OpenCV cannot .* this network.*vbbench\[onnx\]" if runtime == "opencv" else "ONNX Runtime cannot read this"
+    )
+    with pytest.raises(FileError, match=message) as caught:
         make_detector(str(path)).detect(picture(64, 64))
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("numbers", [[0, 0, 0], [0, 1, 0], [1, 1, 1], [56, 0, 2]])
-def test_output_after_a_suppression_is_refused(tmp_path, numbers):
-    """Corners, score and the number of the class, as networks have it that were exported with their own suppression."""
-    output = np.zeros((1, COUNT, 6))
-    output[0, :3, :2], output[0, :3, 2:4] = BOXES[:, :2] - 0.5 * BOXES[:, 2:], BOXES[:, :2] + 0.5 * BOXES[:, 2:]
-    output[0, :3, 4], output[0, :3, 5] = SCORES, numbers
-    with pytest.raises(FileError, match="ends in numbers of classes, as after a suppression of its own; wanted"):
-        read_output(tmp_path / "net.onnx", output, 0)
+def test_other_inputs_are_named(tmp_path):
+    net = write_network(tmp_path / "net.onnx", version8(), more_inputs=["scale_factor"])
+    with pytest.raises(FileError, match="it has the inputs images, scale_factor; wanted: one, a picture"):
+        make_detector(str(net))

@@ -1,4 +1,4 @@
-"""What an ONNX file says of itself: the size of the pictures that it takes, and the names of its classes.
+"""The header of an ONNX file: the size of the pictures that it takes, and the names of its classes.
 
 ONNX is a protobuf message. Only the few fields that are needed are read, by their numbers in onnx.proto3; the weights
 are skipped.
@@ -8,6 +8,7 @@ import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from vbbench.errors import FileError
 
@@ -16,33 +17,45 @@ _GRAPH, _METADATA = 7, 14
 _INITIALIZER, _INPUT = 5, 11
 """Fields of GraphProto."""
 _TENSOR_NAME = 8
+_IR_VERSION = b"\x08"
+"""The first byte of every ONNX file: the key of ModelProto's first field."""
 _VARINT, _EIGHT_BYTES, _LENGTH, _FOUR_BYTES = 0, 1, 2, 5
 
 
 @dataclass(frozen=True, kw_only=True)
 class OnnxHeader:
-    """The first input of a network, and its metadata.
+    """The inputs of a network, and its metadata.
 
     Parameters
     ----------
-    shape : of the input; ``None`` for a dimension that may be anything.
+    inputs : names of the inputs.
+    shape : of the first input; ``None`` for a dimension that may be anything.
+    number_type : of the first input's numbers, as onnx.proto3 numbers them: 1 float32, 2 uint8, 10 float16.
     metadata : such as ``names``, the classes.
     """
 
+    inputs: tuple[str, ...]
     shape: tuple[int | None, ...]
+    number_type: int
     metadata: dict[str, str]
 
     def class_names(self) -> dict[int, str]:
         """The names of the classes by number, as Ultralytics' exporter writes them; none if there are none."""
         try:
-            names = dict(ast.literal_eval(self.metadata.get("names", "{}")))
-            return {int(number): str(name) for number, name in names.items()}
-        except (ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
+            return {int(number): str(name) for number, name in dict(self.value("names")).items()}
+        except (ValueError, TypeError):
             return {}
+
+    def value(self, name: str) -> Any:
+        """An entry of the metadata that is written as Python has it; ``None`` if there is none."""
+        try:
+            return ast.literal_eval(self.metadata.get(name, "None"))
+        except (ValueError, TypeError, SyntaxError, RecursionError, MemoryError):
+            return None
 
 
 def read_onnx_header(path: Path) -> OnnxHeader:
-    """Read what an ONNX file says of itself.
+    """Read the header of an ONNX file.
 
     Raises
     ------
@@ -59,10 +72,14 @@ def read_onnx_header(path: Path) -> OnnxHeader:
         weights = {_text(one, _TENSOR_NAME) for number, one in graph if number == _INITIALIZER}
         inputs = [one for number, one in graph if number == _INPUT and _text(one, 1) not in weights]
         shape = tuple(_dimension(one) for one in _path(inputs[0], 2, 1, 2, 1))
+        number_type = _varint(_path(inputs[0], 2, 1, 1)[0], 0)[0]
         metadata = {_text(one, 1): _text(one, 2) for number, one in fields if number == _METADATA}
     except (IndexError, StopIteration, ValueError) as error:
+        if model[:1] == _IR_VERSION:
+            raise FileError(path, "is an ONNX file that is damaged or ends early; copy or export it again") from error
         raise FileError(path, "is not an ONNX network; export yours with format=onnx") from error
-    return OnnxHeader(shape=shape, metadata=metadata)
+    names = tuple(_text(one, 1) for one in inputs)
+    return OnnxHeader(inputs=names, shape=shape, number_type=number_type, metadata=metadata)
 
 
 def _fields(message: memoryview) -> Iterator[tuple[int, memoryview]]:

@@ -67,13 +67,21 @@ class TrackerFactory(Protocol):
         """A tracker of one sequence of ``dt`` seconds per frame; ``period`` as in `Detector.detect`."""
 
 
+NOBODY = "do they show people? docs/films.md says which networks are read, and how; another detector may find some"
+"""What to look at where a detector finds nothing at all."""
 TALL = 100.0
 """Height in px from which boxes are counted separately: what detectors of people are made for."""
+
+SURE = 0.4
+"""Score from which detections are counted separately: below it detectors report many false alarms, for trackers."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tally:
-    """How a detector did: numbers of frames, of its boxes, and of people's boxes (of them tall) and those it found."""
+    """How a detector did: numbers of frames, of its boxes, and of people's boxes (of them tall) and those it found.
+
+    ``sure`` and ``sure_found`` are its boxes whose score is `SURE` or more, and those of people that these find.
+    """
 
     frames: int = 0
     boxes: int = 0
@@ -81,6 +89,8 @@ class Tally:
     found: int = 0
     tall: int = 0
     tall_found: int = 0
+    sure: int = 0
+    sure_found: int = 0
 
     def __add__(self, other: "Tally") -> "Tally":
         return Tally(**{name: value + getattr(other, name) for name, value in vars(self).items()})
@@ -89,7 +99,9 @@ class Tally:
         recall, precision = _share(self.found, self.people), _share(self.found, self.boxes)
         tall = f"{_share(self.tall_found, self.tall)} of those {TALL:g} px high and more"
         found = f"found {recall} of {self.people} boxes ({tall})"
-        return f"{self.frames} frames: {found}; {precision} of the {self.boxes} detections are right"
+        right = f"{self.frames} frames: {found}; {precision} of the {self.boxes} detections are right"
+        share, sure_right = _share(self.sure_found, self.people), _share(self.sure_found, self.sure)
+        return f"{right}; with scores of {SURE:g} and more: found {share}, {sure_right} of {self.sure} right"
 
 
 def detect_to_file(
@@ -125,7 +137,8 @@ def detect_to_file(
     Raises
     ------
     VbbenchError
-        If there is no such sequence, detector, tracker or backend, ``out`` is a folder, or the truth is withheld.
+        If there is no such sequence, detector, tracker or backend, ``out`` is a folder, the truth is withheld, or
+        nobody is found in any picture.
     """
     if every < 1:
         raise VbbenchError(f"every must be at least 1 frame, not {every}")
@@ -145,6 +158,8 @@ def detect_to_file(
         for picture in pictures(dataset, sequence, renderer, frames):
             found.append(finder.detect(picture.rgb, period))
             bar.update()
+    if not any(len(one.scores) for one in found):
+        raise VbbenchError(f"{weights or detector} finds nobody in {len(found)} pictures; {NOBODY}")
     linked = [(np.full(len(one.scores), UNLINKED), one) if linking is None else linking.step(one) for one in found]
     write_mot(Path(out), _rows(frames, linked))
     tallies = [_tally(sequence, frame, one, camera) for frame, one in zip(frames, found, strict=True)]
@@ -168,6 +183,8 @@ def make_detector(name: str, weights: Path | None = None) -> Detector:
         if weights is not None:
             raise VbbenchError(f"{name} and {weights} are two networks; name one")
         name, weights = "yolo", Path(name)
+    elif ":" not in name and Path(name).is_file():
+        raise VbbenchError(f"{name} is not an ONNX file; with Ultralytics: yolo export model={name} format=onnx")
     kind = load("detector", name)
     try:
         made: Detector = kind() if weights is None else kind(weights=weights)
@@ -193,7 +210,7 @@ def _rows(frames: range, found: list[tuple[IntArray, Detections]]) -> MotRows:
 def _tally(sequence: Sequence, frame: int, found: Detections, camera: Camera) -> Tally:
     there = rectangles(sequence.observations[frame, sequence.observed[frame]])
     _, partners = match_boxes(found.boxes, there, camera)
-    tall = there[:, 3] >= TALL
+    tall, sure = there[:, 3] >= TALL, found.boxes[found.scores >= SURE]
     return Tally(
         frames=1,
         boxes=len(found.boxes),
@@ -201,6 +218,8 @@ def _tally(sequence: Sequence, frame: int, found: Detections, camera: Camera) ->
         found=len(partners),
         tall=int(tall.sum()),
         tall_found=int(tall[partners].sum()),
+        sure=len(sure),
+        sure_found=len(match_boxes(sure, there, camera)[0]),
     )
 
 

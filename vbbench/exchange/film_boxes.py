@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.exchange.detection import Detections, Detector, TrackerFactory, make_detector
+from vbbench.exchange.detection import NOBODY, Detections, Detector, TrackerFactory, make_detector
 from vbbench.exchange.kept_detections import KeptDetections, kept_detections, key_of
 from vbbench.exchange.mot.text import MotRows, write_mot
 from vbbench.folders.swapping import beside
@@ -91,6 +91,8 @@ def find_boxes(
             write_mot(out, rows)
         kept.remove()
     if not len(rows.frame):
+        if not detections:
+            raise FileError(film.path, f"{weights or detector} finds nobody in {len(found)} pictures; {NOBODY}")
         advice = "a better detector (--detector FILE.onnx) or a film with people nearer may help"
         raise FileError(film.path, f"{detector} finds {detections} boxes, and none of them lasts; {advice}")
     shown = np.unique(rows.frame)
