@@ -39,7 +39,7 @@ def birdify(
         mount_height: The camera's height over the ground in m, where its file does not state it.
         pitch: How far it looks above the horizon in rad, where its file does not state it.
         solver: A registered name or module:attribute of your own.
-        detector: Of a film: hog (default), an ONNX file in the manner of YOLO, or module:attribute of your own.
+        detector: Of a film: hog (default), an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
         weights: Of a film: file of the detector's network, for --detector yolo.
         tracker: Of a film: byte (default), or module:attribute of your own.
         every: Of a film: use only every n-th frame for the map; all are tracked.

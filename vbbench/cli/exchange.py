@@ -163,7 +163,7 @@ def detect(
         folder: The dataset.
         sequence: Number of the sequence.
         out: Text file to write.
-        detector: hog, an ONNX file in the manner of YOLO, or module:attribute of your own.
+        detector: hog, an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
         weights: File of the detector's network: --detector yolo --weights FILE.onnx.
         tracker: Link the detections: byte, or module:attribute of your own; 'import mot' takes the file.
         every: Use every n-th frame only.
