@@ -1,8 +1,9 @@
 """Two measures of distance in every box, held against each other: how high it is, and how low it ends.
 
 A person of height h at distance d is l = h/d high, and the feet are seen s = c/d below the horizon, per metre of
-distance, from a camera at height c. With the mean of h for h, s = (c/h) l + p tells how high the camera really is, and
-by which angle p it looks higher than its file says.
+distance, from a camera at height c. With the mean of h for h, s = (c/h) l + p gives how high the camera really is, and
+by which angle p it looks higher than its file says. What an angle does depends on the azimuth φ: a pitch adds p cos φ,
+a roll −q sin φ, and in a picture of 360° the row of the horizon adds the same all around.
 
 Both are measured, and l has besides the spread of heights for an error: a line through them by least squares is too
 flat, so that the camera comes out too low and to look up. So the line is the one whose errors have nothing to do with
@@ -36,7 +37,10 @@ LATER = (1.0, 1.15, 1.3, 1.45, 1.6, 1.75)
 """In s: a box's error is no more that of a box of the same person before so long. A camera that bobs up and down with
 its bearer's steps, 1.5 to 2 times a second, is, averaged over these, where it would be without bobbing."""
 DRAWS, MIDDLE = 200, (15.87, 84.13)
-"""Draws of tracks, with replacement, to tell how certain the figures are; the percentiles one σ to either side."""
+"""Draws of tracks, with replacement, for how certain the figures are; the percentiles one σ to either side."""
+CERTAIN, SIDES = 3.0, 0.02
+"""What differs from side to side counts from so many σ and rad on; else all of it is noise, and left out."""
+RIDGE = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +51,9 @@ class Cues:
     ----------
     boxes, tracks : how many were used.
     mount_height, mount_height_std : of the camera in m if people are of mean height.
-    tilt, tilt_std : by how much it looks higher than its file says, in rad.
+    tilt, tilt_std : by how much it looks higher than its file says, in rad; all around 0 unless it is certain.
+    roll, roll_std : by how much its right side hangs lower than its file says, in rad; 0 unless it is certain.
+    horizon, horizon_std : by how much the horizon is lower than its file says, in rad; 0 but all around.
     """
 
     boxes: int
@@ -56,6 +62,10 @@ class Cues:
     mount_height_std: float
     tilt: float
     tilt_std: float
+    roll: float = 0.0
+    roll_std: float = 0.0
+    horizon: float = 0.0
+    horizon_std: float = 0.0
 
 
 class HeightPrior(NamedTuple):
@@ -69,8 +79,8 @@ def compare_cues(boxes: FloatArray, camera: Camera, people: HeightPrior, dt: flo
     """Hold the feet of boxes [T, K, 3], ``dt`` s apart, against their heights.
 
     Boxes weigh by the spread of heights, which is the same share of every distance; Huber's weights keep those out
-    whose feet are hidden. The standard deviations are over draws of tracks, and hold the spread of heights. A tilt is
-    found again from the camera tilted by it, until it is: feet hold a straight line for a small one only.
+    whose feet are hidden. A tilt is found again from the camera tilted by it, until it is: feet hold a straight line
+    for a small one only.
 
     Returns
     -------
@@ -79,7 +89,8 @@ def compare_cues(boxes: FloatArray, camera: Camera, people: HeightPrior, dt: flo
     looks: Iterable[Cues | None]
     later = sorted({max(1, round(seconds / dt)) for seconds in LATER})
     if _can_tilt(camera):
-        looks = (_settled(boxes, camera, people, later, tilt=start) for start in STARTS)
+        starts = (*STARTS, -camera.pitch) if isinstance(camera, CentralCamera) else STARTS
+        looks = (_settled(boxes, camera, people, later, tilt=start) for start in starts)
     else:
         looks = [_compare(boxes, camera, people, later)]
     return next((cues for cues in looks if cues is not None and _is_possible(cues)), None)
@@ -91,7 +102,7 @@ def _settled(boxes: FloatArray, camera: Any, people: HeightPrior, later: Sequenc
         if abs(camera.pitch + tilt) > STEEPEST_PITCH:
             return None
         found = _compare(boxes, replace(camera, pitch=camera.pitch + tilt), people, later)
-        if found is None or abs(tilt + found.tilt) > STEEPEST:
+        if found is None or min(abs(tilt + found.tilt), abs(camera.pitch + tilt + found.tilt)) > STEEPEST:
             return None
         tilt += found.tilt
         if abs(found.tilt) < SAME_TILT:
@@ -106,7 +117,7 @@ def _can_tilt(camera: Camera) -> bool:
 
 def _is_possible(cues: Cues) -> bool:
     """Whether a camera of people may be so high and so tilted."""
-    return cues.mount_height > LOWEST and abs(cues.tilt) <= STEEPEST
+    return cues.mount_height > LOWEST and abs(cues.tilt) <= STEEPEST_PITCH
 
 
 def _compare(boxes: FloatArray, camera: Camera, people: HeightPrior, later: Sequence[int]) -> Cues | None:
@@ -118,46 +129,69 @@ def _compare(boxes: FloatArray, camera: Camera, people: HeightPrior, later: Sequ
         near = 1.0 / np.hypot(ahead[:, 0], ahead[:, 1])
         feet = near * camera.mount_height * people.mean / heights
         good = np.isfinite(feet) & (near > 1.0 / FARTHEST) & (np.abs(feet) < HIGHEST * near)
-    near, feet, track, frame = near[good], feet[good], track[good], frame[good]
+    near, feet, track, frame, ahead = near[good], feet[good], track[good], frame[good], ahead[good]
     _, track = np.unique(track, return_inverse=True)
     count = int(track.max(initial=-1)) + 1
     if len(track) < FEWEST_BOXES or count < FEWEST_TRACKS:
         return None
     elsewhen = np.mean([feet[_seen_later(frame, track, frames)] for frames in later], axis=0)
-    moments = _moments(near, feet, elsewhen)
-    height, tilt = _line(moments.sum(axis=0))
-    of_track = np.zeros((count, *moments.shape[1:]))
+    right, forward = near * ahead.T
+    level = np.ones_like(near)
+    angles = [forward, -right] if camera.period is None else [level, forward, -right]
+    fits = [_fit(near, feet, elsewhen, track, angles[:some], people) for some in (1, len(angles))]
+    (found, std), (all_found, all_std) = fits
+    sides = slice(2, None)
+    if (np.abs(all_found[sides]) > np.maximum(CERTAIN * all_std[sides], SIDES)).any():
+        found, std = all_found, all_std
+    found, std = (np.pad(values, (0, len(angles) + 1 - len(values))) for values in (found, std))
+    names = ["mount_height", *(("tilt", "roll") if camera.period is None else ("horizon", "tilt", "roll"))]
+    measured = {"tilt": 0.0, "tilt_std": 0.0}
+    for name, value, spread in zip(names, found.tolist(), std.tolist(), strict=True):
+        measured |= {name: value, f"{name}_std": spread}
+    return Cues(boxes=len(track), tracks=count, **measured)
+
+
+def _fit(
+    near: FloatArray,
+    feet: FloatArray,
+    elsewhen: FloatArray,
+    track: IntArray,
+    angles: Sequence[FloatArray],
+    people: HeightPrior,
+) -> tuple[FloatArray, FloatArray]:
+    """Mount height and angles [1 + A] by boxes [N], and their standard deviations.
+
+    These are the larger of two: over draws of tracks, and by the spread of heights, which few tracks do not show.
+    """
+    moments = _moments(near, feet, elsewhen, angles)
+    of_track = np.zeros((int(track.max()) + 1, *moments.shape[1:]))
     np.add.at(of_track, track, moments)
-    draws = of_track[np.random.default_rng(0).integers(0, count, (DRAWS, count))].sum(axis=1)
-    height_std, tilt_std = 0.5 * np.diff(np.percentile(_line(draws), MIDDLE, axis=0), axis=0)[0]
-    prior = people.std / people.mean / np.sqrt(count)
-    return Cues(
-        boxes=len(track),
-        tracks=count,
-        mount_height=float(height),
-        mount_height_std=float(np.hypot(height_std, prior * abs(height))),
-        tilt=float(tilt),
-        tilt_std=float(tilt_std),
-    )
+    whole = of_track.sum(axis=0)
+    found = _line(whole)
+    draws = of_track[np.random.default_rng(0).integers(0, len(of_track), (DRAWS, len(of_track)))].sum(axis=1)
+    drawn = 0.5 * np.diff(np.percentile(_line(draws), MIDDLE, axis=0), axis=0)[0]
+    taller = np.linalg.solve(whole[:, :-1] + RIDGE * np.eye(len(whole)), found[0] * of_track[:, :, 0].T)
+    by_heights = people.std / people.mean * np.linalg.norm(taller, axis=1)
+    return found, np.maximum(drawn, by_heights)
 
 
-def _moments(near: FloatArray, feet: FloatArray, elsewhen: FloatArray) -> FloatArray:
-    """[N, 2, 3] what each box adds to the two equations of the line: two of its coefficients, and ``feet``."""
-    ones = np.ones_like(near)
-    share = 1.0 / np.maximum(elsewhen, 1.0 / FARTHEST)  # all errors are shares of how near somebody is
-    known, both = np.stack([elsewhen, ones], axis=-1), np.stack([near, ones, feet], axis=-1)
+def _moments(near: FloatArray, feet: FloatArray, elsewhen: FloatArray, angles: Sequence[FloatArray]) -> FloatArray:
+    """[N, 1 + A, 2 + A] what each box adds to the equations of the line: its coefficients, and ``feet``."""
+    share = 1.0 / np.maximum(elsewhen, 1.0 / FARTHEST)  # all errors are shares of how near a person is
+    known, both = np.stack([elsewhen, *angles], axis=-1), np.stack([near, *angles, feet], axis=-1)
     moments = (share**2)[:, None, None] * known[:, :, None] * both[:, None, :]
-    weights = ones
+    weights = np.ones_like(near)
     for _ in range(ROUNDS):
-        height, tilt = _line((weights[:, None, None] * moments).sum(axis=0))
-        off = np.abs(feet - height * near - tilt) * share
+        line = _line((weights[:, None, None] * moments).sum(axis=0))
+        off = np.abs(feet - both[:, :-1] @ line) * share
         weights = np.minimum(1.0, TUNING * 1.4826 * np.median(off) / np.maximum(off, 1e-9))
     return weights[:, None, None] * moments
 
 
 def _line(moments: FloatArray) -> FloatArray:
-    """[..., 2] mount height and tilt by ``moments`` [..., 2, 3], which may tell nothing."""
-    return np.asarray(np.linalg.solve(moments[..., :2] + 1e-9 * np.eye(2), moments[..., 2:])[..., 0])
+    """[..., n] mount height and angles by ``moments`` [..., n, n + 1], of which some may hold no information."""
+    ridge = RIDGE * np.eye(moments.shape[-2])
+    return np.asarray(np.linalg.solve(moments[..., :-1] + ridge, moments[..., -1:])[..., 0])
 
 
 def _seen_later(frame: IntArray, track: IntArray, later: int) -> IntArray:

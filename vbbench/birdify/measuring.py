@@ -7,12 +7,17 @@ import numpy as np
 from vbbench.birdify.cues import Cues, HeightPrior, compare_cues
 from vbbench.birdify.report import FEW_PEOPLE, MISPLACED, Report, Spread, plus_minus
 from vbbench.birdify.tables import place_std
+from vbbench.camera import Camera
 from vbbench.estimate import Estimate
 from vbbench.exchange.own.recording import OwnRecording
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import BoolArray, FloatArray, shorter_way, world_to_relative
 from vbbench.sequence import Sequence
 
+HUNDREDFOLD = (80.0, 125.0)
+"""Ratios of a mount height in cm to the one that fits."""
+SHORTEST, SEATED = 0.9, 1.5
+"""Mean heights in m between which people sit or are children, if the camera file is right."""
 SCALE_DOUBT, TILT_DOUBT = 0.1, 0.02
 """A mount height that differs by a larger share, and a tilt of more rad, are worth a warning if they are certain."""
 FAST_PEOPLE, SLOW_PEOPLE, SHORT, TALL = 2.5, 0.45, 1.5, 1.95
@@ -77,7 +82,8 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
         misfits=misfits,
         odometry=None if odometry is None else float(np.isfinite(odometry.motions[1:, 0]).mean()),
     )
-    return Report(**{**vars(report), "warnings": (*recording.notes, *_doubts(report))})
+    doubts = (*_doubts_of_cues(report, camera, sequence), *_doubts(report))
+    return Report(**{**vars(report), "warnings": (*recording.notes, *doubts)})
 
 
 def spread_of_velocities(velocities: FloatArray) -> float:
@@ -111,8 +117,6 @@ def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[
 
 def _doubts(report: Report) -> Iterator[str]:
     """What in the figures speaks against the map."""
-    if report.cues is not None:
-        yield from _doubts_of_cues(report, report.cues)
     yield from _doubts_of_speed(report)
     if not SHORT <= report.heights_median <= TALL:
         yield f"people come out {report.heights_median:.2f} m high (median): the map's scale does not fit their boxes"
@@ -125,27 +129,83 @@ def _doubts(report: Report) -> Iterator[str]:
         yield f"{report.misfits:.0%} of the boxes are not where their person is on the map: do tracks switch people?"
 
 
-def _doubts_of_cues(report: Report, cues: Cues) -> Iterator[str]:
-    """What feet and heights say of the camera file."""
+def _doubts_of_cues(report: Report, camera: Camera, sequence: Sequence) -> Iterator[str]:
+    """Where feet and heights contradict the camera file, with the causes that such figures have."""
+    cues = report.cues
+    if cues is None:
+        return
     off = cues.mount_height / report.camera_height - 1.0
     if abs(off) > max(SCALE_DOUBT, 2.0 * cues.mount_height_std / report.camera_height):
         found = plus_minus(cues.mount_height, cues.mount_height_std)
         yield (
-            f"feet say that the camera is {found} m above the ground, the "
-            f"camera file says {report.camera_height:g} m: one of mount_height, focal and height_mean is wrong"
+            f"feet and heights put the camera {found} m above the ground, the camera file "
+            f"{report.camera_height:g} m: {_causes_of_scale(report, 1.0 + off)}"
         )
-    if abs(cues.tilt) > max(TILT_DOUBT, 2.0 * cues.tilt_std):
+    if _is_doubtful(cues.tilt, cues.tilt_std):
         found, way = plus_minus(abs(cues.tilt), cues.tilt_std), "higher" if cues.tilt > 0.0 else "lower"
         yield (
-            f"feet and heights agree best if the camera looks {found} rad {way} than its "
-            f"file says: try pitch = {report.pitch + cues.tilt:.3f}, or check cy"
+            f"feet and heights agree best if the camera looks {found} rad {way} than its file says: "
+            f"{_causes_of_tilt(report, cues, camera, sequence)}"
         )
+    if _is_doubtful(cues.roll, cues.roll_std):
+        found, side = plus_minus(abs(cues.roll), cues.roll_std), "right" if cues.roll > 0.0 else "left"
+        yield (
+            f"feet and heights agree best if the camera's {side} side hangs {found} rad lower than its file says: "
+            f"try roll = {vars(camera).get('roll', 0.0) + cues.roll:.3f}"
+        )
+    if _is_doubtful(cues.horizon, cues.horizon_std):
+        row = float(camera.horizon(np.zeros(1))[0]) + cues.horizon * camera.focal
+        found, way = plus_minus(abs(cues.horizon), cues.horizon_std), "lower" if cues.horizon > 0.0 else "higher"
+        yield (
+            f"feet and heights agree best if the horizon is {found} rad {way} all around than the camera file says: "
+            f"try cy = {row:.0f}, or check that the model is '{camera.kind}'"
+        )
+
+
+def _is_doubtful(angle: float, std: float) -> bool:
+    return abs(angle) > max(TILT_DOUBT, 2.0 * std)
+
+
+def _causes_of_scale(report: Report, ratio: float) -> str:
+    """Why feet and heights fit a camera that is ``ratio`` times as high; the focal length cancels in them."""
+    if HUNDREDFOLD[0] < 1.0 / ratio < HUNDREDFOLD[1]:
+        return "mount_height is in cm; write m"
+    height = report.height_mean / ratio
+    who = "they sit, or are children: height_mean" if SHORTEST < height < SEATED else "height_mean"
+    people = f"people are {height:.2f} m tall in place of {report.height_mean:g} m ({who})"
+    return f"mount_height is wrong, {people}, or boxes do not end at head and feet"
+
+
+def _causes_of_tilt(report: Report, cues: Cues, camera: Camera, sequence: Sequence) -> str:
+    """Why the camera seems to look higher or lower."""
+    pitch = report.pitch + cues.tilt
+    if abs(report.pitch) > 5.0 * TILT_DOUBT and abs(np.radians(report.pitch) - pitch) < TILT_DOUBT + cues.tilt_std:
+        return f"pitch = {report.pitch:g} is in degrees; write {np.radians(report.pitch):.3f} rad"
+    smaller = _smaller_picture(cues.tilt, camera, sequence)
+    first = "" if smaller is None else f"are the boxes of a picture of {smaller}? Else "
+    return f"{first}try pitch = {pitch:.3f}, or check cy{' and the focal length' if report.pitch else ''}"
+
+
+def _smaller_picture(tilt: float, camera: Camera, sequence: Sequence) -> str | None:
+    """The size of which boxes may be, if their horizon and all of their columns and rows lie at one share of it."""
+    if camera.intrinsics is None or camera.period is not None:
+        return None
+    u, v, length = np.moveaxis(sequence.observations[sequence.observed], -1, 0)
+    (width, height), row = camera.picture_size, camera.intrinsics[1, 2]
+    share = 1.0 + np.tan(tilt) * camera.intrinsics[1, 1] / row
+    reach = max(float(u.max()) / width, float((v + 0.5 * length).max()) / height)
+    if not 0.2 < share < 1.0 - SCALE_DOUBT or reach > share + 0.02:
+        return None
+    return f"{share * width:.0f} x {share * height:.0f} px"
 
 
 def _doubts_of_speed(report: Report) -> Iterator[str]:
     """Whether people walk as people do."""
     if report.people_speed.median > FAST_PEOPLE:
-        yield f"people walk at {report.people_speed.median:.2g} m/s (median): check dt, fps, and the focal length"
+        alike = report.odometry is not None and report.people_differ < 0.5 * report.people_speed.median
+        causes = "the odometry (unit, axes, clock), then dt and fps" if alike else "dt, fps, and the focal length"
+        how = ", all much alike" if alike else ""
+        yield f"people walk at {report.people_speed.median:.2g} m/s (median){how}: check {causes}"
     if report.odometry is None and report.people_differ < ALIKE:
         yield (
             f"people move alike (their velocities differ by {report.people_differ:.2g} m/s): boxes alone do not tell "

@@ -132,10 +132,10 @@ class Report:
             yield "frames decided by the prior alone", f"{self.fallback:.1%}"
         yield "scale", _scale(self)
         if self.cues is not None:
-            yield (
-                "tilt by feet and heights",
-                f"{plus_minus(self.cues.tilt, self.cues.tilt_std)} rad besides pitch = {self.pitch:g}",
-            )
+            horizon = plus_minus(self.cues.horizon, self.cues.horizon_std)
+            more = f"; horizon {horizon} rad lower all around" if self.cues.horizon_std else ""
+            tilt = plus_minus(self.cues.tilt, self.cues.tilt_std)
+            yield "tilt by feet and heights", f"{tilt} rad besides pitch = {self.pitch:g}{more}"
         yield "people's heights on the map", f"{plus_minus(self.heights_median, self.heights_spread)} m"
         yield (
             "boxes against the map",
