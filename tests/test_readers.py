@@ -74,7 +74,7 @@ def scenes(draw: st.DrawFn) -> tuple[list[tuple[int, int, float, float]], int]:
 def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tuple[list[tuple], int]) -> None:
     rows, step = made
     path = tmp_path_factory.mktemp("round") / "trip.txt"
-    path.write_text("".join(f"{frame} {person} {x!r} {y!r}\n" for frame, person, x, y in rows))
+    path.write_text("# frame id x y\n" + "".join(f"{frame} {person} {x!r} {y!r}\n" for frame, person, x, y in rows))
     scene = read(path)
     start = min(frame for frame, *_ in rows)
     row, column = np.nonzero(scene.present)
@@ -91,13 +91,26 @@ def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tupl
         pytest.param("0 1 0\n10 1 .5\n", 1, "3 columns, not 4", id="column missing everywhere"),
         pytest.param("0,1,,0\n", 1, "3 columns", id="empty cell"),
         pytest.param("0 1 0 0 9\n", 1, "5 columns", id="superfluous column"),
-        pytest.param("frame id x y\n" + WALK, 1, "frame is 'frame'; write a number", id="header"),
+        pytest.param("frame id left\n" + WALK, 1, "has no column x", id="incomplete header"),
+        pytest.param("frame id x pos_x y\n0 1 0 0 0\n", 1, "'x' and 'pos_x' could both be x", id="two columns of x"),
+        pytest.param("frame id x y\n", 1, "names columns and holds no row", id="header alone"),
+        pytest.param("frame id x y v\n0 1 0 0\n", 2, "4 columns, not 5", id="fewer columns than names"),
+        pytest.param("frame id x y\n0 1 0 O\n", 2, "y is 'O'; write a number", id="text under a header"),
+        pytest.param("frame,id,x_px,y_px\n0,1,0,0\n", 1, "a homography is needed", id="pixels by name"),
+        pytest.param("frame,id,x_m,y_cm\n0,1,0,0\n", 1, "must both be", id="two units"),
+        pytest.param("time,id,x,y\n0,1,0,0\n.5,1,.5,0\n1,1,1,0\n", None, "write --dt 0.5", id="another dt"),
+        pytest.param("t id x y\n0 1 0 0\n.4 1 .5 0\n.8 1 1 0\n1 2 0 0\n", 5, "time 1 is not", id="odd time"),
         pytest.param(WALK + "30 1 1.5m 0\n", 4, "x is '1.5m'; write a number", id="text in a number"),
         pytest.param(WALK + "30 1 1_5 0\n", 4, "'1_5'; write a number", id="underscore"),
         pytest.param("0 1 0 0\n\n# note\n10 1 0 oops\n", 4, "y is 'oops'", id="blank lines are counted"),
         pytest.param(WALK + "30 1 nan 0\n", 4, "nan; write a finite number", id="nan"),
         pytest.param(WALK + "30 1 0 -inf\n", 4, "-inf; write a finite number", id="infinite"),
-        pytest.param("0 1 0 0\n10.5 1 .5 0\n", 2, "frame is 10.5, not an integer", id="fraction of a frame"),
+        pytest.param(
+            "0 1 0 0\n10.5 1 .5 0\n",
+            2,
+            "frame is 10.5, not an integer; name a column of times 'time'",
+            id="half a frame",
+        ),
         pytest.param("0 1 0 0\n10 1.25 .5 0\n", 2, "id is 1.25, not an integer", id="fraction of a person"),
         pytest.param("0 1 0 0\n10 -1 .5 0\n", 2, "id is -1", id="negative id"),
         pytest.param("0 1e12 0 0\n", 1, "id is 1000000000000", id="huge id"),
@@ -140,7 +153,12 @@ def test_files_that_are_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("step_length", "cause"), [(2.0, "dt is probably too short.*feet"), (50.0, "pixels"), (0.01, "stand")]
+    ("step_length", "cause"),
+    [
+        (2.0, r"dt = 4\): 0.5 m/s; or positions are feet: 1.52"),
+        (50.0, "pixels.*centimetres: 1.25 m/s"),
+        (0.01, "stand"),
+    ],
 )
 def test_implausible_speed_is_a_warning_that_names_the_cause(write: Write, step_length: float, cause: str) -> None:
     path = write("".join(f"{10 * n} 1 {n * step_length} 0\n" for n in range(9)))
@@ -181,6 +199,106 @@ def test_bad_homography(write: Write, text: str, line: int | None, problem: str)
     with pytest.raises(FileError, match=problem) as caught:
         read_homography(write(text, "H.txt"))
     assert caught.value.line == line
+
+
+TILTED = np.array([[1.1e-2, 8e-4, -1.2], [4e-4, -1.3e-2, 9.1], [1e-5, -3e-4, 1.0]])
+
+
+def _pixels(people: int = 4, frames: int = 12) -> list[tuple[int, int, float, float]]:
+    """Rows (frame, id, x, y) of people who walk at 1.2 m/s, in pixels of the picture that `TILTED` maps to metres."""
+    rng = np.random.default_rng(1)
+    start, way = rng.uniform(1.0, 8.0, (people, 2)), rng.normal(0.0, 1.0, (people, 2))
+    way *= 1.2 * 0.4 / np.linalg.norm(way, axis=1, keepdims=True)
+    frame, person = (array.ravel() for array in np.mgrid[:frames, :people])
+    pixels = to_ground(start[person] + frame[:, None] * way[person], np.linalg.inv(TILTED))
+    return [
+        (10 * f, p + 1, *place) for f, p, place in zip(frame.tolist(), person.tolist(), pixels.tolist(), strict=True)
+    ]
+
+
+def _text(rows: list[tuple]) -> str:
+    return "".join(" ".join(map(repr, row)) + "\n" for row in rows)
+
+
+@pytest.mark.parametrize(
+    ("given", "named"),
+    [
+        (np.linalg.inv(TILTED), "with its inverse at 1.2 m/s: give the inverse, the matrix that maps the picture"),
+        (TILTED.T, "with its transpose at 1.2 m/s"),
+        (np.linalg.inv(TILTED).T, "with its inverse of the transpose at 1.2 m/s"),
+    ],
+)
+def test_a_homography_of_another_direction_is_named(write: Write, given: np.ndarray, named: str) -> None:
+    path = write(_text(_pixels()))
+    with pytest.raises(FileError, match=r"with this homography people walk at [\d.,e+-]+ m/s, " + named):
+        read_trajnet(path, dt=0.4, homography=given)
+    assert read_trajnet(path, dt=0.4, homography=TILTED).frames == 12
+
+
+def test_the_cause_of_a_speed_is_not_a_homography_where_there_is_one(write: Write) -> None:
+    path, centimetres = write(_text(_pixels())), np.diag([100.0, 100.0, 1.0]) @ TILTED
+    with pytest.warns(VbbenchWarning, match="the homography maps to centimetres: 1.2 m/s") as caught:
+        read_trajnet(path, dt=0.4, homography=centimetres)
+    assert "homography is needed" not in str(caught[0].message)
+    with pytest.warns(VbbenchWarning, match=r"rows of a person are 10 apart \(dt = 0.4\): 1.2 m/s"):
+        read_trajnet(path, dt=0.04, homography=TILTED)
+    with pytest.warns(VbbenchWarning, match="a homography is needed"):
+        read_trajnet(path, dt=0.4)
+
+
+def test_a_homography_of_another_direction_is_named_for_splines(write: Write) -> None:
+    keys = [(x - 320.0, 240.0 - y, frame, person) for frame, person, x, y in _pixels()]
+    lines = ["4 - the number of splines"]
+    for person in range(1, 5):
+        lines += ["12 - Num of control points"]
+        lines += [f"{x} {y} {frame} 90 - (2D point, m_id)" for x, y, frame, who in keys if who == person]
+    matrix = TILTED @ [[1.0, 0.0, 320.0], [0.0, -1.0, 240.0], [0.0, 0.0, 1.0]]
+    path = write("\n".join(lines), "a.vsp")
+    assert read_vsp(path, dt=0.4, frame_step=10, homography=matrix).frames == 12
+    with pytest.raises(FileError, match=r"with its inverse at 1\.\d+ m/s"):
+        read_vsp(path, dt=0.4, frame_step=10, homography=np.linalg.inv(matrix))
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "# id frame x/m y/m",
+        "# framerate: 2.50 fps\n# id frame x/m y/m",
+        "# columns: id frame x y",
+        "id frame x y",
+        "track_id,frame_index,pos_x,pos_y",
+        "ped_id;Frame;X [m];Y [m]",
+        '"id"\t"frame"\t"x"\t"y"',
+        "id frame x_cm y_cm",
+        "id time_ms x y",
+        "id timestamp x y",
+        "id frame vx x vy y z class",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_columns_are_read_by_their_names(tmp_path: Path, head: str, encoding: str) -> None:
+    mark = next((mark for mark in ";\t," if mark in head), " ")
+    scale, per_frame = 100 if "_cm" in head else 1, 400 if "time_ms" in head else 0.4 if "timestamp" in head else 10
+    rows = [
+        (person, frame * per_frame, scale * 0.5 * frame, -scale * person) for person in (3, 7) for frame in range(4)
+    ]
+    if "class" in head:
+        rows = [(person, frame, 0.1, x, 0, y, 1.7, "walker") for person, frame, x, y in rows]
+    text = "\n".join([head, *(mark.join(str(cell) for cell in row) for row in rows)])
+    (tmp_path / "tracks.txt").write_text(text.replace(".", ",") if mark in ";\t" else text, encoding)
+    assert detect_format(tmp_path / "tracks.txt") == "trajnet"
+    scene = read(tmp_path / "tracks.txt")
+    assert scene.people.tolist() == [3, 7]
+    np.testing.assert_allclose(scene.positions[:, 1], [[0.5 * frame, -7] for frame in range(4)])
+
+
+def test_swapped_frames_and_ids_are_named(write: Write) -> None:
+    rows = [(frame, person, x / 60, y / 60) for frame, person, x, y in _pixels()]
+    assert read(write(_text(rows))).frames == 12
+    swapped = _text([(person, frame, x, y) for frame, person, x, y in rows])
+    with pytest.raises(FileError, match=r"seem to be swapped: people move by \d.* if the columns are id frame x y"):
+        read(write(swapped))
+    assert read(write("# id frame x y\n" + swapped)).frames == 12
 
 
 def test_obsmat_takes_x_and_y(write: Write) -> None:

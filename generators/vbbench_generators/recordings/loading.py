@@ -12,7 +12,7 @@ from vbbench.generation.sources import locate
 from vbbench.geometry import FloatArray
 from vbbench.registry import load_all, load_registered
 from vbbench.scene import Scene
-from vbbench_generators.recordings.readers.text import count_columns, read_homography, read_lines
+from vbbench_generators.recordings.readers.text import count_columns, read_header, read_homography, read_lines
 from vbbench_generators.recordings.recipe import DETECTED, Recipe
 
 GRID_STREAM = 3
@@ -143,7 +143,7 @@ def get_reader(name: str) -> Reader:
 
 
 def detect_format(path: Path) -> str:
-    """The format of a user's own file, told by the first line that is neither blank nor a comment.
+    """The format of a user's own file, by the line that names its columns, or else the first row.
 
     Raises
     ------
@@ -151,6 +151,9 @@ def detect_format(path: Path) -> str:
         If it is none that can be read.
     """
     number, line = read_lines(path)[0]
+    named = read_header(path)
+    if named is not None and named[1] < number:
+        line = " ".join(named[0].names)
     readers = load_all("reader")
     found = next((name for name, reader in readers.items() if reader.recognises(line)), None)
     if found is None:

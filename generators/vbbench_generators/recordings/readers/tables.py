@@ -1,27 +1,36 @@
-"""Tables of positions, a row for each person in each frame: Trajnet's ``frame id x y``, and ETH's ``obsmat.txt``.
+"""Tables of positions, a row for each person in each frame, with the columns that a header or a comment names.
 
-The latter is ``frame id x z y vx vz vy`` in metres, where z is up.
-Which one a user's own file is, its columns tell.
+Without one, four columns are Trajnet's ``frame id x y``, and eight ETH's ``obsmat.txt``: ``frame id x z y vx vz vy`` in
+metres, where z is up.
 """
 
 from pathlib import Path
 
-from vbbench.errors import FileError
-from vbbench.geometry import FloatArray
+import numpy as np
+
+from vbbench.errors import FileError, quoted
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.column_names import SHARES, UNITS, Header, header_of
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
-from vbbench_generators.recordings.readers.text import count_columns, read_numbers, to_ground
-from vbbench_generators.recordings.readers.tracks import scene_of_rows
+from vbbench_generators.recordings.readers.text import NOUNS, count_columns, read_header, read_named, read_numbers
+from vbbench_generators.recordings.readers.tracks import scene_of_rows, steps_of_people
 
 TRAJNET = ("frame", "id", "x", "y")
 OBSMAT = ("frame", "id", "x", "z", "y", "vx", "vz", "vy")
 """Names of the columns."""
+JITTER = 0.1
+"""Share by which times may differ from ``dt``."""
+SWAPPED = 2.0
+"""Frames and ids are swapped if people's steps are so many times shorter then."""
+FEWEST_STEPS = 12
+"""Steps from which this is judged."""
 
 
 def read_trajnet(
     path: Path, *, dt: float, frame_step: int | None = None, homography: FloatArray | None = None
 ) -> Scene:
-    """Read rows ``frame id x y``, parted by white space, tabs or commas, in any order.
+    """Read rows ``frame id x y``, or what a header names them, in any order of rows.
 
     Parameters
     ----------
@@ -35,11 +44,74 @@ def read_trajnet(
     FileError
         With file and line, if a row or a track is bad.
     """
-    values, lines = read_numbers(path, TRAJNET)
-    positions = values[:, 2:]
-    if homography is not None:
-        positions = to_ground(positions, homography)
-    return scene_of_rows(path, values[:, 0], values[:, 1], positions, lines, dt=dt, frame_step=frame_step)
+    found = read_header(path)
+    if found is None:
+        values, lines = read_numbers(path, TRAJNET)
+        frame, person, points = values[:, 0], values[:, 1], values[:, 2:]
+        _refuse_swapped(path, frame, person, points)
+    else:
+        header, number = found
+        _refuse_header(path, header, number)
+        columns, lines = read_named(path, header, number)
+        person, points = columns["id"], _points(path, header, columns, number, homography)
+        frame = columns["frame"] if "frame" in columns else _frames(path, header, columns, lines, dt)
+    return scene_of_rows(path, frame, person, points, lines, dt=dt, frame_step=frame_step, homography=homography)
+
+
+def _refuse_header(path: Path, header: Header, number: int) -> None:
+    """Raise FileError if a column is missing, or two columns could be one."""
+    missing = [noun for noun in ("id", "x", "y") if noun not in header]
+    if missing or not ("frame" in header or "time" in header):
+        name, columns = (missing or ["frame or time"])[0], quoted(" ".join(header.names))
+        raise FileError(
+            path, f"has no column {name}; its columns are {columns}, wanted: frame or time, id, x, y", number
+        )
+    for noun, names in header.doubtful.items():
+        raise FileError(path, f"columns {' and '.join(map(quoted, names))} could both be {noun}; keep one", number)
+
+
+def _points(
+    path: Path, header: Header, columns: dict[str, FloatArray], number: int, homography: FloatArray | None
+) -> FloatArray:
+    """[N, 2] places in the unit that the names have: m, or px where there is a homography."""
+    units = {header.units.get(noun, "") for noun in ("x", "y")}
+    unit = units.pop()
+    if units or unit in SHARES:
+        raise FileError(path, "x and y must both be in metres, or in pixels with --homography", number)
+    if unit[:2] in ("px", "pi") and homography is None:
+        raise FileError(path, "x and y are in pixels: a homography is needed, name its file with --homography", number)
+    if unit in ("m", "cm", "mm", "km") and homography is not None:
+        raise FileError(path, f"x and y are in {unit} already: leave --homography out", number)
+    return UNITS.get(unit, 1.0) * np.column_stack([columns["x"], columns["y"]])
+
+
+def _frames(path: Path, header: Header, columns: dict[str, FloatArray], lines: IntArray, dt: float) -> FloatArray:
+    """[N] frames from 0 of times, in the unit that the name has, or else in that of s, ms, us, ns which fits ``dt``."""
+    time, unit = columns["time"], header.units.get("time")
+    steps = steps_of_people(time, columns["id"], time[:, None])
+    step = float(np.median(steps)) if len(steps) else dt
+    factors = [UNITS[unit]] if unit else [1.0, 1e-3, 1e-6, 1e-9]
+    fitting = [factor for factor in factors if abs(step * factor / dt - 1.0) <= JITTER]
+    if not fitting:
+        problem = f"times of a person are {step * factors[0]:g} s apart, but --dt is {dt:g}"
+        raise FileError(path, f"{problem}; write --dt {step * factors[0]:.4g}")
+    instants, place = np.unique(time, return_inverse=True)
+    passed = np.diff(instants) * fitting[0] / dt
+    frames = np.append(0.0, np.cumsum(np.round(passed)))[place]
+    off = np.append(False, np.abs(passed - np.round(passed)) > 2.0 * JITTER)[place]
+    if off.any():
+        row = int(off.argmax())
+        raise FileError(path, f"time {time[row]:.15g} is not a whole number of steps of {dt:g} s", int(lines[row]))
+    return frames
+
+
+def _refuse_swapped(path: Path, frame: FloatArray, person: FloatArray, points: FloatArray) -> None:
+    """Raise FileError if people make much shorter steps when the first column is the id and the second the frame."""
+    given, swapped = steps_of_people(frame, person, points), steps_of_people(person, frame, points)
+    if min(len(given), len(swapped)) >= FEWEST_STEPS and np.median(given) > SWAPPED * np.median(swapped) > 0.0:
+        problem = f"frame and id seem to be swapped: people move by {np.median(given):.3g} from row to row, and by "
+        problem += f"{np.median(swapped):.3g} if the columns are id frame x y"
+        raise FileError(path, f"{problem}; write what they are in a first line, such as '# id frame x y'")
 
 
 def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scene:
@@ -61,13 +133,13 @@ def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scen
 
 
 class Trajnet(Reader):
-    """Rows ``frame id x y`` in metres, or in pixels with a homography."""
+    """Rows ``frame id x y``, or columns with names, in metres, or in pixels with a homography."""
 
-    signature = f"{len(TRAJNET)} columns ({' '.join(TRAJNET)})"
+    signature = f"{len(TRAJNET)} columns ({' '.join(TRAJNET)}), or more under a header that names these"
 
     def recognises(self, line: str) -> bool:
-        """By the number of columns."""
-        return count_columns(line) == len(TRAJNET)
+        """By names of columns, or their number."""
+        return count_columns(line) == len(TRAJNET) or header_of(line, NOUNS) is not None
 
     def read(self, file: SceneFile) -> Scene:
         """As `read_trajnet`."""
@@ -80,8 +152,8 @@ class Obsmat(Reader):
     signature = f"{len(OBSMAT)} columns ({' '.join(OBSMAT)})"
 
     def recognises(self, line: str) -> bool:
-        """By the number of columns."""
-        return count_columns(line) == len(OBSMAT)
+        """By the number of columns, where they have no names."""
+        return count_columns(line) == len(OBSMAT) and header_of(line, NOUNS) is None
 
     def read(self, file: SceneFile) -> Scene:
         """As `read_obsmat`."""

@@ -9,14 +9,24 @@ from vbbench.errors import FileError, VbbenchWarning
 from vbbench.files.dataset_checks import CELLS_PER_ROW, FEW_CELLS
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
+from vbbench_generators.recordings.readers.text import to_ground
 
 SPEED_RANGE = (0.3, 3.0)
 """Median walking speeds in m/s that people can have."""
+LARGEST_SCENE = 2000.0
+"""m between the 5th and the 95th percentile of places along an axis."""
+SMALL_PICTURE = 100.0
+"""px: places that reach no farther are not from a picture; most of those that are lie within it, above 0."""
+FEWEST_STEPS = 3
+"""Steps from which another reading of a homography is judged."""
 
 FARTHEST = 1e6
 """How far from the origin, in m along either axis, somebody may walk."""
 MOST_CELLS = 10**8
 """Frames times people that a scene may have: 1.6 GB."""
+
+UNITS = {"feet": 0.3048, "centimetres": 0.01, "millimetres": 0.001}
+"""In m, for the causes of a speed that people do not have."""
 
 _LARGEST = {"frame": 2**53, "id": 2**31 - 1}
 
@@ -28,7 +38,9 @@ def check_integers(path: Path, name: str, values: FloatArray, lines: IntArray) -
         bad |= values < 0
     if bad.any():
         row = int(bad.argmax())
-        kind = "an integer of 0 or more" if name == "id" else "an integer"
+        kind = (
+            "an integer of 0 or more" if name == "id" else "an integer; name a column of times 'time' in a first line"
+        )
         raise FileError(path, f"{name} is {values[row]:.15g}, not {kind}", int(lines[row]))
     return values.astype(np.int64)
 
@@ -85,31 +97,75 @@ def check_phase(path: Path, frame: IntArray, lines: IntArray, step: int) -> None
         raise FileError(path, problem, int(lines[stranger]))
 
 
-def check_speed(path: Path, scene: Scene) -> None:
-    """Warn where the median walking speed is none that people have, and name the likely cause."""
+def check_speed(path: Path, scene: Scene, frame_step: int = 1, homography: FloatArray | None = None) -> None:
+    """Warn where the median walking speed is none that people have, and name the causes under which it would be one."""
     steps = np.linalg.norm(np.diff(scene.positions, axis=0), axis=-1)
     steps = steps[~np.isnan(steps)]
     if not len(steps):
         return
     speed = float(np.median(steps)) / scene.dt
-    if not SPEED_RANGE[0] <= speed <= SPEED_RANGE[1]:
-        low, high = SPEED_RANGE
-        message = f"{path}: the median walking speed is {speed:.3g} m/s, outside {low:g}–{high:g} m/s: {_cause(speed)}"
-        warnings.warn(message, VbbenchWarning, stacklevel=4)
+    low, high = SPEED_RANGE
+    if low <= speed <= high:
+        return
+    whose = "positions are" if homography is None else "the homography maps to"
+    row = f"dt is that of a frame number, and rows of a person are {frame_step} apart (dt = {frame_step * scene.dt:g})"
+    factors = {row: 1.0 / frame_step} | {f"{whose} {unit}": part for unit, part in UNITS.items()}
+    likely = [f"{cause}: {speed * part:.3g} m/s" for cause, part in factors.items() if low <= speed * part <= high]
+    first, last = np.nanpercentile(scene.positions, (20, 95))
+    if homography is None and first >= 0.0 and last >= SMALL_PICTURE:
+        likely.insert(0, "positions are pixels (a homography is needed)")
+    if speed < low:
+        likely = ["most people stand, or dt is too long, or the unit is larger than a metre"]
+    cause = "; or ".join(likely) or "dt or the unit is another"
+    message = f"{path}: the median walking speed is {speed:.3g} m/s, outside {low:g}–{high:g} m/s: {cause}"
+    warnings.warn(message, VbbenchWarning, stacklevel=4)
+
+
+def check_homography(path: Path, time: FloatArray, person: FloatArray, points: FloatArray, matrix: FloatArray) -> None:
+    """Raise FileError if people walk as people do only with the inverse or transpose of the homography.
+
+    Parameters
+    ----------
+    path : the file of the points.
+    time, person : [N] in s, and ids.
+    points : [N, 2] as in the file.
+    matrix : [3, 3] from them to metres, as given.
+    """
+    inverse = np.linalg.inv(matrix).astype(np.float64)
+    readings = {"": matrix, "inverse": inverse, "transpose": matrix.T, "inverse of the transpose": inverse.T}
+    walks = {name: _walk(time, person, to_ground(points, reading)) for name, reading in readings.items()}
+    fitting = [name for name, (fits, _, _) in walks.items() if fits]
+    best = min(fitting or [""], key=lambda name: walks[name][2])
+    if "" not in fitting and walks[best][2] < walks[""][2]:
+        problem = (
+            f"with this homography people walk at {walks[''][1]:,.4g} m/s, with its {best} at {walks[best][1]:.3g}"
+        )
+        raise FileError(path, f"{problem} m/s: give the {best}, the matrix that maps the picture to metres")
+
+
+def _walk(time: FloatArray, person: FloatArray, places: FloatArray) -> tuple[bool, float, float]:
+    """Whether people walk so, their median speed in m/s, and how much it varies from step to step."""
+    speeds = steps_of_people(time, person, places, per_time=True)
+    if len(speeds) < FEWEST_STEPS or not np.isfinite(places).all():
+        return False, np.inf, np.inf
+    speed, spread = float(np.median(speeds)), np.ptp(np.percentile(places, (5, 95), axis=0), axis=0).max()
+    varies = float(np.median(np.abs(speeds - speed))) / max(speed, 1e-12)
+    return bool(SPEED_RANGE[0] <= speed <= SPEED_RANGE[1] and spread <= LARGEST_SCENE), speed, varies
+
+
+def steps_of_people(time: FloatArray, person: FloatArray, places: FloatArray, *, per_time: bool = False) -> FloatArray:
+    """[M] lengths of the steps between a person's places [N, 2] that follow in time; ``per_time``: their speeds."""
+    order = np.lexsort((time, person))
+    same = (np.diff(person[order]) == 0) & (np.diff(time[order]) > 0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        lengths: FloatArray = np.linalg.norm(np.diff(places[order], axis=0), axis=1)[same]
+    return np.divide(lengths, np.diff(time[order])[same]) if per_time else lengths
 
 
 def _earliest(bad: BoolArray, lines: IntArray) -> int:
     """Of the pairs of rows that are bad [N − 1], the one whose second row stands first in the file; that row."""
     rows = np.flatnonzero(bad) + 1
     return int(rows[lines[rows].argmin()])
-
-
-def _cause(speed: float) -> str:
-    if speed < SPEED_RANGE[0]:
-        return "most people stand, or dt is too long, or the unit is larger than a metre"
-    if speed > 10.0:
-        return "positions are probably pixels (a homography is needed) or centimetres"
-    return "dt is probably too short for the frame step, or positions are feet"
 
 
 def scene_of_rows(
@@ -121,6 +177,7 @@ def scene_of_rows(
     *,
     dt: float,
     frame_step: int | None = None,
+    homography: FloatArray | None = None,
 ) -> Scene:
     """The scene of one row for each person in each frame.
 
@@ -130,9 +187,10 @@ def scene_of_rows(
     ----------
     path : the file.
     frame, person : [N] numbers as they stand in the file.
-    positions : [N, 2] in m.
+    positions : [N, 2] in m, or in the unit that the homography maps from.
     lines : [N] where each row stands in the file, from 1.
     dt, frame_step : seconds and frame numbers between rows of a person; ``None``: the commonest step.
+    homography : [3, 3] from the positions to metres; ``None`` if they are metres.
 
     Raises
     ------
@@ -140,10 +198,13 @@ def scene_of_rows(
         If a gate of this module is shut; an implausible walking speed is a warning only.
     """
     frames, ids = check_integers(path, "frame", frame, lines), check_integers(path, "id", person, lines)
+    step = frame_step or commonest_step(frames, ids)
+    if homography is not None:
+        check_homography(path, frames * np.float64(dt / step), person, positions, homography)
+        positions = to_ground(positions, homography)
     check_on_ground(path, positions, lines)
     order = np.lexsort((lines, frames, ids))
     frames, ids, lines = frames[order], ids[order], lines[order]
-    step = frame_step or commonest_step(frames, ids)
     check_tracks(path, frames, ids, lines, step)
     check_phase(path, frames, lines, step)
     people, column = np.unique(ids, return_inverse=True)
@@ -154,13 +215,14 @@ def scene_of_rows(
     dense[row, column] = positions[order]
     unknown = np.full(len(people), np.nan)
     scene = Scene(name=path.stem, dt=dt, people=people, positions=dense, heights=unknown)
-    check_speed(path, scene)
+    check_speed(path, scene, step, homography)
     return scene
 
 
 def commonest_step(frame: IntArray, person: IntArray) -> int:
-    """The commonest step within tracks, of rows [N] sorted by person, then frame; 1 where there is none."""
-    delta = np.diff(frame)[np.diff(person) == 0]
+    """The commonest step within tracks of rows [N]; 1 where there is none."""
+    order = np.lexsort((frame, person))
+    delta = np.diff(frame[order])[np.diff(person[order]) == 0]
     steps, counts = np.unique(delta[delta > 0], return_counts=True)
     return int(steps[counts.argmax()]) if len(steps) else 1
 

@@ -21,7 +21,12 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
 from vbbench_generators.recordings.readers.text import Lines, parse_row, read_lines, to_ground
-from vbbench_generators.recordings.readers.tracks import check_integers, check_on_ground, scene_of_rows
+from vbbench_generators.recordings.readers.tracks import (
+    check_homography,
+    check_integers,
+    check_on_ground,
+    scene_of_rows,
+)
 
 FRAME_RATE = 25.0
 """Video frames a second of the UCY recordings."""
@@ -80,6 +85,9 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
     """
     people = read_key_points(path)
     _check_samples(path, people, frame_step)
+    time = np.concatenate([keys.frame for keys in people]) / FRAME_RATE
+    whose = np.repeat(np.arange(len(people)), [len(keys.frame) for keys in people]).astype(np.float64)
+    check_homography(path, time, whose, np.concatenate([keys.points for keys in people]), homography)
     parts = []
     for person, keys in enumerate(people, 1):
         ground = to_ground(keys.points, homography)
@@ -92,7 +100,8 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
     if not parts:
         raise FileError(path, f"nobody is there at a multiple of {frame_step} frames")
     ids, line, frames, *xy = np.concatenate(parts).T
-    return scene_of_rows(path, frames, ids, np.stack(xy, -1), line.astype(np.int64), dt=dt, frame_step=frame_step)
+    metres, lines = np.stack(xy, -1), line.astype(np.int64)  # mapped above
+    return scene_of_rows(path, frames, ids, metres, lines, dt=dt, frame_step=frame_step, homography=np.eye(3))
 
 
 def read_key_points(path: Path) -> list[KeyPoints]:
