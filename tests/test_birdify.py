@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from tests.own_recording import CAMERA_TOML, Walk, make_walk, write_csv, write_folder, write_mot, write_tum
 from vbbench.birdify.birdify import birdify
 from vbbench.birdify.cues import HeightPrior, compare_cues
-from vbbench.birdify.measuring import spread_of_velocities
+from vbbench.birdify.measuring import path_length, spread_of_velocities
 from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
@@ -121,6 +121,12 @@ def test_pictures_are_made_and_what_was_read_is_kept(made, folder, tmp_path):
     np.testing.assert_array_equal(one.observations, other.observations)
     assert main(["plot", str(made / "dataset"), "--sequence", "0", "--estimate", str(made / "submission"),
                  "--out", str(tmp_path / "x.png")]) == 0  # fmt: skip
+
+
+@pytest.mark.parametrize(("frames", "step"), [(40, 10), (41, 10), (11, 10), (5, 10), (1, 10), (7, 1)])
+def test_the_way_counts_to_the_last_frame(frames, step):
+    straight = np.stack([0.1 * np.arange(frames), np.zeros(frames)], axis=-1)
+    assert path_length(straight, step) == pytest.approx(0.1 * (frames - 1))
 
 
 def test_people_who_all_walk_one_way_are_told_from_a_crowd():

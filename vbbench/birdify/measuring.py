@@ -65,7 +65,7 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
         pitch=recording.own.facts.pitch,
         height_mean=info.height_mean,
         height_std=info.height_std,
-        travelled=float(np.nansum(np.linalg.norm(np.diff(answer.poses[::step, :2], axis=0), axis=-1))),
+        travelled=path_length(answer.poses[:, :2], step),
         camera_speed=_over(moved),
         people_speed=_over(np.linalg.norm(velocities, axis=-1)),
         people_differ=spread_of_velocities(velocities),
@@ -84,6 +84,12 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
     )
     doubts = (*_doubts_of_cues(report, camera, sequence), *_doubts(report))
     return Report(**{**vars(report), "warnings": (*recording.notes, *doubts)})
+
+
+def path_length(places: FloatArray, step: int) -> float:
+    """Length in m of a path [T, 2] over every ``step`` frames, the last part included; unknown parts have none."""
+    corners = places[np.unique(np.append(np.arange(0, len(places), step), len(places) - 1))]
+    return float(np.nansum(np.linalg.norm(np.diff(corners, axis=0), axis=-1)))
 
 
 def spread_of_velocities(velocities: FloatArray) -> float:
