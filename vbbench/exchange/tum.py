@@ -11,25 +11,19 @@ from typing import Any
 import numpy as np
 
 from vbbench.errors import FileError
+from vbbench.exchange.axes import ground_poses
 from vbbench.exchange.sequence_files import files_by_sequence, sequence_name
+from vbbench.exchange.trajectory import read_trajectory
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.files.submission_rows import SubmittedEstimates
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.geometry import FloatArray, IntArray, wrap_angle
-from vbbench.parsing.numbers import finite_number
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.rows import first_repetition
 from vbbench.sequence import Sequence
 
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp {})\n"
-_COLUMNS = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
-_FARTHEST = 1e6
-"""Largest distance in m of a pose from the world's origin."""
-_UNIT_TOLERANCE = 1e-3
-"""How far a quaternion's length may be from 1: files are often written with four digits."""
-_STEEPEST = 0.6
-"""Rad by which a body may lean; more is another convention of axes."""
 _GRID_TOLERANCE = 0.05
 """How far a timestamp may be from its frame, in frames."""
 _LAST_FRAME = 2**31 - 1
@@ -57,12 +51,12 @@ def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, p
 
 
 def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
-    """Read a TUM trajectory; of a camera that leans, the pose is where its x axis points on the ground.
+    """Read a TUM trajectory, or another (`vbbench.exchange.trajectory`), of a body whose axes its motion shows.
 
     Parameters
     ----------
     path : the file; empty lines and lines that start with ``#`` are skipped.
-    dt : seconds per frame; timestamp / dt is the frame.
+    dt : seconds per frame; timestamp / dt is the frame. Lines without timestamps are a frame each.
 
     Returns
     -------
@@ -73,76 +67,16 @@ def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
     FileError
         With the line: wrong number of columns, text or NaN in a number, a quaternion that is not of unit length,
         a lean that is no camera's, a timestamp between two frames or before the first, or a repeated frame; or if the
-        file is empty.
+        file is empty, or its axes are open.
     """
-    path = Path(path)
-    lines, values = read_tum_rows(path)
-    poses = planar_poses(path, lines, values)
-    frames = _frames(path, lines, values[:, 0], dt)
+    trajectory = read_trajectory(Path(path))
+    poses = ground_poses(trajectory).poses
+    times = dt * np.arange(len(poses), dtype=np.float64)
+    if trajectory.times is not None:
+        times = trajectory.times * (dt if trajectory.unit == 0.0 else trajectory.unit or 1.0)
+    frames = _frames(trajectory.path, trajectory.lines, times, dt)
     order = np.argsort(frames)
     return frames[order], poses[order]
-
-
-def read_tum_rows(path: Path, more: tuple[str, ...] = ()) -> tuple[IntArray, FloatArray]:
-    """Line numbers [N], from 1, and values [N, C] of a TUM file; quaternions are of unit length.
-
-    Lines may go on with the columns ``more``, if all of them do.
-
-    Raises
-    ------
-    FileError
-        With the line: wrong number of columns, text or NaN in a number, or another length; or an empty file.
-    """
-    if not path.is_file():
-        raise FileError(path, "the file is missing")
-    texts = enumerate(path.read_text("utf-8-sig", errors="replace").split("\n"), 1)
-    cells = {line: text.split() for line, text in texts if text.strip() and not text.lstrip().startswith("#")}
-    if not cells:
-        raise FileError(path, f"holds no pose; write lines of '{' '.join(_COLUMNS)}'")
-    extended = len(next(iter(cells.values()))) == len(_COLUMNS) + len(more)
-    names = (*_COLUMNS, *more) if extended else _COLUMNS
-    values = np.array([_numbers(path, line, row, names) for line, row in cells.items()])
-    lines = np.array(list(cells))
-    length = np.linalg.norm(values[:, 4:8], axis=-1)
-    wrong = np.flatnonzero(np.abs(length - 1.0) > _UNIT_TOLERANCE)
-    if len(wrong):
-        problem = f"the quaternion (qx qy qz qw) has length {length[wrong[0]]:.4g}; a rotation has length 1"
-        raise FileError(path, problem, int(lines[wrong[0]]))
-    return lines, values
-
-
-def _numbers(path: Path, line: int, cells: list[str], names: tuple[str, ...]) -> list[float]:
-    if len(cells) != len(names):
-        problem = f"{len(cells)} columns, wanted {len(names)} with spaces between: {' '.join(names)}"
-        raise FileError(path, problem, line)
-    numbers = []
-    for name, cell in zip(names, cells, strict=True):
-        value = finite_number(path, line, name, cell)
-        if abs(value) > _FARTHEST and name != "timestamp":
-            raise FileError(path, f"{name} is {value:g}; it must be within ±{_FARTHEST:g} m", line)
-        numbers.append(value)
-    return numbers
-
-
-def planar_poses(path: Path, lines: IntArray, values: FloatArray) -> FloatArray:
-    """Poses [N, 3] (x, y, yaw) of the body's x axis on the ground, yaw in [−π, π), from rows [N, 8].
-
-    Raises
-    ------
-    FileError
-        With the line of ``lines`` [N], where the body leans further than a camera that looks ahead.
-    """
-    x, y, z, w = values[:, 4:8].T
-    lean = 2.0 * np.arcsin(np.clip(np.hypot(x, y) / np.linalg.norm(values[:, 4:8], axis=-1), 0.0, 1.0))
-    if (lean > _STEEPEST).any():
-        row = int((lean > _STEEPEST).argmax())
-        problem = (
-            f"the body leans by {np.degrees(lean[row]):.3g}°; write the body frame with x forward and z up (an optical "
-            "frame, z forward, appears to lean by 90° or more), in a world whose z is up"
-        )
-        raise FileError(path, problem, int(lines[row]))
-    yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)
-    return np.stack([values[:, 1], values[:, 2], wrap_angle(yaw)], axis=-1)
 
 
 def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> IntArray:

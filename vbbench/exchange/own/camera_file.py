@@ -10,9 +10,10 @@ import numpy as np
 
 from vbbench.camera import Camera, make_camera
 from vbbench.errors import FileError, VbbenchError, suggestion
+from vbbench.exchange.axes import Axes
 from vbbench.exchange.own.calibration_files import read_calibration
 from vbbench.exchange.own.distortion import Distortion, distortion_keys
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, covariance_along, motion_levers, relative_to_world, wrap_angle
 from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import from_table, toml_table
 from vbbench.registry import load_registered
@@ -24,16 +25,20 @@ WIDE = 120.0
 """Degrees from which a lens that bends nothing is rare."""
 OTHER_SIZE = 0.1
 """By what share of the picture its middle is off where a principal point belongs to a picture of another size."""
+MOST_LEVER, MOST_YAW = 20.0, 7.0
+"""M and rad from the body that odometry is of to the camera."""
 FARTHEST_CENTRE = 1.5
 """In widths and heights of the picture: no principal point is farther from its middle, not even where it was cut."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class OdometryNoise:
-    """The table ``[odometry]``: standard deviations of a motion from frame to frame, where its file states none.
+class OdometryFacts:
+    """The table ``[odometry]``: where it was measured, and standard deviations where its file states none.
 
     Parameters
     ----------
+    axes : of the body whose poses the file has, where neither they nor the file show it.
+    mount : where the camera is on that body: forward and left in m, and its yaw to the left in rad.
     distance : of the distance moved, as a share of it.
     sideways : of the motion to the side, as a share of the distance.
     turn : of the turn, as a share of it.
@@ -41,6 +46,8 @@ class OdometryNoise:
         with the square root of time.
     """
 
+    axes: Axes | None = None
+    mount: tuple[float, float, float] = (0.0, 0.0, 0.0)
     distance: Annotated[float, Within(1e-6, 10.0)] = 0.05
     sideways: Annotated[float, Within(1e-6, 10.0)] = 0.02
     turn: Annotated[float, Within(1e-6, 10.0)] = 0.05
@@ -49,6 +56,22 @@ class OdometryNoise:
 
     def __post_init__(self) -> None:
         check_ranges(self)
+        if not (max(map(abs, self.mount[:2])) <= MOST_LEVER and abs(self.mount[2]) <= MOST_YAW):
+            raise ValueError(
+                f"mount = {list(self.mount)} must be [forward, left, yaw] in m and rad, within ±{MOST_LEVER:g} m"
+            )
+
+    def of_camera(self, poses: FloatArray) -> FloatArray:
+        """Poses [N, 3] of the camera on a body with these poses."""
+        forward, left, yaw = self.mount
+        places = relative_to_world(np.array([[-left, forward]]), poses)[:, 0]
+        return np.column_stack([places, wrap_angle(poses[:, 2] + yaw)])
+
+    def camera_covariances(self, turns: FloatArray, covariances: FloatArray) -> FloatArray:
+        """[T, 3, 3] of the camera's motions, from those of its body's, which turns by ``turns`` [T]."""
+        forward, left, yaw = self.mount
+        levers = np.exp(1j * (turns - yaw)) * (forward + 1j * left)
+        return covariance_along(motion_levers(np.full(len(turns), np.exp(-1j * yaw)), levers), covariances)
 
     def covariances(self, motions: FloatArray, seconds: FloatArray) -> FloatArray:
         """[T, 3, 3] of motions [T, 3] (forward, left, turn) that took ``seconds`` [T]."""
@@ -75,7 +98,7 @@ class CameraFile:
     pixel_std : standard deviation in px of the boxes' columns, tops and bottoms; measured from the boxes if left out.
     height_mean, height_std : of people's heights in m, where they are others than adults in the street.
     distortion : of the lens.
-    odometry : how good the odometry is, where its file does not say.
+    odometry : where odometry was measured, and how good it is where its file does not say.
     parameters : of a camera model of your own, besides those above.
     """
 
@@ -98,7 +121,7 @@ class CameraFile:
     height_mean: Annotated[float, BODY_HEIGHT] = 1.72
     height_std: Annotated[float, Within(0.0, 0.5, "m")] = 0.09
     distortion: Distortion | None = None
-    odometry: OdometryNoise = field(default_factory=OdometryNoise)
+    odometry: OdometryFacts = field(default_factory=OdometryFacts)
     parameters: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

@@ -1,24 +1,33 @@
-"""Where the camera was, and how its bearer moved by its own measurement: TUM files, a line a second or more.
+"""Where the camera was, and how its bearer moved by its own measurement: trajectories, a line a second or more.
 
-Lines of ``timestamp tx ty tz qx qy qz qw``, the clock that of the boxes; the body's x axis points forward, z up. Lines
-of ``odometry.txt`` may go on with the covariance of the motion since the line before, ff fl f_turn ll l_turn turn_turn
-(forward, left, turn), in m², m·rad and rad².
+They are those of `vbbench.exchange.trajectory`, in axes that `vbbench.exchange.axes` finds; the clock is that of the
+boxes. Lines of TUM odometry may go on with the covariance of the motion since the line before, ff fl f_turn ll l_turn
+turn_turn (forward, left, turn), in m², m·rad and rad².
 """
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.exchange.own.camera_file import OdometryNoise
+from vbbench.exchange.axes import ground_poses, off_course
+from vbbench.exchange.own.camera_file import OdometryFacts
 from vbbench.exchange.own.timing import Timeline
-from vbbench.exchange.tum import planar_poses, read_tum_rows
+from vbbench.exchange.trajectory import Trajectory, read_trajectory
 from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import FloatArray, IntArray, motion_between, motion_levers, wrap_angle
+from vbbench.parsing.column_names import UNITS
 from vbbench.sequence import Odometry
 
 LONGEST_HOLE = 1.0
 """Poses farther apart, in s, are not interpolated between."""
+OFF_COURSE = 0.8
+"""Share of the way that may lead elsewhere than where the camera looks, without a note."""
+PATH_TURN = 0.05
+"""Rad after one second that the yaw of a camera is off the direction of its path."""
+FINEST, MUCH_LESS = 5e-4, 0.5
+"""Seconds between poses that nothing measures faster than, and a share of time in common that is much less."""
 SAME_TIME = 1e-3
 """In s: clocks that differ by less agree."""
 FASTEST, LEAP = 60.0, 5.0
@@ -27,18 +36,18 @@ BEYOND = 0.5
 """In frames: how far before the first pose and after the last the camera is taken to move on as it did."""
 
 
-def read_poses(path: Path, timeline: Timeline) -> FloatArray:
-    """Poses [T, 3] (x, y, yaw) of the frames.
+def read_poses(path: Path, timeline: Timeline) -> tuple[FloatArray, tuple[str, ...]]:
+    """Poses [T, 3] (x, y, yaw) of the frames, and notes.
 
     Raises
     ------
     FileError
-        If the file cannot be read, nobody moves as fast, or some frame has no pose: truth is whole, or it is none.
+        If the file cannot be read, its axes are open, nobody moves as fast, or some frame has no pose: truth is whole,
+        or it is none.
     """
-    lines, values = _in_order(path, *read_tum_rows(path))
-    times, poses = values[:, 0], planar_poses(path, lines, values)
-    _refuse_leaps(path, lines, times, poses, timeline)
-    found = _at(times, poses, timeline.times, beyond=BEYOND * timeline.dt)
+    motion = _read(path, timeline, OdometryFacts())
+    times = motion.times
+    found = _at(times, motion.poses, timeline.times, beyond=BEYOND * timeline.dt)
     missing = np.isnan(found[:, 0])
     if missing.any():
         frame = int(missing.argmax())
@@ -47,50 +56,118 @@ def read_poses(path: Path, timeline: Timeline) -> FloatArray:
             f"{timeline.times[frame]:.10g} s, the poses reach from {times[0]:.10g} to {times[-1]:.10g} s"
         )
         raise FileError(path, f"{problem}; both need one clock, and no hole over {LONGEST_HOLE:g} s")
-    return found
+    return found, motion.notes
 
 
-def read_odometry(path: Path, timeline: Timeline, noise: OdometryNoise) -> tuple[Odometry, tuple[str, ...]]:
-    """The motion from frame to frame with its covariance, NaN where it was not measured, and notes.
+def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple[Odometry, tuple[str, ...]]:
+    """The camera's motion from frame to frame with its covariance, NaN where it was not measured, and notes.
 
     Poses are interpolated at the times of the frames, and not known before the first and after the last. Stated
     covariances are added up over the time of a frame, parts of intervals in proportion to time; otherwise they follow
-    from ``noise``.
+    from ``facts``.
 
     Raises
     ------
     FileError
-        If the file cannot be read, nobody moves as fast, a covariance is not positive, or hardly any frame has a
-        motion.
+        If the file cannot be read, its axes are open, nobody moves as fast, a covariance is not positive, or hardly any
+        frame has a motion.
     """
-    lines, values = _in_order(path, *read_tum_rows(path, MOTION_COVARIANCE))
-    times, poses = values[:, 0], planar_poses(path, lines, values[:, :8])
-    _refuse_leaps(path, lines, times, poses, timeline)
-    at = _at(times, poses, timeline.times, beyond=SAME_TIME)
-    motions = np.full((timeline.frames, 3), np.nan)
-    motions[1:] = motion_between(at[:-1], at[1:])
-    motions[1:, 2] = wrap_angle(motions[1:, 2])
-    seconds = np.diff(timeline.times, prepend=np.nan)
-    covariances = noise.covariances(motions, seconds)
-    if values.shape[1] > 8:
-        covariances = _stated(path, lines, times, poses, values[:, 8:], timeline.times)
+    motion = _read(path, timeline, facts)
+    times, notes = motion.times, motion.notes
+    body, motions = (
+        _motions(_at(times, poses, timeline.times, beyond=SAME_TIME))
+        for poses in (motion.poses, facts.of_camera(motion.poses))
+    )
+    covariances = facts.covariances(body, np.diff(timeline.times, prepend=np.nan))
+    if motion.from_path:
+        covariances[:, 2, 2] += PATH_TURN**2 * timeline.dt
+    if motion.covariances is not None:
+        covariances = _stated(motion, motion.covariances, timeline.times)
+    covariances = facts.camera_covariances(body[:, 2], covariances)
     measured = np.isfinite(motions[1:, 0]) & np.isfinite(covariances[1:]).all(axis=(1, 2))
     motions[1:][~measured], covariances[1:][~measured] = np.nan, np.nan
-    notes: tuple[str, ...] = ()
     if not measured.any():
         boxes = f"the boxes from {timeline.times[0]:.10g} to {timeline.times[-1]:.10g} s"
         problem = f"reaches from {times[0]:.10g} to {times[-1]:.10g} s, {boxes}: no frame has a motion"
         raise FileError(path, f"{problem}; both need one clock, and no hole over {LONGEST_HOLE:g} s")
     if not measured.all():
-        notes = (f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}",)
+        notes = (*notes, f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}")
     return Odometry(motions=motions, covariances=covariances), notes
 
 
-def _refuse_leaps(path: Path, lines: IntArray, times: FloatArray, poses: FloatArray, timeline: Timeline) -> None:
+@dataclass(frozen=True, kw_only=True)
+class _Motion:
+    """Poses [N, 3] of a body at the ``times`` [N] in s, ascending, as a file has them; see `Trajectory`, `Grounded`."""
+
+    path: Path
+    lines: IntArray
+    times: FloatArray
+    poses: FloatArray
+    covariances: FloatArray | None
+    from_path: bool
+    notes: tuple[str, ...]
+
+
+def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
+    trajectory = read_trajectory(path, MOTION_COVARIANCE)
+    times, notes = _by_the_clock_of_boxes(trajectory, timeline)
+    trajectory = _in_order(replace(trajectory, times=times))
+    grounded = ground_poses(trajectory, facts.axes)
+    _refuse_leaps(trajectory, grounded.poses, timeline)
+    share, angle = off_course(facts.of_camera(grounded.poses))
+    if share > OFF_COURSE:
+        way = (
+            f"{share:.0%} of the way leads {abs(np.degrees(angle)):.0f}° to the {'left' if angle > 0.0 else 'right'} of"
+        )
+        advice = "if the camera does not drive backwards or sideways, write axes or mount in [odometry]"
+        notes = (*notes, f"{path.name}: {way} where the camera looks; {advice}")
+    return _Motion(
+        path=path,
+        lines=trajectory.lines,
+        times=np.asarray(trajectory.times),
+        poses=grounded.poses,
+        covariances=trajectory.covariances,
+        from_path=grounded.from_path,
+        notes=(*grounded.notes, *notes),
+    )
+
+
+def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[FloatArray, tuple[str, ...]]:
+    """Times [N] in s, and a note where their unit is the one that agrees with the boxes.
+
+    Rows without timestamps are the frames of the film from the first on.
+    """
+    path, times, count = trajectory.path, trajectory.times, len(trajectory.lines)
+    if times is None:
+        if count == timeline.frames:
+            return timeline.times, ()
+        if timeline.numbered and count > timeline.times[-1] / timeline.frame_time - 0.5:
+            return timeline.frame_time * np.arange(count, dtype=np.float64), ()
+        problem = f"has {count} lines without timestamps, and the boxes {timeline.frames} frames"
+        raise FileError(path, f"{problem}: a line is a frame; write the timestamp in s first")
+    frames = timeline.time_of_number(times)
+    if trajectory.unit is not None:
+        return (times * trajectory.unit if trajectory.unit else frames), ()
+    first, last, step = timeline.times[0], timeline.times[-1], float(np.median(np.diff(np.sort(times))))
+    clocks = {"s": times, **{unit: times * UNITS[unit] for unit in ("ms", "us", "ns") if step * UNITS[unit] > FINEST}}
+    if step == 1.0 and timeline.numbered:
+        clocks["numbers of frames"] = frames
+    shared = {}
+    for name, clock in clocks.items():
+        both = min(last, clock.max()) - max(first, clock.min())
+        shared[name] = both / (max(last, clock.max()) - min(first, clock.min()))
+    best = max(shared, key=lambda name: shared[name])
+    if shared["s"] > MUCH_LESS * shared[best] or shared[best] < MUCH_LESS:
+        return times, ()
+    return clocks[best], (f"{path.name}: timestamps are {best}: so they reach over the time of the boxes",)
+
+
+def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline) -> None:
     """Raise FileError at the first of the ``poses`` [N, 3], of those about the frames, to which nobody gets in time.
 
     It is looked from line to line, which a broken line does not pass, and over a second, which places in mm do not.
     """
+    path, lines, times = trajectory.path, trajectory.lines, np.asarray(trajectory.times)
     first, last = timeline.times[0] - LONGEST_HOLE, timeline.times[-1] + LONGEST_HOLE
     rows = np.arange(len(times))
     for later in (rows + 1, np.searchsorted(times, times + 1.0)):
@@ -104,15 +181,31 @@ def _refuse_leaps(path: Path, lines: IntArray, times: FloatArray, poses: FloatAr
             raise FileError(path, f"{problem}; are places in m, and is the line whole?", int(lines[later[row]]))
 
 
-def _in_order(path: Path, lines: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The lines' numbers [N] and values [N, ...] by ascending time, the first of the values."""
-    order = np.argsort(values[:, 0], kind="stable")
-    lines, values = lines[order], values[order]
-    again = np.flatnonzero(np.diff(values[:, 0]) == 0.0)
+def _in_order(trajectory: Trajectory) -> Trajectory:
+    """The rows by ascending time."""
+    times = np.asarray(trajectory.times)
+    order = np.argsort(times, kind="stable")
+    lines, times = trajectory.lines[order], times[order]
+    again = np.flatnonzero(np.diff(times) == 0.0)
     if len(again):
-        problem = f"time {values[again[0], 0]:.10g} s stands twice; leave one of them out"
-        raise FileError(path, problem, int(lines[again[0] + 1]))
-    return lines, values
+        problem = f"time {times[again[0]]:.10g} s stands twice; leave one of them out"
+        raise FileError(trajectory.path, problem, int(lines[again[0] + 1]))
+    return replace(
+        trajectory,
+        lines=lines,
+        times=times,
+        places=trajectory.places[order],
+        rotations={name: rotations[order] for name, rotations in trajectory.rotations.items()},
+        covariances=None if trajectory.covariances is None else trajectory.covariances[order],
+    )
+
+
+def _motions(poses: FloatArray) -> FloatArray:
+    """[T, 3] (forward, left, turn) from each pose [T, 3] to the next; NaN in the first frame."""
+    motions = np.full((len(poses), 3), np.nan)
+    motions[1:] = motion_between(poses[:-1], poses[1:])
+    motions[1:, 2] = wrap_angle(motions[1:, 2])
+    return motions
 
 
 def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: float) -> FloatArray:
@@ -136,9 +229,7 @@ def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: flo
     return found
 
 
-def _stated(
-    path: Path, lines: IntArray, times: FloatArray, poses: FloatArray, triangles: FloatArray, wanted: FloatArray
-) -> FloatArray:
+def _stated(motion: _Motion, triangles: FloatArray, wanted: FloatArray) -> FloatArray:
     """[T, 3, 3] covariances of the motions since the frame before, from those [N, 6] since the line before."""
     matrices = np.empty((len(triangles), 3, 3))
     i, j = np.triu_indices(3)
@@ -147,8 +238,9 @@ def _stated(
     wrong = smallest[1:] <= 0.0
     if wrong.any():
         row = 1 + int(wrong.argmax())
-        raise FileError(path, f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite", int(lines[row]))
-    return _composed(times, poses, matrices, wanted)
+        problem = f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite"
+        raise FileError(motion.path, problem, int(motion.lines[row]))
+    return _composed(motion.times, motion.poses, matrices, wanted)
 
 
 def _composed(times: FloatArray, poses: FloatArray, matrices: FloatArray, wanted: FloatArray) -> FloatArray:

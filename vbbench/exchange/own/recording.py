@@ -141,7 +141,10 @@ def read_recording(
     tracks, boxes, visible = _dense(rows, own)
     notes += gaps(~np.isnan(boxes[..., 2]), timeline.dt)
     scene, odometry = None, None
-    poses = None if files.poses is None else read_poses(files.poses, timeline)
+    poses = None
+    if files.poses is not None:
+        poses, remarks = read_poses(files.poses, timeline)
+        notes += remarks
     if files.people is not None:
         scene, lost = read_people(files.people, files.name, timeline, posed=poses is not None)
         notes += lost

@@ -35,6 +35,7 @@ class Timeline:
     dt : seconds per frame.
     times : [T] in s by the clock of the boxes' file: what poses and odometry refer to.
     first_number : number of frame 0 in the file, and ``step`` from a frame to the next; of time stamps 0 and 1.
+    numbered : whether frames have numbers in the file, and no time stamps.
     near : in s, how far from a frame a time may be that belongs to it; ``None`` for half of ``dt``.
     notes : what the user should know.
     """
@@ -46,10 +47,20 @@ class Timeline:
     step: int = 1
     notes: tuple[str, ...] = ()
     near: float | None = None
+    numbered: bool = False
 
     def frame_of_number(self, number: FloatArray) -> FloatArray:
         """The frame of numbers in a file beside the boxes; not whole, or outside, where there is none."""
         return (number - self.first_number) / self.step
+
+    @property
+    def frame_time(self) -> float:
+        """Seconds from a frame of the film to the next, of which every ``step``-th is used."""
+        return self.dt / self.step
+
+    def time_of_number(self, number: FloatArray) -> FloatArray:
+        """Times in s of frames by their numbers in the file of the boxes."""
+        return np.asarray(self.times[0] + (number - self.first_number) * self.frame_time)
 
     def frame_of_time(self, time: FloatArray) -> FloatArray:
         """The nearest frame of time stamps; −1 where none is near."""
@@ -90,7 +101,7 @@ def number_frames(
     if step > 1:
         notes.append(f"frames are numbered in steps of {step}: one every {step} x {dt:g} = {step * dt:g} s is used")
     times = np.asarray((first - min(base, first) + step * np.arange(count)) * dt, np.float64)
-    return frame, Timeline(count, step * dt, times, first, step, tuple(notes))
+    return frame, Timeline(count, step * dt, times, first, step, tuple(notes), numbered=True)
 
 
 def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None) -> tuple[IntArray, Timeline]:

@@ -1,0 +1,325 @@
+"""The axes of a trajectory: which way the body's x, y and z point, as its motion shows; and its poses on the ground.
+
+A body that drives on the ground moves across its vertical and turns about it, and mostly moves where it looks. Of the
+orders of a quaternion and of the usual axes, those are taken with which a trajectory does so. TUM's body (x forward,
+z up, in a world whose z is up) comes first: it needs no motion along x.
+"""
+
+from cmath import phase
+from dataclasses import dataclass
+from itertools import product
+from math import dist
+from typing import Literal
+
+import numpy as np
+
+from vbbench.errors import FileError
+from vbbench.exchange.trajectory import MATRIX, XYZW, Trajectory
+from vbbench.geometry import FloatArray, IntArray, wrap_angle
+
+Axes = Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"]
+AXES = {"body": "flu", "camera": "rdf", "opengl": "rub", "ned": "frd", "imu": "rfu", "unity": "ruf", "unreal": "fru"}
+"""Where x, y and z of a body point: f forward, b backward, l left, r right, u up, d down; the last two left-handed."""
+_WORDS = dict(zip("fblrud", ("forward", "backward", "left", "right", "up", "down"), strict=True))
+_USUAL = ("body", "camera", "opengl")
+_STEEPEST = 0.6
+"""Rad by which a body may lean; more is another convention of axes."""
+STEP = 0.3
+"""M from one place to the next that shows where a body goes, not how its place shakes."""
+_CHORD = 0.5
+"""M over which a path has the direction that is taken for its yaw."""
+_CLIMB = 0.5
+"""Share of the way that may lead along the vertical."""
+_TURNED, _TURNED_STANDING = 0.35, 0.1
+"""Rad of rotation that must be about the vertical, of a body that moves and of one that stands."""
+UNUSUAL = 0.1
+"""How much better another order than the usual one must fit."""
+_AHEAD = 0.8
+"""Rad: motion within this angle is forward."""
+_SIDEWAYS = 0.8
+"""Share of the way that leads elsewhere from which on a note says so."""
+_BEND, _CUSP = 0.5, 2.1
+"""Rad by which a path bends that needs rotations, and by which no path without rotations may turn at once."""
+
+
+def described(axes: str) -> str:
+    """Axes in words, such as ``x forward, y left, z up``."""
+    return ", ".join(f"{name} {_WORDS[letter]}" for name, letter in zip("xyz", AXES[axes], strict=True))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grounded:
+    """Poses on the ground.
+
+    Parameters
+    ----------
+    poses : [N, 3] (x, y, yaw), yaw in [−π, π).
+    from_path : whether the yaw is that of the path.
+    notes : what the user should know, a line each.
+    """
+
+    poses: FloatArray
+    from_path: bool = False
+    notes: tuple[str, ...] = ()
+
+
+def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
+    """The poses of a trajectory on the ground; of a body that leans, the yaw is where its forward axis points there.
+
+    Parameters
+    ----------
+    trajectory : what was read.
+    axes : a key of `AXES`, where they are known; otherwise the motion decides.
+
+    Raises
+    ------
+    FileError
+        If no usual order and axes fit the motion, or several do, or places alone do not give the yaw.
+    """
+    axes, orders = axes or trajectory.axes, trajectory.rotations
+    places, name = trajectory.places, trajectory.path.name
+    if not orders:
+        return _along_path(trajectory, axes, "there are no rotations")
+    still = next(iter(orders.values()))
+    if axes is None and np.abs(still - still[0]).max() < 1e-6 and _bends(places):
+        return _along_path(trajectory, axes, "its rotation never changes, but its path bends")
+    steps = _corners(places, STEP)
+    kinds = _USUAL if axes is None else (axes,)
+    readings = [_read_as(places, orders[order], order, kind, steps) for order, kind in product(orders, kinds)]
+    usual = readings[0].order
+    fitting = [one for one in readings if (one.fits if axes is None else one.upright)]
+    fitting = [one for one in fitting if one.order == usual or one.heading is not None]
+    found = min(fitting, key=lambda one: (one is not readings[0], one.cost + UNUSUAL * (one.order != usual)), default=None)
+    if axes is None:
+        _refuse_inverse(trajectory, found)
+    if found is None:
+        raise FileError(trajectory.path, *_misfit(readings, trajectory.lines))
+    notes = []
+    if axes is None and found.axes != "body" and found.order != MATRIX:
+        notes.append(f"{name} is read in the axes of '{found.axes}', which its motion fits: {described(found.axes)}")
+    if found.order != usual:
+        notes.append(f"{name} is read as {found.order}, the order that its motion fits")
+    return Grounded(poses=found.poses, notes=tuple(notes))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Reading:
+    """A trajectory in an order of columns and axes.
+
+    Parameters
+    ----------
+    lean : [N] rad between the body's up axis and the vertical.
+    level : whether the world's z is the vertical.
+    climb : share of the way along the vertical; 0 of a body that stands.
+    heading : mean of exp(i · angle from where the body looks to where it moves) over the way; ``None`` if it stands.
+    turned, spin : largest rotation in rad, and its share about the vertical.
+    """
+
+    order: str
+    axes: str
+    poses: FloatArray
+    lean: FloatArray
+    level: bool
+    climb: float
+    heading: complex | None
+    turned: float
+    spin: float
+
+    @property
+    def upright(self) -> bool:
+        """Whether the body never leans as no camera that looks ahead does."""
+        return bool(self.lean.max() < _STEEPEST)
+
+    @property
+    def drives(self) -> bool:
+        """Whether the body is upright, moves across the vertical and turns about it."""
+        limit = _TURNED_STANDING if self.heading is None else _TURNED
+        return self.upright and self.climb < _CLIMB and (self.turned < limit or self.spin > 0.5)
+
+    @property
+    def ahead(self) -> bool:
+        """Whether the body stands, or moves about where it looks."""
+        return self.heading is None or (abs(self.heading) > 0.6 and abs(phase(self.heading)) < _AHEAD)
+
+    @property
+    def fits(self) -> bool:
+        """Whether it may be so; which of y's ends is up, a world whose z is not does not show, unless by the way."""
+        return self.drives and (self.level if self.axes != "camera" else self.level or self.ahead)
+
+    @property
+    def cost(self) -> float:
+        """How badly it fits: 0 for an upright body that moves where it looks and turns about the vertical."""
+        aside = 0.0 if self.heading is None else 1.0 - self.heading.real
+        return aside + float(np.mean(1.0 - np.cos(self.lean))) + (1.0 - self.spin) * (self.turned > _TURNED_STANDING)
+
+
+def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, steps: IntArray) -> _Reading:
+    """Places [N, 3] and rotations [N, 3, 3] in certain axes; ``steps`` are rows between which the body moves."""
+    right, forward, up = _axes_of(axes)
+    if np.linalg.det(np.stack([right, forward, up])) < 0.0:  # left-handed: seen in a mirror that turns up to down
+        mirror = np.diag(1.0 - 2.0 * np.abs(up))
+        places, rotations, up = places @ mirror, mirror @ rotations @ mirror, -up
+    upwards, looks = rotations @ up, rotations @ forward
+    moves = np.diff(places[steps], axis=0)
+    way = np.linalg.norm(moves, axis=1)
+    vertical = _vertical(upwards, rotations @ right, moves / way[:, None])
+    ahead = np.eye(3)[2 if abs(vertical[2]) < 0.5 else 0]
+    ahead -= (ahead @ vertical) * vertical
+    ahead /= np.linalg.norm(ahead)
+    ground = np.stack([ahead, np.cross(vertical, ahead)], axis=-1)
+    yaw = np.arctan2(*(looks @ ground).T[::-1])
+    heading = None
+    if len(moves):
+        x, y = (moves @ ground).T
+        seen = np.exp(1j * yaw[steps[:-1]]) + np.exp(1j * yaw[steps[1:]])
+        heading = complex(((x + 1j * y) * np.exp(-1j * np.angle(seen))).sum() / max(np.hypot(x, y).sum(), 1e-9))
+    turns = _rotation_vectors(rotations @ rotations[0].T)
+    return _Reading(
+        order=order,
+        axes=axes,
+        poses=np.column_stack([places @ ground, wrap_angle(yaw)]),
+        lean=np.arccos(np.clip(upwards @ vertical, -1.0, 1.0)),
+        level=bool(vertical[2] > 0.99),
+        climb=float(np.abs(moves @ vertical).sum() / way.sum()) if len(moves) else 0.0,
+        heading=heading,
+        turned=float(np.linalg.norm(turns, axis=1).max()),
+        spin=float(((turns @ vertical) ** 2).sum() / max((turns**2).sum(), 1e-12)),
+    )
+
+
+def _axes_of(name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The directions right, forward and up [3] in the body's axes."""
+    found = {letter: np.eye(3)[index] for index, letter in enumerate(AXES[name])}
+    right, forward, up = (found[one] if one in found else -found[other] for one, other in ("rl", "fb", "ud"))
+    return right, forward, up
+
+
+def _vertical(upwards: FloatArray, rights: FloatArray, moves: FloatArray) -> FloatArray:
+    """The vertical [3]: the world's z where the body's up axis is about it, else what is across all motion.
+
+    Parameters
+    ----------
+    upwards, rights : [N, 3] the body's axes in the world; the one to the right stays level on the ground.
+    moves : [M, 3] directions of motion.
+    """
+    mean = upwards.mean(axis=0)
+    length = float(np.linalg.norm(mean))
+    if length < 0.1 or abs(mean[2]) > np.cos(_STEEPEST) * length:
+        return np.array([0.0, 0.0, -1.0 if mean[2] < 0.0 else 1.0])
+    mean /= length
+    across = rights.T @ rights / len(rights) + 0.01 * (np.eye(3) - np.outer(mean, mean))
+    if len(moves):
+        across += moves.T @ moves / len(moves)
+    found = np.linalg.eigh(across)[1][:, 0]
+    return np.asarray(found * (1.0 if found @ mean >= 0.0 else -1.0))
+
+
+def _rotation_vectors(rotations: FloatArray) -> FloatArray:
+    """[N, 3] axis · angle of rotations [N, 3, 3]."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_matrix(rotations).as_rotvec())
+
+
+def _refuse_inverse(trajectory: Trajectory, found: _Reading | None) -> None:
+    """Raise FileError where the poses turn and move as a body does only if they are taken from the world to it."""
+    if found is not None and (found.heading is None or abs(found.heading) > 0.9 or found.turned < _TURNED):
+        return
+    for order, rotations in trajectory.rotations.items():
+        back = rotations.swapaxes(1, 2)
+        places = -np.einsum("nij,nj->ni", back, trajectory.places)
+        steps = _corners(places, STEP)
+        for kind in _USUAL:
+            one = _read_as(places, back, order, kind, steps)
+            if one.drives and one.ahead and one.heading is not None and abs(one.heading) > 0.97 and len(steps) > 10:
+                problem = "poses move as a camera does only if they are from the world to the camera (Tcw)"
+                raise FileError(trajectory.path, f"{problem}; write their inverses, from the camera to the world")
+
+
+def _misfit(readings: list[_Reading], lines: IntArray) -> tuple[str, int | None]:
+    """What of a trajectory fits no order and axes, and the line."""
+    first, line = readings[0], None
+    keys = ", ".join(f"'{name}'" for name in AXES)
+    behind = next((one for one in readings if one.axes == "camera" and one.drives and not one.ahead), None)
+    if behind is not None and behind.heading is not None:
+        degrees = np.degrees(phase(behind.heading))
+        what = (
+            f"read in camera axes ({described('camera')}) the body moves {degrees:.0f}° to the left of where it looks: "
+            "either it drives backwards or sideways, or axes are others, such as OpenGL's "
+            f"({described('opengl')}), or poses are from the world to the camera"
+        )
+    elif not first.upright:
+        row = int(first.lean.argmax())
+        line = int(lines[row])
+        what = f"the body leans by {np.degrees(first.lean[row]):.3g}°, and no usual axes or order fit its motion"
+    else:
+        what = f"{first.climb:.0%} of the way leads along z, and no usual axes or order of {XYZW} fit the motion"
+    return f"{what}; write poses of a body with {described('body')}, or axes = ... in [odometry] ({keys})", line
+
+
+def _corners(places: FloatArray, reach: float) -> IntArray:
+    """Rows of places [N, 2 or 3] that are ``reach`` m or more from the one before, and the first."""
+    rows, points = [0], places.tolist()
+    for row, point in enumerate(points):
+        if dist(points[rows[-1]], point) >= reach:
+            rows.append(row)
+    return np.array(rows)
+
+
+def _bends(places: FloatArray) -> bool:
+    """Whether a path [N, 3] changes its direction by more than shaking places make it."""
+    moves = np.diff(places[_corners(places, max(STEP, float(np.ptp(places, axis=0).max()) / 8.0))], axis=0)
+    ways = moves / np.linalg.norm(moves, axis=1, keepdims=True)
+    return len(ways) > 1 and bool((ways @ ways.T).min() < np.cos(_BEND))
+
+
+def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:
+    """Poses whose yaw is the direction of the path, over `_CHORD` m; it stays where the body stands."""
+    path, lines = trajectory.path, trajectory.lines
+    axes = axes or _axes_of_path(trajectory)
+    still = np.broadcast_to(np.eye(3), (len(lines), 3, 3))
+    places = _read_as(trajectory.places, still, "", axes, np.array([0])).poses[:, :2]
+    rows = _corners(places, _CHORD)
+    if len(rows) < 2:
+        raise FileError(
+            path, f"{why}, and no place is {_CHORD:g} m from the first: nothing gives the yaw; write qx qy qz qw"
+        )
+    chords = np.diff(places[rows], axis=0)
+    turns = wrap_angle(np.diff(np.arctan2(chords[:, 1], chords[:, 0])))
+    if (np.abs(turns) > _CUSP).any():
+        corner = int((np.abs(turns) > _CUSP).argmax()) + 1
+        problem = f"{why}, and the path turns back by {np.degrees(abs(turns[corner - 1])):.0f}°"
+        raise FileError(
+            path, f"{problem}: places do not show if the camera turned; write qx qy qz qw", int(lines[rows[corner]])
+        )
+    at = np.searchsorted(rows, np.arange(len(lines)), side="right").clip(1, len(rows) - 1) - 1
+    share = ((places - places[rows[at]]) * chords[at]).sum(axis=1) / (chords[at] ** 2).sum(axis=1)
+    yaws = np.arctan2(*chords[0, ::-1]) + np.append(0.0, np.cumsum(turns))
+    knots, last = np.arange(len(yaws)) + 0.5, turns if len(turns) else np.zeros(1)
+    ends = np.append(yaws[0] - 0.5 * last[0], np.append(yaws, yaws[-1] + 0.5 * last[-1]))
+    yaw = np.interp(at + share.clip(0.0, 1.0), np.concatenate([[0.0], knots, [float(len(yaws))]]), ends)
+    note = f"{path.name}: {why}: the yaw is taken from the path, as of a camera that looks where it goes"
+    return Grounded(poses=np.column_stack([places, wrap_angle(yaw)]), from_path=True, notes=(note,))
+
+
+def _axes_of_path(trajectory: Trajectory) -> str:
+    """The axes of a world in which places [N, 3] are on the ground; that of a first camera has z ahead."""
+    moves = np.diff(trajectory.places[_corners(trajectory.places, STEP)], axis=0)
+    shares = np.abs(moves).sum(axis=0) / max(float(np.linalg.norm(moves, axis=1).sum()), 1e-9)
+    if shares[2] < _CLIMB:
+        return "body"
+    start = moves[0] / np.linalg.norm(moves[0])
+    if shares[1] > 0.2 or start[2] < 0.5:
+        problem = f"{shares[2]:.0%} of the way leads along z, which is up in a body's world and ahead in a camera's"
+        raise FileError(trajectory.path, f"{problem}; write axes = 'body' or 'camera' in [odometry]")
+    return "camera"
+
+
+def off_course(poses: FloatArray) -> tuple[float, float]:
+    """The share of the way of poses [N, 3] that leads elsewhere than ahead, and the mean angle to the left in rad."""
+    steps = _corners(poses[:, :2], STEP)
+    moves = np.diff(poses[steps, :2], axis=0)
+    seen = np.exp(1j * poses[steps[:-1], 2]) + np.exp(1j * poses[steps[1:], 2])
+    ways = (moves[:, 0] + 1j * moves[:, 1]) * np.exp(-1j * np.angle(seen))
+    share = float(np.abs(ways)[np.abs(np.angle(ways)) > _AHEAD].sum() / max(float(np.abs(ways).sum()), 1e-9))
+    return share, float(np.angle(ways.sum()))

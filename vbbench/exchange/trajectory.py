@@ -1,0 +1,197 @@
+"""Trajectory files as programs write them: times, places and rotations, before anything is assumed of their axes.
+
+TUM (``timestamp tx ty tz qx qy qz qw``) with six more columns for a covariance, EuRoC and any CSV whose header names
+its columns, KITTI's 3 × 4 matrices, with or without a timestamp, and ``time x y`` or ``time x y z`` without rotations.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from vbbench.errors import FileError, quoted
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.parsing.column_names import UNITS, Header, header_of, separator_of
+from vbbench.parsing.numbers import finite_number, parse_number
+
+TUM = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
+XYZW, WXYZ, MATRIX, YAW = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw"
+"""Orders in which rotations stand in columns."""
+_QUATERNION = ("qx", "qy", "qz", "qw")
+_NOUNS = ("frame", "time", "x", "y", "z", *_QUATERNION, "yaw")
+_STATED = re.compile(r"axes: (\w+)|x forward, z up")
+"""Words of a comment that state the axes of the body; the latter `vbbench.exchange.tum.export_tum` writes."""
+_FARTHEST, _MOST_RADIANS = 1e6, 7.0
+"""Largest distance in m of a pose from the world's origin, and angle in a column that names no unit."""
+_UNIT_TOLERANCE, _SKEW = 1e-3, 1e-2
+"""How far a quaternion's length may be from 1, and a matrix from a rotation: files often have four digits."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory:
+    """The rows of a trajectory file.
+
+    Parameters
+    ----------
+    path : the file.
+    lines : [N] line numbers, from 1.
+    times : [N] timestamps; ``None`` where rows have none, a row a frame.
+    unit : of the times in s; 0 where they are numbers of frames, ``None`` where the file names none.
+    places : [N, 3] in m.
+    rotations : [N, 3, 3] from the body to the world by the order of their columns: none, one, or two where it is open.
+    covariances : [N, 6] of the motion since the line before, where the file has them.
+    axes : what the file states of the body's axes, a key of `vbbench.exchange.axes.AXES`.
+    """
+
+    path: Path
+    lines: IntArray
+    times: FloatArray | None
+    places: FloatArray
+    rotations: Mapping[str, FloatArray]
+    unit: float | None = None
+    covariances: FloatArray | None = None
+    axes: str | None = None
+
+
+def read_trajectory(path: Path, more: Sequence[str] = ()) -> Trajectory:
+    """Read a file; lines of TUM may go on with the columns ``more``, if all of them do.
+
+    Raises
+    ------
+    FileError
+        With the line: another number of columns, text or NaN in a number, what is no rotation; or if the file is
+        missing or empty, or its columns are not known.
+    """
+    if not path.is_file():
+        raise FileError(path, "the file is missing")
+    named, axes, cells = _split(path)
+    if not cells:
+        raise FileError(path, f"holds no pose; write lines of '{' '.join(TUM)}'")
+    lines, count = np.array(list(cells)), len(next(iter(cells.values())))
+    header = _header(path, named, count)
+    layout = _layout(path, int(lines[0]), count, more) if header is None else {}
+    columns = layout if header is None else header.columns
+    shown = list(layout) if header is None else list(header.names)
+    shown[:8] = TUM if header is None and len(shown) in (len(TUM), len(TUM) + len(more)) else shown[:8]
+    values = np.array([_numbers(path, line, row, shown, columns) for line, row in cells.items()])
+    table = dict(zip(columns, values.T, strict=True))
+    places = np.stack([table[name] if name in table else np.zeros(len(lines)) for name in ("x", "y", "z")], axis=-1)
+    clock = next((name for name in ("time", "frame") if name in table), None)
+    units = {} if header is None else header.units
+    return Trajectory(
+        path=path,
+        lines=lines,
+        times=None if clock is None else table[clock],
+        unit=0.0 if clock == "frame" else UNITS.get(units.get("time", "")),
+        places=places,
+        rotations=_rotations(path, lines, table, units.get("yaw"), header is not None),
+        covariances=np.stack([table[name] for name in more], axis=-1) if more and set(more) <= set(table) else None,
+        axes=axes,
+    )
+
+
+def _split(path: Path) -> tuple[str, str | None, dict[int, list[str]]]:
+    """The line of names, a comment or the first line; axes that a comment states; and the cells of each line."""
+    first, comment, axes, cells, mark = "", "", None, dict[int, list[str]](), ""
+    for line, text in enumerate(path.read_text("utf-8-sig", errors="replace").split("\n"), 1):
+        text = text.strip()
+        if text.startswith(("#", "%")):
+            found = _STATED.search(text)
+            axes = (found[1] or "body") if found else axes
+            comment = comment if cells else text
+        elif text and not (cells or first) and parse_number(re.split(r"[\s,;|]", text)[0]) is None:
+            first = text
+        elif text:
+            mark = mark or separator_of(text)
+            cells[line] = text.split() if mark == " " else text.split(mark)
+    return first or comment, axes, cells
+
+
+def _header(path: Path, named: str, count: int) -> Header | None:
+    """What a line names, if it is the header of ``count`` columns."""
+    plain = re.sub(r"\b(?:field|pose)\.|\(body.*", "", named)  # parts of messages, and the end of our own comment
+    header = header_of(plain, _NOUNS, least=0)
+    comment = named[:1] in ("#", "%", "")
+    if header is None or (comment and len(header.names) != count):
+        return None
+    turned = [name for name in _QUATERNION if name in header]
+    if not {"x", "y"} <= set(header.columns) or 0 < len(turned) < len(_QUATERNION):
+        if comment:
+            return None
+        problem = f"its first line is {quoted(named)}; name columns time, x, y, and qx, qy, qz, qw or yaw"
+        raise FileError(path, problem, 1)
+    for noun, names in header.doubtful.items():
+        if noun not in ("time", "frame"):
+            raise FileError(path, f"columns {' and '.join(names)} are both {noun}; keep one of them", 1)
+    return header
+
+
+def _layout(path: Path, line: int, count: int, more: Sequence[str]) -> dict[str, int]:
+    """The columns of a file without a header, by how many there are."""
+    matrix = [f"{row}{column}" for row in "xyz" for column in "012"]
+    cells = [*matrix[:3], "x", *matrix[3:6], "y", *matrix[6:], "z"]
+    bottom = ["30", "31", "32", "33"]
+    quaternion = ["time", "x", "y", "z", *_QUATERNION]
+    known = (["time", "x", "y"], quaternion[:4], quaternion, [*quaternion, *more], cells, ["time", *cells])
+    names = next((one for one in (*known, [*cells, *bottom], ["time", *cells, *bottom]) if len(one) == count), None)
+    if names is None:
+        wanted = f"wanted {len(TUM)} with spaces between: {' '.join(TUM)}"
+        raise FileError(path, f"{count} columns, {wanted}; or 3 x 4 matrices; or a first line of names", line)
+    return {name: column for column, name in enumerate(names)}
+
+
+def _numbers(path: Path, line: int, cells: list[str], shown: list[str], columns: Mapping[str, int]) -> list[float]:
+    if len(cells) != len(shown):
+        raise FileError(path, f"{len(cells)} columns, wanted {len(shown)}: {' '.join(shown)}", line)
+    numbers = []
+    for name, column in columns.items():
+        value = finite_number(path, line, shown[column], cells[column])
+        if abs(value) > _FARTHEST and name not in ("time", "frame"):
+            raise FileError(path, f"{shown[column]} is {value:g}; it must be within ±{_FARTHEST:g} m", line)
+        numbers.append(value)
+    return numbers
+
+
+def _rotations(
+    path: Path, lines: IntArray, table: Mapping[str, FloatArray], unit: str | None, named: bool
+) -> dict[str, FloatArray]:
+    """Rotations [N, 3, 3] by the orders that their columns may be in."""
+    if "x0" in table:
+        matrices = np.stack([table[f"{row}{column}"] for row in "xyz" for column in "012"], -1).reshape(-1, 3, 3)
+        skew = np.abs(matrices @ matrices.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2))
+        skew[np.linalg.det(matrices) < 0.0] = 2.0
+        _refuse(path, lines, skew > _SKEW, "columns 1 to 3, 5 to 7 and 9 to 11 are no rotation (off by {0:.3g})", skew)
+        return {MATRIX: matrices}
+    if "yaw" in table:
+        yaw = table["yaw"] * UNITS.get(unit or "", 1.0)
+        far = (np.abs(yaw) > _MOST_RADIANS) & (unit is None)
+        _refuse(path, lines, far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
+        return {YAW: rotation_matrices(np.stack([0.0 * yaw, 0.0 * yaw, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], -1))}
+    if "qw" not in table:
+        return {}
+    quaternions = np.stack([table[name] for name in _QUATERNION], axis=-1)
+    length = np.linalg.norm(quaternions, axis=-1)
+    if not length.any():
+        return {}
+    wrong = np.abs(length - 1.0) > _UNIT_TOLERANCE
+    _refuse(path, lines, wrong, "the quaternion (qx qy qz qw) has length {0:.4g}; a rotation has length 1", length)
+    orders = {XYZW: rotation_matrices(quaternions)}
+    return orders if named else {**orders, WXYZ: rotation_matrices(np.roll(quaternions, -1, axis=-1))}
+
+
+def _refuse(path: Path, lines: IntArray, wrong: BoolArray, problem: str, values: FloatArray) -> None:
+    """Raise FileError at the first line that is ``wrong`` [N], with its value."""
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise FileError(path, problem.format(values[row]), int(lines[row]))
+
+
+def rotation_matrices(quaternions: FloatArray) -> FloatArray:
+    """[N, 3, 3] of quaternions [N, 4] (qx, qy, qz, qw) of about unit length."""
+    x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)).T
+    rows = [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)]
+    rows += [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)]
+    rows += [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
+    return np.stack(rows, axis=-1).reshape(-1, 3, 3)
