@@ -1,12 +1,14 @@
 """Poses, odometry and people beside one's own boxes: what they become, and what is said of those that cannot be."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.own_recording import (
+    CAMERA_TOML,
     Walk,
     make_walk,
     write_folder,
@@ -14,6 +16,7 @@ from tests.own_recording import (
     write_people,
     write_tum,
 )
+from vbbench.boxes import rectangles
 from vbbench.errors import FileError
 from vbbench.exchange.own.people_file import read_people
 from vbbench.exchange.own.recording import files_in, read_recording
@@ -22,7 +25,7 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.footage import joined_odometry
 from vbbench.generation.generator import Options
-from vbbench.geometry import relative_to_world
+from vbbench.geometry import relative_to_world, world_to_relative
 from vbbench.scoring import score
 from vbbench.sequence import Odometry
 from vbbench.solving import solve
@@ -144,8 +147,7 @@ def test_files_of_another_clock_or_frame_are_refused(folder, walk):
     rows = write_tum(folder / "odometry.txt", walk).read_text().splitlines()
     in_ms = [" ".join([f"{1e3 * float(row.split()[0]):g}", *row.split()[1:]]) for row in rows]
     (folder / "odometry.txt").write_text("\n".join(in_ms) + "\n")
-    with pytest.raises(FileError, match="no frame has a motion; both need one clock, and no hole over 1 s"):
-        read(folder)
+    assert read(folder).notes == ("odometry.txt: timestamps are ms: so they reach over the time of the boxes",)
     (folder / "odometry.txt").unlink()
     write_tum(folder / "poses.txt", walk, begin=2.0)
     with pytest.raises(FileError, match="20 of 60 frames have no pose: frame 0 is at 0 s, the poses reach from 2 to"):
@@ -153,7 +155,7 @@ def test_files_of_another_clock_or_frame_are_refused(folder, walk):
     write_tum(folder / "poses.txt", walk, begin=0.5, every=10.0)
     with pytest.raises(FileError, match=r"frames have no pose: frame 0 is at 0 s, the poses reach from 0\.5 to"):
         read(folder)
-    (folder / "poses.txt").write_text("0 0 0 1 0.5 -0.5 0.5 -0.5\n1 0 0 1 0.5 -0.5 0.5 -0.5\n")
+    (folder / "poses.txt").write_text("0 0 0 1 0.5 0 0 0.8660254\n1 1 0 1 0.5 0 0 0.8660254\n")
     with pytest.raises(FileError, match="line 1: the body leans by"):
         read(folder)
     write_tum(folder / "poses.txt", walk)
@@ -181,8 +183,6 @@ def test_people_without_ids_of_boxes_are_matched_by_overlap(folder, walk):
 
 
 def test_people_without_poses_are_relative(folder, walk, tmp_path):
-    from vbbench.geometry import world_to_relative
-
     relative = world_to_relative(walk.people, walk.poses)
     lines = [
         f"{t * 0.1:.3f},{k + 1},{relative[t, k, 0]},{relative[t, k, 1]}\n" for t, k in np.ndindex(relative.shape[:2])
@@ -247,3 +247,90 @@ def test_people_who_leap_are_told_of(folder, walk):
     )
     (note,) = (note for note in read(folder).notes if note.startswith("people.csv"))
     assert re.match(r"people.csv, line \d+: id \d is \S+ m from its place before, as are [12] places", note)
+
+
+def written(folder: Path, walk: Walk, change) -> Path:
+    """``odometry.txt`` of the walk, each row of numbers changed."""
+    rows = np.loadtxt(write_tum(folder / "odometry.txt", walk))
+    np.savetxt(folder / "odometry.txt", change(rows), fmt="%.9f")
+    return folder
+
+
+def test_numbers_of_frames_and_nanoseconds_are_times(folder, walk):
+    write_tum(folder / "odometry.txt", walk)
+    wanted = read(folder).footage.odometry
+    for scale, unit in ((10.0, "numbers of frames"), (1e9, "ns")):
+        recording = read(written(folder, walk, lambda rows, scale=scale: rows * np.array([scale, *[1] * 7])))
+        np.testing.assert_allclose(recording.footage.odometry.motions, wanted.motions, atol=1e-6)
+        assert recording.notes == (f"odometry.txt: timestamps are {unit}: so they reach over the time of the boxes",)
+
+
+def matrices(rows):
+    half = 2.0 * np.arctan2(rows[:, 6], rows[:, 7])
+    zero, cos, sin = 0.0 * half, np.cos(half), np.sin(half)  # x right, y down, z forward
+    columns = [cos, zero, -sin, -rows[:, 2], zero, zero + 1.0, zero, zero, sin, zero, cos, rows[:, 1]]
+    return np.stack(columns, axis=-1)
+
+
+def test_matrices_without_timestamps_are_a_frame_each(folder, walk):
+    write_tum(folder / "odometry.txt", walk)
+    wanted = read(folder).footage.odometry
+    recording = read(written(folder, walk, matrices))
+    assert not recording.notes
+    np.testing.assert_allclose(recording.footage.odometry.motions, wanted.motions, atol=1e-6)
+    with pytest.raises(FileError, match="has 50 lines without timestamps, and the boxes 60 frames"):
+        read(written(folder, walk, lambda rows: matrices(rows)[:50]))
+
+
+def test_truth_is_read_in_its_axes(folder, walk):
+    written(folder, walk, matrices).joinpath("odometry.txt").rename(folder / "poses.txt")
+    poses = read(folder).footage.poses
+    np.testing.assert_allclose(poses, walk.poses, atol=1e-6)
+
+
+def test_odometry_of_a_base_is_carried_to_the_camera(folder, walk):
+    forward, left, yaw = mount = (0.4, -0.2, 0.5)
+    turn = walk.poses[:, 2] - yaw
+    away = np.stack([np.cos(turn) * forward - np.sin(turn) * left, np.sin(turn) * forward + np.cos(turn) * left], -1)
+    base = np.column_stack([walk.poses[:, :2] - away, turn])
+    write_tum(folder / "odometry.txt", walk)
+    wanted = read(folder).footage.odometry
+    write_tum(folder / "odometry.txt", replace(walk, poses=base))
+    camera = folder / "camera.toml"
+    camera.write_text(camera.read_text() + f"[odometry]\nmount = {list(mount)}\nturn_floor = 0.1\n")
+    found = read(folder).footage.odometry
+    np.testing.assert_allclose(found.motions, wanted.motions, atol=1e-6)
+    assert (found.covariances[1:, 1, 1] > wanted.covariances[1:, 1, 1] + (0.03 * 0.25) ** 2).all()  # by the lever
+    camera.write_text(camera.read_text().replace("0.4", "400.0"))
+    with pytest.raises(FileError, match=r"mount = .* must be"):
+        read(folder)
+
+
+def test_a_way_that_leads_sideways_is_a_note_with_figures(folder, walk):
+    (note,) = read(
+        written(folder, walk, lambda rows: rows[:, [0, 2, 1, 3, 4, 5, 6, 7]] * [1, -1, 1, 1, 1, 1, 1, 1])
+    ).notes
+    assert re.search(r"odometry.txt: 100% of the way leads 9\d° to the left of where the camera looks", note)
+
+
+def turning(amount: float) -> Walk:
+    """A camera that turns by ``amount`` rad among people who stand."""
+    walk = make_walk()
+    poses = np.column_stack([walk.poses[:, :2], amount * np.linspace(0.0, 1.0, len(walk.poses))])
+    places = np.broadcast_to([[9.0, -2.0], [9.0, 1.0], [12.0, 3.0], [14.0, -3.0]], (len(poses), 4, 2))
+    boxes = walk.camera.project(world_to_relative(places, poses), np.full((len(poses), 4), 1.72))
+    return replace(walk, poses=poses, people=places, heights=np.full(4, 1.72), boxes=rectangles(boxes))
+
+
+def test_turns_are_those_that_boxes_show(tmp_path):
+    walk = turning(0.4)
+    folder = write_folder(tmp_path / "turn", walk)
+    assert not read(written(folder, walk, lambda rows: rows)).notes
+    mirrored = np.array([1, 1, -1, 1, 1, 1, -1, 1])
+    with pytest.raises(FileError, match=r"of 23° .* boxes show -\d+%, the other way: .*'ned'"):
+        read(written(folder, walk, lambda rows: rows * mirrored))
+    (folder / "camera.toml").write_text(CAMERA_TOML + '[odometry]\naxes = "ned"\n')
+    assert read(written(folder, walk, lambda rows: rows * mirrored)).notes == ()
+    still = write_folder(tmp_path / "still", turning(0.0))
+    (note,) = read(written(still, walk, lambda rows: rows)).notes
+    assert re.search(r"of 23° that the camera turns by it, boxes show ", note)

@@ -95,7 +95,7 @@ def test_a_camera_that_leans_looks_where_its_axis_points_on_the_ground(file):
         ("0.8 1 2 1.6 0 0 0 0", "length 0"),
         ("0.8 1 2 1.6 0 0 0.5 0.5", "length 0.7071"),
         ("0.8 1 2 1.6 0.7071068 0 0 0.7071068", "leans by 90°"),
-        ("0.8 1 2 1.6 0 0.38268343 0 0.92387953", "leans by 45°"),
+        ("0.8 1 2 1.6 0.38268343 0 0 0.92387953", "leans by 45°"),
         ("0.8 1 2 1.6 0.7071068 0.7071068 0 0", "leans by 180°"),
         ("0.6 1 2 1.6 0 0 0 1", "timestamp 0.6 s is not a frame's"),
         ("-0.4 1 2 1.6 0 0 0 1", "timestamp -0.4 s is not a frame's"),

@@ -11,6 +11,7 @@ OUT/dataset, OUT/submission           the same as a dataset and an answer to it:
 
 import shutil
 import warnings
+from codecs import BOM_UTF8
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -22,8 +23,9 @@ from threadpoolctl import threadpool_limits
 from vbbench.birdify.measuring import make_report
 from vbbench.birdify.report import REPORT, Report
 from vbbench.birdify.tables import write_tables
-from vbbench.errors import FileError, VbbenchError, VbbenchWarning, user_mistakes
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning, suggestion, user_mistakes
 from vbbench.estimate import Estimate
+from vbbench.exchange.axes import AXES, Axes
 from vbbench.exchange.own.camera_file import find_camera
 from vbbench.exchange.own.recording import (
     CAMERA,
@@ -83,6 +85,7 @@ def birdify(
     out: Path | str,
     *,
     odometry: Path | str | None = None,
+    odometry_axes: Axes | None = None,
     solver: str = "map-causal",
     film: bool | None = None,
     dt: float | None = None,
@@ -102,7 +105,8 @@ def birdify(
     camera : camera file (`vbbench.exchange.own.camera_file`), a folder that holds one, or a calibration of another
         program (`vbbench.exchange.own.calibration_files`).
     out : folder to make; it appears when it is whole.
-    odometry : TUM file of the observer's own measurement of its motion.
+    odometry : trajectory of the observer by its own measurement (`vbbench.exchange.trajectory`).
+    odometry_axes : of its body, a key of `vbbench.exchange.axes.AXES`; by default the camera file's, or as it moves.
     solver : a registered name, or ``module:attribute``.
     film : whether to make a film; ``None`` for one of at most `FILMED` frames.
     dt : seconds per frame where neither camera file nor boxes say it.
@@ -122,12 +126,16 @@ def birdify(
         with user_mistakes():
             FRAME_TIME.check("dt", dt)
         dt = float(dt)
+    if odometry_axes is not None and (odometry is None or odometry_axes not in AXES):
+        wanted = f"{odometry_axes} cannot be; {suggestion(odometry_axes, AXES)}" if odometry else "there is no odometry"
+        raise VbbenchError(f"odometry_axes: {wanted}")
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
         files = RecordingFiles(
             name=name or Path(boxes).stem,
             camera=camera,
             boxes=Path(boxes),
             odometry=None if odometry is None else Path(odometry),
+            odometry_axes=odometry_axes,
         )
         recording = _read(files, dt, pictures, mount)
         work.begin()
@@ -174,6 +182,9 @@ def _keep_files(recording: OwnRecording, dt: float | None, folder: Path) -> None
     for name, path in kept.items():
         if path is not None:
             shutil.copyfile(path, folder / name)
+    if files.odometry is not None and files.odometry_axes is not None:
+        stated = f"# axes: {files.odometry_axes}\n"
+        (folder / ODOMETRY).write_bytes(stated.encode() + files.odometry.read_bytes().removeprefix(BOM_UTF8))
     given = dt is not None and recording.own.facts.seconds is None
     line = f"dt = {dt!r}  # seconds per frame, given with this file\n" if given else ""
     (folder / CAMERA).write_text(line + recording.own.text, "utf-8")

@@ -8,6 +8,7 @@ from pathlib import Path
 from vbbench.birdify.birdify import Birdified, birdify
 from vbbench.birdify.report import REPORT
 from vbbench.errors import FileError
+from vbbench.exchange.axes import Axes
 from vbbench.exchange.film_boxes import FilmBoxes, find_boxes
 from vbbench.exchange.own.camera_file import OwnCamera, find_camera, read_camera
 from vbbench.files.dataset_info import Pictures
@@ -34,6 +35,7 @@ def birdify_film(
     detection: Detection,
     *,
     odometry: Path | str | None = None,
+    odometry_axes: Axes | None = None,
     solver: str = "map-causal",
     film: bool | None = None,
     mount: Mapping[str, float] | None = None,
@@ -50,7 +52,7 @@ def birdify_film(
     path : a video, or a folder of pictures.
     camera : camera file; its ``fps`` or ``dt`` counts if it has one, else what the video says.
     detection : how people are found.
-    out, odometry, solver, film, mount, overwrite, announce : as of `vbbench.birdify.birdify.birdify`.
+    out, odometry, odometry_axes, solver, film, mount, overwrite, announce : as of `vbbench.birdify.birdify.birdify`.
 
     Raises
     ------
@@ -67,6 +69,7 @@ def birdify_film(
         camera,
         out,
         odometry=odometry,
+        odometry_axes=odometry_axes,
         solver=solver,
         film=film,
         mount=mount,

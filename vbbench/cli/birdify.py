@@ -1,7 +1,7 @@
 """The command that makes a map of a user's own boxes, or of a film: birdify."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from tyro.conf import Positional
 
@@ -14,6 +14,7 @@ def birdify(
     camera: Path,
     out: Path,
     odometry: Path | None = None,
+    odometry_axes: Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"] | None = None,
     dt: float | None = None,
     mount_height: float | None = None,
     pitch: float | None = None,
@@ -34,7 +35,9 @@ def birdify(
         camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
             camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md.
         out: Folder to make: poses, positions, map.png, film.mp4, report.md.
-        odometry: TUM file of the observer's own measurement of its motion.
+        odometry: Trajectory of the observer by its own measurement: TUM, EuRoC, KITTI, or CSV with a header.
+        odometry_axes: Of the body that odometry is of, where its file does not show them: body (x forward, z up),
+            camera (x right, y down, z forward), opengl, ned, imu, unity, unreal.
         dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
         mount_height: The camera's height over the ground in m, where its file does not state it.
         pitch: How far it looks above the horizon in rad, where its file does not state it.
@@ -66,6 +69,7 @@ def birdify(
     options: dict[str, Any] = {
         "odometry": odometry,
         "mount": mount,
+        "odometry_axes": odometry_axes,
         "solver": solver,
         "film": True if film else (False if no_film else None),
         "overwrite": overwrite,

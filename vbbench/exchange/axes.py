@@ -21,7 +21,7 @@ Axes = Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"]
 AXES = {"body": "flu", "camera": "rdf", "opengl": "rub", "ned": "frd", "imu": "rfu", "unity": "ruf", "unreal": "fru"}
 """Where x, y and z of a body point: f forward, b backward, l left, r right, u up, d down; the last two left-handed."""
 _WORDS = dict(zip("fblrud", ("forward", "backward", "left", "right", "up", "down"), strict=True))
-_USUAL = ("body", "camera", "opengl")
+_USUAL = ("body", "camera", "opengl", "ned")
 _STEEPEST = 0.6
 """Rad by which a body may lean; more is another convention of axes."""
 STEP = 0.3
@@ -32,13 +32,17 @@ _CLIMB = 0.5
 """Share of the way that may lead along the vertical."""
 _TURNED, _TURNED_STANDING = 0.35, 0.1
 """Rad of rotation that must be about the vertical, of a body that moves and of one that stands."""
-UNUSUAL = 0.1
+_BACKWARDS = 2.4
+"""Rad: motion beyond this angle is backward."""
+_STEADY = 0.85
+"""Length of the mean direction of motion, in a body's axes, from which on it shows where the body looks."""
+_UNUSUAL = 0.1
 """How much better another order than the usual one must fit."""
 _AHEAD = 0.8
 """Rad: motion within this angle is forward."""
 _SIDEWAYS = 0.8
 """Share of the way that leads elsewhere from which on a note says so."""
-_BEND, _CUSP = 0.5, 2.1
+_BEND, _CUSP = 0.25, 2.1
 """Rad by which a path bends that needs rotations, and by which no path without rotations may turn at once."""
 
 
@@ -88,14 +92,18 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     readings = [_read_as(places, orders[order], order, kind, steps) for order, kind in product(orders, kinds)]
     usual = readings[0].order
     fitting = [one for one in readings if (one.fits if axes is None else one.upright)]
-    fitting = [one for one in fitting if one.order == usual or one.heading is not None]
-    found = min(fitting, key=lambda one: (one is not readings[0], one.cost + UNUSUAL * (one.order != usual)), default=None)
+    starts = {order for order in orders if np.allclose(orders[order][0], np.eye(3), atol=1e-3)}
+    fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.heading)]
+    unusual = {order: -0.01 if order in starts else _UNUSUAL * (order != usual) for order in orders}
+    ranks = [(one is not readings[0], one.cost + unusual[one.order]) for one in fitting]
+    found = fitting[ranks.index(min(ranks))] if fitting else None
     if axes is None:
         _refuse_inverse(trajectory, found)
     if found is None:
         raise FileError(trajectory.path, *_misfit(readings, trajectory.lines))
     notes = []
-    if axes is None and found.axes != "body" and found.order != MATRIX:
+    moves = found.heading is not None or found.turned > _TURNED_STANDING
+    if axes is None and moves and found.axes != "body" and found.order != MATRIX:
         notes.append(f"{name} is read in the axes of '{found.axes}', which its motion fits: {described(found.axes)}")
     if found.order != usual:
         notes.append(f"{name} is read as {found.order}, the order that its motion fits")
@@ -109,7 +117,7 @@ class _Reading:
     Parameters
     ----------
     lean : [N] rad between the body's up axis and the vertical.
-    level : whether the world's z is the vertical.
+    level, level_y : whether the world's z is up; and whether its y is about the vertical.
     climb : share of the way along the vertical; 0 of a body that stands.
     heading : mean of exp(i · angle from where the body looks to where it moves) over the way; ``None`` if it stands.
     turned, spin : largest rotation in rad, and its share about the vertical.
@@ -120,6 +128,7 @@ class _Reading:
     poses: FloatArray
     lean: FloatArray
     level: bool
+    level_y: bool
     climb: float
     heading: complex | None
     turned: float
@@ -138,19 +147,27 @@ class _Reading:
 
     @property
     def ahead(self) -> bool:
-        """Whether the body stands, or moves about where it looks."""
-        return self.heading is None or (abs(self.heading) > 0.6 and abs(phase(self.heading)) < _AHEAD)
+        """Whether it moves about where it looks."""
+        return bool(self.heading and abs(self.heading) > _STEADY and abs(phase(self.heading)) < _AHEAD)
 
     @property
     def fits(self) -> bool:
-        """Whether it may be so; which of y's ends is up, a world whose z is not does not show, unless by the way."""
-        return self.drives and (self.level if self.axes != "camera" else self.level or self.ahead)
+        """Whether it may be so; which end of y is up, a world whose z is not shows only by not driving backwards."""
+        if not self.drives or self.heading is None or self.ahead or self.axes == "body":
+            return self.drives and (self.level or self.axes == "camera")
+        sideways = abs(self.heading) > _STEADY and abs(phase(self.heading)) < _BACKWARDS
+        upright = bool(self.lean.max() < 0.5 * _STEEPEST)
+        return upright and (self.level or (self.level_y and self.axes == "camera" and sideways))
 
     @property
     def cost(self) -> float:
         """How badly it fits: 0 for an upright body that moves where it looks and turns about the vertical."""
         aside = 0.0 if self.heading is None else 1.0 - self.heading.real
-        return aside + float(np.mean(1.0 - np.cos(self.lean))) + (1.0 - self.spin) * (self.turned > _TURNED_STANDING)
+        return (
+            aside
+            + float(np.mean(1.0 - np.cos(self.lean)))
+            + (1.0 - self.spin) * min(self.turned / _TURNED_STANDING, 1.0)
+        )
 
 
 def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, steps: IntArray) -> _Reading:
@@ -162,7 +179,7 @@ def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, s
     upwards, looks = rotations @ up, rotations @ forward
     moves = np.diff(places[steps], axis=0)
     way = np.linalg.norm(moves, axis=1)
-    vertical = _vertical(upwards, rotations @ right, moves / way[:, None])
+    vertical = np.eye(3)[2] if axes == "body" else _vertical(upwards, rotations @ right, moves / way[:, None])
     ahead = np.eye(3)[2 if abs(vertical[2]) < 0.5 else 0]
     ahead -= (ahead @ vertical) * vertical
     ahead /= np.linalg.norm(ahead)
@@ -180,6 +197,7 @@ def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, s
         poses=np.column_stack([places @ ground, wrap_angle(yaw)]),
         lean=np.arccos(np.clip(upwards @ vertical, -1.0, 1.0)),
         level=bool(vertical[2] > 0.99),
+        level_y=bool(abs(vertical[1]) > np.cos(_STEEPEST)),
         climb=float(np.abs(moves @ vertical).sum() / way.sum()) if len(moves) else 0.0,
         heading=heading,
         turned=float(np.linalg.norm(turns, axis=1).max()),
@@ -223,15 +241,18 @@ def _rotation_vectors(rotations: FloatArray) -> FloatArray:
 
 def _refuse_inverse(trajectory: Trajectory, found: _Reading | None) -> None:
     """Raise FileError where the poses turn and move as a body does only if they are taken from the world to it."""
-    if found is not None and (found.heading is None or abs(found.heading) > 0.9 or found.turned < _TURNED):
-        return
+    least = 0.95
+    if found is not None:
+        if found.heading is None or found.heading.real > 0.8:
+            return
+        least = max(least, abs(found.heading) + 0.02)
     for order, rotations in trajectory.rotations.items():
         back = rotations.swapaxes(1, 2)
         places = -np.einsum("nij,nj->ni", back, trajectory.places)
         steps = _corners(places, STEP)
         for kind in _USUAL:
             one = _read_as(places, back, order, kind, steps)
-            if one.drives and one.ahead and one.heading is not None and abs(one.heading) > 0.97 and len(steps) > 10:
+            if one.drives and one.turned > _TURNED and one.heading and one.heading.real > least and len(steps) > 10:
                 problem = "poses move as a camera does only if they are from the world to the camera (Tcw)"
                 raise FileError(trajectory.path, f"{problem}; write their inverses, from the camera to the world")
 
@@ -240,13 +261,12 @@ def _misfit(readings: list[_Reading], lines: IntArray) -> tuple[str, int | None]
     """What of a trajectory fits no order and axes, and the line."""
     first, line = readings[0], None
     keys = ", ".join(f"'{name}'" for name in AXES)
-    behind = next((one for one in readings if one.axes == "camera" and one.drives and not one.ahead), None)
-    if behind is not None and behind.heading is not None:
-        degrees = np.degrees(phase(behind.heading))
+    angles = [abs(phase(one.heading)) for one in readings if one.axes == "camera" and one.drives and one.heading]
+    if angles and angles[0] > _BACKWARDS:
         what = (
-            f"read in camera axes ({described('camera')}) the body moves {degrees:.0f}° to the left of where it looks: "
-            "either it drives backwards or sideways, or axes are others, such as OpenGL's "
-            f"({described('opengl')}), or poses are from the world to the camera"
+            f"in camera axes ({described('camera')}) it moves {np.degrees(angles[0]):.0f}° from where it looks: it is "
+            f"driven backwards, or has others, such as OpenGL's ({described('opengl')}), or poses are from the world "
+            "to the camera"
         )
     elif not first.upright:
         row = int(first.lean.argmax())
@@ -296,8 +316,9 @@ def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:
     share = ((places - places[rows[at]]) * chords[at]).sum(axis=1) / (chords[at] ** 2).sum(axis=1)
     yaws = np.arctan2(*chords[0, ::-1]) + np.append(0.0, np.cumsum(turns))
     knots, last = np.arange(len(yaws)) + 0.5, turns if len(turns) else np.zeros(1)
-    ends = np.append(yaws[0] - 0.5 * last[0], np.append(yaws, yaws[-1] + 0.5 * last[-1]))
-    yaw = np.interp(at + share.clip(0.0, 1.0), np.concatenate([[0.0], knots, [float(len(yaws))]]), ends)
+    ends = np.concatenate([[yaws[0] - 0.5 * last[0]], yaws, [yaws[-1] + 1.5 * last[-1]]])
+    share = share.clip(0.0, np.where(at == len(yaws) - 1, 2.0, 1.0))
+    yaw = np.interp(at + share, np.concatenate([[0.0], knots, [len(yaws) + 1.0]]), ends)
     note = f"{path.name}: {why}: the yaw is taken from the path, as of a camera that looks where it goes"
     return Grounded(poses=np.column_stack([places, wrap_angle(yaw)]), from_path=True, notes=(note,))
 

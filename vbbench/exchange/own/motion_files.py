@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vbbench.camera import Camera
 from vbbench.errors import FileError
 from vbbench.exchange.axes import ground_poses, off_course
 from vbbench.exchange.own.camera_file import OdometryFacts
@@ -28,6 +29,10 @@ PATH_TURN = 0.05
 """Rad after one second that the yaw of a camera is off the direction of its path."""
 FINEST, MUCH_LESS = 5e-4, 0.5
 """Seconds between poses that nothing measures faster than, and a share of time in common that is much less."""
+LEAST_TURN, ENOUGH_TURN, ENOUGH_BOXES = 0.003, 0.15, 30
+"""Rad in a frame that boxes can show, rad in all, and boxes, from which on turns are compared with boxes."""
+USUAL_HEIGHT = 1.72
+"""M, of people whose distance matters little."""
 SAME_TIME = 1e-3
 """In s: clocks that differ by less agree."""
 FASTEST, LEAP = 60.0, 5.0
@@ -179,6 +184,37 @@ def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline)
             row = int(leaps.argmax())
             problem = f"the place is {moved[row]:,.4g} m from the one {passed[row]:.3g} s before"
             raise FileError(path, f"{problem}; are places in m, and is the line whole?", int(lines[later[row]]))
+
+
+def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Camera) -> tuple[str, ...]:
+    """A note if boxes [T, K, 3] do not show the turns of the camera's ``motions`` [T, 3] since the frame before.
+
+    People are taken to stand, at distances by their heights: a turn to the left moves them to the right by as much.
+
+    Raises
+    ------
+    FileError
+        If they show turns the other way, as of a left-handed world or one whose y points right and z down.
+    """
+    turns = np.abs(motions[:, 2]) > LEAST_TURN
+    frame, track = np.nonzero(np.isfinite(boxes[1:, :, 2]) & np.isfinite(boxes[:-1, :, 2]) & turns[1:, None])
+    if np.abs(motions[turns, 2]).sum() < ENOUGH_TURN or len(frame) < ENOUGH_BOXES:
+        return ()
+    before, after = (camera.unproject(boxes[frame + n, track], np.full(len(frame), USUAL_HEIGHT)) for n in (0, 1))
+    forward, left, turn = motions[frame + 1].T
+    stands = np.arctan2(before[:, 0] + left, before[:, 1] - forward)
+    shown = wrap_angle(np.arctan2(after[:, 0], after[:, 1]) - stands) / turn
+    order = np.argsort(shown)
+    weight = np.cumsum(np.abs(turn)[order])
+    share = float(shown[order][np.searchsorted(weight, 0.5 * weight[-1])])
+    if share > 0.5:
+        return ()
+    turned = np.degrees(np.abs(motions[turns, 2]).sum())
+    problem = f"of {turned:.0f}° that the camera turns by it, boxes show {share:.0%}"
+    if share < -0.5:
+        advice = "does its y point right, or z down? Write axes = 'ned' (or 'unreal', left-handed) in [odometry]"
+        raise FileError(path, f"{problem}, the other way: {advice}")
+    return (f"{path.name}: {problem}: are its axes, clock and mount those of the camera?",)
 
 
 def _in_order(trajectory: Trajectory) -> Trajectory:

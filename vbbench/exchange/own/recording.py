@@ -9,12 +9,13 @@ import numpy as np
 
 from vbbench.boxes import observations_of, rectangles
 from vbbench.errors import FileError, VbbenchError
+from vbbench.exchange.axes import Axes
 from vbbench.exchange.detection import Detections, TrackerFactory
 from vbbench.exchange.matching import FrameOffset, frame_offset, in_columns, match_tracks
 from vbbench.exchange.own.box_files import BoxRows, read_boxes
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
 from vbbench.exchange.own.distortion import straighten_boxes
-from vbbench.exchange.own.motion_files import read_odometry, read_poses
+from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read_poses
 from vbbench.exchange.own.people_file import read_people
 from vbbench.exchange.own.plausibility import box_noise, fitting, frame_seconds, gaps
 from vbbench.exchange.own.timing import Timeline
@@ -45,7 +46,7 @@ _ELSEWHERE = "are axes, units and clock those of docs/own.md?"
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingFiles:
-    """Where a recording is; ``None`` = there is none."""
+    """Where a recording is, and in which axes its odometry; ``None`` = there is none, or its motion shows them."""
 
     name: str
     camera: Path
@@ -53,6 +54,7 @@ class RecordingFiles:
     poses: Path | None = None
     odometry: Path | None = None
     people: Path | None = None
+    odometry_axes: Axes | None = None
 
     @property
     def digests(self) -> dict[str, str]:
@@ -149,8 +151,10 @@ def read_recording(
         scene, lost = read_people(files.people, files.name, timeline, posed=poses is not None)
         notes += lost
     if files.odometry is not None:
-        odometry, holes = read_odometry(files.odometry, timeline, own.facts.odometry)
-        notes += holes
+        facts = own.facts.odometry
+        facts = facts if files.odometry_axes is None else replace(facts, axes=files.odometry_axes)
+        odometry, remarks = read_odometry(files.odometry, timeline, facts)
+        notes += (*remarks, *compare_turns(files.odometry, odometry.motions, boxes, own.camera))
     footage = Footage(
         name=files.name,
         camera=own.camera,

@@ -1,0 +1,110 @@
+"""Trajectory files: the layouts that programs write, and what is no trajectory."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vbbench.errors import FileError
+from vbbench.exchange.axes import ground_poses
+from vbbench.exchange.trajectory import MATRIX, WXYZ, XYZW, YAW, read_trajectory
+
+PLACES = [(0.0, 0.0, 0.0), (0.5, 0.1, 0.0), (1.0, 0.3, 0.0)]
+YAWS = [0.0, 0.2, 0.4]
+
+
+def rows(layout: str, mark: str = " ") -> str:
+    """Lines of three poses: ``layout`` is a format of t, x, y, z, w, qz, yaw, c and s."""
+    lines = []
+    for n, ((x, y, z), yaw) in enumerate(zip(PLACES, YAWS, strict=True)):
+        half = {"w": np.cos(yaw / 2), "qz": np.sin(yaw / 2), "c": np.cos(yaw), "s": np.sin(yaw), "n": n}
+        values = {"t": 0.1 * n, "x": x, "y": y, "z": z, "yaw": yaw, "deg": np.degrees(yaw), **half}
+        lines.append(layout.format(**values).replace(" ", mark))
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "orders"),
+    [
+        (rows("{t} {x} {y} {z} 0 0 {qz} {w}"), [XYZW, WXYZ]),
+        ("# timestamp tx ty tz qx qy qz qw\n" + rows("{t} {x} {y} {z} 0 0 {qz} {w}"), [XYZW]),
+        ("# timestamp tx ty tz qw qx qy qz\n" + rows("{t} {x} {y} {z} {w} 0 0 {qz}"), [XYZW]),
+        ("time,x,y,yaw\n" + rows("{t} {x} {y} {yaw}", ","), [YAW]),
+        ("time;x [m];y [m];heading [deg]\n" + rows("{t} {x} {y} {deg}", ";"), [YAW]),
+        ("x y yaw time\n" + rows("{x} {y} {yaw} {t}"), [YAW]),
+        (rows("{c} -{s} 0 {x} {s} {c} 0 {y} 0 0 1 {z}"), [MATRIX]),
+        (rows("{t} {c} -{s} 0 {x} {s} {c} 0 {y} 0 0 1 {z}"), [MATRIX]),
+        (rows("{c} -{s} 0 {x} {s} {c} 0 {y} 0 0 1 {z} 0 0 0 1"), [MATRIX]),
+        (
+            "Time,header.seq,header.frame_id,pose.pose.position.x,pose.pose.position.y,pose.pose.position.z,"
+            "pose.pose.orientation.x,pose.pose.orientation.y,pose.pose.orientation.z,pose.pose.orientation.w,"
+            "twist.twist.linear.x\n" + rows("{t} {n} odom {x} {y} {z} 0 0 {qz} {w} 9", ","),
+            [XYZW],
+        ),
+    ],
+)
+def test_layouts_of_programs(tmp_path: Path, text: str, orders: list[str]) -> None:
+    path = tmp_path / "t.txt"
+    path.write_text(text)
+    read = read_trajectory(path)
+    assert list(read.rotations) == orders
+    assert (read.times is None) == (text.startswith("1.0 -0.0"))
+    if read.times is not None:
+        np.testing.assert_allclose(read.times, [0.0, 0.1, 0.2])
+    np.testing.assert_allclose(read.places, PLACES)
+    np.testing.assert_allclose(ground_poses(read).poses[:, 2], YAWS, atol=1e-12)
+
+
+def test_euroc_has_nanoseconds_and_qw_first(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    head = "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []"
+    head += ", v_RS_R_x [m s^-1]"
+    body = rows("140363657976355{n}000 {x} {y} {z} {w} 0 0 {qz} 0.3", ",")
+    path.write_text(f"{head}\n{body}")
+    read = read_trajectory(path)
+    assert read.unit == 1e-9
+    assert list(read.rotations) == [XYZW]
+    np.testing.assert_allclose(ground_poses(read).poses[:, 2], YAWS, atol=1e-12)
+
+
+def test_places_without_rotations_and_rows_by_frames(tmp_path: Path) -> None:
+    path = tmp_path / "t.txt"
+    path.write_text(rows("{t} {x} {y} {z}"))
+    assert not read_trajectory(path).rotations
+    path.write_text(rows("{t} {x} {y} {z} 0 0 0 0"))
+    assert not read_trajectory(path).rotations
+    path.write_text("frame,x,y,yaw\n" + rows("{n} {x} {y} {yaw}", ","))
+    read = read_trajectory(path)
+    assert read.unit == 0.0
+    np.testing.assert_array_equal(read.times, [0, 1, 2])
+
+
+def test_a_comment_states_the_axes(tmp_path: Path) -> None:
+    path = tmp_path / "t.txt"
+    for comment, axes in (
+        ("# axes: camera", "camera"),
+        ("# body: x forward, z up", "body"),
+        ("# made on Monday", None),
+    ):
+        path.write_text(f"{comment}\n" + rows("{t} {x} {y} {z} 0 0 {qz} {w}"))
+        assert read_trajectory(path).axes == axes
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("lat,lon,alt\n1,2,3\n", "name columns time, x, y"),
+        ("time,x,y,qx,qz\n0,1,2,0,0\n", "name columns time, x, y, and qx, qy, qz, qw or yaw"),
+        ("time,x,tx,y\n0,1,1,2\n", "x and tx are both x"),
+        ("0 1 2 3 4\n", "line 1: 5 columns, wanted 8"),
+        ("1 0 0 0 0 1 0 0 0 0 2 0\n", "line 1: columns .* are no rotation"),
+        ("time,x,y,yaw\n0,1,2,90\n", "yaw is 90; name its column 'yaw"),
+        ("time,x,y\n0,1\n", "line 2: 2 columns, wanted 3"),
+        ("time,x,y\n0,1,east\n", "line 2: y is 'east'"),
+    ],
+)
+def test_what_is_no_trajectory(tmp_path: Path, text: str, problem: str) -> None:
+    path = tmp_path / "t.txt"
+    path.write_text(text)
+    with pytest.raises(FileError, match=problem):
+        read_trajectory(path)
