@@ -5,8 +5,8 @@ import pytest
 
 from tests.own_recording import HEAD
 from vbbench.errors import FileError
+from vbbench.exchange.box_tables import scores_as_shares
 from vbbench.exchange.own.box_files import read_boxes
-from vbbench.exchange.own.recording import _shares
 
 TIMED = HEAD.replace("frame", "time")
 
@@ -26,9 +26,8 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
     [
         ("frame,id,left,top,width\n0,1,2,3,4\n", 1, "no column height"),
         ("fram,id,left,top,width,height\n0,1,2,3,4,50\n", 1, "no column frame or time; did you mean 'frame'"),
-        ("frame,time,id,left,top,width,height\n0,0,1,2,3,4,50\n", 1, "columns frame and time, which say the same"),
-        ("x,y,w,h\n1,2,3,4\n", 1, "its first line is 'x,y,w,h', wanted: frame or time, left"),
-        (HEAD.replace(",", ";") + "0;1;2;3;4;50\n", 1, "columns are separated by ',', not by ';'"),
+        ("frame,id,track_id,left,top,width,height\n0,0,1,2,3,4,50\n", 1, "'id' and 'track_id' could both be the id"),
+        ("x,y,w,h\n1,2,3,4\n", 1, "no column frame or time; its columns are 'x,y,w,h', wanted: frame or time, left"),
         (HEAD, None, "holds no row"),
         (HEAD + "0,1,2,3,4\n", 2, "5 columns, the first line names 6"),
         (HEAD + "0,1,2,3,4,50\n1,1,x,3,4,50\n", 3, "left is 'x'; write a number"),
@@ -137,6 +136,6 @@ def test_a_row_that_is_there_twice_is_no_clock_that_goes_back(tmp_path):
 
 def test_scores_become_shares():
     """Per cent where one is beyond what a sure detector says; a little above 1 is sure."""
-    assert _shares(np.array([0.3, 1.02, np.nan])).tolist() == [0.3, 1.0, 1.0]
-    assert _shares(np.array([1.0, 2.0, 60.0, 95.0])).tolist() == [0.01, 0.02, 0.6, 0.95]
-    assert _shares(np.array([-1.0, 0.0, 3.0]))[1] == 0.5
+    assert scores_as_shares(np.array([0.3, 1.02, np.nan])).tolist() == [0.3, 1.0, 1.0]
+    assert scores_as_shares(np.array([1.0, 2.0, 60.0, 95.0])).tolist() == [0.01, 0.02, 0.6, 0.95]
+    assert scores_as_shares(np.array([-1.0, 0.0, 3.0]))[1] == 0.5

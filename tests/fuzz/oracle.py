@@ -14,7 +14,7 @@ STRICTER = {
     "tracks": (
         r"twice \(also on line|but the step is \d+|is not in the sequence|already has a box|"
         r"already (been )?given in line|does not come after|"
-        r"is -?[\d.e+-]+, not an integer|(no|not a) whole number"
+        r"is -?[\d.e+-]+, not an integer|(no|not a) whole number|people are class|class is "
     ),
     "sizes": r"are too many|correct its frame numbers|nobody is there at a multiple|holds no crowd",
     "places": r"km from the origin|it must be within ±|px; boxes are in px|the box is|visibility is|beyond its horizon",
@@ -60,11 +60,11 @@ def rows_of(content: bytes, width: int, *, commas: bool, errors: str = "strict")
 
 
 def boxes_of(content: bytes) -> list[Row] | None:
-    """Rows of a MOTChallenge file: 6 to 10 cells with one comma between; of 8 or 10 the last ones tell nothing."""
+    """Rows of a MOTChallenge file: 6 to 10 cells with one comma between; the tenth may be anything."""
     rows = []
     for line in lines(content, errors="replace") or ():
         cells = [cell.strip(" \t") for cell in line.split(",")]
-        numbers = [finite(cell) for cell in (cells if len(cells) == 9 else cells[:7])]
+        numbers = [finite(cell) for cell in cells[:9]]
         if not 6 <= len(cells) <= 10 or None in numbers:
             return None
         rows.append(tuple(numbers))

@@ -98,12 +98,20 @@ def _same_scene(x: int, y: int) -> Callable[[object, list[Row]], bool]:
 
 
 def _same_boxes(outcome: object, rows: list[Row]) -> bool:
-    """Rows of 9 columns count by class, confidence and visibility; frames and corners are from 1 in the file."""
+    """Boxes are rows of the file, in its order, frames and corners from 1 in it.
+
+    Rows of ground truth, 9 columns with flags and class 1 or none, count by flag, class and visibility.
+    """
     assert isinstance(outcome, MotRows)
-    counted = [r for r in rows if len(r) != 9 or r[7] == -1 or (r[7] == 1 and r[6] != 0 and r[8] != 0)]
+    plain = all(len(r) == 9 and r[6] in (0, 1) and r[7] in (-1, 1) for r in rows) and any(r[6] == 1 for r in rows)
+    counted = [r for r in rows if not plain or (r[6] != 0 and r[8] != 0)]
     wanted = [(r[0] - 1, r[1], r[2] - 1, r[3] - 1, r[4], r[5], r[6] if len(r) > 6 else 1.0) for r in counted]
     columns = [outcome.frame, outcome.track, *outcome.boxes.T, outcome.confidence]
-    return list(zip(*(column.tolist() for column in columns), strict=True)) == wanted
+    found = list(zip(*(column.tolist() for column in columns), strict=True))
+    if any(row[1] > 2**31 - 1 for row in wanted):  # such ids are numbered from 1 on
+        wanted, found = ([(row[0], *row[2:]) for row in rows] for rows in (wanted, found))
+    rest = iter(wanted)
+    return found == wanted if plain else all(any(one == row for row in rest) for one in found)
 
 
 def _same_poses(outcome: object, rows: list[Row]) -> bool:

@@ -26,6 +26,8 @@ from vbbench.birdify.tables import write_tables
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning, suggestion, user_mistakes
 from vbbench.estimate import Estimate
 from vbbench.exchange.axes import AXES, Axes
+from vbbench.exchange.box_containers import is_label_folder
+from vbbench.exchange.own.box_files import write_boxes
 from vbbench.exchange.own.camera_file import find_camera
 from vbbench.exchange.own.recording import (
     CAMERA,
@@ -75,8 +77,8 @@ class Birdified:
 
 
 def is_film(path: Path) -> bool:
-    """Whether a path is a video by its name, or a folder, which is one of pictures; else it is a file of boxes."""
-    return path.is_dir() or path.suffix.lower() in VIDEOS
+    """Whether a path is a video by its name, or a folder, unless that is one of labels; else it is a file of boxes."""
+    return (path.is_dir() and not is_label_folder(path)) or path.suffix.lower() in VIDEOS
 
 
 def birdify(
@@ -92,6 +94,7 @@ def birdify(
     name: str = "",
     pictures: Pictures | None = None,
     mount: Mapping[str, float] | None = None,
+    person_class: int | str | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Birdified:
@@ -101,7 +104,7 @@ def birdify(
 
     Parameters
     ----------
-    boxes : MOTChallenge text or CSV (`vbbench.exchange.own.box_files`).
+    boxes : a file of boxes, or a folder of YOLO's labels (`vbbench.exchange.own.box_files`).
     camera : camera file (`vbbench.exchange.own.camera_file`), a folder that holds one, or a calibration of another
         program (`vbbench.exchange.own.calibration_files`).
     out : folder to make; it appears when it is whole.
@@ -113,6 +116,7 @@ def birdify(
     name : what the recording is called; by default as the file of boxes.
     pictures : where the pictures of the frames are, to draw over.
     mount : keys that the camera file leaves out: ``mount_height`` in m, ``pitch`` in rad.
+    person_class : class of people in the boxes, by number or name, where the file does not show it.
     overwrite : replace a folder that birdify made.
     announce : called with a line for each stage.
 
@@ -137,7 +141,7 @@ def birdify(
             odometry=None if odometry is None else Path(odometry),
             odometry_axes=odometry_axes,
         )
-        recording = _read(files, dt, pictures, mount)
+        recording = _read(files, dt, pictures, mount, person_class)
         work.begin()
         _keep_files(recording, dt, work.new / RECORDING)
         announce(_described(recording))
@@ -145,7 +149,8 @@ def birdify(
         sequence = dataset.sequence(0)
         announce(f"solving with {solver} ({PROTOCOL})")
         answer = _solve(dataset, sequence, solver, solving, work.new / SUBMISSION)
-        write_tables(work.new, sequence, recording.timeline, answer, dataset.camera(sequence).mount_height)
+        ids = recording.rows.ids.of(sequence.tracks)
+        write_tables(work.new, sequence, recording.timeline, answer, dataset.camera(sequence).mount_height, ids)
         report = make_report(dataset, recording, answer, solver)
         _draw(dataset, work.new, sequence.frames <= FILMED if film is None else film, announce)
         write_text_atomically(work.new / "report.md", report.markdown())
@@ -157,12 +162,16 @@ def birdify(
 
 
 def _read(
-    files: RecordingFiles, dt: float | None, pictures: Pictures | None, mount: Mapping[str, float] | None
+    files: RecordingFiles,
+    dt: float | None,
+    pictures: Pictures | None,
+    mount: Mapping[str, float] | None,
+    person_class: int | str | None,
 ) -> OwnRecording:
     for path in filter(None, (files.boxes, files.odometry)):
-        if not path.is_file():
+        if not path.exists():
             raise FileError(path, "there is no such file")
-    return read_recording(files, dt=dt, pictures=pictures, mount=mount)
+    return read_recording(files, dt=dt, pictures=pictures, mount=mount, person_class=person_class)
 
 
 def _described(recording: OwnRecording) -> str:
@@ -174,11 +183,17 @@ def _described(recording: OwnRecording) -> str:
 
 
 def _keep_files(recording: OwnRecording, dt: float | None, folder: Path) -> None:
-    """Copy what was read, as a recording of split ``own`` is named; the camera file says ``dt`` where it did not."""
+    """Copy what was read, as a recording of split ``own`` is named; the camera file says ``dt`` where it did not.
+
+    Boxes that were no plain text are written as CSV.
+    """
     folder.mkdir(parents=True)
     files = recording.files
     named = files.boxes.suffix.lower() == ".csv"
     kept = {"boxes.csv" if named else "gt.txt": files.boxes, ODOMETRY: files.odometry}
+    if not recording.rows.plain:
+        write_boxes(folder / "boxes.csv", recording.rows)
+        kept = {ODOMETRY: files.odometry}
     for name, path in kept.items():
         if path is not None:
             shutil.copyfile(path, folder / name)

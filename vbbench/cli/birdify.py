@@ -18,6 +18,7 @@ def birdify(
     dt: float | None = None,
     mount_height: float | None = None,
     pitch: float | None = None,
+    person_class: str | None = None,
     solver: str = "map-causal",
     detector: str | None = None,
     weights: Path | None = None,
@@ -30,8 +31,9 @@ def birdify(
     """Make a map of where a camera and the people around it were, from their boxes alone, or from a film.
 
     Args:
-        boxes: MOTChallenge text or CSV with a header; a tracker links boxes without ids. Or a film: a video, or a
-            folder of pictures, in which people are detected and tracked first.
+        boxes: Text, CSV, JSON or an archive of a detector, tracker or annotation tool, or a folder of YOLO's labels
+            (docs/own.md); a tracker links boxes without ids. Or a film: a video, or a folder of pictures, in which
+            people are detected and tracked first.
         camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
             camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md.
         out: Folder to make: poses, positions, map.png, film.mp4, report.md.
@@ -41,6 +43,7 @@ def birdify(
         dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
         mount_height: The camera's height over the ground in m, where its file does not state it.
         pitch: How far it looks above the horizon in rad, where its file does not state it.
+        person_class: Of boxes: the class of people, by number or name, where the file does not show it.
         solver: A registered name or module:attribute of your own.
         detector: Of a film: hog (default), an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
         weights: Of a film: file of the detector's network, for --detector yolo.
@@ -64,6 +67,8 @@ def birdify(
         raise VbbenchError(f"--dt is for boxes, and {boxes} is a film; write dt or fps in {camera} if its own is wrong")
     stated = {"mount_height": mount_height, "pitch": pitch}
     mount = {name: value for name, value in stated.items() if value is not None}
+    if person_class is not None and is_film(boxes):
+        raise VbbenchError(f"--person-class is for boxes, and {boxes} is a film; leave it out")
     if dt is not None:
         _check_dt(dt, camera, mount)
     options: dict[str, Any] = {
@@ -80,7 +85,7 @@ def birdify(
 
         made = birdify_film(boxes, camera, out, Detection(**given), **options)
     else:
-        made = make(boxes, camera, out, dt=dt, **options)
+        made = make(boxes, camera, out, dt=dt, person_class=person_class, **options)
     print(f"{made.folder}: {made.report.summary()}")
 
 

@@ -65,6 +65,8 @@ UNITS: dict[str, float] = {
     "pct": 0.01, "percent": 0.01, "%": 0.01,
 }  # fmt: skip
 """Factors of the units that names can have, to s, m, rad, px and shares of the whole."""
+LONGEST_NAME, LONGEST_HEADER = 60, 20_000
+"""Characters of a name that are looked at, and of a line that may be a header."""
 SHARES = frozenset(("norm", "normalized", "normalised", "rel", "relative", "ratio", "n", "pct", "percent", "%"))
 """Units of a share of the picture, or of the whole."""
 
@@ -150,6 +152,8 @@ def header_of(line: str, nouns: Collection[str], least: int = 2) -> Header | Non
 
     Names are separated by semicolons, tabs, commas, bars or blanks: `split_cells`.
     """
+    if len(line) > LONGEST_HEADER:
+        return None
     header = name_columns(split_cells(line.strip(_QUOTES)), nouns)
     return header if len(set(header.columns.values())) >= least else None
 
@@ -168,7 +172,7 @@ def split_cells(line: str) -> list[str]:
 
 def _forms(name: str) -> list[tuple[str, str]]:
     """The words under which a name is looked for, with the unit that each leaves: as it is, then without a suffix."""
-    text = name.strip(_QUOTES).lower()
+    text = name.strip(_QUOTES).lower()[:LONGEST_NAME]
     bracket, suffix, prefix = _BRACKETS.fullmatch(text), _SUFFIX.fullmatch(text), _PREFIX.fullmatch(text)
     if bracket and (bracket[3] is None or bracket[3] in UNITS):
         unit = bracket[2] or bracket[3] or ""

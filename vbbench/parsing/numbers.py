@@ -109,7 +109,7 @@ def parse_number(text: str) -> float | None:
     return float(text) if _NUMBER.fullmatch(text) else None
 
 
-def finite_number(path: Path, line: int, name: str, cell: str) -> float:
+def finite_number(path: Path, line: int | None, name: str, cell: str) -> float:
     """The number in the cell of a file's column ``name``.
 
     Raises

@@ -1,36 +1,29 @@
 """MOTChallenge text: one box a line, ``frame,id,left,top,width,height,conf,class,visibility``.
 
 Frames and boxes are 1-based in it: frame 1 is a sequence's frame 0, and left = 1 is the left edge of the picture
-(MOT16, arXiv 1603.00831, section 3.2). Here both count from 0. A first line of names is skipped, and decimal numbers in
-place of frames are time stamps in s, 0 that of the first frame.
+(MOT16, arXiv 1603.00831, section 3.2). Here both count from 0. A first line of names says in which order the columns
+are, and decimal numbers in place of frames are time stamps in s, 0 that of the first frame.
 """
 
-import re
+import warnings
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-from pyarrow import csv
 
-from vbbench.errors import FileError
-from vbbench.files.tables import LARGEST_ID, column_values
+from vbbench.errors import FileError, VbbenchWarning
+from vbbench.exchange.box_tables import UNLINKED as UNLINKED
+from vbbench.exchange.box_tables import BoxTable, people_in, read_box_text
+from vbbench.files.tables import LARGEST_ID
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
-from vbbench.parsing.numbers import finite_number
 from vbbench.parsing.rows import first_repetition
 
-UNLINKED = -1
-"""Track of an unlinked detection; class and visibility if they are unknown."""
 PEDESTRIAN = 1
 """The class of walking people."""
 COLUMNS = ("frame", "id", "left", "top", "width", "height", "conf", "class", "visibility")
-_DEFAULTS = (1.0, -1.0, -1.0)
-"""Confidence, class and visibility of lines without them."""
 FARTHEST = 1e6
 """Largest side or size of a box in px."""
-_FRAME_NAMES, _ID_NAMES = ("frame", "frame_id", "time", "timestamp"), ("id", "track", "track_id", "object_id")
 _OFF_FRAME = 0.25
 """How far a time stamp may be from its frame, in frames."""
 
@@ -41,18 +34,26 @@ class MotTable:
 
     Parameters
     ----------
-    path : the file, for messages.
-    values : [N, 9] numbers, by `COLUMNS`, frames and boxes from 1.
-    lines : [N] their line numbers, from 1.
+    table : what was read.
+    values : [N, 9] numbers, by `COLUMNS`, frames and boxes from 1; class and visibility −1 where they are not known.
     """
 
-    path: Path
+    table: BoxTable
     values: FloatArray
-    lines: IntArray
+
+    @property
+    def path(self) -> Path:
+        """The file, for messages."""
+        return self.table.path
+
+    @property
+    def lines(self) -> IntArray:
+        """[N] line numbers, from 1."""
+        return self.table.lines
 
     def select(self, kept: BoolArray) -> "MotTable":
         """The rows marked in ``kept`` [N]."""
-        return MotTable(self.path, self.values[kept], self.lines[kept])
+        return MotTable(self.table.select(kept), self.values[kept])
 
     @property
     def frame(self) -> IntArray:
@@ -67,18 +68,17 @@ class MotTable:
     @property
     def boxes(self) -> FloatArray:
         """[N, 4] (left, top, width, height) in px from 0."""
-        boxes: FloatArray = self.values[:, 2:6] - np.array([1.0, 1.0, 0.0, 0.0])
-        return boxes
+        return self.table.boxes
 
     def in_frames(self, dt: float) -> "MotTable":
-        """The same with the frame nearest to each time stamp, if not all are whole; ``dt`` seconds per frame.
+        """The same with the frame nearest to each time stamp, if it has those; ``dt`` seconds per frame.
 
         Raises
         ------
         FileError
             At the first stamp that lies between two frames.
         """
-        if (self.values[:, 0] == np.round(self.values[:, 0])).all():
+        if not self.table.timed:
             return self
         exact = self.values[:, 0] / dt
         wrong = np.abs(exact - np.round(exact)) > _OFF_FRAME
@@ -88,12 +88,22 @@ class MotTable:
             raise FileError(self.path, problem, int(self.lines[row]))
         values = self.values.copy()
         values[:, 0] = np.round(exact) + 1.0
-        return MotTable(self.path, values, self.lines)
+        return MotTable(self.table, values)
 
     def of_pedestrians(self) -> "MotTable":
-        """The rows that the evaluation of MOTChallenge counts: class 1 or unknown, not ignored, not wholly hidden."""
-        confidence, kind, visible = self.values[:, 6:].T
-        return self.select((kind == UNLINKED) | ((kind == PEDESTRIAN) & (confidence != 0.0) & (visible != 0.0)))
+        """The rows that count: of people, not ignored, not wholly hidden; a warning says what is left out.
+
+        Raises
+        ------
+        FileError
+            If classes do not show which is of people (`vbbench.exchange.person_classes`).
+        """
+        if self.table.ignored.all():
+            return self.select(~self.table.ignored)
+        kept, notes = people_in(self.table)
+        for note in notes:
+            warnings.warn(VbbenchWarning(f"{self.path}: {note}"), stacklevel=3)
+        return self.select(kept)
 
     def check(self, frames: int) -> None:
         """Check that every row can be of a sequence of ``frames`` frames.
@@ -148,78 +158,33 @@ class MotTable:
 
 
 def parse_mot(path: Path, content: bytes, *, least: int = 6, most: int = 10) -> MotTable:
-    """Parse MOTChallenge text; blank lines, comments (``#``) and a first line of names are skipped.
+    """Parse MOTChallenge text, or a text whose columns have names; blank lines and comments (``#``) are skipped.
+
+    Ids of 64 bits are numbered from 1 on.
 
     Parameters
     ----------
     path : the file, for messages.
-    content : the text, UTF-8.
-    least, most : how many columns a line may have. Lines without all 9 have neither class nor visibility.
+    content : the text.
+    least, most : how many columns a line without names may have.
 
     Raises
     ------
     FileError
-        At the first line with another number of columns, or with something other than finite numbers; or if names in
-        the first line are in another order.
+        At the first line with another number of columns, or with something other than finite numbers.
     """
-    content, begin = _after_names(path, content)
-    values = _read_even(content, least, most)
-    if values is not None:
-        return MotTable(path, values, np.arange(begin, begin + len(values)))
-    rows, lines = [], []
-    for line, text in enumerate(re.split("\r\n|\r|\n", content.decode("utf-8-sig", errors="replace")), begin):
-        if text.strip() and not text.lstrip().startswith("#"):
-            rows.append(_row(path, line, text, least, most))
-            lines.append(line)
-    return MotTable(path, np.array(rows, np.float64).reshape(-1, len(COLUMNS)), np.array(lines, np.int64))
-
-
-def _after_names(path: Path, content: bytes) -> tuple[bytes, int]:
-    """The text after a first line of names, and the number of its first line."""
-    first, _, rest = content.partition(b"\n")
-    names = [cell.strip(" \t\r\"'\ufeff").lower() for cell in first[:1000].decode("utf-8", "replace").split(",")]
-    if names[0] not in _FRAME_NAMES:
-        return content, 1
-    if len(names) < 2 or names[1] not in _ID_NAMES:
-        raise FileError(path, f"the first line names columns in another order; write {','.join(COLUMNS)}", 1)
-    return rest, 2
-
-
-def _read_even(content: bytes, least: int, most: int) -> FloatArray | None:
-    """The rows [N, 9] of a text whose lines are all alike, in finite numbers; else ``None``."""
-    count = content.partition(b"\n")[0].count(b",") + 1
-    if not least <= count <= most:
-        return None
-    names = [str(column) for column in range(count)]
-    read = names[: _columns_read(count)]
-    convert = csv.ConvertOptions(column_types=dict.fromkeys(read, pa.float64()), include_columns=read, null_values=[])
-    parse = csv.ParseOptions(quote_char=False, ignore_empty_lines=False)
-    try:
-        table = csv.read_csv(BytesIO(content), csv.ReadOptions(column_names=names), parse, convert)
-    except pa.ArrowException:
-        return None
-    values = np.empty((len(table), len(COLUMNS)))
-    values[:, 6:] = _DEFAULTS
-    for column, cells in enumerate(table.columns):
-        values[:, column] = column_values(cells)
-    return values if np.isfinite(values).all() else None
-
-
-def _columns_read(columns: int) -> int:
-    """How many of `COLUMNS` are read from a line of ``columns``."""
-    return len(COLUMNS) if columns == len(COLUMNS) else min(columns, 7)
-
-
-def _row(path: Path, line: int, text: str, least: int, most: int) -> list[float]:
-    """The nine numbers of a line."""
-    cells = text.split(",")
-    if not least <= len(cells) <= most:
-        wanted = f"{least}" if least == most else f"{least} to {most}"
-        problem = f"{len(cells)} columns with commas between, wanted {wanted}: {','.join(COLUMNS)}"
-        raise FileError(path, problem, line)
-    names = COLUMNS[: _columns_read(len(cells))]
-    row = [finite_number(path, line, name, cell) for name, cell in zip(names, cells, strict=False)]
-    return row + list(_DEFAULTS[len(row) - 6 :])
+    table = read_box_text(path, content, columns=(least, most))
+    values = np.empty((len(table.frame), len(COLUMNS)))
+    values[:, 0] = table.frame if table.timed else table.frame + (1 - table.base)
+    values[:, 1] = table.table.numbers("id") if "id" in table.table else UNLINKED
+    if table.id.dtype.kind != "f" and len(values) and values[:, 1].max() > LARGEST_ID:
+        linked = values[:, 1] >= 0
+        values[linked, 1] = 1 + np.unique(table.id[linked], return_inverse=True)[1]
+    values[:, 2:6] = table.boxes + np.array([1.0, 1.0, 0.0, 0.0])
+    values[:, 6] = table.table.numbers("score", 1.0)
+    values[:, 7] = table.classes if table.classes.dtype.kind in "if" else UNLINKED
+    values[:, 8] = np.where(np.isnan(table.visible), UNLINKED, table.visible)
+    return MotTable(table, values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -265,9 +230,8 @@ def write_mot(path: Path, rows: MotRows) -> None:
 def read_mot(path: Path, frames: int, dt: float | None = None) -> MotRows:
     """Read MOTChallenge text of a sequence of ``frames`` frames; with ``dt`` s per frame, time stamps are read, too.
 
-    Lines have 6 to 10 columns. In those with 9, as in ground truth, rows of conf 0, of another class than 1 (or -1),
-    and of visibility 0 are left out, as in the evaluation of MOTChallenge; in others class and visibility are unknown
-    and count as 1.
+    Lines have 6 to 10 columns. Rows of another class than people, and those that ground truth marks as ignored (conf 0
+    or visibility 0), are left out, as in the evaluation of MOTChallenge; a visibility that is not known counts as 1.
 
     Raises
     ------

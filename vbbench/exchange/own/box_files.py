@@ -1,27 +1,59 @@
-"""Boxes of people in one film: MOTChallenge text, or CSV whose first line names its columns.
+"""Boxes of people in one film, as `BoxRows` on a timeline: from text, JSON, archives and folders of labels.
 
 gt.txt, det.txt    frame,id,left,top,width,height[,conf,class,visibility]   frames and px from 1; id −1 = not linked
-boxes.csv          frame or time, id, left, top, width, height, or u, v, l; score, visible      frames and px from 0
+boxes.csv          columns by their names, in any order (`vbbench.parsing.column_names`)   frames and px from 0
 """
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vbbench.boxes import rectangles
-from vbbench.errors import FileError
-from vbbench.exchange.mot.text import FARTHEST, UNLINKED, MotTable, parse_mot
-from vbbench.exchange.own.named_columns import NamedColumns, read_named
+from vbbench.errors import FileError, quoted
+from vbbench.exchange.box_containers import read_box_file
+from vbbench.exchange.box_tables import UNLINKED, BoxTable, frame_numbers, people_in
 from vbbench.exchange.own.timing import Timeline, number_frames, time_frames
+from vbbench.exchange.text_tables import NamedColumns
 from vbbench.files.tables import LARGEST_ID
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.rows import first_repetition
 
-OPTIONAL = ("id", "score", "visible")
-
+FARTHEST = 1e6
+"""Largest side or size of a box in px."""
 MOST_BACK = 3
 """Times that a clock goes back; a file whose times do so more often is in no order."""
+
+
+@dataclass(frozen=True)
+class Ids:
+    """Ids of a file as the numbers of tracks: its own, or from 1 on where these are texts or have 64 bits.
+
+    Parameters
+    ----------
+    originals : [K] ids of the tracks 1 to K, ascending; ``None`` where tracks have the ids of the file.
+    """
+
+    originals: NDArray[Any] | None = None
+
+    def tracks(self, ids: NDArray[Any]) -> IntArray:
+        """[N] the track of each id; ids that no box has follow those that have."""
+        if self.originals is None:
+            return ids.astype(np.int64)
+        more = np.setdiff1d(ids.astype(self.originals.dtype), self.originals)
+        every = np.concatenate([self.originals, more])
+        order = np.argsort(every)
+        return 1 + order[np.searchsorted(every[order], ids.astype(every.dtype))]
+
+    def of(self, tracks: IntArray) -> NDArray[Any]:
+        """[N] the ids of the file of some tracks."""
+        return tracks if self.originals is None else self.originals[tracks - 1]
+
+
+AS_THEY_ARE = Ids()
+"""Ids of a file that are the numbers of tracks."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,6 +71,8 @@ class BoxRows:
     lines : [N] lines of the file, from 1.
     timeline : of the frames.
     notes : what the user should know.
+    ids : what the file calls the tracks.
+    plain : whether the file is text that is read alike under another name.
     """
 
     path: Path
@@ -50,9 +84,18 @@ class BoxRows:
     lines: IntArray
     timeline: Timeline
     notes: tuple[str, ...] = ()
+    ids: Ids = AS_THEY_ARE
+    plain: bool = False
+
+    def fault(self, row: int, problem: str) -> FileError:
+        """The error to raise about a row."""
+        line = int(self.lines[row])
+        return FileError(self.path, problem if line else f"box {row + 1}: {problem}", line or None)
 
     def select(self, kept: BoolArray) -> "BoxRows":
         """The rows marked in ``kept`` [N]."""
+        if kept.all():
+            return self
         names = ("frame", "track", "boxes", "scores", "visible", "lines")
         return replace(self, **{name: getattr(self, name)[kept] for name in names})
 
@@ -62,82 +105,66 @@ class BoxRows:
         return bool((self.track != UNLINKED).any())
 
 
-def read_boxes(path: Path, dt: float | None) -> BoxRows:
-    """Read a file of boxes; ``dt`` s per frame, ``None`` if only the file's time stamps say it.
+def read_boxes(
+    path: Path,
+    dt: float | None,
+    *,
+    picture: tuple[float, float] | None = None,
+    person_class: int | str | None = None,
+) -> BoxRows:
+    """Read boxes of people.
+
+    Parameters
+    ----------
+    path : a file, or a folder of YOLO's labels (`vbbench.exchange.box_containers`).
+    dt : seconds per frame, ``None`` if only the file's time stamps say it.
+    picture : width and height in px, for boxes that are shares of it.
+    person_class : class of people, by number or name, where the file does not show it.
 
     Raises
     ------
     FileError
         If it cannot be read or has no boxes; with the line, if a cell is not a number, a box has no size, a track has
-        two boxes in a frame, an id is not whole, a share is not between 0 and 1, or the clock jumps.
+        two boxes in a frame, an id is not whole, a share is not between 0 and 1, or the clock jumps. If its classes do
+        not show which is of people.
     """
-    if not path.exists() or path.is_dir():
-        raise FileError(path, "is a folder; name the file of boxes" if path.is_dir() else "the file is missing")
-    named = path.suffix.lower() == ".csv" and _has_header(path)
-    rows = _named_rows(path, dt) if named else _mot_rows(path, dt)
+    table = read_box_file(path, picture)
+    if not len(table.frame):
+        raise FileError(path, "holds no box")
+    if table.timed:
+        frame, timeline = time_frames(path, table.frame, table.lines, dt)
+    else:
+        frame, timeline = number_frames(path, table.frame, table.lines, dt, base=table.base)
+    kept, notes = people_in(table, person_class)
+    table, frame = table.select(kept), frame[kept]
+    track, ids, renumbered = _tracks(table)
+    rows = BoxRows(
+        path=path,
+        frame=frame,
+        track=track,
+        boxes=table.boxes,
+        scores=table.scores,
+        visible=table.visible,
+        lines=table.lines,
+        timeline=timeline,
+        notes=(*table.notes, *notes, *renumbered),
+        ids=ids,
+        plain=table.path == path and bool(table.lines.any()) and person_class is None and not table.class_names,
+    )
     _check(rows)
     return replace(rows, notes=(*rows.notes, *_goes_back(rows)))
 
 
-def _has_header(path: Path) -> bool:
-    with path.open("rb") as file:
-        return any(byte in b"abcdefghijklmnopqrstuvwxyz" for byte in file.readline(4096).lower())
-
-
-def _mot_rows(path: Path, dt: float | None) -> BoxRows:
-    table = parse_mot(path, path.read_bytes())
-    if not len(table.values):
-        raise FileError(path, "holds no box")
-    frame, timeline = _mot_frames(table, dt)
-    kept = table.of_pedestrians()
-    if not len(kept.values):
-        raise FileError(path, "every box of it is ignored: conf 0, visibility 0 or another class than 1 (people)")
-    counted = np.isin(table.lines, kept.lines)
-    track, confidence, visible = kept.values[:, 1], kept.values[:, 6], kept.values[:, 8]
-    dropped = len(table.values) - len(kept.values)
-    note = f"{dropped} of {len(table.values)} boxes are left out: conf 0, visibility 0 or another class than 1 (people)"
-    return BoxRows(
-        path=path,
-        frame=frame[counted],
-        track=_ids(path, track, kept.lines),
-        boxes=kept.boxes,
-        scores=np.where(confidence == UNLINKED, np.nan, confidence),
-        visible=np.where(visible == UNLINKED, np.nan, visible),
-        lines=kept.lines,
-        timeline=timeline,
-        notes=(note,) if dropped else (),
-    )
-
-
-def _mot_frames(table: MotTable, dt: float | None) -> tuple[IntArray, Timeline]:
-    first = table.values[:, 0]
-    if (first != np.round(first)).any():
-        return time_frames(table.path, first, table.lines, dt)
-    return number_frames(table.path, first, table.lines, dt, base=1)
-
-
-def _named_rows(path: Path, dt: float | None) -> BoxRows:
-    centred = _has_columns(path, ("u", "v", "l"))
-    shape = ("u", "v", "l") if centred else ("left", "top", "width", "height")
-    table = read_named(path, [("frame", "time"), *((name,) for name in shape)], OPTIONAL)
-    sizes = np.stack([table[name] for name in shape], axis=-1)
-    nothing = np.full(len(table), np.nan)
-    if "time" in table:
-        frame, timeline = time_frames(path, table["time"], table.lines, dt)
-    else:
-        frame, timeline = number_frames(path, table["frame"], table.lines, dt, base=0)
-    rest = [name for name in table.ignored if name]
-    return BoxRows(
-        path=path,
-        frame=frame,
-        track=_ids(path, table.columns.get("id", nothing), table.lines),
-        boxes=rectangles(sizes) if centred else sizes,
-        scores=table.columns.get("score", nothing),
-        visible=table.columns.get("visible", nothing),
-        lines=table.lines,
-        timeline=timeline,
-        notes=(f"columns {', '.join(rest)} of {path.name} are not read",) if rest else (),
-    )
+def write_boxes(path: Path, rows: BoxRows) -> None:
+    """Write CSV that `read_boxes` reads as the same boxes, of people alone, at the same times."""
+    columns = {"time": rows.timeline.times[rows.frame]}
+    if rows.linked:
+        columns["id"] = rows.ids.of(rows.track)
+    columns |= dict(zip(("left", "top", "width", "height"), rows.boxes.T, strict=True))
+    columns |= {"score": rows.scores, "visible": rows.visible}
+    cells = [["" if cell == "nan" else cell for cell in map(str, column.tolist())] for column in columns.values()]
+    lines = [",".join(columns), *map(",".join, zip(*cells, strict=True))]
+    write_text_atomically(path, "\n".join(lines) + "\n")
 
 
 def _goes_back(rows: BoxRows) -> list[str]:
@@ -164,23 +191,29 @@ def _leap_of(rows: BoxRows, row: int) -> str:
     return f"the clock goes back by {above - here:.4g} s"
 
 
-def _has_columns(path: Path, names: tuple[str, ...]) -> bool:
-    with path.open("rb") as file:
-        header = file.readline(4096).decode("utf-8", "replace").split(",")
-    return set(names) <= {cell.strip(" \t\r\n\"'\ufeff") for cell in header}
-
-
-def _ids(path: Path, values: FloatArray, lines: IntArray) -> IntArray:
-    """The ids of rows; `UNLINKED` if none has one (empty or −1)."""
-    loose = np.isnan(values) | (values == UNLINKED)
+def _tracks(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
+    """The tracks of rows, `UNLINKED` if none has an id (empty or −1); what the file calls them, and a note."""
+    ids = table.id
+    texts = ids.dtype.kind not in "if"
+    loose = (ids == "") | (ids == str(UNLINKED)) if texts else np.isnan(ids.astype(np.float64)) | (ids == UNLINKED)
     if loose.all():
-        return np.full(len(values), UNLINKED)
-    wrong = loose | (values != np.round(values)) | (values < 0) | (values > LARGEST_ID)
+        return np.full(len(ids), UNLINKED), AS_THEY_ARE, ()
+    wrong = loose if texts else loose | (ids != np.round(ids)) | (ids < 0)
     if wrong.any():
         row = int(wrong.argmax())
-        shown = "missing here" if loose[row] else f"{values[row]:.10g}, which is not a whole number from 0 on"
-        raise FileError(path, f"the id is {shown}; give every box an id, or none", int(lines[row]))
-    return values.astype(np.int64)
+        shown = "missing here" if loose[row] else f"{ids[row]:.19g}, which is not a whole number from 0 on"
+        raise table.table.fault(row, f"the id is {shown}; give every box an id, or none")
+    if ids.dtype.kind == "f" and ids.max() > 2.0**53:
+        row = int(ids.argmax())
+        raise table.table.fault(row, f"the id is {ids[row]:g}: digits are lost; write ids without point and exponent")
+    if not texts and ids.max() <= LARGEST_ID:
+        return ids.astype(np.int64), AS_THEY_ARE, ()
+    originals = np.unique(ids if texts else ids.astype(np.int64))
+    named = Ids(originals)
+    first = quoted(str(originals[0]))
+    kind = "texts" if texts else f"larger than {LARGEST_ID}"
+    note = f"ids are {kind}: in dataset and submission, tracks are numbered 1 to {len(originals)}, {first} is 1"
+    return named.tracks(ids), named, (note,)
 
 
 def _check(rows: BoxRows) -> None:
@@ -196,7 +229,7 @@ def _check(rows: BoxRows) -> None:
         if wrong.any():
             row = int(wrong.argmax())
             text = problem.format(*rows.boxes[row], reach=reach[row], visible=rows.visible[row])
-            raise FileError(rows.path, text, int(rows.lines[row]))
+            raise rows.fault(row, text)
     if rows.linked:
         _refuse_repetition(rows)
 
@@ -206,14 +239,15 @@ def _refuse_repetition(rows: BoxRows) -> None:
     if found is None:
         return
     before, again = found
-    problem = f"id {rows.track[again]} already has a box in this frame, in line {rows.lines[before]}"
+    called = rows.ids.of(rows.track[again : again + 1])[0]
+    at = f"line {rows.lines[before]}" if rows.lines[before] else f"box {before + 1}"
     back = _backwards(rows)
     between = back[(back > before) & (back <= again)]
     row = int(between[-1]) if len(between) and len(back) <= MOST_BACK else 0
     if row and rows.track[row] in rows.track[:row] and _goes_on(rows, row):
-        second = f"and id {rows.track[again]} has a second box of that time (the first is in line {rows.lines[before]})"
-        raise FileError(rows.path, f"{_leap_of(rows, row)}, {second}; split the recording here", int(rows.lines[row]))
-    raise FileError(rows.path, f"{problem}; leave one of them out", int(rows.lines[again]))
+        second = f"and id {called} has a second box of that time (the first is in {at})"
+        raise rows.fault(row, f"{_leap_of(rows, row)}, {second}; split the recording here")
+    raise rows.fault(again, f"id {called} already has a box in this frame, in {at}; leave one of them out")
 
 
 def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
@@ -222,8 +256,11 @@ def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
     Raises
     ------
     FileError
-        If it has frame numbers and the boxes time stamps only.
+        If a frame or time is not a number.
     """
-    exact = timeline.frame_of_time(table["time"]) if "time" in table else timeline.frame_of_number(table["frame"])
+    if "frame" in table:
+        exact = timeline.frame_of_number(frame_numbers(table))
+    else:
+        exact = timeline.frame_of_time(table.scaled("time"))
     there = (exact == np.round(exact)) & (exact >= 0) & (exact < timeline.frames)
     return np.where(there, exact, -1.0).astype(np.int64)

@@ -10,6 +10,7 @@ import numpy as np
 from vbbench.boxes import observations_of, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.axes import Axes
+from vbbench.exchange.box_tables import scores_as_shares
 from vbbench.exchange.detection import Detections, TrackerFactory
 from vbbench.exchange.matching import FrameOffset, frame_offset, in_columns, match_tracks
 from vbbench.exchange.own.box_files import BoxRows, read_boxes
@@ -30,8 +31,6 @@ from vbbench.sequence import NOBODY
 CAMERA, BOXES = "camera.toml", ("boxes.csv", "gt.txt", "det.txt", "gt/gt.txt", "det/det.txt")
 POSES, ODOMETRY, PEOPLE = "poses.txt", "odometry.txt", "people.csv"
 """Names of the files in a folder; the first of `BOXES` that is there counts."""
-LEAST_PER_CENT = 10.0
-"""Scores of which one is above it are per cent; others above 1 are of a detector that is sure."""
 FEWEST_FRAMES = 5
 MOST_CELLS = 50_000_000
 """Frames times tracks that fit into memory."""
@@ -75,6 +74,7 @@ class OwnRecording:
     own : its camera file.
     pixel_std : noise in px of boxes, stated or measured.
     notes : what the user should know, a line each.
+    rows : the boxes of people as they are in the file.
     """
 
     footage: Footage
@@ -83,6 +83,7 @@ class OwnRecording:
     own: OwnCamera
     pixel_std: float
     notes: tuple[str, ...]
+    rows: BoxRows
 
 
 def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = None) -> RecordingFiles:
@@ -115,6 +116,7 @@ def read_recording(
     dt: float | None = None,
     pictures: Pictures | None = None,
     mount: Mapping[str, float] | None = None,
+    person_class: int | str | None = None,
 ) -> OwnRecording:
     """Read a recording.
 
@@ -124,6 +126,7 @@ def read_recording(
     dt : seconds per frame where the camera file does not say it, such as those of a film.
     pictures : where the pictures are.
     mount : keys that the camera file leaves out, such as ``mount_height``.
+    person_class : class of people in the boxes, where the file does not show it.
 
     Raises
     ------
@@ -131,8 +134,9 @@ def read_recording(
         If a file cannot be used: it is named, with the line and what to do.
     """
     own = read_camera(files.camera, mount)
-    rows = read_boxes(files.boxes, frame_seconds(files.boxes, own, dt))
-    rows, misfits = fitting(rows, own)
+    seconds = frame_seconds(files.boxes, own, dt)
+    read = read_boxes(files.boxes, seconds, picture=own.facts.picture, person_class=person_class)
+    rows, misfits = fitting(read, own)
     timeline, notes = rows.timeline, [*own.notes, *rows.timeline.notes, *rows.notes, *misfits]
     linked_here = not rows.linked
     if linked_here:
@@ -148,7 +152,7 @@ def read_recording(
         poses, remarks = read_poses(files.poses, timeline)
         notes += remarks
     if files.people is not None:
-        scene, lost = read_people(files.people, files.name, timeline, posed=poses is not None)
+        scene, lost = read_people(files.people, files.name, timeline, posed=poses is not None, ids=rows.ids)
         notes += lost
     if files.odometry is not None:
         facts = own.facts.odometry
@@ -171,7 +175,9 @@ def read_recording(
         footage, fit = _with_persons(footage, scene, own.facts.height_mean, files.people, linked_here)
         notes += fit
     noise = _noise(boxes, own)
-    return OwnRecording(footage=footage, timeline=timeline, files=files, own=own, pixel_std=noise, notes=tuple(notes))
+    return OwnRecording(
+        footage=footage, timeline=timeline, files=files, own=own, pixel_std=noise, notes=tuple(notes), rows=read
+    )
 
 
 def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
@@ -208,7 +214,7 @@ def _linked(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, str]:
     tracker = factory(dt=rows.timeline.dt, period=own.camera.period)
     order = np.argsort(rows.frame, kind="stable")
     edges = np.searchsorted(rows.frame[order], np.arange(rows.timeline.frames + 1))
-    scores = _shares(rows.scores)
+    scores = scores_as_shares(rows.scores)
     found: list[tuple[IntArray, Detections]] = []
     for first, last in pairwise(edges.tolist()):
         here = order[first:last]
@@ -231,16 +237,6 @@ def _linked(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, str]:
         timeline=rows.timeline,
     )
     return linked, f"boxes without ids: the tracker links {count} of {len(rows.frame)} of them to {people} tracks"
-
-
-def _shares(scores: FloatArray) -> FloatArray:
-    """Scores from 0 to 1, as trackers want them: 1 where there is none or more, per cent or logits made shares."""
-    known = scores[~np.isnan(scores)]
-    if len(known) and (known.min() < 0.0):
-        scores = 1.0 / (1.0 + np.exp(-scores))
-    elif len(known) and known.max() > LEAST_PER_CENT:
-        scores = scores / max(100.0, float(known.max()))
-    return np.minimum(np.where(np.isnan(scores), 1.0, scores), 1.0)
 
 
 def _straight(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, list[str]]:
@@ -269,7 +265,7 @@ def _dense(rows: BoxRows, own: OwnCamera) -> tuple[IntArray, FloatArray, FloatAr
         raise FileError(rows.path, f"has {frames:,} frames of {len(tracks):,} tracks; split the recording")
     boxes, visible = np.full((frames, len(tracks), 3), np.nan), np.full((frames, len(tracks)), np.nan)
     boxes[rows.frame, column] = observations_of(rows.boxes, own.camera)
-    certain = np.where(np.isnan(rows.visible), _shares(rows.scores), rows.visible)
+    certain = np.where(np.isnan(rows.visible), scores_as_shares(rows.scores), rows.visible)
     visible[rows.frame, column] = np.clip(certain, 0.01, 1.0)
     return np.asarray(tracks, np.int64), boxes, visible
 

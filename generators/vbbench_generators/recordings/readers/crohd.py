@@ -219,7 +219,7 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
     """
     info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
     table = parse_mot(files.boxes.path, files.boxes.content, least=len(COLUMNS), most=len(COLUMNS))
-    confidence, kind, visible = table.values[:, 6:].T
+    confidence, kind, visible = table.values[:, 6:9].T
     table = table.select((kind == PEDESTRIAN) & (confidence != 0.0) & (visible > 0.0))
     table.check(info.frames)
     table.refuse_repetition()

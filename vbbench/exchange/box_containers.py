@@ -1,0 +1,284 @@
+"""Files of boxes of every kind that is read, by what is in them: text, JSON, Parquet, archives, folders of labels.
+
+labels/NAME_12.txt    YOLO: ``class u v width height [score] [id]`` of frame 12, shares of the picture
+*.json                COCO (images and annotations, with videos or without), COCO results, lists of records
+*.zip, *.gz           one of these, such as the export of an annotation tool
+"""
+
+import gzip
+import json
+import re
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.feather
+import pyarrow.parquet as pq
+
+from vbbench.errors import FileError, quoted
+from vbbench.exchange.box_tables import NOUNS, BoxTable, box_table, read_box_text
+from vbbench.exchange.text_tables import columns_of_arrow, columns_of_records, decode
+from vbbench.generation.archives import open_archive
+from vbbench.parsing.column_names import Header
+
+Picture = tuple[float, float] | None
+_CSV = "write CSV with columns frame,id,left,top,width,height"
+_UNREAD = (
+    (b"\x80", f"is a Python pickle, which is not safe to read; {_CSV}"),
+    (b"\x93NUMPY", f"is an array of NumPy without names of columns; {_CSV}"),
+    (b"MATLAB", f"is a file of MATLAB; {_CSV}"),
+    (b"\x89HDF", f"is HDF5; {_CSV}"),
+    (b"SQLite", f"is a database; {_CSV}"),
+    (b"\xd0\xcf\x11\xe0", "is an Excel workbook; save the sheet as CSV"),
+    (b"#ROSBAG", "is a ROS bag; see docs/ros2.md"),
+    (b"<", "is XML; export the boxes as MOT 1.1 or COCO from the annotation tool"),
+    (b"\x89PNG", "is a picture; name the file of its boxes"),
+    (b"\xff\xd8\xff", "is a picture; name the file of its boxes"),
+    (b"%PDF", "is a PDF; name the file of boxes"),
+    (b"7z\xbc\xaf", "is a 7z archive; unpack it"),
+    (b"Rar!", "is a RAR archive; unpack it"),
+)
+"""How files begin that are not read, and what to do."""
+_FRAME_KEYS = ("frame_id", "frame_index", "frame_idx", "frame_number", "frame")
+_LISTS = {
+    "bbox tlwh ltwh box": ("left", "top", "width", "height"),
+    "xyxy tlbr ltrb bbox_xyxy": ("left", "top", "right", "bottom"),
+}
+_PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff", ".ppm")
+
+
+def read_box_file(path: Path, picture: Picture = None) -> BoxTable:
+    """The boxes of a file, or of a folder of labels; ``picture`` is (width, height) in px, for shares of it.
+
+    Raises
+    ------
+    FileError
+        If it is of no kind that is read, which is named, or something in it is wrong.
+    """
+    if is_label_folder(path):
+        folder = path if any(path.glob("*.txt")) else path / "labels"
+        return _labels(path, {file.name: file.read_bytes() for file in sorted(folder.glob("*.txt"))}, picture)
+    if not path.is_file():
+        raise FileError(path, "is a folder; name the file of boxes" if path.is_dir() else "the file is missing")
+    if path.name.lower().endswith(".zip"):
+        return _of_archive(path, picture)
+    table = _of_content(path, path.read_bytes(), picture)
+    beside = path.parent / "labels.txt"
+    return replace(table, class_names=_class_names(beside.read_bytes(), 1)) if beside.is_file() else table
+
+
+def is_label_folder(path: Path) -> bool:
+    """Whether a folder has a text for each frame, itself or in ``labels``, and no pictures."""
+    if not path.is_dir() or any(one.suffix.lower() in _PICTURES for one in path.iterdir()):
+        return False
+    return any(path.glob("*.txt")) or any((path / "labels").glob("*.txt"))
+
+
+def _of_content(path: Path, content: bytes, picture: Picture) -> BoxTable:
+    """The boxes of what is in a file; the end of the name counts only for text."""
+    if content.startswith(b"PK\x03\x04"):
+        return _of_archive(path, picture)
+    if content.startswith(b"\x1f\x8b"):
+        return _of_content(path.with_suffix(""), _gunzip(path, content), picture)
+    if content.startswith((b"PAR1", b"ARROW1")):
+        return box_table(columns_of_arrow(path, _arrow(path, content), NOUNS), picture, base=0)
+    return _of_text(path, content, picture)
+
+
+def _gunzip(path: Path, content: bytes) -> bytes:
+    try:
+        return gzip.decompress(content)
+    except (OSError, EOFError, zlib.error) as error:
+        raise FileError(path, f"cannot be unpacked: {error}") from error
+
+
+def _of_text(path: Path, content: bytes, picture: Picture) -> BoxTable:
+    for begin, problem in _UNREAD:
+        if content.startswith(begin):
+            raise FileError(path, problem)
+    text = decode(path, content)
+    if text.lstrip()[:1] in (b"{", b"["):
+        return _of_json(path, text, picture)
+    if not text.strip():
+        raise FileError(path, "holds no box")
+    if _is_label(text):
+        raise FileError(path, "seems to be YOLO's labels of one picture; name the folder of all of them")
+    return read_box_text(path, text, picture)
+
+
+def _arrow(path: Path, content: bytes) -> pa.Table:
+    try:
+        read = pq.read_table if content.startswith(b"PAR1") else pyarrow.feather.read_table
+        return read(BytesIO(content))
+    except pa.ArrowException as error:
+        raise FileError(path, f"cannot be read as Parquet or Feather: {error}") from error
+
+
+def _of_archive(path: Path, picture: Picture) -> BoxTable:
+    with open_archive(path) as archive:
+        names = [
+            name for name in archive.names if "__MACOSX" not in name and not name.rpartition("/")[2].startswith(".")
+        ]
+        if "xl/workbook.xml" in names:
+            raise FileError(path, "is an Excel workbook; save the sheet as CSV")
+        lists = ("labels.txt", "obj.names", "classes.txt")
+        named = next((name for name in names if name.endswith(lists)), None)
+        rest = ("seqinfo.ini", "train.txt", "valid.txt", "readme.txt", *lists)
+        tables = [name for name in names if name.lower().endswith((".txt", ".csv", ".tsv", ".json", ".parquet"))]
+        tables = [name for name in tables if not name.lower().endswith(rest)]
+        texts = [name for name in tables if name.endswith(".txt")]
+        if texts and (len(texts) > 1 or len(tables) == 1) and _is_label(archive.read(texts[0])):
+            table, first = _labels(path, {name: archive.read(name) for name in texts}, picture), 0
+        else:
+            found = [name for name in tables if name.endswith("gt/gt.txt")] or tables
+            if len(found) != 1:
+                listed = ", ".join(map(quoted, (found or names)[:4]))
+                what = "several tables" if found else "no table of boxes"
+                raise FileError(path, f"holds {what}: {listed}; unpack it, and name the file of boxes")
+            table, first = _of_content(path / found[0], archive.read(found[0]), picture), 1
+        return replace(table, class_names=_class_names(archive.read(named), first)) if named else table
+
+
+def _class_names(content: bytes, first: int) -> dict[int, str]:
+    lines = content.decode("utf-8-sig", "replace").split("\n")
+    return {first + number: line.strip() for number, line in enumerate(lines) if line.strip()}
+
+
+def _is_label(content: bytes) -> bool:
+    """Whether the first line is a class and four shares, or more."""
+    cells = content.partition(b"\n")[0].split()
+    try:
+        numbers = [float(cell) for cell in cells]
+    except ValueError:
+        return False
+    return len(numbers) >= 5 and numbers[0] == int(numbers[0]) and all(0.0 <= one <= 1.0 for one in numbers[1:5])
+
+
+def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTable:
+    """YOLO's labels: a file for each frame, with the number in its name."""
+    lists = [name for name in files if Path(name).name in ("classes.txt", "labels.txt")]
+    names = {name: content for name, content in files.items() if name not in lists}
+    rows, frames = [], list[str]()
+    for name, content in names.items():
+        for line, text in enumerate(content.decode("utf-8", "replace").split("\n"), 1):
+            cells = text.split()
+            if not cells:
+                continue
+            if not 5 <= len(cells) <= 7:
+                problem = f"{len(cells)} columns, wanted class u v width height [score] [id]; polygons are not read"
+                raise FileError(path / name, problem, line)
+            frames.append(name)
+            rows.append(cells)
+    if not rows:
+        raise FileError(path, "holds no box")
+    more = _scores_and_ids(frames, rows)
+    records = [
+        {"frame": name, "class": cells[0], "u": cells[1], "v": cells[2], "width": cells[3], "height": cells[4], **rest}
+        for name, cells, rest in zip(frames, rows, more, strict=True)
+    ]
+    table = columns_of_records(path, records, NOUNS)
+    header = table.header or Header((), {}, {}, {})
+    shares = dict.fromkeys(("u", "v", "width", "height"), "norm")
+    boxes = box_table(replace(table, header=replace(header, units=shares)), picture, base=0)
+    loose = np.array([not rest.get("id") for rest in more])
+    if loose.any() and not loose.all():
+        note = f"{int(loose.sum())} of {len(loose)} boxes are left out: they have no id"
+        boxes = replace(boxes.select(~loose), notes=(note,))
+    class_names = _class_names(files[lists[0]], 0) if lists else {}
+    return replace(boxes, base=1, class_names=class_names)
+
+
+def _scores_and_ids(frames: Sequence[str], rows: Sequence[Sequence[str]]) -> list[dict[str, str]]:
+    """What the sixth and seventh cell of labels are: a score and an id, of which one may be missing."""
+    widths = {len(cells) for cells in rows}
+    sixth = [(frame, cells[5]) for frame, cells in zip(frames, rows, strict=True) if len(cells) > 5]
+    whole = all(cell.isdigit() for _, cell in sixth)
+    scored = 7 in widths or not whole or len(set(sixth)) < len(sixth)
+    names = ("score", "id") if scored else ("id",)
+    return [dict(zip(names, cells[5:], strict=False)) for cells in rows]
+
+
+def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
+    try:
+        value = json.loads(text)
+    except json.JSONDecodeError:
+        try:
+            value = [json.loads(line) for line in text.splitlines() if line.strip()]
+        except json.JSONDecodeError as error:
+            raise FileError(path, f"is not JSON: {error.msg}", error.lineno) from error
+    except (RecursionError, UnicodeDecodeError) as error:
+        raise FileError(path, "is not JSON that can be read") from error
+    coco = isinstance(value, dict) and {"images", "annotations"} <= value.keys()
+    records = _coco(path, value) if coco else list(_records(value, {}))
+    if not records:
+        raise FileError(path, f"holds no boxes, as lists of objects; {_CSV}, or COCO")
+    return box_table(columns_of_records(path, records, NOUNS), picture, base=0)
+
+
+def _records(value: Any, outer: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """The boxes in JSON: objects in lists, with what the objects around them have, such as their frame."""
+    if isinstance(value, list):
+        for one in value:
+            yield from _records(one, outer)
+    elif isinstance(value, dict):
+        lists = {key: part for key, part in value.items() if isinstance(part, list) and _are_objects(part)}
+        here = {**outer, **_flat({key: part for key, part in value.items() if key not in lists})}
+        numbered = bool(lists) and len(lists) == len(value) and all(re.search(r"\d", key) for key in lists)
+        for key, part in lists.items():
+            yield from _records(part, {**here, "frame": key} if numbered else here)
+        if not any(isinstance(part, list) and (not part or key in lists) for key, part in value.items()):
+            yield here
+
+
+def _are_objects(part: Sequence[Any]) -> bool:
+    return bool(part) and all(isinstance(one, dict) for one in part)
+
+
+def _flat(value: Mapping[str, Any]) -> dict[str, Any]:
+    """The numbers and words of an object and of those in it, with the four numbers of a box under their own names."""
+    flat = dict[str, Any]()
+    for key, part in value.items():
+        names = next((sides for keys, sides in _LISTS.items() if key.lower() in keys.split()), None)
+        if names and isinstance(part, list) and len(part) == len(names):
+            flat |= dict(zip(names, part, strict=True))
+        elif isinstance(part, dict):
+            flat |= {name if key == "attributes" else f"{key}.{name}": one for name, one in _flat(part).items()}
+        elif isinstance(part, str | int | float):
+            flat[key] = part
+    return flat
+
+
+def _coco(path: Path, value: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The annotations of COCO or CocoVid, each with its frame and the name of its class."""
+    try:
+        images = {image["id"]: image for image in value["images"]}
+        used = [images[one["image_id"]] for one in value["annotations"]]
+        names = {one["id"]: one["name"] for one in value.get("categories", ())}
+        videos = {one["id"]: str(one.get("name", one["id"])) for one in value.get("videos", ())}
+    except (KeyError, TypeError) as error:
+        raise FileError(path, f"is not whole COCO: {error} is missing or of another kind") from error
+    films = {image.get("video_id") for image in used}
+    if len(films) > 1:
+        listed = ", ".join(quoted(videos.get(one, str(one))) for one in sorted(films, key=str)[:4])
+        raise FileError(path, f"holds {len(films)} films ({listed}); write a file for each of them")
+    frames = {image["id"]: _frame_of(image) for image in used}
+    if len(set(frames.values())) < len(frames):
+        raise FileError(path, "several of its images have one frame number; write a file for each film")
+    records = []
+    for one in value["annotations"]:
+        record = _flat({key: part for key, part in one.items() if key not in ("id", "image_id", "category_id")})
+        if "track_id" in record:
+            record.pop("instance_id", None)
+        kind = one.get("category_id")
+        of_class = {"class_name": names[kind]} if kind in names else {"class": kind}
+        records.append({**record, **of_class, "frame": frames[one["image_id"]]})
+    return records
+
+
+def _frame_of(image: Mapping[str, Any]) -> Any:
+    return next((image[key] for key in _FRAME_KEYS if key in image), image.get("file_name", image["id"]))

@@ -1,0 +1,309 @@
+"""Tables of boxes, whatever their columns are called and however they say where a box is.
+
+A box is given by its left, top, width and height, by two corners, by its middle and size, or by the middle and height
+alone; in px, or, where names say so, as a share of the picture. Without names columns are in MOTChallenge's order,
+``frame,id,left,top,width,height[,conf,class,visibility]`` or ``…,conf,x,y,z``.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.boxes import rectangles
+from vbbench.errors import FileError, quoted
+from vbbench.exchange.person_classes import of_people
+from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.parsing.column_names import SHARES, UNITS
+from vbbench.parsing.numbers import parse_number
+
+UNLINKED = -1
+"""Track of an unlinked detection; class and visibility if they are unknown."""
+NOUNS = (
+    *("frame", "time", "id", "left", "top", "right", "bottom", "u", "v", "width", "height"),
+    *("class", "class_name", "score", "visible", "ignored"),
+)
+"""What columns of boxes may be."""
+MOT_ORDER = {name: name for name in ("frame", "id", "left", "top", "width", "height")}
+MOT_ORDER |= {"score": "conf", "class": "class", "visible": "visibility", "last": "last"}
+"""Columns of MOTChallenge text, and what it calls them."""
+_SIDES = (
+    ("left", "right", "u", "width"),
+    ("top", "bottom", "v", "height"),
+)
+_SIZES = ("left", "top", "width", "height")
+LEAST_PER_CENT = 10.0
+"""Scores of which one is above it are per cent; others above 1 are of a detector that is sure."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxTable:
+    """Boxes as a file has them, one a row.
+
+    Parameters
+    ----------
+    table : the columns that were read.
+    frame : [N] numbers of frames, or time stamps in s where ``timed``.
+    boxes : [N, 4] (left, top, width, height) in px from 0.
+    id : [N] whole numbers, `UNLINKED` for none, or texts.
+    classes : [N] numbers or names; `UNLINKED` or empty for none.
+    scores, visible : [N], NaN where the file has none; visible as a share.
+    ignored : [N] rows that the file marks as not to count.
+    base : number of the first frame of a film, as the file counts.
+    timed : whether frames are time stamps.
+    class_names : of class numbers, where the file has them.
+    notes : what the user should know.
+    """
+
+    table: NamedColumns
+    frame: FloatArray
+    boxes: FloatArray
+    id: NDArray[Any]
+    classes: NDArray[Any]
+    scores: FloatArray
+    visible: FloatArray
+    ignored: BoolArray
+    base: int
+    timed: bool
+    class_names: Mapping[int, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.table.path
+
+    @property
+    def lines(self) -> IntArray:
+        """[N] lines of the file."""
+        return self.table.lines
+
+    def select(self, kept: BoolArray | IntArray) -> "BoxTable":
+        """Those rows, by marks or in an order."""
+        if kept.dtype == np.bool_ and kept.all():
+            return self
+        columns = {noun: column[kept] for noun, column in self.table.columns.items()}
+        names = ("frame", "boxes", "id", "classes", "scores", "visible", "ignored")
+        return replace(
+            self,
+            table=replace(self.table, columns=columns, lines=self.lines[kept]),
+            **{name: getattr(self, name)[kept] for name in names},
+        )
+
+
+def read_box_text(
+    path: Path, content: bytes, picture: tuple[float, float] | None = None, columns: tuple[int, int] = (6, 10)
+) -> BoxTable:
+    """The boxes of a text; ``picture`` is (width, height) in px, for shares; ``columns`` as of `read_table`.
+
+    Frames and px of CSV with a header count from 0, of any other text from 1.
+
+    Raises
+    ------
+    FileError
+        As `read_table` and `box_table`.
+    """
+    table = read_table(path, content, NOUNS, order=MOT_ORDER, required=_SIZES, columns=columns)
+    if table.header is None:
+        return _mot_boxes(table)
+    return box_table(table, picture, base=0 if path.suffix.lower() in (".csv", ".tsv") else 1)
+
+
+def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: int) -> BoxTable:
+    """The boxes of a table whose columns have names.
+
+    Raises
+    ------
+    FileError
+        If a column is missing; or with the line, a corner is on the wrong side of the other, or a share above 1.
+    """
+    if not len(table):
+        raise FileError(table.path, "holds no row")
+    sides = [[name for name in names if name in table] for names in _SIDES]
+    corner = [("left", "right", "u"), ("top", "bottom", "v")]
+    size = [("width", "right", "height"), ("height", "bottom")]
+    refuse_missing(table, [("frame", "time"), corner[0], corner[1], size[1], *([] if "u" in sides[0] else [size[0]])])
+    across, down = (_axis(table, names, picture and picture[n]) for n, names in enumerate(_SIDES))
+    if across is None and down is not None and "u" in table:
+        middle = _px(table, "u", picture and picture[0])
+        boxes = rectangles(np.stack([middle, down[0] + 0.5 * down[1], down[1]], axis=-1))
+    elif across is None or down is None:
+        shown = quoted(",".join(table.header.names if table.header else ()))
+        wanted = "left, top, width, height, two corners, or the middle and size of boxes"
+        raise FileError(table.path, f"its columns {shown} do not say where boxes are; wanted: {wanted}")
+    else:
+        boxes = np.stack([across[0], down[0], across[1], down[1]], axis=-1)
+    if not SHARES.intersection(table.unit(noun) for names in _SIDES for noun in names):
+        boxes -= [base, base, 0.0, 0.0]
+    timed = "frame" not in table
+    frame = table.scaled("time") if timed else frame_numbers(table)
+    scores = table.scaled("score")
+    if scores[scores < 0.0].tolist() == [UNLINKED] * int((scores < 0.0).sum()):
+        scores[scores < 0.0] = np.nan
+    named = table["class_name"] if "class_name" in table and (table["class_name"] != "").any() else None
+    return BoxTable(
+        table=table,
+        frame=frame,
+        boxes=boxes,
+        id=table.columns.get("id", np.full(len(table), UNLINKED)),
+        classes=_classes(table) if named is None else named,
+        scores=scores,
+        visible=table.numbers("visible"),
+        ignored=(table.numbers("ignored", 0.0) != 0.0) | (_are_flags(scores) & (scores == 0.0)),
+        base=base,
+        timed=timed,
+    )
+
+
+def frame_numbers(table: NamedColumns) -> FloatArray:
+    """[N] numbers of frames, which may be the last ones in names of pictures.
+
+    Raises
+    ------
+    FileError
+        If a name has no number, or two names have the same one.
+    """
+    if table["frame"].dtype.kind in "if" or any(
+        parse_number(cell) is not None for cell in set(table["frame"].tolist())
+    ):
+        return table.numbers("frame")
+    names, row_of, inverse = np.unique(table["frame"], return_index=True, return_inverse=True)
+    found = [re.findall(r"\d+", re.sub(r"\.\w*$", "", name)) or re.findall(r"\d+", name) for name in names.tolist()]
+    for row, digits in sorted(zip(row_of.tolist(), found, strict=True)):
+        if not digits:
+            raise table.fault(row, f"frame is {quoted(str(table['frame'][row]))}; write a number")
+    numbers = np.array([float(digits[-1]) for digits in found])
+    order = np.argsort(numbers, kind="stable")
+    same = np.flatnonzero(np.diff(numbers[order]) == 0.0)
+    if len(same):
+        shown = " and ".join(quoted(str(name)) for name in names[order[same[0] : same[0] + 2]])
+        raise FileError(table.path, f"pictures {shown} have one number; keep the boxes of one film")
+    return numbers[inverse]
+
+
+def _axis(table: NamedColumns, names: tuple[str, ...], picture: float | None) -> tuple[FloatArray, FloatArray] | None:
+    """Where boxes begin and how far they go, [N] each, by two of near end, far end, middle and size."""
+    low, high, middle, size = names
+    if low in table and high in table:
+        begin, end = _px(table, low, picture), _px(table, high, picture)
+        wrong = end <= begin
+        if wrong.any():
+            row = int(wrong.argmax())
+            problem = f"{high} is {end[row]:g} and {low} {begin[row]:g}; is it the {size}? Then name it so"
+            raise table.fault(row, problem)
+        return begin, end - begin
+    if size not in table:
+        return None
+    length = _px(table, size, picture)
+    for name, share in ((low, 0.0), (middle, 0.5), (high, 1.0)):
+        if name in table:
+            return _px(table, name, picture) - share * length, length
+    return None
+
+
+def _px(table: NamedColumns, noun: str, picture: float | None) -> FloatArray:
+    """[N] a side of boxes in px."""
+    values, unit = table.numbers(noun), table.unit(noun)
+    wrong = ~np.isfinite(values)
+    if wrong.any():
+        raise table.fault(int(wrong.argmax()), f"{noun} is empty or nan; write a number")
+    if unit not in SHARES:
+        return values
+    shares = values * UNITS[unit]
+    if picture is None:
+        raise FileError(table.path, f"{noun} is a share of the picture, whose size is not given; write px")
+    if (np.abs(shares) > 1.5).any():
+        row = int((np.abs(shares) > 1.5).argmax())
+        raise table.fault(row, f"{noun} is {values[row]:g}, and its name says that it is a share of the picture")
+    return np.asarray(shares * picture)
+
+
+def _classes(table: NamedColumns) -> NDArray[Any]:
+    """[N] numbers or names of classes; raises FileError at the first name among numbers."""
+    classes = table.columns.get("class", np.full(len(table), UNLINKED))
+    numbered = classes.dtype.kind in "if" or any(parse_number(cell) is not None for cell in np.unique(classes).tolist())
+    return table.numbers("class", UNLINKED) if numbered and "class" in table else classes
+
+
+def _are_flags(scores: FloatArray) -> bool:
+    """Whether scores are marks of rows that count (1) or not (0), as in ground truth."""
+    return bool((scores == 1.0).any() and np.isin(scores[~np.isnan(scores)], (0.0, 1.0, UNLINKED)).all())
+
+
+def _mot_boxes(table: NamedColumns) -> BoxTable:
+    """The boxes of MOTChallenge text, whose seventh to tenth columns have several meanings.
+
+    Ground truth has 1 or 0 in the seventh, whether the row counts. What follows is class and visibility, or in 2D
+    MOT15 a place in the world; trackers write class and −1, or class and the number of a detection.
+    """
+    scores, classes = table.numbers("score"), _classes(table)
+    visible = table.numbers("visible", UNLINKED)
+    last = table.numbers("last", UNLINKED) if table.columns.get("last", scores).dtype.kind in "if" else scores * 0.0
+    flags = bool(np.isin(scores, (0.0, 1.0, UNLINKED)).all())
+    if classes.dtype.kind in "if":
+        no_class = ((classes != np.round(classes)) | (classes < UNLINKED)).any()
+        world = table.widest == 10 and not (_plain(visible) & _plain(last)).all()
+        if no_class or world or ((classes == 0) & (visible == 0) & (last == 0)).all():
+            classes, visible = np.full(len(table), UNLINKED), np.full(len(table), float(UNLINKED))
+    fraction = (visible > 0.0) & (visible < 1.0)
+    if not fraction.any() and (visible == 0.0).any() and (table.widest == 10 or not flags):
+        visible = np.full(len(table), float(UNLINKED))  # truncation, or the number of a detection
+    elif not flags and (visible > 1.0).any() and (visible == np.round(visible)).all():
+        visible = np.full(len(table), float(UNLINKED))
+    counts = flags and ((scores == 1.0).any() or (visible != UNLINKED).any())
+    frame = frame_numbers(table)
+    return BoxTable(
+        table=table,
+        frame=frame,
+        boxes=np.stack([table.numbers(name) for name in _SIZES], axis=-1) - [1.0, 1.0, 0.0, 0.0],
+        id=table["id"],
+        classes=classes,
+        scores=np.where(scores == UNLINKED, np.nan, scores) if counts or (scores != 0.0).any() else scores * np.nan,
+        visible=np.where(visible == UNLINKED, np.nan, visible),
+        ignored=np.asarray((scores == 0.0) & counts | (visible == 0.0)),
+        base=1,
+        timed=bool((frame != np.round(frame)).any()),
+    )
+
+
+def _plain(values: FloatArray) -> BoolArray:
+    """Which values may be a visibility or a whole number, and no place in the world."""
+    return np.asarray((values == np.round(values)) | ((values >= 0.0) & (values <= 1.0)))
+
+
+def people_in(table: BoxTable, person_class: int | str | None = None) -> tuple[BoolArray, tuple[str, ...]]:
+    """Which boxes count, [N]: of people, and not marked as ignored; and a note on those left out, counted.
+
+    Raises
+    ------
+    FileError
+        If no box is left, or classes do not show which is of people.
+    """
+    counted = ~table.ignored
+    if not counted.any():
+        raise FileError(table.path, f"all {len(counted)} boxes are marked as ignored: conf 0 or visibility 0")
+    people, others = of_people(table.path, table.classes[counted], person_class, table.class_names)
+    kept = counted.copy()
+    kept[counted] = people
+    marked = f"{int((~counted).sum())} marked as ignored (conf 0 or visibility 0)" if not counted.all() else ""
+    why = " and ".join(part for part in (others, marked) if part)
+    dropped = f"{int((~kept).sum())} of {len(kept)} boxes are left out: {why}"
+    return kept, (dropped,) if why else ()
+
+
+def scores_as_shares(scores: FloatArray) -> FloatArray:
+    """Scores [N] from 0 to 1, as trackers want them: 1 where there is none or more.
+
+    Scores below 0 are log-odds; where none is, and one is above `LEAST_PER_CENT`, they are per cent.
+    """
+    known = scores[~np.isnan(scores)]
+    if len(known) and (known.min() < 0.0):
+        scores = 1.0 / (1.0 + np.exp(-np.clip(scores, -50.0, 50.0)))
+    elif len(known) and known.max() > LEAST_PER_CENT:
+        scores = scores / max(100.0, float(known.max()))
+    return np.minimum(np.where(np.isnan(scores), 1.0, scores), 1.0)

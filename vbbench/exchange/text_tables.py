@@ -1,0 +1,360 @@
+"""Tables of text whose columns are found by their names: read fast, and line by line where something is wrong.
+
+Any first line or comment that names two columns is a header, whatever separates its cells; without one the columns are
+in an order that the reader states. Decimal commas (with other separators), UTF-16 with its mark, and empty lines do no
+harm.
+"""
+
+import codecs
+import re
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from numpy.typing import NDArray
+from pyarrow import csv
+
+from vbbench.errors import FileError, quoted, suggestion
+from vbbench.files.tables import column_values
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.column_names import UNITS, Header, header_of, name_columns, separator_of, split_cells
+from vbbench.parsing.numbers import finite_number, parse_number
+
+WORDS = ("frame", "id", "class", "class_name", "last")
+"""Columns that may hold words, or whole numbers of 64 bits."""
+EMPTY = ("", "nan", "NaN", "None", "none", "null", "NULL", "NA", "N/A")
+_SHOWN = 1000
+_DIGIT = re.compile(r"\d")
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedColumns:
+    """Columns of a table by what they are.
+
+    Parameters
+    ----------
+    path : the file, for messages.
+    columns : [N] by noun: floats, NaN for an empty cell; of `WORDS` int64 where all are whole, texts where not all are
+        numbers.
+    lines : [N] their line numbers from 1, or 0 where there are no lines.
+    header : what the columns are called; ``None`` where the file does not name them.
+    widest : how many columns the first row has.
+    """
+
+    path: Path
+    columns: Mapping[str, NDArray[Any]]
+    lines: IntArray
+    header: Header | None = None
+    widest: int = 0
+
+    def __contains__(self, noun: str) -> bool:
+        return noun in self.columns
+
+    def __getitem__(self, noun: str) -> NDArray[Any]:
+        return self.columns[noun]
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def numbers(self, noun: str, missing: float = np.nan) -> FloatArray:
+        """[N] the column as numbers, ``missing`` where it has none.
+
+        Raises
+        ------
+        FileError
+            At the first cell that is a word.
+        """
+        column = self.columns.get(noun)
+        if column is None:
+            return np.full(len(self), missing)
+        if column.dtype.kind not in "if":
+            found = [parse_number(cell) if cell else np.nan for cell in column.tolist()]
+            row = next((row for row, number in enumerate(found) if number is None or np.isinf(number)), None)
+            if row is not None:
+                raise self.fault(row, f"{noun} is {quoted(str(column[row]))}; write a number")
+            column = np.array(found)
+        values = column.astype(np.float64)
+        return values if np.isnan(missing) else np.where(np.isnan(values), missing, values)
+
+    def unit(self, noun: str) -> str:
+        """The unit in a column's name; empty where it has none."""
+        return self.header.units.get(noun, "") if self.header else ""
+
+    def scaled(self, noun: str) -> FloatArray:
+        """[N] the numbers of a column in s, m, rad, px or shares, by its `unit`."""
+        return np.asarray(self.numbers(noun) * UNITS.get(self.unit(noun), 1.0))
+
+    def fault(self, row: int, problem: str) -> FileError:
+        """The error to raise about a row."""
+        line = int(self.lines[row])
+        return FileError(self.path, problem if line else f"box {row + 1}: {problem}", line or None)
+
+
+def read_table(
+    path: Path,
+    content: bytes,
+    nouns: Sequence[str],
+    *,
+    order: Mapping[str, str] = MappingProxyType({}),
+    required: Collection[str] = (),
+    columns: tuple[int, int] = (1, 1 << 16),
+) -> NamedColumns:
+    """The columns of a text; empty lines and comments (``#``) are skipped.
+
+    Parameters
+    ----------
+    path : the file, for messages.
+    content : the text, UTF-8 or UTF-16 with a byte order mark.
+    nouns : what columns are looked for.
+    order : the columns of a text that does not name them, with their names for messages; empty if it must.
+    required : columns whose cells must not be empty where they have names; without names none may, but in the last.
+    columns : how few and how many columns a text in ``order`` may have.
+
+    Raises
+    ------
+    FileError
+        If several columns have one meaning, or nothing names the columns; with the line, if a cell is not a finite
+        number, or a line has another number of cells.
+    """
+    body, header, first = _after_header(path, decode(path, content), nouns, bool(order))
+    end = body.find(b"\n", 0, 100 * _SHOWN)
+    sample = body[: end if end >= 0 else 100 * _SHOWN].decode("utf-8", "replace").strip()
+    mark = separator_of(sample) if sample else ","
+    if header is not None:
+        refuse_doubtful(path, header, first - 1)
+        places, width, span = dict(header.columns), len(header.names), None
+        called = {noun: header.names[column] for noun, column in places.items()}
+    else:
+        width, called, span = len(split_cells(sample)), dict(order), columns
+        places, required = {noun: column for column, noun in enumerate(order)}, set(order) - {"last"}
+    layout = _Layout(path, places, called, width, mark, frozenset(required), span, first)
+    if mark != "," and b"," in body:
+        body = body.replace(b",", b".")
+    if mark == " " and (b"  " in body or b"\t" in body or b" \n" in body or b"\n " in body):
+        body = re.sub(rb"[ \t]+", b" ", body).replace(b" \n", b"\n").replace(b"\n ", b"\n").strip(b" ")
+    read = _read_fast(body, layout) or _read_carefully(body, layout)
+    return NamedColumns(
+        path=path, columns=read[0], lines=read[1], header=header, widest=len(read[0]) if header is None else width
+    )
+
+
+def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: Sequence[str]) -> NamedColumns:
+    """The columns of a list of records, such as of JSON; a cell that is not there is empty.
+
+    Raises
+    ------
+    FileError
+        If several names have one meaning, or a cell is no number where one must be.
+    """
+    names = list(dict.fromkeys(name for record in records for name in record))
+    header = name_columns(names, nouns)
+    refuse_doubtful(path, header, None)
+    called = {noun: header.names[column] for noun, column in header.columns.items()}
+    layout = _Layout(path, {}, called, 0, ",", frozenset(), None, 0)
+    columns = {}
+    for noun, column in header.columns.items():
+        cells = [None if (cell := record.get(names[column])) is None else str(cell) for record in records]
+        columns[noun] = _typed(noun, cells, layout, np.zeros(len(cells), np.int64))
+    return NamedColumns(path=path, columns=columns, lines=np.zeros(len(records), np.int64), header=header)
+
+
+def columns_of_arrow(path: Path, table: pa.Table, nouns: Sequence[str]) -> NamedColumns:
+    """The columns of an Arrow table; raises FileError if several names have one meaning, or one is of no numbers."""
+    header = name_columns(table.column_names, nouns)
+    refuse_doubtful(path, header, None)
+    columns = {}
+    for noun, place in header.columns.items():
+        column = table.column(place)
+        if not (pa.types.is_integer(column.type) or noun not in WORDS):
+            column = column.cast(pa.string())
+        columns[noun] = _from_arrow(noun, column if noun in WORDS else column.cast(pa.float64()))
+    return NamedColumns(path=path, columns=columns, lines=np.zeros(len(table), np.int64), header=header)
+
+
+def decode(path: Path, content: bytes) -> bytes:
+    """A text as UTF-8, its lines ended by line feeds alone.
+
+    Raises
+    ------
+    FileError
+        If it is neither.
+    """
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        try:
+            content = content.decode("utf-16").encode()
+        except UnicodeDecodeError as error:
+            raise FileError(path, "begins as UTF-16 text and does not go on so; save it as UTF-8") from error
+    if b"\0" in content:
+        line = content.count(b"\n", 0, content.find(b"\0")) + 1
+        raise FileError(path, "holds zero bytes: it is no text, or UTF-16 without its mark; save it as UTF-8", line)
+    content = content.removeprefix(codecs.BOM_UTF8)
+    return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in content else content
+
+
+def refuse_doubtful(path: Path, header: Header, line: int | None) -> None:
+    """Raise FileError if several columns could be one noun."""
+    for noun, names in header.doubtful.items():
+        shown = " and ".join(quoted(name) for name in names)
+        raise FileError(path, f"columns {shown} could both be the {noun}; keep one of them", line or None)
+
+
+def refuse_missing(table: NamedColumns, wanted: Sequence[Collection[str]]) -> None:
+    """Raise FileError if of one of the ``wanted`` collections no noun is there; it names the file's own columns."""
+    for names in wanted:
+        if not any(name in table for name in names):
+            listed = table.header.names if table.header else ()
+            near = [hint for name in listed if "?" in (hint := suggestion(name.lower(), names))]
+            everything = ", ".join(" or ".join(one) for one in wanted)
+            hint = near[0] if near else f"its columns are {quoted(','.join(listed))}, wanted: {everything}"
+            line = int(table.lines[0]) - 1 if len(table) else 0
+            raise FileError(table.path, f"has no column {' or '.join(names)}; {hint}", line if line > 0 else None)
+
+
+@dataclass(frozen=True)
+class _Layout:
+    path: Path
+    places: dict[str, int]
+    called: dict[str, str]
+    width: int
+    mark: str
+    required: frozenset[str]
+    span: tuple[int, int] | None
+    first: int
+
+
+Read = tuple[dict[str, NDArray[Any]], IntArray]
+
+
+def _after_header(path: Path, content: bytes, nouns: Sequence[str], ordered: bool) -> tuple[bytes, Header | None, int]:
+    """The text after its header and the comments before it, the header, and the number of the text's first line."""
+    header, line, begin, number = None, b"", 0, 0
+    while begin < len(content):
+        number += 1
+        line = content[begin : (content.find(b"\n", begin) + 1) or len(content)]
+        text = line[: 100 * _SHOWN].decode("utf-8", "replace").strip()
+        comment = text.startswith("#")
+        found = header_of(text, nouns) if text else None
+        header = found or header
+        if found and not comment:
+            return content[begin + len(line) :], found, number + 1
+        if text and not comment:
+            break
+        begin += len(line)
+    text = line[:_SHOWN].decode("utf-8", "replace").strip()
+    numbers = [cell for cell in split_cells(text) if parse_number(cell) is not None]
+    if text and header is None and not (ordered and (numbers or not re.search("[A-Za-z]", text))):
+        problem = f"its first line is {quoted(text)}, which names no columns that are known here"
+        raise FileError(path, problem, number)
+    if header is not None and len(header.names) != len(split_cells(text)):
+        header = None
+    return content[begin:], header, max(number, 1)
+
+
+def _read_fast(body: bytes, layout: _Layout) -> Read | None:
+    """The rows of a table whose lines are all alike, empty cells only where they may be; else ``None``."""
+    if (layout.span and not layout.span[0] <= layout.width <= layout.span[1]) or b"0x" in body or b"0X" in body:
+        return None
+    names = [str(column) for column in range(layout.width)]
+    by_name = {names[column]: noun for noun, column in layout.places.items() if column < layout.width}
+    parse = csv.ParseOptions(delimiter=layout.mark, ignore_empty_lines=False)
+    for words in (pa.int64(), pa.string()):
+        kinds = {name: words if noun in WORDS else pa.float64() for name, noun in by_name.items()}
+        kinds |= {name: pa.string() for name, noun in by_name.items() if noun == "class_name"}
+        convert = csv.ConvertOptions(
+            column_types=kinds, include_columns=list(by_name), null_values=EMPTY, strings_can_be_null=True
+        )
+        try:
+            table = csv.read_csv(BytesIO(body), csv.ReadOptions(column_names=names), parse, convert)
+        except pa.ArrowException:
+            continue
+        nouns = list(by_name.values())
+        table = pa.table([_trimmed(column) for column in table.columns], names=nouns)
+        if any(table.column(n).null_count for n, noun in enumerate(nouns) if noun in layout.required):
+            return None
+        lines = np.arange(layout.first, layout.first + len(table))
+        floats = [column for column in table.columns if pa.types.is_floating(column.type)]
+        if not all(pc.all(pc.is_finite(column), min_count=0).as_py() for column in floats):
+            return None
+        columns = {noun: _from_arrow(noun, column) for noun, column in zip(nouns, table.columns, strict=True)}
+        return columns, lines
+    return None
+
+
+def _read_carefully(body: bytes, layout: _Layout) -> Read:
+    lines, rows = [], list[list[str]]()
+    for line, text in enumerate(body.decode("utf-8", "replace").split("\n"), layout.first):
+        if not text.strip() or text.lstrip().startswith("#"):
+            continue
+        cells = text.split() if layout.mark == " " else text.split(layout.mark)
+        _check_width(layout, line, len(cells))
+        rows.append([cell.strip(" \t\"'") for cell in cells])
+        lines.append(line)
+    numbers = np.array(lines, np.int64)
+    columns = {
+        noun: _typed(noun, [row[place] if place < len(row) else None for row in rows], layout, numbers)
+        for noun, place in layout.places.items()
+        if not rows or any(place < len(row) for row in rows)
+    }
+    return columns, numbers
+
+
+def _check_width(layout: _Layout, line: int, count: int) -> None:
+    if layout.span is None:
+        if count != layout.width:
+            raise FileError(layout.path, f"{count} columns, the first line names {layout.width}", line)
+    elif not layout.span[0] <= count <= layout.span[1]:
+        least, most = layout.span
+        wanted = f"{least}" if least == most else f"{least} to {most}"
+        separated = {",": "commas", ";": "semicolons", " ": "blanks", "\t": "tabs"}.get(layout.mark, layout.mark)
+        shown = ",".join(list(layout.called.values())[:most])
+        raise FileError(layout.path, f"{count} columns with {separated} between, wanted {wanted}: {shown}", line)
+
+
+def _typed(noun: str, cells: list[str | None], layout: _Layout, lines: IntArray) -> NDArray[Any]:
+    """A column of cells, ``None`` where a row ends before, as numbers, or as words where it may have them."""
+    known = [cell if cell is not None and (noun in layout.required or cell not in EMPTY) else None for cell in cells]
+    if noun in WORDS:
+        empty = next((row for row, cell in enumerate(known) if cell in EMPTY), None)
+        column = _from_arrow(noun, pa.chunked_array([pa.array(known, pa.string())]))
+        if empty is None and (
+            noun != "frame" or column.dtype.kind != "U" or all(map(_DIGIT.search, filter(None, known)))
+        ):
+            return column
+    values = [
+        np.nan if cell is None else finite_number(layout.path, int(lines[row]) or None, layout.called[noun], cell)
+        for row, cell in enumerate(known)
+    ]
+    return np.array(values, np.float64)
+
+
+def _trimmed(column: pa.ChunkedArray) -> pa.ChunkedArray:
+    """A column whose texts are without blanks and quotes around them; empty ones are none."""
+    if not pa.types.is_string(column.type):
+        return column
+    column = pc.utf8_trim(column, " \t\"'")
+    return pc.if_else(pc.equal(column, ""), pa.scalar(None, pa.string()), column)
+
+
+def _from_arrow(noun: str, column: pa.ChunkedArray) -> NDArray[Any]:
+    """A column as int64, floats or texts: the first that holds every cell."""
+    if pa.types.is_string(column.type):
+        column = _trimmed(column)
+        known = pc.drop_null(column)
+        for pattern, kind in ((r"^[+-]?\d+$", pa.int64()), (r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$", pa.float64())):
+            if noun != "class_name" and pc.all(pc.match_substring_regex(known, pattern), min_count=0).as_py():
+                try:
+                    return _from_arrow(noun, column.cast(kind))
+                except pa.ArrowInvalid:
+                    break
+        words = column.fill_null("").combine_chunks().dictionary_encode()
+        texts: NDArray[Any] = np.array(words.dictionary.to_pylist(), np.str_)
+        return np.asarray(texts[column_values(pa.chunked_array([words.indices]))])
+    if column.null_count:
+        column = pc.fill_null(column.cast(pa.float64()), np.nan)
+    return np.array(column_values(column))
