@@ -157,7 +157,7 @@ FOUR = {**PYTHON, "dist_coeff": ROUND}
         (yaml.dump({**CHAIN, "intrinsics": [0.6, *CHAIN["intrinsics"]]}), "5 numbers; a pinhole has four"),
         (yaml.dump({"cam0": CHAIN, "cam1": CHAIN}), "holds cam0 and cam1; keep the camera that the boxes are of"),
         (SLAM + "Camera2.fx: 300.0\n", "states Camera2.fx twice"),
-        (yaml.dump({**ECHO_1, "roi": {**ROI, "x_offset": 100}}), "has a roi: write width, height, K"),
+        (yaml.dump({**ECHO_1, "roi": {**ROI, "x_offset": 100}}), "has a roi: write width, height and K"),
         (yaml.dump({**ECHO_1, "binning_x": 2, "binning_y": 2}), "has a binning_x"),
         (yaml.dump({**ECHO_1, "K": [0.0] * 9}), r"camera_matrix must be \[fx, 0, cx"),
         (yaml.dump({**ECHO_1, "K": [*K[:1], 9.0, *K[2:]]}), "has a skew of 9 px"),
@@ -165,13 +165,13 @@ FOUR = {**PYTHON, "dist_coeff": ROUND}
         (yaml.dump({**ECHO_1, "D": [*BROWN, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0]}), "the numbers after them must be 0"),
         (yaml.dump({**ECHO_1, "width": None}), "the size of the picture is missing: write image_width"),
         (yaml.dump({"image_width": 1280, "image_height": 720}), "is no calibration of a pinhole: fx is missing"),
-        (yaml.dump({**OST, "image_width": "wide"}), "width is 'wide'; write a number"),
-        ("cam0: [1, 2", "is not YAML"),
-        ("a: !!python/object/apply:os.getcwd []", "is not YAML"),
-        ("<calibration/>", "is XML of <calibration>"),
-        ("<!DOCTYPE a [<!ENTITY b 'c'>]><opencv_storage/>", "is XML with declarations"),
-        (f"{HEAD}1 PINHOLE {PINHOLE}\n2 PINHOLE {PINHOLE}\n", "holds 2 cameras; keep the row"),
-        (f"{HEAD}1 THIN_PRISM_FISHEYE {PINHOLE} 0 0 0 0 0 0 0 0\n", "camera model THIN_PRISM_FISHEYE is not read"),
+        (yaml.dump({**OST, "image_width": "wide"}), "width or height is 'wide'; write a number"),
+        ("cam0: [1, 2", "is no calibration that can be read: expected"),
+        ("a: !!python/object/apply:os.getcwd []", "could not determine a constructor"),
+        ("<calibration/>", "XML of <calibration>"),
+        ("<!DOCTYPE a [<!ENTITY b 'c'>]><opencv_storage/>", "XML with declarations"),
+        (f"{HEAD}1 PINHOLE {PINHOLE}\n2 PINHOLE {PINHOLE}\n", "2 cameras; keep the camera that the boxes are of"),
+        (f"{HEAD}1 THIN_PRISM_FISHEYE {PINHOLE} 0 0 0 0 0 0 0 0\n", "camera model THIN_PRISM_FISHEYE is not known"),
         (f"{HEAD}1 OPENCV {PINHOLE}\n", "OPENCV has width height fx fy cx cy k1 k2 p1 p2, not 6 numbers"),
     ],
 )
@@ -201,6 +201,7 @@ leaves = st.none() | st.booleans() | st.floats() | st.integers() | st.text()
 values = st.recursive(leaves, lambda kind: st.lists(kind) | st.dictionaries(names, kind), max_leaves=4)
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(changed=st.dictionaries(names, values, min_size=1), chain=st.booleans())
 def test_any_table_is_read_or_refused_in_one_line(changed, chain, tmp_path):
@@ -211,6 +212,17 @@ def test_any_table_is_read_or_refused_in_one_line(changed, chain, tmp_path):
     assert np.isfinite(found.camera.focal)
 
 
+def test_a_file_of_another_kind_is_no_toml(tmp_path):
+    with pytest.raises(FileError, match=r"calibrations of ROS, Kalibr, OpenCV and COLMAP are read"):
+        read(tmp_path, "[image]\n\nwidth\n1280\n")
+    np.savez(tmp_path / "one.npz", mtx=np.eye(3))
+    with pytest.raises(FileError, match=r"calibrations of ROS, Kalibr, OpenCV and COLMAP are read"):
+        read_camera(tmp_path / "one.npz", MOUNT)
+    with pytest.raises(FileError):
+        read(tmp_path, "a" + " " * 200_000 + "b")
+
+
+@pytest.mark.slow
 def test_the_command_takes_calibrations_and_folders(tmp_path, capsys):
     boxes = write_csv(tmp_path / "boxes.csv", make_walk(20))
     camera = tmp_path / "camera_info.yaml"

@@ -89,7 +89,7 @@ def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
         ("cx = -9999", "cx = -9999 is far outside the 1280 columns"),
         ("fx = 700", "focal and fx, fy say the same"),
         ("focl = 700", "unknown key 'focl'; did you mean 'focal'"),
-        ("model = 'fisheye'", "no camera is called 'fisheye'"),
+        ("model = 'fisheye'", "no camera is called 'fisheye'.* stands under .distortion."),
         ("dt = 0.1", "dt and fps say the same"),
         ("pitch = 90", "pitch must be -1.2 to 1.2 rad, not 90"),
         ("[distortion]\nk7 = 1.0", "unknown key 'k7'"),

@@ -12,7 +12,7 @@ from vbbench.camera import Camera, make_camera
 from vbbench.errors import FileError, VbbenchError, suggestion
 from vbbench.exchange.axes import Axes
 from vbbench.exchange.own.calibration_files import read_calibration
-from vbbench.exchange.own.distortion import Distortion, distortion_keys
+from vbbench.exchange.own.distortion import LENSES, Distortion, distortion_keys
 from vbbench.geometry import FloatArray, covariance_along, motion_levers, relative_to_world, wrap_angle
 from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import from_table, toml_table
@@ -188,9 +188,7 @@ def find_camera(path: Path) -> Path:
         found = path / "camera.toml"
         if not found.is_file():
             holds = ", ".join(sorted(one.name for one in path.iterdir() if one.is_file())[:10]) or "no file"
-            raise FileError(
-                path, f"is a folder without camera.toml; it holds {holds}: name the file of the calibration"
-            )
+            raise FileError(path, f"is a folder without camera.toml; it holds {holds}: name the calibration")
         return found
     if not path.is_file():
         raise FileError(path, "there is no such file")
@@ -213,7 +211,13 @@ def read_camera(path: Path, mount: Mapping[str, float] | None = None) -> OwnCame
     """
     table, text = read_calibration(path), ""
     if table is None:
-        table, text = toml_table(path), path.read_text("utf-8-sig")
+        try:
+            table, text = toml_table(path), path.read_text("utf-8-sig")
+        except FileError as error:
+            if path.suffix.lower() == ".toml":
+                raise
+            known = "other than TOML, calibrations of ROS, Kalibr, OpenCV and COLMAP are read"
+            raise FileError(path, f"{error.problem}; {known}", error.line) from error
     for name, value in (mount or {}).items():
         if table.setdefault(name, value) != value:
             raise FileError(path, f"says {name} = {table[name]}, and --{name.replace('_', '-')} {value:g}; keep one")
@@ -221,13 +225,12 @@ def read_camera(path: Path, mount: Mapping[str, float] | None = None) -> OwnCame
     if "mount_height" not in table:
         problem = "mount_height is missing: write how high the camera is over the ground in m, or give --mount-height"
         raise FileError(path, problem)
-    if isinstance(table.get("distortion"), Mapping):
+    if isinstance(bent := table.pop("distortion", None), Mapping):
         try:
-            table["distortion"] = distortion_keys(table["distortion"])
+            bent = distortion_keys(bent)
         except ValueError as error:
             raise FileError(path, str(error)) from error
-        if table["distortion"] is None:
-            del table["distortion"]
+    table |= {} if bent is None else {"distortion": bent}
     return make_own_camera(path, table, text)
 
 
@@ -262,9 +265,7 @@ def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str
     size, point = (facts.width, facts.height), (facts.cx, facts.cy)
     for name, at, length, lines in zip(("cx", "cy"), point, size, ("columns", "rows"), strict=True):
         if at is not None and length is not None and not 0.0 <= at <= length:
-            notes.append(
-                f"{name} = {at:g} is outside the {length} {lines} of the picture ({path.name}): was it cut so?"
-            )
+            notes.append(f"{name} = {at:g} is outside the {length} {lines} of the picture ({path.name}); is it cut?")
     if facts.model == "perspective" and facts.height is not None:
         across, down = given["cx"] / facts.width, given["cy"] / facts.height
         if abs(across - 0.5) > OTHER_SIZE and abs(across - down) < 0.1 * across:
@@ -300,7 +301,8 @@ def _model(path: Path, model: str) -> Any:
     try:
         return load_registered("camera", model)
     except VbbenchError as error:
-        raise FileError(path, str(error)) from error
+        lens = f"; a lens model stands under [distortion], as model = '{model}'" if model in LENSES else ""
+        raise FileError(path, f"{error}{lens}") from error
 
 
 def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
