@@ -260,3 +260,12 @@ def file_sha256(path: Path) -> str:
     """SHA-256 of a file's bytes, in hex."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def content_sha256(path: Path) -> str:
+    """SHA-256 of a file's bytes, or of those of the files in a folder by their names, in hex."""
+    if not path.is_dir():
+        return file_sha256(path)
+    files = sorted(one for one in path.rglob("*") if one.is_file())
+    listed = "\n".join(f"{one.relative_to(path).as_posix()} {file_sha256(one)}" for one in files)
+    return hashlib.sha256(listed.encode()).hexdigest()

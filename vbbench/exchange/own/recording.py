@@ -21,7 +21,7 @@ from vbbench.exchange.own.people_file import read_people
 from vbbench.exchange.own.plausibility import box_noise, fitting, frame_seconds, gaps
 from vbbench.exchange.own.timing import Timeline
 from vbbench.files.dataset_info import Pictures
-from vbbench.files.tables import file_sha256
+from vbbench.files.tables import content_sha256
 from vbbench.generation.footage import Footage, Recordings
 from vbbench.geometry import FloatArray, IntArray, shorter_way, world_to_relative
 from vbbench.registry import load
@@ -59,7 +59,7 @@ class RecordingFiles:
     def digests(self) -> dict[str, str]:
         """SHA-256 of every file, by what it is."""
         parts = ("camera", "boxes", "poses", "odometry", "people")
-        return {part: file_sha256(path) for part in parts if (path := getattr(self, part)) is not None}
+        return {part: content_sha256(path) for part in parts if (path := getattr(self, part)) is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
