@@ -91,14 +91,18 @@ def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tupl
         pytest.param("0 1 0\n10 1 .5\n", 1, "3 columns, not 4", id="column missing everywhere"),
         pytest.param("0,1,,0\n", 1, "3 columns", id="empty cell"),
         pytest.param("0 1 0 0 9\n", 1, "5 columns", id="superfluous column"),
-        pytest.param("frame id left\n" + WALK, 1, "has no column x", id="incomplete header"),
-        pytest.param("frame id x pos_x y\n0 1 0 0 0\n", 1, "'x' and 'pos_x' could both be x", id="two columns of x"),
-        pytest.param("frame id x y\n", 1, "names columns and holds no row", id="header alone"),
-        pytest.param("frame id x y v\n0 1 0 0\n", 2, "4 columns, not 5", id="fewer columns than names"),
+        pytest.param("frame id left y\n" + WALK, 1, "has no column x", id="incomplete header"),
+        pytest.param(
+            "frame id x pos_x y\n0 1 0 0 0\n", 1, "'x' and 'pos_x' could both be the x", id="two columns of x"
+        ),
+        pytest.param("frame id x y\n", None, "names columns and holds no row", id="header alone"),
+        pytest.param(
+            "frame id x y v\n0 1 0 0\n", 2, "4 columns, the first line names 5", id="fewer columns than names"
+        ),
         pytest.param("frame id x y\n0 1 0 O\n", 2, "y is 'O'; write a number", id="text under a header"),
-        pytest.param("frame,id,x_px,y_px\n0,1,0,0\n", 1, "a homography is needed", id="pixels by name"),
-        pytest.param("frame,id,x_m,y_cm\n0,1,0,0\n", 1, "must both be", id="two units"),
-        pytest.param("time,id,x,y\n0,1,0,0\n.5,1,.5,0\n1,1,1,0\n", None, "write --dt 0.5", id="another dt"),
+        pytest.param("frame,id,x_px,y_px\n0,1,0,0\n", 2, "a homography is needed", id="pixels by name"),
+        pytest.param("frame,id,x_m,y_cm\n0,1,0,0\n", 2, "must both be", id="two units"),
+        pytest.param("time,id,x,y\n0,1,0,0\n.5,1,.5,0\n1,1,1,0\n", 2, "write --dt 0.5", id="another dt"),
         pytest.param("t id x y\n0 1 0 0\n.4 1 .5 0\n.8 1 1 0\n1 2 0 0\n", 5, "time 1 is not", id="odd time"),
         pytest.param(WALK + "30 1 1.5m 0\n", 4, "x is '1.5m'; write a number", id="text in a number"),
         pytest.param(WALK + "30 1 1_5 0\n", 4, "'1_5'; write a number", id="underscore"),
@@ -233,6 +237,17 @@ def test_a_homography_of_another_direction_is_named(write: Write, given: np.ndar
     with pytest.raises(FileError, match=r"with this homography people walk at [\d.,e+-]+ m/s, " + named):
         read_trajnet(path, dt=0.4, homography=given)
     assert read_trajnet(path, dt=0.4, homography=TILTED).frames == 12
+
+
+def test_a_homography_that_only_scales_and_one_for_metres_are_named(write: Write) -> None:
+    metres = to_ground(np.array([row[2:] for row in _pixels()]), TILTED)
+    rows = [(frame, person, *place) for (frame, person, *_), place in zip(_pixels(), metres.tolist(), strict=True)]
+    with pytest.raises(FileError, match=r"without the homography people walk at 1.2 m/s.*metres already"):
+        read_trajnet(write(_text(rows)), dt=0.4, homography=TILTED)
+    pixels = write(_text([(frame, person, 50.0 * x, 50.0 * y) for frame, person, x, y in rows]))
+    with pytest.raises(FileError, match=r"with its inverse at 1\.2 m/s"):
+        read_trajnet(pixels, dt=0.4, homography=np.diag([50.0, 50.0, 1.0]))
+    assert read_trajnet(pixels, dt=0.4, homography=np.diag([0.02, 0.02, 1.0])).frames == 12
 
 
 def test_the_cause_of_a_speed_is_not_a_homography_where_there_is_one(write: Write) -> None:

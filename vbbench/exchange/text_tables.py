@@ -251,8 +251,9 @@ def _after_header(path: Path, content: bytes, nouns: Sequence[str], ordered: boo
     if text and header is None and not (ordered and (numbers or not re.search("[A-Za-z]", text))):
         problem = f"its first line is {quoted(text)}, which names no columns that are known here"
         raise FileError(path, problem, number)
-    if header is not None and len(header.names) != len(split_cells(text)):
-        header = None
+    width = len(split_cells(text))
+    if header is not None and len(header.names) != width:  # a comment may begin with other words
+        header = name_columns(header.names[-width:], nouns) if len(header.names) > width else None
     return content[begin:], header, max(number, 1)
 
 

@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from vbbench.errors import FileError, quoted
-from vbbench.geometry import FloatArray, IntArray
-from vbbench.parsing.column_names import SHARES, UNITS, Header, header_of
+from vbbench.errors import FileError
+from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing
+from vbbench.geometry import FloatArray
+from vbbench.parsing.column_names import SHARES, UNITS, header_of
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
-from vbbench_generators.recordings.readers.text import NOUNS, count_columns, read_header, read_named, read_numbers
+from vbbench_generators.recordings.readers.text import NOUNS, count_columns, read_header, read_numbers
 from vbbench_generators.recordings.readers.tracks import scene_of_rows, steps_of_people
 
 TRAJNET = ("frame", "id", "x", "y")
@@ -44,64 +45,49 @@ def read_trajnet(
     FileError
         With file and line, if a row or a track is bad.
     """
-    found = read_header(path)
-    if found is None:
+    if read_header(path) is None:
         values, lines = read_numbers(path, TRAJNET)
         frame, person, points = values[:, 0], values[:, 1], values[:, 2:]
         _refuse_swapped(path, frame, person, points)
     else:
-        header, number = found
-        _refuse_header(path, header, number)
-        columns, lines = read_named(path, header, number)
-        person, points = columns["id"], _points(path, header, columns, number, homography)
-        frame = columns["frame"] if "frame" in columns else _frames(path, header, columns, lines, dt)
+        table = read_table(path, path.read_bytes(), NOUNS, required=NOUNS)
+        if not len(table):
+            raise FileError(path, "is empty: it names columns and holds no row of numbers")
+        refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])
+        lines, person, points = table.lines, table.numbers("id"), _points(table, homography)
+        frame = table.numbers("frame") if "frame" in table else _frames(table, dt)
     return scene_of_rows(path, frame, person, points, lines, dt=dt, frame_step=frame_step, homography=homography)
 
 
-def _refuse_header(path: Path, header: Header, number: int) -> None:
-    """Raise FileError if a column is missing, or two columns could be one."""
-    missing = [noun for noun in ("id", "x", "y") if noun not in header]
-    if missing or not ("frame" in header or "time" in header):
-        name, columns = (missing or ["frame or time"])[0], quoted(" ".join(header.names))
-        raise FileError(
-            path, f"has no column {name}; its columns are {columns}, wanted: frame or time, id, x, y", number
-        )
-    for noun, names in header.doubtful.items():
-        raise FileError(path, f"columns {' and '.join(map(quoted, names))} could both be {noun}; keep one", number)
-
-
-def _points(
-    path: Path, header: Header, columns: dict[str, FloatArray], number: int, homography: FloatArray | None
-) -> FloatArray:
+def _points(table: NamedColumns, homography: FloatArray | None) -> FloatArray:
     """[N, 2] places in the unit that the names have: m, or px where there is a homography."""
-    units = {header.units.get(noun, "") for noun in ("x", "y")}
-    unit = units.pop()
-    if units or unit in SHARES:
-        raise FileError(path, "x and y must both be in metres, or in pixels with --homography", number)
-    if unit[:2] in ("px", "pi") and homography is None:
-        raise FileError(path, "x and y are in pixels: a homography is needed, name its file with --homography", number)
+    unit = table.unit("x")
+    if unit != table.unit("y") or unit in SHARES:
+        raise table.fault(0, "x and y must both be in metres, or in pixels with --homography")
+    if unit in ("px", "pixel", "pixels") and homography is None:
+        raise table.fault(0, "x and y are in pixels: a homography is needed, name its file with --homography")
     if unit in ("m", "cm", "mm", "km") and homography is not None:
-        raise FileError(path, f"x and y are in {unit} already: leave --homography out", number)
-    return UNITS.get(unit, 1.0) * np.column_stack([columns["x"], columns["y"]])
+        raise table.fault(0, f"x and y are in {unit} already: leave --homography out")
+    return np.column_stack([table.scaled("x"), table.scaled("y")])
 
 
-def _frames(path: Path, header: Header, columns: dict[str, FloatArray], lines: IntArray, dt: float) -> FloatArray:
+def _frames(table: NamedColumns, dt: float) -> FloatArray:
     """[N] frames from 0 of times, in the unit that the name has, or else in that of s, ms, us, ns which fits ``dt``."""
-    time, unit = columns["time"], header.units.get("time")
-    steps = steps_of_people(time, columns["id"], time[:, None])
+    time, unit = table.numbers("time"), table.unit("time")
+    steps = steps_of_people(time, table.numbers("id"), time[:, None])
     step = float(np.median(steps)) if len(steps) else dt
     factors = [UNITS[unit]] if unit else [1.0, 1e-3, 1e-6, 1e-9]
     fitting = [factor for factor in factors if abs(step * factor / dt - 1.0) <= JITTER]
     if not fitting:
         problem = f"times of a person are {step * factors[0]:g} s apart, but --dt is {dt:g}"
-        raise FileError(path, f"{problem}; write --dt {step * factors[0]:.4g}")
+        raise table.fault(0, f"{problem}; write --dt {step * factors[0]:.4g}")
     instants, place = np.unique(time, return_inverse=True)
     passed = np.diff(instants) * fitting[0] / dt
     frames = np.append(0.0, np.cumsum(np.round(passed)))[place]
     off = np.append(False, np.abs(passed - np.round(passed)) > 2.0 * JITTER)[place]
     if off.any():
         row = int(off.argmax())
-        raise FileError(path, f"time {time[row]:.15g} is not a whole number of steps of {dt:g} s", int(lines[row]))
+        raise table.fault(row, f"time {time[row]:.15g} is not a whole number of steps of {dt:g} s")
     return frames
 
 

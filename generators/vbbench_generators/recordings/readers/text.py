@@ -1,15 +1,15 @@
 """Text files of numbers, read fast, with errors that name file and line; one of three rows is a homography."""
 
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from vbbench.errors import FileError
+from vbbench.exchange.text_tables import decode
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.parsing.column_names import Header, name_columns, separator_of, split_cells
+from vbbench.parsing.column_names import Header, name_columns, split_cells
 from vbbench.parsing.numbers import finite_number
 
 LONGEST_ROW = 10_000
@@ -42,8 +42,7 @@ def read_lines(path: Path) -> Lines:
 def _all_lines(path: Path) -> Lines:
     """The lines of a text file that are not blank, in UTF-8 or with a mark of UTF-16."""
     try:
-        content = path.read_bytes()
-        text = content.decode("utf-16" if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) else "utf-8-sig")
+        text = decode(path, path.read_bytes()).decode("utf-8")
     except UnicodeDecodeError as error:
         raise FileError(path, "is not a text file") from error
     except OSError as error:
@@ -67,45 +66,6 @@ def read_header(path: Path) -> tuple[Header, int] | None:
         if len(header.columns) >= (2 if number == first else 3):
             return header, number
     return None
-
-
-def read_named(path: Path, header: Header, after: int) -> tuple[dict[str, FloatArray], IntArray]:
-    """The columns [N] that a header names, by noun, of the rows ``after`` a line, and their [N] line numbers.
-
-    Raises
-    ------
-    FileError
-        At the first line with a missing or superfluous column, or one of the numbers not finite.
-    """
-    lines = [(number, line) for number, line in read_lines(path) if number > after]
-    if not lines:
-        raise FileError(path, "is empty: it names columns and holds no row of numbers", after)
-    mark, columns = separator_of(lines[0][1]), header.columns
-    if mark in ";\t|":  # then a comma is a decimal point
-        lines = [(number, line.replace(",", ".")) for number, line in lines]
-    try:
-        values = np.loadtxt(
-            [line for _, line in lines],
-            delimiter=None if mark == " " else mark,
-            usecols=list(columns.values()),
-            comments=None,
-            quotechar='"',
-            ndmin=2,
-        )
-    except ValueError:
-        values = np.full((1, 1), np.nan)
-    widths = {line.count(mark) if mark != " " else len(line.split()) - 1 for _, line in lines}
-    if widths != {len(header.names) - 1} or not np.isfinite(values).all():
-        for number, line in lines:  # raises at the first fault
-            words = split_cells(line)
-            if len(words) != len(header.names):
-                wanted = f"{len(header.names)} ({' '.join(header.names)})"
-                raise FileError(path, f"has {len(words)} columns, not {wanted}", number)
-            for noun, column in columns.items():
-                finite_number(path, number, noun, words[column])
-        raise FileError(path, f"cannot be read as rows of {' '.join(header.names)}")
-    found = dict(zip(columns, values.T, strict=True))
-    return found, np.array([number for number, _ in lines], np.int64)
 
 
 def read_numbers(path: Path, columns: Sequence[str]) -> tuple[FloatArray, IntArray]:

@@ -17,6 +17,8 @@ LARGEST_SCENE = 2000.0
 """m between the 5th and the 95th percentile of places along an axis."""
 SMALL_PICTURE = 100.0
 """px: places that reach no farther are not from a picture; most of those that are lie within it, above 0."""
+EVENLY = 1.05
+"""Factor up to which speeds may vary more with another reading than as given: a wrong ``dt`` leaves this as it is."""
 FEWEST_STEPS = 3
 """Steps from which another reading of a homography is judged."""
 
@@ -122,7 +124,7 @@ def check_speed(path: Path, scene: Scene, frame_step: int = 1, homography: Float
 
 
 def check_homography(path: Path, time: FloatArray, person: FloatArray, points: FloatArray, matrix: FloatArray) -> None:
-    """Raise FileError if people walk as people do only with the inverse or transpose of the homography.
+    """Raise FileError if people walk as people do only without the homography, or with its inverse or transpose.
 
     Parameters
     ----------
@@ -132,15 +134,20 @@ def check_homography(path: Path, time: FloatArray, person: FloatArray, points: F
     matrix : [3, 3] from them to metres, as given.
     """
     inverse = np.linalg.inv(matrix).astype(np.float64)
-    readings = {"": matrix, "inverse": inverse, "transpose": matrix.T, "inverse of the transpose": inverse.T}
-    walks = {name: _walk(time, person, to_ground(points, reading)) for name, reading in readings.items()}
-    fitting = [name for name, (fits, _, _) in walks.items() if fits]
-    best = min(fitting or [""], key=lambda name: walks[name][2])
-    if "" not in fitting and walks[best][2] < walks[""][2]:
-        problem = (
-            f"with this homography people walk at {walks[''][1]:,.4g} m/s, with its {best} at {walks[best][1]:.3g}"
-        )
-        raise FileError(path, f"{problem} m/s: give the {best}, the matrix that maps the picture to metres")
+    names, readings = ("", "inverse", "transpose", "inverse of the transpose"), (matrix, inverse, matrix.T, inverse.T)
+    walks = {
+        name: _walk(time, person, to_ground(points, reading)) for name, reading in zip(names, readings, strict=True)
+    }
+    walks["none"] = _walk(time, person, points)
+    best = min(walks, key=lambda name: (not walks[name][0], walks[name][2]))
+    (given, fast, uneven), (fits, speed, varies) = walks[""], walks[best]
+    if given or not fits or varies > EVENLY * uneven:
+        return
+    if best == "none":
+        problem = f"without the homography people walk at {speed:.3g} m/s, with it at {fast:,.4g} m/s"
+        raise FileError(path, f"{problem}: the places are metres already, leave --homography out")
+    problem = f"with this homography people walk at {fast:,.4g} m/s, with its {best} at {speed:.3g} m/s"
+    raise FileError(path, f"{problem}: give the {best}, the matrix that maps the picture to metres")
 
 
 def _walk(time: FloatArray, person: FloatArray, places: FloatArray) -> tuple[bool, float, float]:
