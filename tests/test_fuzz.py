@@ -126,5 +126,5 @@ def test_the_oracle_knows_numbers(cell: str, value: float | None) -> None:
 def test_the_oracle_knows_rows() -> None:
     assert rows_of(b"\xef\xbb\xbf# x\r\n1, 2\t3\r\n\r\n", 3, commas=True) == [(1.0, 2.0, 3.0)]
     assert rows_of(b"1 2\n", 3, commas=True) is None
-    assert boxes_of(b"1,2,3,4,5,6,.5,x\n") == [(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.5)]
+    assert boxes_of(b"1,2,3,4,5,6,.5,1\n") == [(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 0.5, 1.0)]
     assert boxes_of(b"1,2,3,4,5,6,.5,1,x\n") is None

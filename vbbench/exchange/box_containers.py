@@ -1,28 +1,22 @@
-"""Files of boxes of every kind that is read, by what is in them: text, JSON, Parquet, archives, folders of labels.
+"""Files of boxes of every kind that is read, by what is in them: text, JSON, archives, folders of labels.
 
 labels/NAME_12.txt    YOLO: ``class u v width height [score] [id]`` of frame 12, shares of the picture
 *.json                COCO (images and annotations, with videos or without), COCO results, lists of records
-*.zip, *.gz           one of these, such as the export of an annotation tool
+*.zip                 one of these, such as the export of an annotation tool
 """
 
-import gzip
 import json
 import re
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.feather
-import pyarrow.parquet as pq
 
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import NOUNS, BoxTable, box_table, read_box_text
-from vbbench.exchange.text_tables import columns_of_arrow, columns_of_records, decode
+from vbbench.exchange.text_tables import columns_of_records, decode
 from vbbench.generation.archives import open_archive
 from vbbench.parsing.column_names import Header
 
@@ -40,6 +34,9 @@ _UNREAD = (
     (b"\x89PNG", "is a picture; name the file of its boxes"),
     (b"\xff\xd8\xff", "is a picture; name the file of its boxes"),
     (b"%PDF", "is a PDF; name the file of boxes"),
+    (b"PAR1", f"is Parquet; {_CSV}"),
+    (b"ARROW1", f"is Feather; {_CSV}"),
+    (b"\x1f\x8b", "is packed by gzip; unpack it"),
     (b"7z\xbc\xaf", "is a 7z archive; unpack it"),
     (b"Rar!", "is a RAR archive; unpack it"),
 )
@@ -83,21 +80,6 @@ def _of_content(path: Path, content: bytes, picture: Picture) -> BoxTable:
     """The boxes of what is in a file; the end of the name counts only for text."""
     if content.startswith(b"PK\x03\x04"):
         return _of_archive(path, picture)
-    if content.startswith(b"\x1f\x8b"):
-        return _of_content(path.with_suffix(""), _gunzip(path, content), picture)
-    if content.startswith((b"PAR1", b"ARROW1")):
-        return box_table(columns_of_arrow(path, _arrow(path, content), NOUNS), picture, base=0)
-    return _of_text(path, content, picture)
-
-
-def _gunzip(path: Path, content: bytes) -> bytes:
-    try:
-        return gzip.decompress(content)
-    except (OSError, EOFError, zlib.error) as error:
-        raise FileError(path, f"cannot be unpacked: {error}") from error
-
-
-def _of_text(path: Path, content: bytes, picture: Picture) -> BoxTable:
     for begin, problem in _UNREAD:
         if content.startswith(begin):
             raise FileError(path, problem)
@@ -109,14 +91,6 @@ def _of_text(path: Path, content: bytes, picture: Picture) -> BoxTable:
     if _is_label(text):
         raise FileError(path, "seems to be YOLO's labels of one picture; name the folder of all of them")
     return read_box_text(path, text, picture)
-
-
-def _arrow(path: Path, content: bytes) -> pa.Table:
-    try:
-        read = pq.read_table if content.startswith(b"PAR1") else pyarrow.feather.read_table
-        return read(BytesIO(content))
-    except pa.ArrowException as error:
-        raise FileError(path, f"cannot be read as Parquet or Feather: {error}") from error
 
 
 def _of_archive(path: Path, picture: Picture) -> BoxTable:

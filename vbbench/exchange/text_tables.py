@@ -134,6 +134,7 @@ def read_table(
         width, called, span = len(split_cells(sample)), dict(order), columns
         places, required = {noun: column for column, noun in enumerate(order)}, set(order) - {"last"}
     layout = _Layout(path, places, called, width, mark, frozenset(required), span, first)
+    body = body.rstrip() if body.endswith(b"\n\n") else body
     if mark != "," and b"," in body:
         body = body.replace(b",", b".")
     if mark == " " and (b"  " in body or b"\t" in body or b" \n" in body or b"\n " in body):
@@ -162,19 +163,6 @@ def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: 
         cells = [None if (cell := record.get(names[column])) is None else str(cell) for record in records]
         columns[noun] = _typed(noun, cells, layout, np.zeros(len(cells), np.int64))
     return NamedColumns(path=path, columns=columns, lines=np.zeros(len(records), np.int64), header=header)
-
-
-def columns_of_arrow(path: Path, table: pa.Table, nouns: Sequence[str]) -> NamedColumns:
-    """The columns of an Arrow table; raises FileError if several names have one meaning, or one is of no numbers."""
-    header = name_columns(table.column_names, nouns)
-    refuse_doubtful(path, header, None)
-    columns = {}
-    for noun, place in header.columns.items():
-        column = table.column(place)
-        if not (pa.types.is_integer(column.type) or noun not in WORDS):
-            column = column.cast(pa.string())
-        columns[noun] = _from_arrow(noun, column if noun in WORDS else column.cast(pa.float64()))
-    return NamedColumns(path=path, columns=columns, lines=np.zeros(len(table), np.int64), header=header)
 
 
 def decode(path: Path, content: bytes) -> bytes:
