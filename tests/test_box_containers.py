@@ -1,6 +1,7 @@
 """Files of boxes as trackers, detectors and annotation tools write them."""
 
 import json
+import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -163,6 +164,23 @@ def test_ids_of_64_bits_and_texts_are_kept(read: Read, tmp_path: Path, ids: tupl
         read("boxes.csv", head + "".join(f"{n},9.1e18,10,20,20,40\n" for n in FRAMES))
 
 
+def test_numbers_of_boxes_are_no_ids(read: Read) -> None:
+    text = "frame,id,left,top,width,height\n" + "".join(f"{n // 2},{n},10,20,20,40\n" for n in range(12))
+    with pytest.raises(FileError, match="no id occurs in two of 12 boxes"):
+        read("boxes.csv", text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mark", [",", ";", " "])
+def test_a_million_boxes_are_read_fast(tmp_path: Path, mark: str) -> None:
+    path, cells = tmp_path / "boxes.csv", mark.join(("10.25", "20.5", "20.75", "40.5", "0.5"))
+    head = mark.join(("frame", "id", "left", "top", "width", "height", "score"))
+    path.write_text(f"{head}\n" + "".join(f"{n // 20}{mark}{n % 20}{mark}{cells}\n" for n in range(10**6)))
+    begin = time.process_time()
+    assert len(read_boxes(path, 0.001).frame) == 10**6
+    assert time.process_time() - begin < 3.0
+
+
 def labels(folder: Path, cells: Callable[[int, int], str], count: int = 2) -> Path:
     folder.mkdir()
     for n in FRAMES:
@@ -229,7 +247,7 @@ BOX = {"track_id": 5, "xyxy": [10, 20, 30, 60]}
     "value",
     [
         coco(),
-        [{"image_id": n, "category_id": 1, "bbox": [10, 20, 20, 40], "score": 0.5} for n in FRAMES],
+        [{"image_id": n, "id": n, "category_id": 1, "bbox": [10, 20, 20, 40], "score": 0.5} for n in FRAMES],
         {"frames": [{"frame": n, "objects": [BOX]} for n in FRAMES]},
         {f"{n:06d}.jpg": [BOX] for n in FRAMES},
         [{"frame": n, "name": "person", "class": 0, "box": {"x1": 10, "y1": 20, "x2": 30, "y2": 60}} for n in FRAMES],

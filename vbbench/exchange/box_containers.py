@@ -206,7 +206,7 @@ def _records(value: Any, outer: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         for key, part in lists.items():
             yield from _records(part, {**here, "frame": key} if numbered else here)
         if not any(isinstance(part, list) and (not part or key in lists) for key, part in value.items()):
-            yield here
+            yield {key: part for key, part in here.items() if key != "id" or "category_id" not in here}
 
 
 def _are_objects(part: Sequence[Any]) -> bool:

@@ -23,6 +23,8 @@ from vbbench.parsing.rows import first_repetition
 
 FARTHEST = 1e6
 """Largest side or size of a box in px."""
+FEWEST_ALONE = 10
+"""So many boxes of which no two have one id are numbered, not linked."""
 MOST_BACK = 3
 """Times that a clock goes back; a file whose times do so more often is in no order."""
 
@@ -203,6 +205,9 @@ def _tracks(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
         row = int(wrong.argmax())
         shown = "missing here" if loose[row] else f"{ids[row]:.19g}, which is not a whole number from 0 on"
         raise table.table.fault(row, f"the id is {shown}; give every box an id, or none")
+    if len(ids) >= FEWEST_ALONE and len(np.unique(ids)) == len(ids) and len(np.unique(table.frame)) > 1:
+        problem = f"no id occurs in two of {len(ids)} boxes: these are numbers of boxes, not of people"
+        raise FileError(table.path, f"{problem}; leave the column out to have boxes linked")
     if ids.dtype.kind == "f" and ids.max() > 2.0**53:
         row = int(ids.argmax())
         raise table.table.fault(row, f"the id is {ids[row]:g}: digits are lost; write ids without point and exponent")
