@@ -97,6 +97,7 @@ def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
         ("fov = 90", "a field of view and a focal length say the same"),
         ("focal = 700\nvertical_fov = 90", "a field of view and a focal length say the same"),
         ("focal = 1.0e3\nmodel = 'panorama'\nfov = 360", "fov, the field of view, must be 3 to 150 degrees, not 360"),
+        ("cx = 0.5\ncy = 0.5", "are shares of the picture; write px"),
         ("mount_height = 160", r"must be 0\.05 to 100 m, not 160"),
         ("[parameters]\nzoom = 2.0", "camera model 'perspective' has no 'zoom'"),
     ],
@@ -154,6 +155,9 @@ def test_a_picture_of_360_degrees_is_a_cylinder_or_a_sphere(tmp_path):
     for text in (sized.replace("1920", "480"), f"{sized}focal = 1200.0\n", f"{sized}cy = 700\n"):
         path.write_text(f"model = 'panorama'\n{text}")
         assert read_camera(path).notes == ()
+    path.write_text(f"model = 'equirectangular'\n{sized}".replace("1920", "1080"))
+    with pytest.raises(FileError, match=r"write focal .*611.2 if rows were cut off, 343.8 if the picture was scaled"):
+        read_camera(path)
     path.write_text("model = 'panorama'\nwidth = 3840\nmount_height = 1.5\n")
     with pytest.raises(FileError, match="write cy, the row of the horizon in px, or height"):
         read_camera(path)
@@ -164,6 +168,7 @@ def test_a_picture_of_360_degrees_is_a_cylinder_or_a_sphere(tmp_path):
     [
         ("cx = 960\ncy = 540", "the middle of a picture of 1920 x 1080 px, not of 1280 x 720"),
         ("cx = 320\ncy = 180", "the middle of a picture of 640 x 360 px"),
+        ("cx = 360\ncy = 640", "the middle of a picture of 720 x 1280 px"),
         ("cx = 1500\ncy = 360", "cx = 1500 is outside the 1280 columns"),
         ("focal = 300", "the picture spans 130° without"),
         ("cx = 660\ncy = 340", None),

@@ -16,6 +16,8 @@ from vbbench.sequence import Sequence
 
 HUNDREDFOLD = (80.0, 125.0)
 """Ratios of a mount height in cm to the one that fits."""
+SMALLER = 0.92
+"""Largest share of the picture's size that a smaller one, of which boxes may be, is recognised at."""
 SHORTEST, SEATED = 0.9, 1.5
 """Mean heights in m between which people sit or are children, if the camera file is right."""
 SCALE_DOUBT, TILT_DOUBT = 0.1, 0.02
@@ -185,22 +187,24 @@ def _causes_of_scale(report: Report, ratio: float) -> str:
 def _causes_of_tilt(report: Report, cues: Cues, camera: Camera, sequence: Sequence) -> str:
     """Why the camera seems to look higher or lower."""
     pitch = report.pitch + cues.tilt
-    if abs(report.pitch) > 5.0 * TILT_DOUBT and abs(np.radians(report.pitch) - pitch) < TILT_DOUBT + cues.tilt_std:
-        return f"pitch = {report.pitch:g} is in degrees; write {np.radians(report.pitch):.3f} rad"
+    degrees = (
+        abs(report.pitch) > 5.0 * TILT_DOUBT and abs(np.radians(report.pitch) - pitch) < TILT_DOUBT + cues.tilt_std
+    )
     smaller = _smaller_picture(cues.tilt, camera, sequence)
     first = "" if smaller is None else f"are the boxes of a picture of {smaller}? Else "
-    return f"{first}try pitch = {pitch:.3f}, or check cy{' and the focal length' if report.pitch else ''}"
+    asked = f" (is {report.pitch:g} in degrees?)" if degrees else ""
+    return f"{first}try pitch = {pitch:.3f}{asked}, or check cy{' and the focal length' if report.pitch else ''}"
 
 
 def _smaller_picture(tilt: float, camera: Camera, sequence: Sequence) -> str | None:
     """The size of which boxes may be, if their horizon and all of their columns and rows lie at one share of it."""
     if camera.intrinsics is None or camera.period is not None:
         return None
-    u, v, length = np.moveaxis(sequence.observations[sequence.observed], -1, 0)
+    u, v, _ = np.moveaxis(sequence.observations[sequence.observed], -1, 0)
     (width, height), row = camera.picture_size, camera.intrinsics[1, 2]
     share = 1.0 + np.tan(tilt) * camera.intrinsics[1, 1] / row
-    reach = max(float(u.max()) / width, float((v + 0.5 * length).max()) / height)
-    if not 0.2 < share < 1.0 - SCALE_DOUBT or reach > share + 0.02:
+    reach = max(float(u.max()) / width, float(v.max()) / height)
+    if not 0.2 < share < SMALLER or reach > share + 0.02:
         return None
     return f"{share * width:.0f} x {share * height:.0f} px"
 

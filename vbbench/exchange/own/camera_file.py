@@ -139,6 +139,8 @@ class CameraFile:
             raise ValueError(f"fov gives the focal length of a lens that bends nothing; of {kind} write focal in px")
         if self.distortion is not None and self.model != "perspective":
             raise ValueError(f"[distortion] is for model 'perspective'; the model is '{self.model}'")
+        if self.cx is not None and self.cy is not None and 0.0 < self.cx <= 1.0 and 0.0 < self.cy <= 1.0:
+            raise ValueError(f"cx = {self.cx:g} and cy = {self.cy:g} are shares of the picture; write px")
         for name, size, lines in (("cx", self.width, "columns"), ("cy", self.height, "rows")):
             point = getattr(self, name)
             if point is not None and size is not None and abs(point - 0.5 * size) > FARTHEST_CENTRE * size:
@@ -268,7 +270,8 @@ def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str
             notes.append(f"{name} = {at:g} is outside the {length} {lines} of the picture ({path.name}); is it cut?")
     if facts.model == "perspective" and facts.height is not None:
         across, down = given["cx"] / facts.width, given["cy"] / facts.height
-        if abs(across - 0.5) > OTHER_SIZE and abs(across - down) < 0.1 * across:
+        turned = abs(2.0 * given["cx"] / facts.height - 1.0) + abs(2.0 * given["cy"] / facts.width - 1.0) < OTHER_SIZE
+        if abs(across - 0.5) > OTHER_SIZE and (turned or abs(across - down) < 0.1 * across):
             whole = f"{2 * given['cx']:.0f} x {2 * given['cy']:.0f} px"
             notes.append(
                 f"cx and cy are the middle of a picture of {whole}, not of {facts.width} x {facts.height} "
@@ -346,6 +349,12 @@ def _other(path: Path, facts: CameraFile) -> dict[str, Any]:
     if facts.model in ("panorama", "equirectangular"):
         if facts.cy is None and facts.height is None:
             raise FileError(path, "camera: write cy, the row of the horizon in px, or height, if it is in the middle")
+        sphere = facts.model == "panorama" or abs((facts.height or 0) / facts.width - 0.5) < 0.01
+        if facts.focal is None and not sphere:
+            problem = "is no whole sphere, which has 2 : 1; write focal in px per rad of a column"
+            cut, scaled = facts.width / (2.0 * np.pi), (facts.height or 0) / np.pi
+            known = f"{cut:.1f} if rows were cut off, {scaled:.1f} if the picture was scaled"
+            raise FileError(path, f"camera: a picture of {facts.width} x {facts.height} px {problem} ({known}), and cy")
         given["focal"] = facts.width / (2.0 * np.pi) if facts.focal is None else facts.focal
         given["cy"] = 0.5 * (facts.height or 0) if facts.cy is None else facts.cy
     if facts.model != "panorama":
