@@ -17,7 +17,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
 from vbbench_renderers.onnx_header import read_onnx_header
-from vbbench_renderers.yolo import letterboxed
+from vbbench_renderers.yolo import letterboxed, parts_of
 from vbbench_renderers.yolo_layouts import RT_DETR, YOLO5, YOLO8, YOLOX, read_rows
 
 BOXES = np.array([[20.0, 30.0, 8.0, 20.0], [44.0, 32.0, 10.0, 24.0], [44.5, 32.0, 10.0, 24.0]])
@@ -80,7 +80,7 @@ def picture(width, height, colour=(255, 0, 0)):
 
 
 @pytest.mark.parametrize("output", [version8(), version5()], ids=["YOLOv8", "YOLOv5"])
-@pytest.mark.parametrize(("width", "height"), [(640, 360), (100, 400), (64, 64), (30, 20)])
+@pytest.mark.parametrize(("width", "height"), [(640, 480), (300, 400), (64, 64), (30, 20)])
 def test_boxes_are_those_of_the_network_in_px_of_the_picture(tmp_path, runtime, output, width, height):
     found = make_detector("yolo", write_network(tmp_path / "net.onnx", output)).detect(picture(width, height))
     scale = 64 / max(width, height)
@@ -97,9 +97,9 @@ def test_pictures_are_rgb_from_0_to_1_in_grey_margins(tmp_path):
     slope[0, 4, 0], slope[0, 4, 1], slope[0, 4, 2] = np.eye(3)
     boxes = np.array([[10.0, 30, 8, 20], [30.0, 30, 8, 20], [50.0, 30, 8, 20]])
     net = write_network(tmp_path / "net.onnx", version8(scores=np.zeros(3), boxes=boxes), slope)
-    found = make_detector(str(net)).detect(picture(64, 32, (200, 100, 60)))
+    found = make_detector(str(net)).detect(picture(64, 48, (200, 100, 60)))
     by_place = found.scores[np.argsort(found.boxes[:, 0])]
-    np.testing.assert_allclose(by_place, (np.array([200, 100, 60]) + 114) / 510, atol=2e-3)
+    np.testing.assert_allclose(by_place, (3 * np.array([200, 100, 60]) + 114) / 1020, atol=2e-3)
 
 
 def test_the_class_of_people_is_found_by_its_name(tmp_path):
@@ -118,9 +118,35 @@ def test_a_network_of_any_size_gets_640_px_and_its_header_is_read(tmp_path):
 
 def test_a_panorama_is_continued_beyond_its_seam(tmp_path):
     net = write_network(tmp_path / "net.onnx", version8(boxes=np.array([[60.0, 32, 8, 20], [5.14, 32, 8, 20]])))
-    found = make_detector(str(net)).detect(picture(600, 100), period=600.0)
+    found = make_detector(str(net)).detect(picture(120, 100), period=120.0)
     assert len(found.boxes) == 1  # both are the same place, a turn apart
-    assert found.boxes[0, 0] + 0.5 * found.boxes[0, 2] == pytest.approx(60 * 700 / 64)
+    assert found.boxes[0, 0] + 0.5 * found.boxes[0, 2] == pytest.approx(60 * 140 / 64)
+
+
+def test_a_picture_of_another_shape_is_looked_at_in_parts_as_well(tmp_path):
+    """Each part has two boxes, one of them at its left end; scores grow with what is red."""
+    slope = np.zeros((*version8().shape, 3))
+    slope[0, 4, :2] = 0.5, -0.5, 0.0
+    boxes = np.array([[5.0, 30.0, 8.0, 20.0], [40.0, 30.0, 8.0, 20.0]])
+    net = write_network(tmp_path / "net.onnx", version8(scores=np.zeros(2), boxes=boxes), slope)
+    shown = picture(160, 64, (0, 0, 0))
+    shown[:, 112:] = 255, 0, 0
+    found = make_detector(str(net)).detect(shown)
+    np.testing.assert_allclose(found.boxes, [[96 + 36, 20, 8, 20]], atol=1e-4)
+    assert found.scores == pytest.approx(0.375)
+
+
+@pytest.mark.parametrize(
+    ("picture", "size", "parts"),
+    [
+        ((640, 480), (64, 64), []),
+        ((1280, 720), (416, 416), [[0, 0, 720, 720], [560, 0, 1280, 720]]),
+        ((1280, 720), (640, 384), []),
+        ((50, 100), (64, 64), [[0, 0, 50, 50], [0, 25, 50, 75], [0, 50, 50, 100]]),
+    ],
+)
+def test_parts_have_the_shape_of_the_network_and_overlap(picture, size, parts):
+    assert parts_of(*picture, size).tolist() == [[0, 0, *picture], *parts]
 
 
 def test_letterbox_keeps_the_shape_of_the_picture():
@@ -192,28 +218,28 @@ def test_boxes_of_rt_detr_are_shares_of_a_stretched_picture(tmp_path, runtime):
     output = np.zeros((1, 20, 6))
     output[0, 0] = 0.5, 0.25, 0.1, 0.3, 0.8, 0.1
     net = write_network(tmp_path / "net.onnx", output, names={0: "person", 1: "car"})
-    np.testing.assert_allclose(make_detector(str(net)).detect(picture(200, 100)).boxes, [[90, 10, 20, 30]], rtol=1e-5)
+    np.testing.assert_allclose(make_detector(str(net)).detect(picture(140, 100)).boxes, [[63, 10, 14, 30]], rtol=1e-5)
 
 
 @pytest.mark.extra("onnxruntime")
 def test_d_fine_and_rf_detr_are_known_by_the_names_of_their_outputs(tmp_path):
     output = {"labels": np.array([[0, 3, 0]]), "boxes": corners()[None], "scores": SCORES[None]}
     net = write_network(tmp_path / "a.onnx", output, more_inputs=["orig_target_sizes"])
-    found = make_detector(str(net)).detect(picture(128, 64))
-    np.testing.assert_allclose(found.boxes[:, 2:], BOXES[[0, 2], 2:] * [2, 1], rtol=1e-5)
+    found = make_detector(str(net)).detect(picture(80, 64))
+    np.testing.assert_allclose(found.boxes[:, 2:], BOXES[[0, 2], 2:] * [1.25, 1], rtol=1e-5)
     logits = np.full((1, 3, 91), -9.0)
     logits[0, :2, 1] = 2.0, 1.0
     net = write_network(tmp_path / "b.onnx", {"dets": BOXES[None] / 64, "labels": logits})
-    found = make_detector(str(net)).detect(picture(128, 64))
-    np.testing.assert_allclose(found.boxes[:, 2:], BOXES[:2, 2:] * [2, 1], rtol=1e-5)
+    found = make_detector(str(net)).detect(picture(80, 64))
+    np.testing.assert_allclose(found.boxes[:, 2:], BOXES[:2, 2:] * [1.25, 1], rtol=1e-5)
     np.testing.assert_allclose(found.scores, 1 / (1 + np.exp([-2.0, -1.0])), rtol=1e-5)
 
 
 @pytest.mark.parametrize("shape", [(-1, 3, 64, 64), ("batch", 3, "height", "width")])
 def test_axes_that_may_be_anything_are_one_picture_of_the_size_in_the_metadata(tmp_path, runtime, shape):
-    net = write_network(tmp_path / "net.onnx", version8(), shape=shape, metadata={"imgsz": "[64, 128]"})
-    found = make_detector(str(net)).detect(picture(128, 64))
-    np.testing.assert_allclose(found.boxes[:, 2:] / BOXES[:2, 2:], 2.0 if shape[0] == -1 else 1.0, rtol=1e-5)
+    net = write_network(tmp_path / "net.onnx", version8(), shape=shape, metadata={"imgsz": "[64, 80]"})
+    found = make_detector(str(net)).detect(picture(80, 64))
+    np.testing.assert_allclose(found.boxes[:, 2:] / BOXES[:2, 2:], 1.25 if shape[0] == -1 else 1.0, rtol=1e-5)
 
 
 @pytest.mark.extra("onnxruntime")

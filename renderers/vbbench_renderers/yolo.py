@@ -10,7 +10,7 @@ import vbbench_renderers.required  # noqa: F401 (says what to install)
 from vbbench.boxes import suppress
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import Detections
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_renderers.onnx_header import OnnxHeader, read_onnx_header
 from vbbench_renderers.onnx_network import open_network
 from vbbench_renderers.yolo_layouts import LEAST_SCORE, Layout, Size, read_rows, recognise, rows_of
@@ -21,6 +21,12 @@ SAME = 0.6
 """Of two boxes that overlap by more than this (intersection over union), only the better is kept."""
 MOST_BOXES = 1000
 """Of a picture, before boxes about the same person are removed."""
+ELONGATED = 1.5
+"""Pictures that are longer than this, in units of the network's shape, are looked at in parts as well."""
+OVERLAP = 0.2
+"""Share of a part that the next one shows, too."""
+CUT = 2.0
+"""px of the network: boxes of a part that come so near to an end of it are cut off there, and not used."""
 GREY = 114
 """Of the margins of a picture whose shape is not the network's: what such networks are trained with."""
 PEOPLE = ("person", "pedestrian", "people")
@@ -73,14 +79,43 @@ class YoloDetector:
         """See `vbbench.exchange.detection.Detector`; a panorama is continued beyond its seam."""
         if period is not None:
             rgb = np.concatenate([rgb, rgb[:, : rgb.shape[1] // 6]], axis=1)
-        picture, letterbox = letterboxed(rgb, self._size, self._layout)
+        found = [self._detect_in(rgb, part) for part in parts_of(rgb.shape[1], rgb.shape[0], self._size)]
+        boxes, scores = (np.concatenate(one) for one in zip(*found, strict=True))
+        kept = suppress(boxes, scores, SAME, period)
+        return Detections(boxes=boxes[kept], scores=scores[kept])
+
+    def _detect_in(self, rgb: NDArray[np.uint8], part: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Boxes [N, 4] (left, top, width, height) in px of the picture, and scores [N], of people in a part of it."""
+        (left, top), (right, bottom) = part[:2], part[2:]
+        picture, letterbox = letterboxed(rgb[top:bottom, left:right], self._size, self._layout)
         rows = rows_of(self._path, self._network.run(_numbers(picture, self._layout)))
         boxes, scores = read_rows(self._path, rows, self._layout, self._size, self._person)
         likely = np.argsort(-scores, kind="stable")[:MOST_BOXES]
         likely = likely[(scores[likely] >= LEAST_SCORE) & (boxes[likely, 2:] > 0.0).all(axis=1)]
-        boxes, scores = letterbox.to_picture(boxes[likely]), scores[likely]
-        kept = suppress(boxes, scores, SAME, period)
-        return Detections(boxes=boxes[kept], scores=scores[kept])
+        boxes = letterbox.to_picture(boxes[likely]) + np.array([left, top, 0, 0])
+        ends = np.column_stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]])
+        inner = part != [0, 0, rgb.shape[1], rgb.shape[0]]
+        cut = (inner & ((ends - part) * [1, 1, -1, -1] < CUT / min(letterbox.scale))).any(axis=1)
+        return boxes[~cut], scores[likely][~cut]
+
+
+def parts_of(width: int, height: int, size: Size) -> IntArray:
+    """The parts [N, 4] (left, top, right, bottom) of a picture in px in which people are looked for.
+
+    The first is the whole. A picture of another shape than the network's would be small in it: parts of the network's
+    shape, which overlap, are looked at as well.
+    """
+    along = int(height * size[0] < width * size[1])  # 1 if it is wider than the network's, else higher
+    longer = width if along else height
+    side = round(height * size[0] / size[1] if along else width * size[1] / size[0])
+    count = 0 if longer <= ELONGATED * side else int(np.ceil((longer / side - OVERLAP) / (1.0 - OVERLAP)))
+    starts = np.linspace(0, longer - side, count).round().astype(np.int64)
+    zeros = np.zeros_like(starts)
+    if along:
+        parts = np.column_stack([starts, zeros, starts + side, zeros + height])
+    else:
+        parts = np.column_stack([zeros, starts, zeros + width, starts + side])
+    return np.concatenate([[[0, 0, width, height]], parts])
 
 
 def letterboxed(rgb: NDArray[np.uint8], size: Size, layout: Layout) -> tuple[NDArray[np.uint8], Letterbox]:

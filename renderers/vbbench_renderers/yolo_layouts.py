@@ -168,7 +168,7 @@ def _is_suppressed(rows: FloatArray, header: OnnxHeader, dense: bool) -> bool:
     if rows.shape[1] < 6 or (not named and (dense or rows.shape[1] not in SUPPRESSED_COLUMNS)):
         return False
     numbers = rows[:, 5]
-    return bool((numbers == np.round(numbers)).all() and (rows[:, 2:4] >= rows[:, :2]).all())
+    return bool(((numbers == np.round(numbers)) & (numbers >= 0.0)).all())
 
 
 def _grids(size: Size) -> dict[int, int]:

@@ -72,7 +72,7 @@ NOBODY = "do they show people? docs/films.md says which networks are read, and h
 TALL = 100.0
 """Height in px from which boxes are counted separately: what detectors of people are made for."""
 
-SURE = 0.4
+SURE = 0.5
 """Score from which detections are counted separately: below it detectors report many false alarms, for trackers."""
 
 
