@@ -19,6 +19,7 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from filelock import lock_descriptor
 from numba import njit
 from numba.core import event
 from numba.core.caching import IndexDataCacheFile
@@ -27,7 +28,7 @@ from numba.core.compiler_lock import global_compiler_lock
 from vbbench.inner_kernels import leave_inner_kernels_unfinished
 from vbbench.kernel_sources import fingerprint
 
-try:
+try:  # for a lock of the terminal, which filelock does not have
     import fcntl
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
@@ -115,11 +116,11 @@ def _alone(folder: Path, function: Callable[..., Any]) -> Iterator[None]:
     """Keep other processes from compiling a function, if there are locks and the folder is writable."""
     path = folder / f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}.lock"
     handle = None
-    if fcntl is not None and path not in _held:
+    if path not in _held:
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
             handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-            fcntl.flock(handle, fcntl.LOCK_EX)
+            lock_descriptor(handle)
     if handle is None:
         yield
         return

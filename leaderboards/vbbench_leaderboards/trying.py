@@ -101,7 +101,7 @@ def parse_board(key: str) -> Board:
     """The published board of a key ``SPLIT/PROTOCOL-TIER``; raises UnknownNameError, which suggests the nearest."""
     found = re.fullmatch(rf"([\w.+-]+)/({'|'.join(PROTOCOLS)})-([\w.+-]+)", key)
     if found is None or not (published_results() / key).is_dir():
-        known = [str(path.relative_to(published_results())) for path in published_results().glob("*/*/")]
+        known = [path.relative_to(published_results()).as_posix() for path in published_results().glob("*/*/")]
         raise UnknownNameError("published board", key, known)
     split, protocol, tier = found.groups()
     return Board(split=split, protocol=protocol, tier=tier)

@@ -1,7 +1,6 @@
 """Locks: one command at a time writes into a folder. The kernel releases a lock when its process ends in any way."""
 
 import errno
-import fcntl
 import json
 import os
 import socket
@@ -11,14 +10,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
+
+from filelock import lock_descriptor
 
 from vbbench.errors import VbbenchError, VbbenchWarning, one_line, plain_errors
 
 LOCK = ".vbbench-lock"
-"""File in a folder that a command writes into: locked with ``flock``, and describing that command."""
+"""File in a folder that a command writes into: locked by the kernel, and describing that command."""
 
-_BUSY = {errno.EWOULDBLOCK, errno.EACCES}
+HOLDS_OPEN_FILES = os.name == "nt"
+"""Whether the system neither renames nor removes a file that is open, nor shows others the part that is locked."""
+
+NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
+"""Flag of `os.open` that refuses links, where the system has it."""
+
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP}
 _LONGEST = 200
 """Characters of a command line that are kept."""
@@ -59,14 +65,18 @@ def locked(folder: Path | str, out: Path | str | None = None) -> Iterator[None]:
 
 
 def lock_file(handle: int) -> bool:
-    """Lock an open file; whether it was free. Raises OSError if its file system has no locks."""
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        if error.errno in _BUSY:
-            return False
-        raise
-    return True
+    """Lock an open file that others may read and write; whether it was free.
+
+    A system that holds open files keeps others from what is locked, so nothing is locked there: it refuses to remove
+    the file while it is open. Raises OSError if the file system has no locks.
+    """
+    return HOLDS_OPEN_FILES or lock_descriptor(handle, blocking=False)
+
+
+def close_early(file: IO[Any]) -> None:
+    """Close a file before it is renamed or removed, where the system asks for it; elsewhere its lock goes on."""
+    if HOLDS_OPEN_FILES:
+        file.close()
 
 
 def is_file_at(handle: int, path: Path) -> bool:
@@ -86,7 +96,7 @@ def _acquire(path: Path, out: Path) -> int:
             if not path.parent.is_dir() and os.path.lexists(path.parent):
                 raise
         try:
-            handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+            handle = os.open(path, os.O_RDWR | os.O_CREAT | NO_LINKS, 0o666)
         except FileNotFoundError:
             continue  # its holder has just removed the folder
         try:
@@ -103,11 +113,14 @@ def _acquire(path: Path, out: Path) -> int:
 
 
 def _release(handle: int, path: Path) -> None:
-    """Remove the lock's file before it is unlocked: a process that waited for it sees that, and creates a new one."""
-    with suppress(OSError):
+    """Remove the lock's file before it is unlocked: a process that waited for it sees that, and creates a new one.
+
+    Where open files cannot be removed, another process that has it open keeps it.
+    """
+    with os.fdopen(handle, "rb+") as file, suppress(OSError):
         if is_file_at(handle, path):
+            close_early(file)
             path.unlink()
-    os.close(handle)
 
 
 def _claim(handle: int, path: Path, out: Path) -> None:
@@ -124,12 +137,13 @@ def _claim(handle: int, path: Path, out: Path) -> None:
     since = datetime.now().astimezone().isoformat(" ", "seconds")
     owner = {"host": socket.gethostname(), "process": os.getpid(), "since": since, "command": command}
     os.ftruncate(handle, 0)
-    os.pwrite(handle, json.dumps(owner).encode(), 0)
+    os.lseek(handle, 0, os.SEEK_SET)
+    os.write(handle, b" " + json.dumps(owner).encode())
 
 
 def _is_free(handle: int, out: Path) -> bool:
     try:
-        return lock_file(handle)
+        return lock_descriptor(handle, blocking=False)
     except OSError as error:
         if error.errno not in _NO_LOCKS:
             raise
@@ -140,8 +154,14 @@ def _is_free(handle: int, out: Path) -> bool:
 
 def _read(handle: int) -> dict[str, Any]:
     """What the holder wrote; empty if it was stopped before that."""
+    text = b""
+    for start in (0, 1):  # where others are kept from what is locked, that is the first byte
+        with suppress(PermissionError):
+            os.lseek(handle, start, os.SEEK_SET)
+            text = os.read(handle, 1 << 16)
+            break
     try:
-        values = json.loads(os.pread(handle, 1 << 16, 0))
+        values = json.loads(text)
     except ValueError:
         return {}
     return values if isinstance(values, dict) else {}

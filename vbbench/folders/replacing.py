@@ -11,7 +11,7 @@ from functools import cache
 from pathlib import Path
 
 from vbbench.errors import FileError, plain_errors
-from vbbench.folders.locks import LOCK, is_file_at, lock_file
+from vbbench.folders.locks import LOCK, NO_LINKS, close_early, is_file_at, lock_file
 
 _NAME = re.compile(r"\..*\.vbbench-[0-9a-f]{8}(\.\w+)?", re.DOTALL)
 _LONGEST = 48
@@ -45,14 +45,16 @@ def replacing(path: Path | str, suffix: str = "") -> Iterator[Path]:
         target.parent.mkdir(parents=True, exist_ok=True)
         _remove_stale(target.parent)
         temporary, handle = _new_file(target, suffix)
-    try:
-        with plain_errors(path, temporary):
-            yield temporary
-            os.fsync(handle)
-            temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
-        os.close(handle)
+    with os.fdopen(handle, "rb+") as file:
+        try:
+            with plain_errors(path, temporary):
+                yield temporary
+                os.fsync(handle)
+                close_early(file)
+                temporary.replace(target)
+        finally:
+            close_early(file)
+            temporary.unlink(missing_ok=True)
 
 
 def write_to_stream(path: Path, data: bytes) -> bool:
@@ -111,12 +113,10 @@ def _remove_stale(folder: Path) -> None:
 
 
 def _remove_if_stale(path: Path) -> None:
-    handle = os.open(path, os.O_RDWR | os.O_NOFOLLOW)
-    try:
-        if lock_file(handle) and is_file_at(handle, path):
+    with os.fdopen(os.open(path, os.O_RDWR | NO_LINKS), "rb+") as file:
+        if lock_file(file.fileno()) and is_file_at(file.fileno(), path):
+            close_early(file)
             path.unlink()
-    finally:
-        os.close(handle)
 
 
 def write_text_atomically(path: Path, text: str) -> None:

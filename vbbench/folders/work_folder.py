@@ -23,7 +23,7 @@ from typing import Self
 
 from vbbench import __version__
 from vbbench.errors import VbbenchError, plain_errors
-from vbbench.folders.locks import LOCK, locked
+from vbbench.folders.locks import HOLDS_OPEN_FILES, LOCK, locked
 from vbbench.folders.replacing import is_temporary, is_unused, write_text_atomically
 from vbbench.folders.swapping import MARK, NEW, NEW_TRUTH, WORK, beside, go_on, is_decided, is_done, real, swap
 
@@ -113,6 +113,8 @@ class WorkFolder:
     def _leave(self) -> None:
         """Remove what is no longer needed, and release the lock."""
         has_parts = any(self.parts.glob("*.arrows")) or any((self.new / PARTITIONED).glob("part-*"))
+        if HOLDS_OPEN_FILES:  # nor does it rename a folder with one
+            self._lock.close()
         if self._placed:
             self._retire()
         elif not (is_decided(self._work) or has_parts):

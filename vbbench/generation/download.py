@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from vbbench.files.tables import file_sha256
-from vbbench.folders.locks import BusyError, is_file_at, lock_file
+from vbbench.folders.locks import BusyError, close_early, is_file_at, lock_file
 
 PARTIAL = ".partial"
 """Ending of the name of an incomplete file."""
@@ -48,9 +48,11 @@ class ResumingDownload:
                     raise ValueError(f"its SHA-256 is not {self.sha256}")
             except BaseException as error:
                 if isinstance(error, ValueError) or not self.partial.stat().st_size:
+                    close_early(file)
                     self.partial.unlink()
                 raise
             os.fsync(file.fileno())
+            close_early(file)
             self.partial.replace(self.target)
 
     def _continue(self, url: str) -> None:

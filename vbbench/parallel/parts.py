@@ -28,7 +28,7 @@ import pyarrow as pa
 from vbbench.errors import VbbenchError, plain_errors
 from vbbench.files.sequence_tables import Ranges
 from vbbench.files.tables import OPTIONAL, TableWriter, table_schema, with_columns
-from vbbench.parallel.stopping import REASONS, end_with_parent
+from vbbench.parallel.stopping import HAS_SIGNALS, REASONS, end_with_parent
 
 if TYPE_CHECKING:
     from tqdm import tqdm
@@ -261,6 +261,9 @@ def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], 
 @contextmanager
 def _apart_from_the_terminal() -> Iterator[None]:
     """Start processes that leave the terminal's signals to this one, and clean up after it silently."""
+    if not HAS_SIGNALS:
+        yield
+        return
     kept = os.environ.get("PYTHONWARNINGS")
     quiet = "ignore:resource_tracker:UserWarning"  # of what a process that was killed could not remove itself
     before = signal.pthread_sigmask(signal.SIG_BLOCK, REASONS)
@@ -279,6 +282,7 @@ def _apart_from_the_terminal() -> Iterator[None]:
 
 def _start_worker(parent: int) -> None:
     end_with_parent(parent)
-    for number in (signal.SIGINT, signal.SIGHUP):
+    for number in REASONS.keys() - {signal.SIGTERM}:
         signal.signal(number, signal.SIG_IGN)
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, REASONS)
+    if HAS_SIGNALS:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, REASONS)

@@ -3,7 +3,7 @@
 A signal wakes a thread, which prints the line, silences stderr and ends all processes below this one, whatever the main
 thread is doing. The main thread gets a `KeyboardInterrupt`, so that it leaves files and locks in order. If it has not
 ended after `GRACE` seconds (a compiler, a library that waits), the process ends without that, as in a power cut, and
-the next run continues from there.
+the next run continues from there. On Windows, which has no such signals, Ctrl-C raises a `KeyboardInterrupt` alone.
 """
 
 import os
@@ -23,8 +23,15 @@ GRACE = 1.0
 ORPHAN_CHECK = 0.5
 """Seconds between a worker's checks that its parent still runs."""
 
-REASONS = {signal.SIGINT: "stopped", signal.SIGTERM: "stopped by SIGTERM", signal.SIGHUP: "stopped by SIGHUP"}
+HAS_SIGNALS = hasattr(signal, "SIGHUP")
+"""Whether the system sends signals that a thread can wait for; Windows does not."""
+
+REASONS = {signal.SIGINT: "stopped", signal.SIGTERM: "stopped by SIGTERM"}
 """The signals that stop a command, and the message for each."""
+
+_KILL = signal.SIGTERM  # ends a process at once on Windows
+if HAS_SIGNALS:
+    REASONS[signal.SIGHUP], _KILL = "stopped by SIGHUP", signal.SIGKILL
 
 _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
@@ -34,6 +41,8 @@ def stoppable(run: Callable[[], int]) -> int:
 
     A signal that is ignored (`nohup`, a job in the background of a script) stays ignored.
     """
+    if not HAS_SIGNALS:
+        return _until_interrupted(run)
     stop = _Stop()
     if sys.platform == "linux":
         _prctl(_PR_SET_CHILD_SUBREAPER, 1)  # adopts what a worker starts while it is ended, so that it can be found
@@ -44,6 +53,15 @@ def stoppable(run: Callable[[], int]) -> int:
         if stop.status is not None:
             end_descendants()
             os._exit(stop.status)
+
+
+def _until_interrupted(run: Callable[[], int]) -> int:
+    """Run a command until it ends or Ctrl-C stops it."""
+    try:
+        return run()
+    except KeyboardInterrupt:
+        _say_last(signal.SIGINT)
+        return 128 + signal.SIGINT
 
 
 class _Stop:
@@ -73,7 +91,7 @@ class _Stop:
         self.status = 128 + number
         threading.Timer(GRACE, self._end).start()
         try:
-            _say_last(f"vbbench: {REASONS[signal.Signals(number)]}; run the same command again to continue\n")
+            _say_last(signal.Signals(number))
             end_descendants()
         finally:
             self._announced.set()
@@ -91,10 +109,11 @@ class _Stop:
         raise KeyboardInterrupt
 
 
-def _say_last(line: str) -> None:
-    """Print a line on stderr, then close it: errors of libraries while they shut down are of no use."""
+def _say_last(reason: signal.Signals) -> None:
+    """Say on stderr what stops the command, then close it: errors of libraries while they shut down are of no use."""
     if sys.__stderr__ is None:
         return
+    line = f"vbbench: {REASONS[reason]}; run the same command again to continue\n"
     with suppress(OSError):  # the terminal may be gone
         os.write(2, ("\n" if os.isatty(2) else "").encode() + line.encode())
     with suppress(OSError):
@@ -138,11 +157,11 @@ def end_with_parent(parent: int) -> None:
     the parent gave: it may have ended already.
     """
     if sys.platform == "linux":
-        _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        _prctl(_PR_SET_PDEATHSIG, _KILL)
     threading.Thread(target=_end_when_orphaned, args=(parent,), daemon=True).start()
 
 
 def _end_when_orphaned(parent: int) -> None:
     while os.getppid() == parent:
         sleep(ORPHAN_CHECK)
-    os.kill(os.getpid(), signal.SIGKILL)
+    os.kill(os.getpid(), _KILL)

@@ -12,6 +12,7 @@ from vbbench.errors import FileError, SubmissionError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.tables import file_sha256
+from vbbench.folders.locks import NO_LINKS
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.geometry import wrap_angle
 from vbbench.scoring.answers import OR_HOLD, CheckedSubmission
@@ -45,7 +46,7 @@ def copied(submission: Path, place: Path) -> Iterator[WorkFolder]:
 
 def _copy(path: Path, copy: Path) -> None:
     try:
-        handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        handle = os.open(path, os.O_RDONLY | NO_LINKS | getattr(os, "O_NONBLOCK", 0))
     except OSError as error:
         raise FileError(path, "is a link or cannot be read; hand in the file itself") from error
     with os.fdopen(handle, "rb") as source:

@@ -64,7 +64,7 @@ def _take_stdout() -> IO[bytes]:
 
 
 def _confine(facts: dict[str, Any]) -> None:
-    if os.name == "posix":
+    with suppress(ImportError):  # Windows
         import resource
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

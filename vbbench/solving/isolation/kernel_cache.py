@@ -92,4 +92,5 @@ def link_caches(py_file: str, folder: str) -> None:
         for path in source.glob(f"{Path(py_file).stem}.*.nb[ic]"):
             link = Path(folder, path.name)
             if not link.is_symlink() and not link.exists():
-                link.symlink_to(path)
+                with suppress(OSError):  # Windows has links for administrators alone: the function is compiled again
+                    link.symlink_to(path)

@@ -82,7 +82,7 @@ class Child:
     def end(self) -> None:
         """Kill the process and the rest of its process group."""
         with suppress(OSError):
-            if os.name == "posix":
+            if hasattr(os, "killpg"):
                 os.killpg(self._process.pid, signal.SIGKILL)
             self._process.kill()
         self._process.wait()
