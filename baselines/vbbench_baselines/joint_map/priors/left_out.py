@@ -14,8 +14,9 @@ from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.joint_map.prior import Prior, get_prior
 
-_ON_ETH: Mapping[str, str] = {**FITTED, "trained_on": "ETH"}
-_ON_HOTEL: Mapping[str, str] = {**FITTED, "trained_on": "Hotel"}
+_APART = ", by the variant that never saw the recording of the board"
+_ON_ETH: Mapping[str, str] = {**FITTED, "trained_on": f"ETH{_APART}"}
+_ON_HOTEL: Mapping[str, str] = {**FITTED, "trained_on": f"Hotel{_APART}"}
 _without_hotel, _without_eth = (partial(get_prior, f"without-{name}") for name in ("hotel", "eth"))
 
 
