@@ -1,20 +1,19 @@
 """What JRDB's robot measured of its own motion, from its rosbag: the speeds of its wheels, and its gyro."""
 
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vbbench.errors import FileError, VbbenchError, needs_extra
+from vbbench.errors import FileError
+from vbbench.exchange.bags import IMU, ODOMETRY, open_bag, yaw_of
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench_generators.footage.odometry_filter import Readings
 
 WHEELS = ("segway/feedback/wheel_odometry", "segway/odometry/local_filtered")
 """Topics of nav_msgs/Odometry, the better one first; names may begin with a slash."""
 
-_ODOMETRY, _IMU = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Imu"
 _LONGEST_GAP = 1.0
 _NOTHING = 1e-9
 _FASTEST = 30.0
@@ -75,52 +74,25 @@ class _Topic:
 
 
 def _messages(path: Path) -> tuple[_Topic, _Topic]:
-    """The messages of the wheels and of the fullest IMU topic."""
-    with needs_extra("robot", "reading a robot's motion (--bags)"):
-        from rosbags.rosbag1 import Reader
-        from rosbags.typesys import Stores, get_typestore
-    types = get_typestore(Stores.ROS1_NOETIC)
-    try:
-        with Reader(path) as bag:
-            if not bag.message_count:
-                raise FileError(path, "is an empty bag: it holds no message")
-            wheels, imu = _find(bag.connections)
-            found = {name: _Topic(name, [], [], []) for name in (wheels, imu) if name is not None}
-            read = [one for one in bag.connections if one.topic.strip("/") in found]
-            for connection, recorded, raw in bag.messages(connections=read) if read else ():
-                message = types.deserialize_ros1(raw, connection.msgtype)
-                topic, stamp = found[connection.topic.strip("/")], message.header.stamp
-                topic.stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
-                topic.recorded.append(1e-9 * recorded)
-                topic.rows.append(_odometry(message) if topic.name == wheels else _imu(message))
-    except VbbenchError:
-        raise
-    except Exception as error:  # whatever rosbags raises on damaged bytes
-        raise FileError(path, f"is no whole ROS 1 bag: {error}") from error
-    nothing = _Topic("", [], [], [])
-    return found.get(wheels or "", nothing), found.get(imu or "", nothing)
-
-
-def _find(connections: Any) -> tuple[str | None, str | None]:
-    """The topic of the wheels, and that of the IMU with the most messages; ``None`` where there is none.
-
-    A topic has one connection for each program that wrote it, and two if its driver was started again.
-    """
-    counts: dict[str, Counter[str]] = {_ODOMETRY: Counter(), _IMU: Counter()}
-    for one in connections:
-        if one.msgtype in counts:
-            counts[one.msgtype][one.topic.strip("/")] += int(one.msgcount)
-    wheels = next((name for name in WHEELS if counts[_ODOMETRY][name]), None)
-    return wheels, next((name for name, count in counts[_IMU].most_common(1) if count), None)
+    """The messages of the wheels and of the fullest IMU topic; a topic without a name where there is none."""
+    with open_bag(path, "reading a robot's motion (--bags)") as bag:
+        if not any(bag.counts.values()):
+            raise FileError(path, "is an empty bag: it holds no message")
+        driven = bag.topics_of(ODOMETRY)
+        wheels = _Topic(next((name for name in WHEELS if name in driven), ""), [], [], [])
+        imu = _Topic(next(iter(bag.topics_of(IMU)), ""), [], [], [])
+        for message in bag.messages(wheels.name, imu.name):
+            topic, stamp = (wheels if message.topic == wheels.name else imu), message.fields.header.stamp
+            topic.stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
+            topic.recorded.append(message.recorded)
+            topic.rows.append(_odometry(message.fields) if topic is wheels else _imu(message.fields))
+    return wheels, imu
 
 
 def _odometry(message: Any) -> list[float]:
     """(speed, turning rate, x, y, yaw)."""
-    twist, pose, turned = message.twist.twist, message.pose.pose.position, message.pose.pose.orientation
-    yaw = np.arctan2(
-        2.0 * (turned.w * turned.z + turned.x * turned.y), 1.0 - 2.0 * (turned.y * turned.y + turned.z * turned.z)
-    )
-    return [twist.linear.x, twist.angular.z, pose.x, pose.y, float(yaw)]
+    twist, pose = message.twist.twist, message.pose.pose
+    return [twist.linear.x, twist.angular.z, pose.position.x, pose.position.y, yaw_of(pose.orientation)]
 
 
 def _imu(message: Any) -> list[float]:
