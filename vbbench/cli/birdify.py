@@ -9,12 +9,13 @@ from vbbench.cli.views import announce
 
 
 def birdify(
-    boxes: Positional[Path],
+    recording: Positional[Path],
     /,
-    camera: Path,
     out: Path,
+    camera: Path | None = None,
     odometry: Path | None = None,
     odometry_axes: Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"] | None = None,
+    boxes: str | None = None,
     dt: float | None = None,
     mount_height: float | None = None,
     pitch: float | None = None,
@@ -28,18 +29,20 @@ def birdify(
     no_film: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """Make a map of where a camera and the people around it were, from their boxes alone, or from a film.
+    """Make a map of where a camera and the people around it were, from their boxes alone, a film, or a ROS bag.
 
     Args:
-        boxes: Text, CSV, JSON or an archive of a detector, tracker or annotation tool, or a folder of YOLO's labels
+        recording: Text, CSV, JSON or an archive of a detector, tracker or annotation tool, or a folder of YOLO's labels
             (docs/own.md); a tracker links boxes without ids. Or a film: a video, or a folder of pictures, in which
-            people are detected and tracked first.
+            people are detected and tracked first. Or bag:DIR, a ROS bag.
         camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
-            camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md.
+            camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md. Of a bag also its topic.
         out: Folder to make: poses, positions, map.png, film.mp4, report.md.
-        odometry: Trajectory of the observer by its own measurement: TUM, EuRoC, KITTI, or CSV with a header.
+        odometry: Trajectory of the observer by its own measurement: TUM, EuRoC, KITTI, or CSV with a header. Of a
+            bag also its topic.
         odometry_axes: Of the body that odometry is of, where its file does not show them: body (x forward, z up),
             camera (x right, y down, z forward), opengl, ned, imu, unity, unreal.
+        boxes: Of a bag: the topic of its detections, such as /detections, if it has several.
         dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
         mount_height: The camera's height over the ground in m, where its file does not state it.
         pitch: How far it looks above the horizon in rad, where its file does not state it.
@@ -61,15 +64,22 @@ def birdify(
         raise VbbenchError("--film and --no-film exclude each other; keep one of them")
     asked = {"detector": detector, "weights": weights, "tracker": tracker, "every": every}
     given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
-    if given and not is_film(boxes):
-        raise VbbenchError(f"--{next(iter(given))} is for films, and {boxes} is a file of boxes; leave it out")
-    if dt is not None and is_film(boxes):
-        raise VbbenchError(f"--dt is for boxes, and {boxes} is a film; write dt or fps in {camera} if its own is wrong")
+    if given and not is_film(recording):
+        raise VbbenchError(f"--{next(iter(given))} is for films, and {recording} is a file of boxes; leave it out")
+    if dt is not None and is_film(recording):
+        raise VbbenchError(
+            f"--dt is for boxes, and {recording} is a film; write dt or fps in {camera} if its own is wrong"
+        )
     stated = {"mount_height": mount_height, "pitch": pitch}
     mount = {name: value for name, value in stated.items() if value is not None}
-    if person_class is not None and is_film(boxes):
-        raise VbbenchError(f"--person-class is for boxes, and {boxes} is a film; leave it out")
-    if dt is not None:
+    if person_class is not None and is_film(recording):
+        raise VbbenchError(f"--person-class is for boxes, and {recording} is a film; leave it out")
+    bag = str(recording).startswith("bag:")
+    if camera is None and not bag:
+        raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
+    if boxes is not None and not bag:
+        raise VbbenchError(f"--boxes is for bags, and {recording} is none; write bag:{recording} if it is")
+    if dt is not None and camera is not None and not bag:
         _check_dt(dt, camera, mount)
     options: dict[str, Any] = {
         "odometry": odometry,
@@ -80,12 +90,19 @@ def birdify(
         "overwrite": overwrite,
         "announce": announce,
     }
-    if is_film(boxes):
+    if bag:
+        from vbbench.birdify.bags import BagTopics, birdify_bag
+
+        topics = BagTopics(boxes=boxes, odometry=options.pop("odometry"), camera=camera)
+        made = birdify_bag(
+            Path(str(recording).removeprefix("bag:")), out, topics, dt=dt, person_class=person_class, **options
+        )
+    elif is_film(recording):
         from vbbench.birdify.films import Detection, birdify_film  # reads films, which boxes alone do not need
 
-        made = birdify_film(boxes, camera, out, Detection(**given), **options)
+        made = birdify_film(recording, Path(camera or ""), out, Detection(**given), **options)
     else:
-        made = make(boxes, camera, out, dt=dt, person_class=person_class, **options)
+        made = make(recording, Path(camera or ""), out, dt=dt, person_class=person_class, **options)
     print(f"{made.folder}: {made.report.summary()}")
 
 
