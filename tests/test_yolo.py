@@ -258,18 +258,25 @@ def test_yolox_nano_finds_the_same_people_in_either_runtime(tmp_path, monkeypatc
         pytest.skip("VBBENCH_DATA has no detectors/yolox_nano.onnx")
     generate("street", tmp_path / "street", Options(seed=5, simulation=Simulation(sequences=1)))
     dataset = Dataset(tmp_path / "street")
-    sequence, frame = dataset.sequence(0), 150
+    sequence, frames = dataset.sequence(0), range(130, 270, 30)
     with open_renderer(Backend(name="raster"), scene_of(dataset, sequence.scene), str) as renderer:
-        rgb = next(iter(pictures(dataset, sequence, renderer, range(frame, frame + 1)))).rgb
-    found = make_detector(str(weights)).detect(rgb)
+        shown = [one.rgb for one in pictures(dataset, sequence, renderer, frames)]
+    first = make_detector(str(weights))
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
-    again = make_detector(str(weights)).detect(rgb)
-    np.testing.assert_allclose(again.boxes, found.boxes, atol=0.05)
-    np.testing.assert_allclose(again.scores, found.scores, atol=1e-4)
-    sure, real = found.boxes[found.scores >= 0.4], rectangles(sequence.observations[frame, sequence.observed[frame]])
-    right = len(match_boxes(sure, real, dataset.camera(sequence))[0])
-    assert right >= 0.8 * len(sure)
-    assert right >= 0.4 * len(real)
+    second = make_detector(str(weights))
+    sure = people = right = 0
+    for frame, rgb in zip(frames, shown, strict=True):
+        found, again = first.detect(rgb), second.detect(rgb)
+        np.testing.assert_allclose(again.boxes, found.boxes, atol=0.05)
+        np.testing.assert_allclose(again.scores, found.scores, atol=1e-4)
+        boxes, real = (
+            found.boxes[found.scores >= 0.5],
+            rectangles(sequence.observations[frame, sequence.observed[frame]]),
+        )
+        right += len(match_boxes(boxes, real, dataset.camera(sequence))[0])
+        sure, people = sure + len(boxes), people + len(real)
+    assert right >= 0.8 * sure  # 87 % and 72 % of docs/films.md are those of 140 frames
+    assert right >= 0.6 * people
 
 
 @pytest.mark.parametrize(
