@@ -416,6 +416,13 @@ def test_boxes_of_every_third_picture_are_linked_though_scores_are_unknown(
     assert facts["tracked"]["precision"] > 0.99
 
 
+def test_results_of_a_tracker_on_labelled_pictures(root: Path, files: Files, tmp_path: Path) -> None:
+    """Frames count from 0 in them, and boxes have widths and heights where KITTI has the far corner."""
+    boxes = files.write_results(tmp_path / "results") / "tracks_2d"
+    facts = (jrdb.recordings(Options(source=root, footage=FootageOptions(boxes=boxes))).calibration or {})["recordings"]
+    assert facts[0]["tracked"] == {**facts[0]["tracked"], "recall": 1.0, "precision": 1.0, "overlap": 1.0}
+
+
 def test_a_folder_may_have_braces_in_its_name(files: Files, tmp_path: Path) -> None:
     root = files.write(tmp_path / "jrdb{x}")
     (root / "images/image_stitched" / files.name).mkdir(parents=True)

@@ -133,6 +133,53 @@ def test_detections_of_less_than_even_odds_do_not_count(training: Path) -> None:
     assert figures(read(training, twice))["detected"]["found"] == len(LABELLED)
 
 
+@pytest.mark.parametrize("factor", [1.0, 100.0], ids=["shares", "per cent"])
+def test_scores_are_shares_or_per_cent(training: Path, factor: float) -> None:
+    """Of per cent that count as log-odds all are sure, and the rows of 2 % would make tracks of nobody."""
+    nobody = [(f, 99, 30.0 + f, 300.0, 60.0 + f, 360.0) for f in range(30)]
+    text = mot(LABELLED, linked=False, score=0.9 * factor) + mot(nobody, linked=False, score=0.02 * factor)
+    recordings = read(training, text)
+    assert figures(recordings)["dropped"] == 0
+    seen = recordings.footage[0].visible[recordings.footage[0].observed]
+    np.testing.assert_allclose(seen, 0.9)
+
+
+def with_class(text: str, number: int) -> str:
+    return "".join(f"{line},{number},-1\n" for line in text.splitlines())
+
+
+@pytest.mark.parametrize(("people", "others"), [(0, 1), (1, 3)], ids=["as in COCO", "as in MOTChallenge"])
+def test_classes_of_trackers_are_left_out_and_counted(training: Path, people: int, others: int) -> None:
+    bicycles = [(f, 50 + t, *edges) for f, t, *edges in LABELLED[:99]]
+    text = with_class(mot(LABELLED, linked=True), people) + with_class(mot(bicycles, linked=True), others)
+    with pytest.warns(VbbenchWarning, match=f"99 of 699 boxes are left out: 99 of class {others}"):
+        recordings = read(training, text)
+    assert figures(recordings)["detected"]["found"] == len(LABELLED)
+
+
+def test_whoever_knows_says_which_class_is_people(training: Path) -> None:
+    text = with_class(mot(LABELLED, linked=True), 7)
+    with pytest.raises(FileError, match=r"600 of class 7; people are class 0 in COCO.* --person-class"):
+        read(training, text)
+    recordings = read(training, text, person_class="7")
+    assert figures(recordings)["detected"]["recall"] == 1.0
+    assert recordings.definition["person_class"] == "7"
+
+
+def test_boxes_may_be_named_columns_of_shares(training: Path) -> None:
+    rows = "".join(
+        f"{(left + right) / 2484},{(top + bottom) / 750},{(right - left) / 1242},{(bottom - top) / 375},{t},{f},Ped\n"
+        for f, t, left, top, right, bottom in LABELLED
+    )
+    head = "x_center_norm,y_center_norm,width_norm,height_norm,tracker_id,frame_idx,label\n"
+    folder = training.parent / "boxes"
+    folder.mkdir()
+    (folder / "0003.csv").write_text(head + rows)
+    asked = FootageOptions(boxes=folder)
+    found = kitti.recordings(Options(source=training, footage=asked))
+    assert figures(found)["tracked"]["overlap"] == 1.0
+
+
 def test_types_of_detections_are_those_of_the_people_who_count(training: Path) -> None:
     text = detections(LABELLED)
     cyclists = re.sub(r"^(\d+),1,", r"\1,3,", text, flags=re.MULTILINE)
@@ -168,9 +215,9 @@ HALVED = [(f, t, *(0.3 * edge for edge in edges)) for f, t, *edges in LABELLED]
             r"0003.txt, line 2: has 14 columns, not",
         ),
         (detections(LABELLED).replace("0,1,", "0,one,", 1), r"line 1: type is 'one'; write a number"),
-        (detections([(FRAMES, 1, 1.0, 1.0, 9.0, 9.0)]), r"line 1: frame 120 is beyond the recording of 120 frames"),
+        (detections([(FRAMES, 1, 1.0, 1.0, 9.0, 9.0)]), r"line 1: frame 120, counted from 0, is beyond the"),
         (detections([(0, 1, 9.0, 1.0, 9.0, 9.0)]), r"line 1: the box is 0 x 8 px; leave it out"),
-        (mot(LABELLED[:5], linked=True) + mot(LABELLED[5:9], linked=False), r"line 6: id is -1, but other rows have"),
+        (mot(LABELLED[:5], linked=True) + mot(LABELLED[5:9], linked=False), r"line 6: the id is missing here"),
         (detections(SHIFTED), r"outside pictures of 1242 x 375 px, as are \d+% of the boxes; were pictures of another"),
         (
             mot(HALVED, linked=True),

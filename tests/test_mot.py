@@ -311,6 +311,24 @@ def test_boxes_of_other_frames_are_named(dataset, files, tmp_path, least):
         import_mot(early, dataset, tmp_path / "made", least_matched=least)
 
 
+def test_people_are_class_0_of_coco_or_as_stated(dataset, files, tmp_path):
+    number = fullest(dataset)
+    plain = rewritten(files, number, tmp_path / "plain", lambda *row: ",".join(row))
+    expected = import_mot(plain, dataset, tmp_path / "a").sequence(0).observations
+    coco = rewritten(files, number, tmp_path / "coco", lambda *row: ",".join([*row, "0.9", "0", "-1"]))
+    path = next(coco.iterdir())
+    path.write_text(path.read_text() + "1,900,1,1,20,60,0.9,2,-1\n")
+    with pytest.warns(VbbenchWarning, match="boxes are left out: 1 of class 2"):
+        made = import_mot(coco, dataset, tmp_path / "b")
+    np.testing.assert_array_equal(made.sequence(0).observations, expected)
+    other = rewritten(files, number, tmp_path / "other", lambda *row: ",".join([*row, "0.9", "7", "-1"]))
+    with pytest.raises(FileError, match="--person-class"):
+        import_mot(other, dataset, tmp_path / "c")
+    made = import_mot(other, dataset, tmp_path / "c", person_class="7")
+    np.testing.assert_array_equal(made.sequence(0).observations, expected)
+    assert made.info.definition["person_class"] == "7"
+
+
 def test_few_matches_are_a_loud_warning(dataset, files, tmp_path):
     number, every = fullest(dataset), iter(range(10**6))
     folder = rewritten(
@@ -346,7 +364,9 @@ def test_a_line_of_names_time_stamps_and_gaps_are_read(dataset, files, tmp_path)
     path.write_text("time,id,bb_left,bb_top,bb_width,bb_height\n" + path.read_text())
     one, other = (import_mot(folder, dataset, tmp_path / f"{folder.name}-made") for folder in (plain, timed))
     np.testing.assert_array_equal(one.sequence(0).observations, other.sequence(0).observations)
-    path.write_text(path.read_text() + f"{0.5 * dt:.3f},1,1,1,20,60\n")
+    head, *rows = path.read_text().splitlines()
+    cells = [row.split(",", 1) for row in rows]
+    path.write_text("\n".join([head, *(f"{float(time) + 0.4 * dt:.3f},{rest}" for time, rest in cells)]))
     with pytest.raises(FileError, match="lies between two frames; frame n is at n x"):
         import_mot(timed, dataset, tmp_path / "made")
     path.write_text("id,frame,left\n1,1,1\n")

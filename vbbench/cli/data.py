@@ -64,6 +64,7 @@ def generate(
     longest: int | None = None,
     poses: Path | None = None,
     boxes: Path | None = None,
+    person_class: str | None = None,
     bags: Path | None = None,
     cyclists: bool = False,
     interpolated: bool = True,
@@ -107,9 +108,10 @@ def generate(
         every: Only every so many frames of footage; default: the split's own.
         longest: Frames after which a sequence of footage is cut; default: the split's own.
         poses: Folder or file of the camera's poses, instead of those of the source (footage).
-        boxes: Folder or file of a detector's or tracker's boxes, KITTI or MOTChallenge text, instead of those of people
-            who drew them (footage).
-        bags: Folder of the robot's recordings of its wheels and IMU (split jrdb).
+        boxes: Folder or file of a detector's or tracker's boxes, KITTI's text or any form that 'birdify' reads, instead
+            of those of people who drew them (footage).
+        person_class: Class of people in these boxes, by number or name, where the file does not show it.
+        bags: Folder of the robot's recordings of its wheels and IMU, or of its odometry as JSON (split jrdb).
         cyclists: People on bicycles count, too (split kitti).
         interpolated: Leave out boxes that were interpolated between drawn ones (split jrdb).
         jobs: Processes; the bytes do not depend on it.
@@ -158,6 +160,7 @@ def generate(
             longest=longest,
             poses=poses,
             boxes=boxes,
+            person_class=person_class,
             bags=bags,
             cyclists=cyclists or None,
             interpolated=None if interpolated else False,

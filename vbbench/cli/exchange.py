@@ -111,10 +111,11 @@ def import_mot(
     pixel_std: float | None = None,
     least_matched: float = 0.5,
     least_track: int = 3,
+    person_class: str | None = None,
     truth: Path | None = None,
     overwrite: bool = False,
 ) -> None:
-    """Make a dataset of tier tracked from a tracker's MOTChallenge files.
+    """Make a dataset of tier tracked from a tracker's files: MOTChallenge text, or any form that birdify reads.
 
     Args:
         files: Folder with sequence-000012.txt for sequence 12, and so on; or what 'export mot' makes.
@@ -124,6 +125,7 @@ def import_mot(
             default: 10, panorama 3.7.
         least_matched: Share of the boxes that must match people; fewer are refused.
         least_track: Fewest frames in which a track that counts matches a person.
+        person_class: Class of people in the files, by number or name, where they do not show it.
         truth: Folder with the truth tables, if they are not in the dataset.
         overwrite: Replace an existing dataset.
     """
@@ -137,6 +139,7 @@ def import_mot(
         pixel_std=pixel_std,
         least_matched=least_matched,
         least_track=least_track,
+        person_class=person_class,
         overwrite=overwrite,
         announce=announce,
     )

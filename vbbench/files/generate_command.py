@@ -68,6 +68,7 @@ def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict
         "--sequences": ",".join(map(str, scenes)) if isinstance(scenes, list) else None,
         **{f"--{option}": "FOLDER" if kind in kinds else None for kind, option in FOOTAGE_FILES.items()},
         "--cyclists": "" if cyclists else None,
+        "--person-class": definition.get("person_class"),
         "--no-interpolated": "" if definition.get("interpolated") is False else None,
         "--every": definition.get("every"),
         "--longest": definition.get("longest"),

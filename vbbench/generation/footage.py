@@ -185,6 +185,7 @@ class FootageOptions:
     longest : frames, of those that are kept, after which a sequence is cut.
     poses : folder or file of the camera's poses, instead of the source's own.
     boxes : folder or file of a detector's or tracker's boxes, instead of the annotated ones.
+    person_class : class of people in ``boxes``, by number or name, where the file does not show it.
     bags : folder of the robot's recordings of its own motion (split jrdb).
     cyclists : whether people on bicycles count, too (split kitti).
     interpolated : whether boxes between key frames count, too (split jrdb).
@@ -200,6 +201,7 @@ class FootageOptions:
     longest: Annotated[int, Within(5, 10**6)] | None = None
     poses: Path | None = None
     boxes: Path | None = None
+    person_class: str | None = None
     bags: Path | None = None
     cyclists: bool = False
     interpolated: bool = True
@@ -207,3 +209,8 @@ class FootageOptions:
     def __post_init__(self) -> None:
         with user_mistakes():
             check_ranges(self)
+
+    @property
+    def classes(self) -> dict[str, str]:
+        """What a dataset's definition says of the class of people; nothing where files decide."""
+        return {} if self.person_class is None else {"person_class": self.person_class}

@@ -2,7 +2,7 @@
 
 import warnings
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -28,7 +28,7 @@ CARD = Card(
 class OwnSplit(FootageSplit):
     """Recordings in a folder, or in the folders inside it; each is one sequence."""
 
-    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"poses", "boxes", "dt"}
+    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"poses", "boxes", "person_class", "dt"}
 
     card: Card = CARD
     rules: RunRules = field(default_factory=lambda: RunRules(fewest=0, longest=None))
@@ -37,11 +37,12 @@ class OwnSplit(FootageSplit):
         """See `FootageSplit.recordings`; what does not look right is a warning."""
         asked = options.footage or FootageOptions()
         found = [_files(folder, asked) for folder in _folders(options.source, asked.sequences)]
-        read = [read_recording(files, dt=options.dt) for files in found]
+        read = [read_recording(files, dt=options.dt, person_class=asked.person_class) for files in found]
         for files, one in zip(found, read, strict=True):
             for note in one.notes:
                 warnings.warn(VbbenchWarning(f"{files.name}: {note}"), stacklevel=2)
-        return as_recordings(read)
+        found_in = as_recordings(read)
+        return replace(found_in, definition={**found_in.definition, **asked.classes})
 
 
 def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:

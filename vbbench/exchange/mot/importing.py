@@ -21,7 +21,7 @@ from vbbench.exchange.matching import (
     match_tracks,
     true_rectangles,
 )
-from vbbench.exchange.mot.text import UNLINKED, MotRows, read_mot
+from vbbench.exchange.own.box_files import frames_of, read_boxes
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, files_by_sequence, picture_facts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
@@ -51,6 +51,7 @@ def import_mot(
     pixel_std: float | None = None,
     least_matched: float = LEAST_MATCHED,
     least_track: int = LEAST_FRAMES,
+    person_class: str | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Dataset:
@@ -62,20 +63,21 @@ def import_mot(
 
     Parameters
     ----------
-    folder : with ``sequence-000012.txt``, or else ``sequence-000012/gt/gt.txt``, for sequence 12.
+    folder : with ``sequence-000012.txt``, .csv or .json, or else ``sequence-000012/gt/gt.txt``, for sequence 12.
     dataset : the dataset of the pictures, with its truth.
     out : folder of the new dataset.
     pixel_std : standard deviation in px of a box's column, top and bottom that the dataset declares; ``None`` for that
         of the bundled tracker.
     least_matched : share of the boxes that must match a person; fewer are refused.
     least_track : fewest frames in which a track that counts is matched.
+    person_class : class of people in the files, by number or name, where they do not show it.
     overwrite : replace an existing dataset.
     announce : called with a line that says how many boxes were kept.
 
     Raises
     ------
     VbbenchError
-        If a file cannot be used (`read_mot`), its ``seqinfo.ini`` is of pictures of another size or rate, fewer boxes
+        If a file cannot be used (`read_boxes`), its ``seqinfo.ini`` is of pictures of another size or rate, fewer boxes
         match than must, the truth is withheld or was not measured, or ``out`` exists.
     """
     out = Path(out)
@@ -89,7 +91,7 @@ def import_mot(
         raise VbbenchError(f"least_matched is a share from 0 to 1, not {least_matched:g}")
     if least_track < 1:
         raise VbbenchError(f"least_track must be 1 or more, not {least_track}")
-    plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std, least_track)
+    plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std, least_track, person_class)
     kept = _check_matches(plan, Path(folder), least_matched)
     made = write_dataset(plan, out, overwrite=overwrite)
     announce(f"{kept}: of tracks that match a person in {least_track} frames or more")
@@ -150,21 +152,22 @@ class TrackedPlan:
     files : a file for each sequence, by its number in ``dataset``.
     pixel_std : the noise in px that the new dataset declares.
     least_track : fewest frames in which a track that counts is matched.
+    person_class : class of people in the files, where they do not show it.
     """
 
     dataset: Dataset
     files: dict[int, Path]
     pixel_std: float
     least_track: int = LEAST_FRAMES
+    person_class: str | None = None
 
     def __len__(self) -> int:
         return len(self.files)
 
     @cached_property
-    def contents(self) -> list[MotRows]:
+    def contents(self) -> list["Tracked"]:
         """The rows of the files."""
-        frames, dt = self.dataset.rows["frames"], self.dataset.info.dt
-        return [_tracks(path, int(frames[number]), dt) for number, path in self.files.items()]
+        return [_tracks(path, self.dataset, number, self.person_class) for number, path in self.files.items()]
 
     @cached_property
     def scenes(self) -> tuple[Scene, ...]:
@@ -176,6 +179,7 @@ class TrackedPlan:
         """The published facts; the id follows from the files and the id of the dataset that they belong to."""
         source = self.dataset.info
         names = tuple(source.scenes[n] for n in self._scene_numbers) if self._shared else source.scenes
+        stated = {} if self.person_class is None else {"person_class": self.person_class}
         definition: dict[str, Any] = {
             "import": f"mot/{REVISION}",
             "dataset": source.id,
@@ -183,6 +187,7 @@ class TrackedPlan:
             "least_overlap": LEAST_OVERLAP,
             "least_frames": self.least_track,
             "of": source.definition,
+            **stated,
         }
         facts: dict[str, Any] = {"definition": definition, "counts": {}, "tables": {}, "withheld_id": None}
         return replace(source, tier="tracked", scenes=names, pixel_std=self.pixel_std, **facts)
@@ -251,7 +256,8 @@ class Matched(NamedTuple):
 
 def _files(folder: Path, sequences: int) -> dict[int, Path]:
     """Each sequence's file, by number."""
-    named = {path: path.stem for path in sorted(folder.glob("*.txt"))} or {
+    texts = sorted(folder.glob("*.txt")) or sorted([*folder.glob("*.csv"), *folder.glob("*.json")])
+    named = {path: path.stem for path in texts} or {
         path: path.parent.parent.name for path in sorted(folder.glob("sequence-*/gt/gt.txt"))
     }
     if not named:
@@ -260,16 +266,31 @@ def _files(folder: Path, sequences: int) -> dict[int, Path]:
     return files_by_sequence(named, sequences)
 
 
-def _tracks(path: Path, frames: int, dt: float) -> MotRows:
-    rows = read_mot(path, frames, dt)
-    loose = np.flatnonzero(rows.track == UNLINKED)
-    if len(loose):
-        line = int(rows.line[loose[0]])
-        raise FileError(path, "id is -1: these are detections; let a tracker link them first", line)
-    return rows
+class Tracked(NamedTuple):
+    """Boxes of tracks in a sequence: frames from 0, ids, boxes [N, 4] in px and visible fractions, one a row."""
+
+    frame: IntArray
+    track: IntArray
+    boxes: FloatArray
+    visible: FloatArray
 
 
-def _dense(rows: MotRows, frames: int) -> tuple[IntArray, FloatArray, FloatArray]:
+def _tracks(path: Path, dataset: Dataset, number: int, person_class: str | None) -> Tracked:
+    """What a file holds, which may be nothing."""
+    if not path.read_bytes().strip():
+        return Tracked(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 4)), np.empty(0))
+    picture, dt = dataset.camera(dataset.sequence(number)).picture_size, dataset.info.dt
+    rows = read_boxes(path, dt, picture=picture, person_class=person_class)
+    for note in rows.notes:
+        warnings.warn(VbbenchWarning(f"{path}: {note}"), stacklevel=2)
+    if not rows.linked:
+        raise rows.fault(0, "id is -1: these are detections; let a tracker link them first")
+    frame = frames_of(rows, int(dataset.rows["frames"][number]), dt)
+    visible = np.where(np.isnan(rows.visible), 1.0, rows.visible)
+    return Tracked(frame, rows.track, rows.boxes, visible)
+
+
+def _dense(rows: Tracked, frames: int) -> tuple[IntArray, FloatArray, FloatArray]:
     """Track ids [K], boxes [T, K, 4] and visible fractions [T, K], NaN where a track has no box."""
     tracks, column = np.unique(rows.track, return_inverse=True)
     boxes, visible = np.full((frames, len(tracks), 4), np.nan), np.full((frames, len(tracks)), np.nan)

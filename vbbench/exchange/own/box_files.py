@@ -25,6 +25,8 @@ FARTHEST = 1e6
 """Largest side or size of a box in px."""
 FEWEST_ALONE = 10
 """So many boxes of which no two have one id are numbered, not linked."""
+OFF_FRAME = 0.25
+"""How far a time stamp may be from a frame of another recording, in frames."""
 MOST_BACK = 3
 """Times that a clock goes back; a file whose times do so more often is in no order."""
 
@@ -155,6 +157,27 @@ def read_boxes(
     )
     _check(rows)
     return replace(rows, notes=(*rows.notes, *_goes_back(rows)))
+
+
+def frames_of(rows: BoxRows, frames: int, dt: float) -> IntArray:
+    """The frame [N] of each box in a recording of ``frames`` frames, ``dt`` s apart, whose first one is at 0 s.
+
+    Raises
+    ------
+    FileError
+        At the first box that is of no frame of the recording, or between two.
+    """
+    exact = rows.timeline.times[rows.frame] / dt
+    frame = np.round(exact).astype(np.int64)
+    beyond, between = (frame < 0) | (frame >= frames), np.abs(exact - frame) > OFF_FRAME
+    if beyond.any():
+        row = int(beyond.argmax())
+        raise rows.fault(row, f"frame {frame[row]}, counted from 0, is beyond the recording of {frames} frames")
+    if between.any():
+        row = int(between.argmax())
+        time = f"time {rows.timeline.times[rows.frame[row]]:.10g} s lies between two frames"
+        raise rows.fault(row, f"{time}; frame n is at n x {dt:g} s, from 0")
+    return frame
 
 
 def write_boxes(path: Path, rows: BoxRows) -> None:

@@ -15,9 +15,10 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.scene import Scene
-from vbbench_generators.footage.found_boxes import boxes_of_mot
+from vbbench_generators.footage.found_boxes import read_found
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion
+from vbbench_generators.footage.jrdb.results import are_results, read_boxes
 from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
 from vbbench_generators.footage.pictures import pictures_in
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow
@@ -96,17 +97,22 @@ class Recording:
         filled = np.flatnonzero((~np.isnan(self.visible)).any(axis=1))
         return int(np.median(np.diff(filled))) if len(filled) > 1 else 1
 
-    def follow(self, path: Path) -> FoundTracks:
+    def follow(self, path: Path, person_class: str | None = None) -> FoundTracks:
         """Boxes of a detector or tracker, matched to those labelled.
 
-        They are MOTChallenge text, whose frame 1 is picture 000000.
+        They are results of trackers on JRDB, or whatever `birdify` reads, as MOTChallenge text, whose frame 1 is
+        picture 000000.
 
         Raises
         ------
         FileError
             If a row is not valid, or most boxes are of nobody.
         """
-        found = boxes_of_mot(path, int(self.grid.frames[-1]) + 1)
+        frames = int(self.grid.frames[-1]) + 1
+        if are_results(path):
+            found = read_boxes(path).within(frames)
+        else:
+            found = read_found(path, frames, 1.0 / RATE, SIZE, person_class)
         slots = self.grid.slot_of(found.frame)
         there = slots >= 0
         return follow(found.at(slots, there), self.rectangles, self.tracks, CAMERA, 1.0 / RATE, size=SIZE)

@@ -18,7 +18,7 @@ from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, r
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion, follow_poses, measure_motion
 from vbbench_generators.footage.jrdb.odometry_file import read_odometry_file
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, directions_beside, nearest_clouds
-from vbbench_generators.footage.jrdb.results import BOXES, PLACES
+from vbbench_generators.footage.jrdb.results import BOXES, PLACES, pictures_of
 from vbbench_generators.footage.jrdb.results import read_boxes as read_tracked_boxes
 from vbbench_generators.footage.jrdb.results import read_places as read_tracked_places
 from vbbench_generators.footage.jrdb.sample import read_sample
@@ -87,7 +87,7 @@ class JrdbSplit(FootageSplit):
     camera : of all recordings.
     """
 
-    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"boxes", "bags", "interpolated"}
+    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"boxes", "person_class", "bags", "interpolated"}
 
     camera: PanoramaCamera = CAMERA
 
@@ -106,7 +106,7 @@ class JrdbSplit(FootageSplit):
                 sums[name][kind] = file_sha256(path)
         return Recordings(
             footage=tuple(footage for footage, _ in made),
-            definition={"files": sums, "interpolated": asked.interpolated},
+            definition={"files": sums, "interpolated": asked.interpolated, **asked.classes},
             calibration={
                 "summary": "; ".join(_summary(facts) for _, facts in made[:3]) + ("; …" if len(made) > 3 else ""),
                 "recordings": [facts for _, facts in made],
@@ -128,7 +128,7 @@ class JrdbSplit(FootageSplit):
                 motion = follow_poses(bag, read_odometry_file(bag, _cloud_stamps(one, recording.grid)), *frames)
             else:
                 motion = measure_motion(read_bag(bag), *frames)
-        tracks = None if boxes is None else recording.follow(boxes)
+        tracks = None if boxes is None else recording.follow(boxes, asked.person_class)
         stands = poses and motion is None
         footage = recording.footage(motion, stands=stands, pictures=one.pictures, found=tracks)
         return footage, _facts(recording, motion, tracks)
@@ -173,7 +173,8 @@ def _cloud_stamps(one: Found, grid: Grid) -> Stamps:
 
 def _labels(one: Found) -> tuple[PictureLabels, PlaceLabels]:
     if TRACKED in one.files:
-        return read_tracked_boxes(one.files[TRACKED]), read_tracked_places(one.files["places"])
+        found = read_tracked_boxes(one.files[TRACKED])
+        return pictures_of(found), read_tracked_places(one.files["places"])
     if "sample" in one.files:
         return read_sample(one.files["sample"])
     return read_pictures(one.files["pictures"]), read_places(one.files["places"])

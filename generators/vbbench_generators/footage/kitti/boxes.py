@@ -1,16 +1,16 @@
 """Boxes of anybody's detector or tracker on KITTI's pictures, as they are in files.
 
-Three kinds of text are read, told by their first line: detections with 15 columns and commas (frame, type, left, top,
-right, bottom, score, …), KITTI's own label text with 17 columns or 18, and MOTChallenge text.
+Besides what `birdify` reads, two kinds of text are, known by their first line: detections with 15 columns and commas
+(frame, type, left, top, right, bottom, score, …), and KITTI's own label text with 17 columns, or 18 with a score.
 """
 
 from pathlib import Path
 
 import numpy as np
 
-from vbbench.errors import FileError
-from vbbench.exchange.mot.text import UNLINKED
-from vbbench_generators.footage.found_boxes import FoundBoxes, boxes_of_mot, chances, refuse_mixture
+from vbbench.exchange.box_tables import UNLINKED
+from vbbench.geometry import FloatArray
+from vbbench_generators.footage.found_boxes import FoundBoxes, found_boxes, read_found
 from vbbench_generators.footage.kitti.labels import LABELS, MOST_FRAMES, RESULTS, parse_labels
 from vbbench_generators.footage.kitti.text import Layout, first_cells, names, parse_rows, read_content
 
@@ -18,30 +18,36 @@ _DETECTED = names("frame type left top right bottom score height width length x 
 DETECTIONS = Layout(columns=_DETECTED, wanted=_DETECTED[:7], commas=True)
 TYPES = {1: "Pedestrian", 2: "Car", 3: "Cyclist"}
 """Classes of these detections."""
+LARGEST_LOG_ODDS = 20.0
+"""Largest score that is log-odds, as lidar detectors write them; one in 500 million would be wrong."""
 
 
-def read_boxes(path: Path, frames: int, classes: tuple[str, ...]) -> FoundBoxes:
+def read_boxes(
+    path: Path,
+    frames: int,
+    classes: tuple[str, ...],
+    *,
+    dt: float,
+    picture: tuple[float, float],
+    person_class: str | None = None,
+) -> FoundBoxes:
     """Read boxes of ``classes`` in the pictures of a recording of ``frames`` frames; sure enough ones alone.
+
+    Parameters
+    ----------
+    dt, picture, person_class : as of `read_found`.
 
     Raises
     ------
     FileError
         At the first row that is not valid.
     """
-    content = read_content(path, "boxes on the pictures")
-    count = len(first_cells(content, LABELS))
-    if count in (len(LABELS.columns), len(RESULTS.columns)):
-        found = _from_labels(path, content, classes)
-    elif len(first_cells(content, DETECTIONS)) == len(DETECTIONS.columns):
-        found = _from_detections(path, content, classes)
-    else:
-        found = boxes_of_mot(path, frames)
-    late = found.frame >= frames
-    if late.any():
-        row = int(late.argmax())
-        problem = f"frame {found.frame[row]} is beyond the recording of {frames} frames, from 0"
-        raise FileError(path, problem, int(found.lines[row]))
-    return found
+    content = read_content(path, "boxes on the pictures") if path.is_file() else b""
+    if len(first_cells(content, LABELS)) in (len(LABELS.columns), len(RESULTS.columns)):
+        return _from_labels(path, content, classes).within(frames)
+    if len(first_cells(content, DETECTIONS)) == len(DETECTIONS.columns):
+        return _from_detections(path, content, classes).within(frames)
+    return read_found(path, frames, dt, picture, person_class)
 
 
 def _from_detections(path: Path, content: bytes, classes: tuple[str, ...]) -> FoundBoxes:
@@ -51,29 +57,18 @@ def _from_detections(path: Path, content: bytes, classes: tuple[str, ...]) -> Fo
     sizes = corners[:, 2:] - corners[:, :2]
     rows.refuse((sizes[:, 0] <= 0.0) | (sizes[:, 1] <= 0.0), "the box is {0:g} x {1:g} px; leave it out", *sizes.T)
     wanted = np.isin(rows.columns["type"], [number for number, name in TYPES.items() if name in classes])
-    scores, sure = chances(rows.columns["score"])
-    kept = wanted & sure
-    return FoundBoxes(
-        path=path,
-        frame=frame[kept],
-        track=np.full(int(kept.sum()), UNLINKED),
-        boxes=np.concatenate([corners[:, :2], sizes], axis=-1)[kept],
-        scores=scores[kept],
-        lines=rows.lines[kept],
-    )
+    boxes, track = np.concatenate([corners[:, :2], sizes], axis=-1), np.full(len(rows), UNLINKED)
+    scores = _log_odds(rows.columns["score"][wanted])
+    return found_boxes(path, frame[wanted], track[wanted], boxes[wanted], scores, rows.lines[wanted])
 
 
 def _from_labels(path: Path, content: bytes, classes: tuple[str, ...]) -> FoundBoxes:
     labels = parse_labels(path, content).of(classes)
-    scores, sure = chances(labels.scores)
-    labels, scores = labels.take(sure), scores[sure]
-    refuse_mixture(path, labels.track, labels.lines)
-    corners = labels.boxes
-    return FoundBoxes(
-        path=path,
-        frame=labels.frame,
-        track=np.where(labels.track < 0, UNLINKED, labels.track),
-        boxes=np.concatenate([corners[:, :2], corners[:, 2:] - corners[:, :2]], axis=-1),
-        scores=scores,
-        lines=labels.lines,
-    )
+    boxes = np.concatenate([labels.boxes[:, :2], labels.boxes[:, 2:] - labels.boxes[:, :2]], axis=-1)
+    return found_boxes(path, labels.frame, labels.track, boxes, _log_odds(labels.scores), labels.lines)
+
+
+def _log_odds(scores: FloatArray) -> FloatArray:
+    """The same scores [N], as shares where they are log-odds above 0: above 1, and too small for per cent."""
+    small = (scores > 0.0).all() and 1.0 < scores.max(initial=0.0) <= LARGEST_LOG_ODDS
+    return 1.0 / (1.0 + np.exp(-scores)) if small else scores

@@ -114,7 +114,8 @@ def read_recording(
     tracks["visible"] = people.visible
     found = None
     if "boxes" in paths:
-        boxes = read_boxes(paths["boxes"], len(people.boxes), classes)
+        shown: dict[str, Any] = {"dt": DT, "picture": camera.picture_size, "person_class": asked.person_class}
+        boxes = read_boxes(paths["boxes"], len(people.boxes), classes, **shown)
         found = follow(boxes, people.boxes, people.ids, camera, DT, size=camera.picture_size)
         tracks = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
     footage = Footage(

@@ -36,7 +36,7 @@ class KittiSplit(FootageSplit):
     than people's height says. Solvers are told so: heights of N(1.77, .09²) m, which is 1.03 × 1.72.
     """
 
-    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"poses", "boxes", "cyclists"}
+    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"poses", "boxes", "person_class", "cyclists"}
 
     card: Card = CARD
     every: int = 4
@@ -66,6 +66,7 @@ class KittiSplit(FootageSplit):
                 "classes": list(classes),
                 "poses": {name: one.way.source for name, one in read.items()},
                 **matching,
+                **asked.classes,
             },
             calibration=summarise(read),
         )
