@@ -261,6 +261,7 @@ OTHER = {
 OTHER_OF_FOOTAGE = {
     "poses": Path("p"),
     "boxes": Path("b"),
+    "person_class": "0",
     "bags": Path("g"),
     "cyclists": True,
     "interpolated": False,
@@ -313,7 +314,7 @@ def test_an_option_that_a_split_reads_is_not(tmp_path, split, name):
 def test_the_command_says_so_in_one_line(tmp_path, capsys, option, said):
     command = ["generate", "own", "--source", str(tmp_path), *option, "--out", str(tmp_path / "d")]
     assert main(command) == 2
-    read = "--seed, --limit, --source, --dt, --sequences, --every, --longest, --poses and --boxes"
+    read = "--seed, --limit, --source, --dt, --sequences, --every, --longest, --poses, --boxes and --person-class"
     assert capsys.readouterr().err == f"vbbench: own is footage and does not read {said}; it reads {read}\n"
 
 
