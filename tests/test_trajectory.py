@@ -27,6 +27,7 @@ def rows(layout: str, mark: str = " ") -> str:
     ("text", "orders"),
     [
         (rows("{t} {x} {y} {z} 0 0 {qz} {w}"), [XYZW, WXYZ]),
+        (rows("{t} {x} {y} {z} 0 0 {qz} {w}").replace(" ", "\t", 5), [XYZW, WXYZ]),
         ("# timestamp tx ty tz qx qy qz qw\n" + rows("{t} {x} {y} {z} 0 0 {qz} {w}"), [XYZW]),
         ("# timestamp tx ty tz qw qx qy qz\n" + rows("{t} {x} {y} {z} {w} 0 0 {qz}"), [XYZW]),
         ("time,x,y,yaw\n" + rows("{t} {x} {y} {yaw}", ","), [YAW]),
@@ -79,6 +80,12 @@ def test_places_without_rotations_and_rows_by_frames(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read.times, [0, 1, 2])
 
 
+def test_a_comment_without_a_name_for_the_time_names_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "t.txt"
+    path.write_text("# timesamp tx ty tz qx qy qz qw\n" + rows("{t} {x} {y} {z} 0 0 {qz} {w}"))
+    np.testing.assert_allclose(read_trajectory(path).times, [0.0, 0.1, 0.2])
+
+
 def test_a_comment_states_the_axes(tmp_path: Path) -> None:
     path = tmp_path / "t.txt"
     for comment, axes in (
@@ -95,6 +102,7 @@ def test_a_comment_states_the_axes(tmp_path: Path) -> None:
     [
         ("lat,lon,alt\n1,2,3\n", "name columns time, x, y"),
         ("time,x,y,qx,qz\n0,1,2,0,0\n", "name columns time, x, y, and qx, qy, qz, qw or yaw"),
+        ("x,y,yaw\n1,2,0\n", "name columns time, x, y"),
         ("time,x,tx,y\n0,1,1,2\n", "x and tx are both x"),
         ("0 1 2 3 4\n", "line 1: 5 columns, wanted 8"),
         ("1 0 0 0 0 1 0 0 0 0 2 0\n", "line 1: columns .* are no rotation"),

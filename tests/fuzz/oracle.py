@@ -18,7 +18,7 @@ STRICTER = {
     ),
     "sizes": r"are too many|correct its frame numbers|nobody is there at a multiple|holds no crowd",
     "places": r"km from the origin|it must be within ±|px; boxes are in px|the box is|visibility is|beyond its horizon",
-    "poses": r"quaternion|leans by|is not a frame's; frame n|these are detections",
+    "poses": r"quaternion|leans by|fit the motion|to the camera|is not a frame's; frame n|these are detections",
     "matrices": r"is singular|has 3 rows of 3",
     "lines": r"has more than [\d,]+ characters; write one row|holds zero bytes",
 }

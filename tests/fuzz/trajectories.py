@@ -49,7 +49,7 @@ MOT = "".join(
     for track in range(1, 4)
 )
 DETECTIONS = "# detections\n" + "".join(f"{f},-1,{10.5 + f},20,15,40,{0.1 * f},-1,-1,-1\n" for f in range(1, 9))
-TUM = "# timestamp tx ty tz qx qy qz qw\n" + "".join(
+TUM = "# body: x forward, z up\n" + "".join(
     f"{f * DT!r} {0.5 * f!r} {-f / 3!r} 1.6 0 0 {math.sin(f / 8)!r} {math.cos(f / 8)!r}\n" for f in range(12)
 )
 
@@ -112,6 +112,13 @@ def _same_boxes(outcome: object, rows: list[Row]) -> bool:
         wanted, found = ([(row[0], *row[2:]) for row in rows] for rows in (wanted, found))
     rest = iter(wanted)
     return found == wanted if plain else all(any(one == row for row in rest) for one in found)
+
+
+def _poses_of(content: bytes) -> list[Row] | None:
+    """Rows of eight numbers with white space between, or one comma in every line."""
+    if all(line.count(",") == 7 for line in lines(content, errors="replace") or ()):
+        return rows_of(content, width=8, commas=True, errors="replace")
+    return rows_of(content, width=8, commas=False, errors="replace")
 
 
 def _same_poses(outcome: object, rows: list[Row]) -> bool:
@@ -231,7 +238,7 @@ KINDS = (
         target="sequence-000000.txt",
         mutations=TEXT,
         read=lambda folder: import_tum(folder / "sequence-000000.txt", DT),
-        oracle=_Oracle(partial(rows_of, width=8, commas=False, errors="replace"), _same_poses),
+        oracle=_Oracle(_poses_of, _same_poses),
         weight=5,
     ),
 )

@@ -153,6 +153,8 @@ class _Reading:
     @property
     def fits(self) -> bool:
         """Whether it may be so; which end of y is up, a world whose z is not shows only by not driving backwards."""
+        if self.heading is None and self.turned < _TURNED_STANDING:  # nothing shows the axes
+            return self.drives and self.level and self.axes in ("body", "camera")
         if not self.drives or self.heading is None or self.ahead or self.axes == "body":
             return self.drives and (self.level or self.axes == "camera")
         sideways = abs(self.heading) > _STEADY and abs(phase(self.heading)) < _BACKWARDS

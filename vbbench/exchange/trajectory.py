@@ -105,7 +105,7 @@ def _split(path: Path) -> tuple[str, str | None, dict[int, list[str]]]:
             first = text
         elif text:
             mark = mark or separator_of(text)
-            cells[line] = text.split() if mark == " " else text.split(mark)
+            cells[line] = text.split() if mark in " \t" else text.split(mark)
     return first or comment, axes, cells
 
 
@@ -117,7 +117,8 @@ def _header(path: Path, named: str, count: int) -> Header | None:
     if header is None or (comment and len(header.names) != count):
         return None
     turned = [name for name in _QUATERNION if name in header]
-    if not {"x", "y"} <= set(header.columns) or 0 < len(turned) < len(_QUATERNION):
+    timed = "time" in header or "frame" in header
+    if not (timed and {"x", "y"} <= set(header.columns)) or 0 < len(turned) < len(_QUATERNION):
         if comment:
             return None
         problem = f"its first line is {quoted(named)}; name columns time, x, y, and qx, qy, qz, qw or yaw"
