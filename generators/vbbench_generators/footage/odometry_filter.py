@@ -119,47 +119,29 @@ def _filter(
     """Pose [T, 3], its covariance, and motion since the frame before with its covariance, at the readings `FRAME`."""
     poses, covariances = np.empty((frames, 3)), np.empty((frames, 3, 3))
     motions, spreads = np.empty((frames, 3)), np.empty((frames, 3, 3))
-    state, spread = np.empty(_SIZE), np.empty((_SIZE, _SIZE))
-    change, work = np.empty((_SIZE, _SIZE)), np.empty((_SIZE, _SIZE))
-    _begin(state, spread, noise)
+    state, spread = np.zeros(_SIZE), np.zeros((_SIZE, _SIZE))
+    spread[_V, _V], spread[_W, _W], spread[_BIAS, _BIAS] = 1.0, 1.0, noise.bias**2  # up to 1 m/s and 1 rad/s or so
+    spread[_SLIP, _SLIP], spread[_TURN_SLIP, _TURN_SLIP] = noise.slips[0] ** 2, noise.slips[1] ** 2
     frame = 0
     for i in range(len(times)):
         if i > 0 and times[i] > times[i - 1]:
-            _predict(state, spread, change, work, times[i] - times[i - 1], noise)
+            spread = _predict(state, spread, times[i] - times[i - 1], noise)
         if kinds[i] != FRAME:
-            _update(state, spread, work, kinds[i], values[i], noise)
+            _update(state, spread, kinds[i], values[i], noise)
             continue
         if frame == 0:
-            _forget(state, spread, 0)
-        for a in range(3):
-            poses[frame, a], motions[frame, a] = state[a], state[_MOVED + a]
-            for b in range(3):
-                covariances[frame, a, b], spreads[frame, a, b] = spread[a, b], spread[_MOVED + a, _MOVED + b]
-        _forget(state, spread, _MOVED)
+            _begin_here(state, spread, 0)
+        poses[frame], motions[frame] = state[:_MOVED], state[_MOVED:_V]
+        covariances[frame], spreads[frame] = spread[:_MOVED, :_MOVED], spread[_MOVED:_V, _MOVED:_V]
+        _begin_here(state, spread, _MOVED)
         frame += 1
     return poses, covariances, motions, spreads
 
 
 @kernel
-def _begin(state: FloatArray, spread: FloatArray, noise: RobotNoise) -> None:
-    """A robot of any speed, up to 1 m/s and 1 rad/s or so."""
-    for a in range(_SIZE):
-        state[a] = 0.0
-        for b in range(_SIZE):
-            spread[a, b] = 0.0
-    spread[_V, _V], spread[_W, _W] = 1.0, 1.0
-    spread[_BIAS, _BIAS] = noise.bias**2
-    spread[_SLIP, _SLIP], spread[_TURN_SLIP, _TURN_SLIP] = noise.slips[0] ** 2, noise.slips[1] ** 2
-
-
-@kernel
-def _predict(
-    state: FloatArray, spread: FloatArray, change: FloatArray, work: FloatArray, dt: float, noise: RobotNoise
-) -> None:
-    """Move the state ``dt`` seconds on, and its covariance: P ← F P Fᵀ + Q with F = ``change``."""
-    for a in range(_SIZE):
-        for b in range(_SIZE):
-            change[a, b] = 1.0 if a == b else 0.0
+def _predict(state: FloatArray, spread: FloatArray, dt: float, noise: RobotNoise) -> FloatArray:
+    """Move the state ``dt`` seconds on; its covariance then: F P Fᵀ + Q with F = ``change``."""
+    change = np.eye(_SIZE)
     v, w, stays = state[_V], state[_W], np.exp(-dt / noise.slip_seconds)
     for first in range(0, _V, _MOVED):
         yaw = state[first + 2] + 0.5 * w * dt
@@ -174,76 +156,58 @@ def _predict(
     for slip in range(_SLIP, _SIZE):
         state[slip] *= stays
         change[slip, slip] = stays
-    _carry(spread, change, work)
-    _add_noise(state, spread, dt, stays, noise)
+    carried = _product(_product(change, spread), change.T)
+    _add_noise(state, carried, dt, stays, noise)
+    return carried
 
 
 @kernel
-def _carry(spread: FloatArray, change: FloatArray, work: FloatArray) -> None:
-    """P ← F P Fᵀ."""
-    for a in range(_SIZE):
-        for b in range(_SIZE):
-            work[a, b] = 0.0
-            for c in range(_SIZE):
-                work[a, b] += change[a, c] * spread[c, b]
-    for a in range(_SIZE):
-        for b in range(_SIZE):
-            spread[a, b] = 0.0
-            for c in range(_SIZE):
-                spread[a, b] += work[a, c] * change[b, c]
+def _product(first: FloatArray, second: FloatArray) -> FloatArray:
+    """The product of two matrices, with sums in one order on every machine."""
+    product = np.zeros_like(first)
+    for n in range(len(first)):
+        product += np.outer(first[:, n], second[n])
+    return product
 
 
 @kernel
 def _add_noise(state: FloatArray, spread: FloatArray, dt: float, stays: float, noise: RobotNoise) -> None:
-    """Q: the walks of v, ω and b, the renewal of the slips, and a push aside, which moves pose and motion alike."""
+    """Q: random walks of v, ω and b, the renewal of the slips, and motion sideways, equal in pose and motion."""
     spread[_V, _V] += noise.acceleration**2 * dt
     spread[_W, _W] += noise.turn_acceleration**2 * dt
     spread[_BIAS, _BIAS] += noise.bias_drift**2 * dt
     for slip in range(2):
         spread[_SLIP + slip, _SLIP + slip] += noise.slips[slip] ** 2 * (1.0 - stays * stays)
-    push = noise.sideways**2 * abs(state[_V]) * dt
+    aside = np.zeros(_SIZE)
     for first in range(0, _V, _MOVED):
-        for second in range(0, _V, _MOVED):
-            sin, cos = np.sin(state[first + 2]), np.cos(state[first + 2])
-            other_sin, other_cos = np.sin(state[second + 2]), np.cos(state[second + 2])
-            spread[first, second] += push * sin * other_sin
-            spread[first, second + 1] -= push * sin * other_cos
-            spread[first + 1, second] -= push * cos * other_sin
-            spread[first + 1, second + 1] += push * cos * other_cos
+        aside[first], aside[first + 1] = np.sin(state[first + 2]), -np.cos(state[first + 2])
+    spread += np.outer(noise.sideways**2 * abs(state[_V]) * dt * aside, aside)
 
 
 @kernel
-def _update(
-    state: FloatArray, spread: FloatArray, work: FloatArray, kind: int, value: float, noise: RobotNoise
-) -> None:
+def _update(state: FloatArray, spread: FloatArray, kind: int, value: float, noise: RobotNoise) -> None:
     """Take one reading in; one that lies far off counts as less certain."""
-    rate, other = _W, _BIAS
-    if kind == SPEED:
-        rate, other = _V, _SLIP
-    elif kind == TURN:
-        other = _TURN_SLIP
-    expected, by_rate, by_other = state[_W] + state[_BIAS], 1.0, 1.0
-    if kind != GYRO:
+    rate = _V if kind == SPEED else _W
+    if kind == GYRO:
+        other, by_rate, by_other = _BIAS, 1.0, 1.0
+        expected = state[_W] + state[_BIAS]
+    else:
+        other = _SLIP if kind == SPEED else _TURN_SLIP
         by_rate, by_other = 1.0 + state[other], state[rate]
         expected = by_rate * state[rate]
-    for a in range(_SIZE):
-        work[0, a] = spread[a, rate] * by_rate + spread[a, other] * by_other
-    certain = work[0, rate] * by_rate + work[0, other] * by_other
+    gain = spread[:, rate] * by_rate + spread[:, other] * by_other
+    certain = gain[rate] * by_rate + gain[other] * by_other
     off, variance = value - expected, noise.readings[kind] ** 2
     variance *= max(1.0, (noise.freedom + off * off / (certain + variance)) / (noise.freedom + 1.0))
-    for a in range(_SIZE):
-        state[a] += work[0, a] / (certain + variance) * off
-        for b in range(_SIZE):
-            spread[a, b] -= work[0, a] * work[0, b] / (certain + variance)
+    state += gain / (certain + variance) * off
+    spread -= np.outer(gain, gain) / (certain + variance)
 
 
 @kernel
-def _forget(state: FloatArray, spread: FloatArray, first: int) -> None:
-    """Begin pose or motion anew: exactly here."""
-    for a in range(first, first + 3):
-        state[a] = 0.0
-        for b in range(_SIZE):
-            spread[a, b], spread[b, a] = 0.0, 0.0
+def _begin_here(state: FloatArray, spread: FloatArray, first: int) -> None:
+    """Set pose or motion to exactly 0."""
+    state[first : first + 3] = 0.0
+    spread[first : first + 3], spread[:, first : first + 3] = 0.0, 0.0
 
 
 STEP, WIDEST, LEAST_TURN, LEAST_LIKENESS = 0.01, 0.5, 0.03, 0.6
