@@ -311,7 +311,7 @@ def test_the_samples_places_are_of_its_frames(sample: Path, recwarn: pytest.Warn
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda v: v["000002.pcd"]["position"].pop("y"), "000002.pcd: key 'position' is .*numbers x, y, z"),
+        (lambda v: v["000002.pcd"]["position"].pop("y"), "000002.pcd is .*'position' with numbers x, y, z"),
         (lambda v: v["000000.pcd"]["orientation"].update(w=7.0), "000000.pcd: the orientation's .* have length"),
         (lambda v: v.update({"7": v["000000.pcd"]}), "key '7' of 'odometry' is not the name of a frame"),
         (lambda v: [one["orientation"].update(x=1.0, z=0.0, w=0.0) for one in v.values()], "is not upright"),

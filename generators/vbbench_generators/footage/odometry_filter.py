@@ -131,8 +131,10 @@ def _filter(
             continue
         if frame == 0:
             _begin_here(state, spread, 0)
-        poses[frame], motions[frame] = state[:_MOVED], state[_MOVED:_V]
-        covariances[frame], spreads[frame] = spread[:_MOVED, :_MOVED], spread[_MOVED:_V, _MOVED:_V]
+        for a in range(_MOVED):
+            poses[frame, a], motions[frame, a] = state[a], state[_MOVED + a]
+            for b in range(_MOVED):
+                covariances[frame, a, b], spreads[frame, a, b] = spread[a, b], spread[_MOVED + a, _MOVED + b]
         _begin_here(state, spread, _MOVED)
         frame += 1
     return poses, covariances, motions, spreads
@@ -141,7 +143,9 @@ def _filter(
 @kernel
 def _predict(state: FloatArray, spread: FloatArray, dt: float, noise: RobotNoise) -> FloatArray:
     """Move the state ``dt`` seconds on; its covariance then: F P Fᵀ + Q with F = ``change``."""
-    change = np.eye(_SIZE)
+    change = np.zeros((_SIZE, _SIZE))
+    for a in range(_SIZE):
+        change[a, a] = 1.0
     v, w, stays = state[_V], state[_W], np.exp(-dt / noise.slip_seconds)
     for first in range(0, _V, _MOVED):
         yaw = state[first + 2] + 0.5 * w * dt
@@ -164,9 +168,11 @@ def _predict(state: FloatArray, spread: FloatArray, dt: float, noise: RobotNoise
 @kernel
 def _product(first: FloatArray, second: FloatArray) -> FloatArray:
     """The product of two matrices, with sums in one order on every machine."""
-    product = np.zeros_like(first)
-    for n in range(len(first)):
-        product += np.outer(first[:, n], second[n])
+    product = np.zeros((_SIZE, _SIZE))
+    for a in range(_SIZE):
+        for b in range(_SIZE):
+            for c in range(_SIZE):
+                product[a, b] += first[a, c] * second[c, b]
     return product
 
 
@@ -181,7 +187,10 @@ def _add_noise(state: FloatArray, spread: FloatArray, dt: float, stays: float, n
     aside = np.zeros(_SIZE)
     for first in range(0, _V, _MOVED):
         aside[first], aside[first + 1] = np.sin(state[first + 2]), -np.cos(state[first + 2])
-    spread += np.outer(noise.sideways**2 * abs(state[_V]) * dt * aside, aside)
+    push = noise.sideways**2 * abs(state[_V]) * dt
+    for a in range(_SIZE):
+        for b in range(_SIZE):
+            spread[a, b] += push * aside[a] * aside[b]
 
 
 @kernel
@@ -195,19 +204,25 @@ def _update(state: FloatArray, spread: FloatArray, kind: int, value: float, nois
         other = _SLIP if kind == SPEED else _TURN_SLIP
         by_rate, by_other = 1.0 + state[other], state[rate]
         expected = by_rate * state[rate]
-    gain = spread[:, rate] * by_rate + spread[:, other] * by_other
+    gain = np.empty(_SIZE)
+    for a in range(_SIZE):
+        gain[a] = spread[a, rate] * by_rate + spread[a, other] * by_other
     certain = gain[rate] * by_rate + gain[other] * by_other
     off, variance = value - expected, noise.readings[kind] ** 2
     variance *= max(1.0, (noise.freedom + off * off / (certain + variance)) / (noise.freedom + 1.0))
-    state += gain / (certain + variance) * off
-    spread -= np.outer(gain, gain) / (certain + variance)
+    for a in range(_SIZE):
+        state[a] += gain[a] / (certain + variance) * off
+        for b in range(_SIZE):
+            spread[a, b] -= gain[a] * gain[b] / (certain + variance)
 
 
 @kernel
 def _begin_here(state: FloatArray, spread: FloatArray, first: int) -> None:
     """Set pose or motion to exactly 0."""
-    state[first : first + 3] = 0.0
-    spread[first : first + 3], spread[:, first : first + 3] = 0.0, 0.0
+    for a in range(first, first + 3):
+        state[a] = 0.0
+        for b in range(_SIZE):
+            spread[a, b], spread[b, a] = 0.0, 0.0
 
 
 STEP, WIDEST, LEAST_TURN, LEAST_LIKENESS = 0.01, 0.5, 0.03, 0.6

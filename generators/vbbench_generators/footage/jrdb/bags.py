@@ -65,11 +65,10 @@ def read_bag(path: Path) -> BagReadings:
 
 @dataclass(frozen=True)
 class _Topic:
-    """Messages of one topic: times in s by the sensor's and by the recorder's clock, and numbers."""
+    """Messages of one topic: times in s, and numbers."""
 
     name: str
-    stamps: list[float]
-    recorded: list[float]
+    times: list[float]
     rows: list[list[float]]
 
 
@@ -79,12 +78,11 @@ def _messages(path: Path) -> tuple[_Topic, _Topic]:
         if not any(bag.counts.values()):
             raise FileError(path, "is an empty bag: it holds no message")
         driven = bag.topics_of(ODOMETRY)
-        wheels = _Topic(next((name for name in WHEELS if name in driven), ""), [], [], [])
-        imu = _Topic(next(iter(bag.topics_of(IMU)), ""), [], [], [])
+        wheels = _Topic(next((name for name in WHEELS if name in driven), ""), [], [])
+        imu = _Topic(next(iter(bag.topics_of(IMU)), ""), [], [])
         for message in bag.messages(wheels.name, imu.name):
-            topic, stamp = (wheels if message.topic == wheels.name else imu), message.fields.header.stamp
-            topic.stamps.append(stamp.sec + 1e-9 * stamp.nanosec)
-            topic.recorded.append(message.recorded)
+            topic = wheels if message.topic == wheels.name else imu
+            topic.times.append(message.time)
             topic.rows.append(_odometry(message.fields) if topic is wheels else _imu(message.fields))
     return wheels, imu
 
@@ -102,8 +100,8 @@ def _imu(message: Any) -> list[float]:
 
 
 def _checked_times(path: Path, topic: _Topic) -> FloatArray:
-    """[N] by the sensor's clock where it has one, else by the recorder's; a clock that jumps is refused."""
-    times = np.array(topic.stamps if all(topic.stamps) else topic.recorded)
+    """[N] in s; a clock that jumps is refused."""
+    times = np.array(topic.times)
     passed = np.diff(times)
     bad = (passed < 0.0) | (passed > _LONGEST_GAP)
     if bad.any():

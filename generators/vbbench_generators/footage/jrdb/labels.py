@@ -2,12 +2,11 @@
 
 ``labels_2d_stitched/NAME.json``: ``labels`` → ``000000.jpg`` → boxes [left, top, width, height] in px.
 ``labels_3d/NAME.json``: ``labels`` → ``000000.pcd`` → boxes cx, cy, cz, l, w, h, rot_z in m, x forward, y left, z up.
-Both in one table of numbers are `jrdb.sample`'s.
+Both as tables of text are read by `jrdb.text`.
 """
 
-import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -50,14 +49,8 @@ class PictureLabels:
 
     def select(self, kept: BoolArray) -> "PictureLabels":
         """Some of the boxes."""
-        return PictureLabels(
-            path=self.path,
-            frames=self.frames[kept],
-            people=self.people[kept],
-            boxes=self.boxes[kept],
-            visible=self.visible[kept],
-            interpolated=self.interpolated[kept],
-        )
+        names = ("frames", "people", "boxes", "visible", "interpolated")
+        return replace(self, **{name: getattr(self, name)[kept] for name in names})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +87,7 @@ def read_pictures(path: Path) -> PictureLabels:
         people=np.array([label.person for label in rows], np.int64),
         boxes=np.array([label.picture_box() for label in rows]).reshape(-1, 4),
         visible=np.array([label.visible() for label in rows]),
-        interpolated=np.array([label.interpolated() for label in rows], np.bool_),
+        interpolated=np.array([label.attribute("interpolated", "false").lower() == "true" for label in rows], np.bool_),
     )
 
 
@@ -117,16 +110,6 @@ def read_places(path: Path) -> PlaceLabels:
     )
 
 
-def wrong_height(height: float) -> str:
-    """What is wrong with the height of a person in m; nothing of one that can be."""
-    return "" if 0.0 < height <= TALLEST else f"h is {height:g}; people are up to {TALLEST:g} m tall"
-
-
-def wrong_size(width: float, height: float) -> str:
-    """What is wrong with the size of a box in px; nothing of one that can be."""
-    return "" if width > 0.0 and height > 0.0 else f"its box is {width:g} px wide and {height:g} px high"
-
-
 @dataclass(frozen=True)
 class _Label:
     """One label of a person; what is wrong with it is said with the picture and its number there."""
@@ -142,35 +125,23 @@ class _Label:
         """The error about this label."""
         return FileError(self.path, f"{self.picture}, label {self.number_there}: {problem}")
 
-    def refuse(self, problem: str) -> None:
-        """Raise the error about this label, if there is a problem."""
-        if problem:
-            raise self.fault(problem)
-
-    def number(self, values: dict[str, Any], key: str) -> float:
-        """A finite number of plausible size."""
-        if key not in values:
-            raise self.fault(f"key '{key}' is missing in its box of {', '.join(values) or 'nothing'}")
-        return self.checked(key, values[key], MOST_METRES)
-
-    def checked(self, key: str, value: Any, most: float) -> float:
+    def number(self, key: str, value: Any, most: float) -> float:
         """``value`` as a finite number of at most ``most``."""
-        usable = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-        if not usable or abs(value) > most:
+        if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) <= most:
             raise self.fault(f"{key} is {quoted(value)}, not a number up to {most:,.0f}")
         return float(value)
 
-    def box(self) -> dict[str, Any]:
-        """The box in metres."""
+    def place_and_height(self) -> tuple[float, float, float]:
+        """Metres forward and to the left, and how tall the person is."""
         box = self.values.get("box")
         if not isinstance(box, dict):
             raise self.fault(f"key 'box' is {quoted(box)}, not an object with cx, cy, cz, l, w, h, rot_z")
-        return box
-
-    def place_and_height(self) -> tuple[float, float, float]:
-        """Metres forward and to the left, and how tall the person is."""
-        ahead, left, height = (self.number(self.box(), key) for key in ("cx", "cy", "h"))
-        self.refuse(wrong_height(height))
+        missing = next((key for key in ("cx", "cy", "h") if key not in box), None)
+        if missing:
+            raise self.fault(f"key '{missing}' is missing in its box of {', '.join(box) or 'nothing'}")
+        ahead, left, height = (self.number(key, box[key], MOST_METRES) for key in ("cx", "cy", "h"))
+        if not 0.0 < height <= TALLEST:
+            raise self.fault(f"h is {height:g}; people are up to {TALLEST:g} m tall")
         return ahead, left, height
 
     def picture_box(self) -> list[float]:
@@ -178,8 +149,9 @@ class _Label:
         box = self.values.get("box")
         if not isinstance(box, list) or len(box) != 4:
             raise self.fault(f"key 'box' is {quoted(box)}, not [left, top, width, height]")
-        numbers = [self.checked(name, value, MOST_PIXELS) for name, value in zip(_BOX, box, strict=True)]
-        self.refuse(wrong_size(*numbers[2:]))
+        numbers = [self.number(name, value, MOST_PIXELS) for name, value in zip(_BOX, box, strict=True)]
+        if min(numbers[2:]) <= 0.0:
+            raise self.fault(f"its box is {numbers[2]:g} px wide and {numbers[3]:g} px high")
         return numbers
 
     def attribute(self, name: str, default: str) -> str:
@@ -195,10 +167,6 @@ class _Label:
         if word not in VISIBLE:
             raise self.fault(f"occlusion is {quoted(word)}; {suggestion(word, VISIBLE)}")
         return VISIBLE[word]
-
-    def interpolated(self) -> bool:
-        """Whether the box was computed from others."""
-        return self.attribute("interpolated", "false").lower() == "true"
 
 
 def _people(path: Path, ending: str) -> Iterator[_Label]:

@@ -18,8 +18,8 @@ from vbbench.scene import Scene
 from vbbench_generators.footage.found_boxes import read_found
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion
-from vbbench_generators.footage.jrdb.results import are_results, read_boxes
 from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
+from vbbench_generators.footage.jrdb.text import are_results, read_boxes
 from vbbench_generators.footage.pictures import pictures_in
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow
 

@@ -18,11 +18,10 @@ from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, r
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion, follow_poses, measure_motion
 from vbbench_generators.footage.jrdb.odometry_file import read_odometry_file
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, directions_beside, nearest_clouds
-from vbbench_generators.footage.jrdb.results import BOXES, PLACES, pictures_of
-from vbbench_generators.footage.jrdb.results import read_boxes as read_tracked_boxes
-from vbbench_generators.footage.jrdb.results import read_places as read_tracked_places
-from vbbench_generators.footage.jrdb.sample import read_sample
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, Grid, Stamps, lay_out, nominal_stamps, read_stamps
+from vbbench_generators.footage.jrdb.text import BOXES, PLACES, pictures_of, read_sample
+from vbbench_generators.footage.jrdb.text import read_boxes as read_tracked_boxes
+from vbbench_generators.footage.jrdb.text import read_places as read_tracked_places
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks
 
@@ -252,13 +251,11 @@ def _first_file(folders: list[Path], places: tuple[str, ...], name: str) -> Path
 
 
 def _chosen(found: list[Found], names: Iterable[str] | None) -> list[Found]:
-    if names is None:
-        return found
     there = {one.name: one for one in found}
-    for name in names:
+    for name in names or ():
         if name not in there:
             raise UnknownNameError("recording of jrdb", name, there)
-    return [there[name] for name in dict.fromkeys(names)]
+    return [there[name] for name in dict.fromkeys(names or there)]
 
 
 def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTracks | None) -> dict[str, Any]:

@@ -93,23 +93,6 @@ def lay_out(stamps: Stamps) -> Grid:
     return Grid(frames=stamps.frames, slots=slots, times=times)
 
 
-def check_clock(stamps: Stamps) -> Stamps:
-    """The same stamps.
-
-    Raises
-    ------
-    FileError
-        If the clock goes back, or leaps.
-    """
-    passed = np.diff(stamps.times)
-    bad = (passed <= 0.0) | (passed > _LONGEST_GAP)
-    if bad.any():
-        row = int(bad.argmax())
-        problem = f"the clock jumps by {passed[row]:+.3f} s from frame {stamps.frames[row]:06d} to the next"
-        raise FileError(stamps.path, f"{problem}; leave this recording out with `sequences`")
-    return stamps
-
-
 def read_stamps(folder: Path, name: str) -> Stamps:
     """The times in one of the two files in ``timestamps/NAME``.
 
@@ -132,7 +115,14 @@ def read_stamps(folder: Path, name: str) -> Stamps:
     if len(found) < len(rows):
         raise FileError(path, f"has {len(rows)} entries of {len(found)} frames: a frame stands there twice")
     frames = np.array(sorted(found), np.int64)
-    return check_clock(Stamps(path=path, frames=frames, times=np.array([found[frame] for frame in frames.tolist()])))
+    times = np.array([found[frame] for frame in frames.tolist()])
+    passed = np.diff(times)
+    bad = (passed <= 0.0) | (passed > _LONGEST_GAP)
+    if bad.any():
+        row = int(bad.argmax())
+        problem = f"the clock jumps by {passed[row]:+.3f} s from frame {frames[row]:06d} to the next"
+        raise FileError(path, f"{problem}; leave this recording out with `sequences`")
+    return Stamps(path=path, frames=frames, times=times)
 
 
 def _stamp(path: Path, number: int, row: Any, name: str) -> tuple[int, float]:
