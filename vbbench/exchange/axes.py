@@ -12,6 +12,7 @@ from math import dist
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vbbench.errors import FileError
 from vbbench.exchange.trajectory import MATRIX, XYZW, Trajectory
@@ -95,8 +96,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     starts = {order for order in orders if np.allclose(orders[order][0], np.eye(3), atol=1e-3)}
     fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.heading)]
     unusual = {order: -0.01 if order in starts else _UNUSUAL * (order != usual) for order in orders}
-    ranks = [(one is not readings[0], one.cost + unusual[one.order]) for one in fitting]
-    found = fitting[ranks.index(min(ranks))] if fitting else None
+    found = min(fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None)
     if axes is None:
         _refuse_inverse(trajectory, found)
     if found is None:
@@ -174,6 +174,8 @@ class _Reading:
 
 def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, steps: IntArray) -> _Reading:
     """Places [N, 3] and rotations [N, 3, 3] in certain axes; ``steps`` are rows between which the body moves."""
+    from scipy.spatial.transform import Rotation  # takes a while to import
+
     right, forward, up = _axes_of(axes)
     if np.linalg.det(np.stack([right, forward, up])) < 0.0:  # left-handed: seen in a mirror that turns up to down
         mirror = np.diag(1.0 - 2.0 * np.abs(up))
@@ -187,21 +189,18 @@ def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, s
     ahead /= np.linalg.norm(ahead)
     ground = np.stack([ahead, np.cross(vertical, ahead)], axis=-1)
     yaw = np.arctan2(*(looks @ ground).T[::-1])
-    heading = None
-    if len(moves):
-        x, y = (moves @ ground).T
-        seen = np.exp(1j * yaw[steps[:-1]]) + np.exp(1j * yaw[steps[1:]])
-        heading = complex(((x + 1j * y) * np.exp(-1j * np.angle(seen))).sum() / max(np.hypot(x, y).sum(), 1e-9))
-    turns = _rotation_vectors(rotations @ rotations[0].T)
+    poses = np.column_stack([places @ ground, wrap_angle(yaw)])
+    ways = _ways(poses, steps)
+    turns = Rotation.from_matrix(rotations @ rotations[0].T).as_rotvec()
     return _Reading(
         order=order,
         axes=axes,
-        poses=np.column_stack([places @ ground, wrap_angle(yaw)]),
+        poses=poses,
         lean=np.arccos(np.clip(upwards @ vertical, -1.0, 1.0)),
         level=bool(vertical[2] > 0.99),
         level_y=bool(abs(vertical[1]) > np.cos(_STEEPEST)),
         climb=float(np.abs(moves @ vertical).sum() / way.sum()) if len(moves) else 0.0,
-        heading=heading,
+        heading=complex(ways.sum() / max(np.abs(ways).sum(), 1e-9)) if len(ways) else None,
         turned=float(np.linalg.norm(turns, axis=1).max()),
         spin=float(((turns @ vertical) ** 2).sum() / max((turns**2).sum(), 1e-12)),
     )
@@ -232,13 +231,6 @@ def _vertical(upwards: FloatArray, rights: FloatArray, moves: FloatArray) -> Flo
         across += moves.T @ moves / len(moves)
     found = np.linalg.eigh(across)[1][:, 0]
     return np.asarray(found * (1.0 if found @ mean >= 0.0 else -1.0))
-
-
-def _rotation_vectors(rotations: FloatArray) -> FloatArray:
-    """[N, 3] axis · angle of rotations [N, 3, 3]."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_matrix(rotations).as_rotvec())
 
 
 def _refuse_inverse(trajectory: Trajectory, found: _Reading | None) -> None:
@@ -340,9 +332,13 @@ def _axes_of_path(trajectory: Trajectory) -> str:
 
 def off_course(poses: FloatArray) -> tuple[float, float]:
     """The share of the way of poses [N, 3] that leads elsewhere than ahead, and the mean angle to the left in rad."""
-    steps = _corners(poses[:, :2], STEP)
-    moves = np.diff(poses[steps, :2], axis=0)
-    seen = np.exp(1j * poses[steps[:-1], 2]) + np.exp(1j * poses[steps[1:], 2])
-    ways = (moves[:, 0] + 1j * moves[:, 1]) * np.exp(-1j * np.angle(seen))
+    ways = _ways(poses, _corners(poses[:, :2], STEP))
     share = float(np.abs(ways)[np.abs(np.angle(ways)) > _AHEAD].sum() / max(float(np.abs(ways).sum()), 1e-9))
     return share, float(np.angle(ways.sum()))
+
+
+def _ways(poses: FloatArray, steps: IntArray) -> NDArray[np.complex128]:
+    """[M − 1] ways between rows ``steps`` [M] of poses [N, 3], forward + i · left, by the mean of the two yaws."""
+    x, y = np.diff(poses[steps, :2], axis=0).T
+    seen = np.exp(1j * poses[steps[:-1], 2]) + np.exp(1j * poses[steps[1:], 2])
+    return np.asarray((x + 1j * y) * np.exp(-1j * np.angle(seen)))

@@ -1,11 +1,11 @@
 """Trajectory files as programs write them: times, places and rotations, before anything is assumed of their axes.
 
-TUM (``timestamp tx ty tz qx qy qz qw``) with six more columns for a covariance, EuRoC and any CSV whose header names
-its columns, KITTI's 3 × 4 matrices, with or without a timestamp, and ``time x y`` or ``time x y z`` without rotations.
+TUM (``timestamp tx ty tz qx qy qz qw``), EuRoC and any CSV whose header names its columns, KITTI's 3 × 4 matrices, with
+or without a timestamp, and ``time x y`` or ``time x y z`` without rotations.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,7 +41,6 @@ class Trajectory:
     unit : of the times in s; 0 where they are numbers of frames, ``None`` where the file names none.
     places : [N, 3] in m.
     rotations : [N, 3, 3] from the body to the world by the order of their columns: none, one, or two where it is open.
-    covariances : [N, 6] of the motion since the line before, where the file has them.
     axes : what the file states of the body's axes, a key of `vbbench.exchange.axes.AXES`.
     """
 
@@ -51,12 +50,11 @@ class Trajectory:
     places: FloatArray
     rotations: Mapping[str, FloatArray]
     unit: float | None = None
-    covariances: FloatArray | None = None
     axes: str | None = None
 
 
-def read_trajectory(path: Path, more: Sequence[str] = ()) -> Trajectory:
-    """Read a file; lines of TUM may go on with the columns ``more``, if all of them do.
+def read_trajectory(path: Path) -> Trajectory:
+    """Read a file.
 
     Raises
     ------
@@ -66,28 +64,23 @@ def read_trajectory(path: Path, more: Sequence[str] = ()) -> Trajectory:
     """
     if not path.is_file():
         raise FileError(path, "the file is missing")
-    named, axes, cells = _split(path)
+    names, axes, cells = _split(path)
     if not cells:
         raise FileError(path, f"holds no pose; write lines of '{' '.join(TUM)}'")
     lines, count = np.array(list(cells)), len(next(iter(cells.values())))
-    header = _header(path, named, count)
-    layout = _layout(path, int(lines[0]), count, more) if header is None else {}
-    columns = layout if header is None else header.columns
-    shown = list(layout) if header is None else list(header.names)
-    shown[:8] = TUM if header is None and len(shown) in (len(TUM), len(TUM) + len(more)) else shown[:8]
-    values = np.array([_numbers(path, line, row, shown, columns) for line, row in cells.items()])
-    table = dict(zip(columns, values.T, strict=True))
-    places = np.stack([table[name] if name in table else np.zeros(len(lines)) for name in ("x", "y", "z")], axis=-1)
+    named = _header(path, names, count)
+    header = named or _layout(path, int(lines[0]), count)
+    values = np.array([_numbers(path, line, row, header) for line, row in cells.items()])
+    table = dict(zip(header.columns, values.T, strict=True))
+    places = np.stack([table.get(name, np.zeros(len(lines))) for name in ("x", "y", "z")], axis=-1)
     clock = next((name for name in ("time", "frame") if name in table), None)
-    units = {} if header is None else header.units
     return Trajectory(
         path=path,
         lines=lines,
         times=None if clock is None else table[clock],
-        unit=0.0 if clock == "frame" else UNITS.get(units.get("time", "")),
+        unit=0.0 if clock == "frame" else UNITS.get(header.units.get("time", "")),
         places=places,
-        rotations=_rotations(path, lines, table, units.get("yaw"), header is not None),
-        covariances=np.stack([table[name] for name in more], axis=-1) if more and set(more) <= set(table) else None,
+        rotations=_rotations(path, lines, table, header.units.get("yaw"), named is not None),
         axes=axes,
     )
 
@@ -129,28 +122,28 @@ def _header(path: Path, named: str, count: int) -> Header | None:
     return header
 
 
-def _layout(path: Path, line: int, count: int, more: Sequence[str]) -> dict[str, int]:
+def _layout(path: Path, line: int, count: int) -> Header:
     """The columns of a file without a header, by how many there are."""
-    matrix = [f"{row}{column}" for row in "xyz" for column in "012"]
-    cells = [*matrix[:3], "x", *matrix[3:6], "y", *matrix[6:], "z"]
-    bottom = ["30", "31", "32", "33"]
-    quaternion = ["time", "x", "y", "z", *_QUATERNION]
-    known = (["time", "x", "y"], quaternion[:4], quaternion, [*quaternion, *more], cells, ["time", *cells])
-    names = next((one for one in (*known, [*cells, *bottom], ["time", *cells, *bottom]) if len(one) == count), None)
+    cells = ["x0", "x1", "x2", "x", "y0", "y1", "y2", "y", "z0", "z1", "z2", "z"]
+    whole, quaternion = [*cells, "30", "31", "32", "33"], ["time", "x", "y", "z", *_QUATERNION]
+    known = (quaternion[:3], quaternion[:4], quaternion, cells, ["time", *cells], whole, ["time", *whole])
+    names = next((one for one in known if len(one) == count), None)
     if names is None:
         wanted = f"wanted {len(TUM)} with spaces between: {' '.join(TUM)}"
         raise FileError(path, f"{count} columns, {wanted}; or 3 x 4 matrices; or a first line of names", line)
-    return {name: column for column, name in enumerate(names)}
+    shown = TUM if names is quaternion else tuple(names)
+    return Header(shown, {name: column for column, name in enumerate(names)}, {}, {})
 
 
-def _numbers(path: Path, line: int, cells: list[str], shown: list[str], columns: Mapping[str, int]) -> list[float]:
-    if len(cells) != len(shown):
-        raise FileError(path, f"{len(cells)} columns, wanted {len(shown)}: {' '.join(shown)}", line)
+def _numbers(path: Path, line: int, cells: list[str], header: Header) -> list[float]:
+    if len(cells) != len(header.names):
+        raise FileError(path, f"{len(cells)} columns, wanted {len(header.names)}: {' '.join(header.names)}", line)
     numbers = []
-    for name, column in columns.items():
-        value = finite_number(path, line, shown[column], cells[column])
-        if abs(value) > _FARTHEST and name not in ("time", "frame"):
-            raise FileError(path, f"{shown[column]} is {value:g}; it must be within ±{_FARTHEST:g} m", line)
+    for noun, column in header.columns.items():
+        value = finite_number(path, line, header.names[column], cells[column])
+        if abs(value) > _FARTHEST and noun not in ("time", "frame"):
+            problem = f"{header.names[column]} is {value:g}; it must be within ±{_FARTHEST:g} m"
+            raise FileError(path, problem, line)
         numbers.append(value)
     return numbers
 
@@ -165,21 +158,21 @@ def _rotations(
         skew[np.linalg.det(matrices) < 0.0] = 2.0
         _refuse(path, lines, skew > _SKEW, "columns 1 to 3, 5 to 7 and 9 to 11 are no rotation (off by {0:.3g})", skew)
         return {MATRIX: matrices}
+    from scipy.spatial.transform import Rotation  # takes a while to import
+
     if "yaw" in table:
         yaw = table["yaw"] * UNITS.get(unit or "", 1.0)
         far = (np.abs(yaw) > _MOST_RADIANS) & (unit is None)
         _refuse(path, lines, far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
-        return {YAW: rotation_matrices(np.stack([0.0 * yaw, 0.0 * yaw, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], -1))}
-    if "qw" not in table:
-        return {}
-    quaternions = np.stack([table[name] for name in _QUATERNION], axis=-1)
+        return {YAW: Rotation.from_euler("z", yaw).as_matrix()}
+    quaternions = np.stack([table.get(name, np.zeros(len(lines))) for name in _QUATERNION], axis=-1)
     length = np.linalg.norm(quaternions, axis=-1)
     if not length.any():
         return {}
     wrong = np.abs(length - 1.0) > _UNIT_TOLERANCE
     _refuse(path, lines, wrong, "the quaternion (qx qy qz qw) has length {0:.4g}; a rotation has length 1", length)
-    orders = {XYZW: rotation_matrices(quaternions)}
-    return orders if named else {**orders, WXYZ: rotation_matrices(np.roll(quaternions, -1, axis=-1))}
+    first = {} if named else {WXYZ: Rotation.from_quat(np.roll(quaternions, -1, axis=-1)).as_matrix()}
+    return {XYZW: Rotation.from_quat(quaternions).as_matrix(), **first}
 
 
 def _refuse(path: Path, lines: IntArray, wrong: BoolArray, problem: str, values: FloatArray) -> None:
@@ -187,12 +180,3 @@ def _refuse(path: Path, lines: IntArray, wrong: BoolArray, problem: str, values:
     if wrong.any():
         row = int(wrong.argmax())
         raise FileError(path, problem.format(values[row]), int(lines[row]))
-
-
-def rotation_matrices(quaternions: FloatArray) -> FloatArray:
-    """[N, 3, 3] of quaternions [N, 4] (qx, qy, qz, qw) of about unit length."""
-    x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)).T
-    rows = [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)]
-    rows += [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)]
-    rows += [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
-    return np.stack(rows, axis=-1).reshape(-1, 3, 3)

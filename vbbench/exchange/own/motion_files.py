@@ -1,8 +1,7 @@
 """Where the camera was, and how its bearer moved by its own measurement: trajectories, a line a second or more.
 
 They are those of `vbbench.exchange.trajectory`, in axes that `vbbench.exchange.axes` finds; the clock is that of the
-boxes. Lines of TUM odometry may go on with the covariance of the motion since the line before, ff fl f_turn ll l_turn
-turn_turn (forward, left, turn), in m², m·rad and rad².
+boxes.
 """
 
 from dataclasses import dataclass, replace
@@ -16,8 +15,7 @@ from vbbench.exchange.axes import ground_poses, off_course
 from vbbench.exchange.own.camera_file import OdometryFacts
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.trajectory import Trajectory, read_trajectory
-from vbbench.files.tables import MOTION_COVARIANCE
-from vbbench.geometry import FloatArray, IntArray, motion_between, motion_levers, wrap_angle
+from vbbench.geometry import FloatArray, motion_between, wrap_angle
 from vbbench.parsing.column_names import UNITS
 from vbbench.sequence import Odometry
 
@@ -51,87 +49,79 @@ def read_poses(path: Path, timeline: Timeline) -> tuple[FloatArray, tuple[str, .
         or it is none.
     """
     motion = _read(path, timeline, OdometryFacts())
-    times = motion.times
-    found = _at(times, motion.poses, timeline.times, beyond=BEYOND * timeline.dt)
+    found = _at(motion.times, motion.poses, timeline.times, beyond=BEYOND * timeline.dt)
     missing = np.isnan(found[:, 0])
     if missing.any():
         frame = int(missing.argmax())
-        problem = (
-            f"{int(missing.sum())} of {len(missing)} frames have no pose: frame {frame} is at "
-            f"{timeline.times[frame]:.10g} s, the poses reach from {times[0]:.10g} to {times[-1]:.10g} s"
-        )
-        raise FileError(path, f"{problem}; both need one clock, and no hole over {LONGEST_HOLE:g} s")
+        problem = f"{int(missing.sum())} of {len(missing)} frames have no pose: frame {frame} is at"
+        raise FileError(path, f"{problem} {timeline.times[frame]:.10g} s, {_reach(motion.times, timeline)}")
     return found, motion.notes
 
 
 def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple[Odometry, tuple[str, ...]]:
-    """The camera's motion from frame to frame with its covariance, NaN where it was not measured, and notes.
+    """The camera's motion from frame to frame, NaN where it was not measured, its covariance by ``facts``, and notes.
 
-    Poses are interpolated at the times of the frames, and not known before the first and after the last. Stated
-    covariances are added up over the time of a frame, parts of intervals in proportion to time; otherwise they follow
-    from ``facts``.
+    Poses are interpolated at the times of the frames, and not known before the first and after the last.
 
     Raises
     ------
     FileError
-        If the file cannot be read, its axes are open, nobody moves as fast, a covariance is not positive, or hardly any
-        frame has a motion.
+        If the file cannot be read, its axes are open, nobody moves as fast, or hardly any frame has a motion.
     """
     motion = _read(path, timeline, facts)
-    times, notes = motion.times, motion.notes
     body, motions = (
-        _motions(_at(times, poses, timeline.times, beyond=SAME_TIME))
+        _motions(_at(motion.times, poses, timeline.times, beyond=SAME_TIME))
         for poses in (motion.poses, facts.of_camera(motion.poses))
     )
     covariances = facts.covariances(body, np.diff(timeline.times, prepend=np.nan))
     if motion.from_path:
         covariances[:, 2, 2] += PATH_TURN**2 * timeline.dt
-    if motion.covariances is not None:
-        covariances = _stated(motion, motion.covariances, timeline.times)
     covariances = facts.camera_covariances(body[:, 2], covariances)
-    measured = np.isfinite(motions[1:, 0]) & np.isfinite(covariances[1:]).all(axis=(1, 2))
+    measured = np.isfinite(motions[1:, 0])
     motions[1:][~measured], covariances[1:][~measured] = np.nan, np.nan
     if not measured.any():
-        boxes = f"the boxes from {timeline.times[0]:.10g} to {timeline.times[-1]:.10g} s"
-        problem = f"reaches from {times[0]:.10g} to {times[-1]:.10g} s, {boxes}: no frame has a motion"
-        raise FileError(path, f"{problem}; both need one clock, and no hole over {LONGEST_HOLE:g} s")
-    if not measured.all():
-        notes = (*notes, f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}")
-    return Odometry(motions=motions, covariances=covariances), notes
+        frames = f"the boxes are from {timeline.times[0]:.10g} to {timeline.times[-1]:.10g} s"
+        raise FileError(path, f"no frame has a motion: {frames}, {_reach(motion.times, timeline)}")
+    missing = f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}"
+    return Odometry(motions=motions, covariances=covariances), (*motion.notes, *([] if measured.all() else [missing]))
+
+
+def _reach(times: FloatArray, timeline: Timeline) -> str:
+    """Over which time poses reach, and what to write where that of the frames is another."""
+    reach = f"the poses reach from {times[0]:.10g} to {times[-1]:.10g} s"
+    if timeline.numbered and (times[-1] < timeline.times[0] or times[0] > timeline.times[-1]):
+        return (
+            f"{reach}; boxes have numbers of frames: write the time of each frame by the clock of the poses into their "
+            "file (a column 'time'), or subtract the time of frame 0 from the times here"
+        )
+    return f"{reach}; both need one clock, and no hole over {LONGEST_HOLE:g} s"
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Motion:
-    """Poses [N, 3] of a body at the ``times`` [N] in s, ascending, as a file has them; see `Trajectory`, `Grounded`."""
+    """Poses [N, 3] of a body at the ``times`` [N] in s, ascending; see `Grounded`."""
 
-    path: Path
-    lines: IntArray
     times: FloatArray
     poses: FloatArray
-    covariances: FloatArray | None
     from_path: bool
     notes: tuple[str, ...]
 
 
 def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
-    trajectory = read_trajectory(path, MOTION_COVARIANCE)
+    trajectory = read_trajectory(path)
     times, notes = _by_the_clock_of_boxes(trajectory, timeline)
     trajectory = _in_order(replace(trajectory, times=times))
     grounded = ground_poses(trajectory, facts.axes)
     _refuse_leaps(trajectory, grounded.poses, timeline)
     share, angle = off_course(facts.of_camera(grounded.poses))
     if share > OFF_COURSE:
-        way = (
-            f"{share:.0%} of the way leads {abs(np.degrees(angle)):.0f}° to the {'left' if angle > 0.0 else 'right'} of"
-        )
+        side = "left" if angle > 0.0 else "right"
+        way = f"{share:.0%} of the way leads {abs(np.degrees(angle)):.0f}° to the {side} of where the camera looks"
         advice = "if the camera does not drive backwards or sideways, write axes or mount in [odometry]"
-        notes = (*notes, f"{path.name}: {way} where the camera looks; {advice}")
+        notes = (*notes, f"{path.name}: {way}; {advice}")
     return _Motion(
-        path=path,
-        lines=trajectory.lines,
         times=np.asarray(trajectory.times),
         poses=grounded.poses,
-        covariances=trajectory.covariances,
         from_path=grounded.from_path,
         notes=(*grounded.notes, *notes),
     )
@@ -232,7 +222,6 @@ def _in_order(trajectory: Trajectory) -> Trajectory:
         times=times,
         places=trajectory.places[order],
         rotations={name: rotations[order] for name, rotations in trajectory.rotations.items()},
-        covariances=None if trajectory.covariances is None else trajectory.covariances[order],
     )
 
 
@@ -263,41 +252,3 @@ def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: flo
     alone = (wanted > times[before] + beyond) & (wanted < times[after] - beyond)
     found[outside | (alone & (times[after] - times[before] > LONGEST_HOLE))] = np.nan
     return found
-
-
-def _stated(motion: _Motion, triangles: FloatArray, wanted: FloatArray) -> FloatArray:
-    """[T, 3, 3] covariances of the motions since the frame before, from those [N, 6] since the line before."""
-    matrices = np.empty((len(triangles), 3, 3))
-    i, j = np.triu_indices(3)
-    matrices[:, i, j] = matrices[:, j, i] = triangles
-    smallest = np.linalg.eigvalsh(matrices)[:, 0]
-    wrong = smallest[1:] <= 0.0
-    if wrong.any():
-        row = 1 + int(wrong.argmax())
-        problem = f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite"
-        raise FileError(motion.path, problem, int(motion.lines[row]))
-    return _composed(motion.times, motion.poses, matrices, wanted)
-
-
-def _composed(times: FloatArray, poses: FloatArray, matrices: FloatArray, wanted: FloatArray) -> FloatArray:
-    """The covariances [T, 3, 3] of motions of which each line states its part; where no line is, nothing is added.
-
-    A part that moves by m with covariance C, in the axes where it begins, adds A C Aᵀ in those of the frame before:
-    A turns it there, and an error of its turn moves the place that is reached in the end, as far as that is off.
-    """
-    inside = wanted[(wanted >= times[0]) & (wanted <= times[-1])]
-    knots = np.union1d(times, inside)
-    line = np.searchsorted(times, knots[1:])
-    frame = np.searchsorted(wanted, knots[1:])
-    parts = np.flatnonzero((frame > 0) & (frame < len(wanted)))
-    line, frame, ends = line[parts], frame[parts], parts + 1
-    at = _at(times, poses, np.concatenate([knots, wanted]), beyond=SAME_TIME)
-    here, there = at[: len(knots)], at[len(knots) :]
-    begun, left_to_go = there[frame - 1, 2], there[frame, :2] - here[ends, :2]
-    rest = (left_to_go[:, 0] + 1j * left_to_go[:, 1]) * np.exp(-1j * begun)
-    moves = motion_levers(np.exp(1j * (here[ends - 1, 2] - begun)), rest)
-    shares = (knots[ends] - knots[ends - 1]) / (times[line] - times[line - 1])
-    covariances = np.zeros((len(wanted), 3, 3))
-    covariances[0] = np.nan
-    np.add.at(covariances, frame, moves @ (shares[:, None, None] * matrices[line]) @ moves.transpose(0, 2, 1))
-    return covariances
