@@ -101,7 +101,8 @@ def _boxes(rows: Rows, scores: FloatArray) -> FoundBoxes:
     far = np.abs(boxes).max(axis=1)
     rows.refuse(far > MOST_PIXELS, "the box reaches {0:g} px; boxes are in px of the panorama", far)
     rows.refuse(boxes[:, 2:].min(axis=1) <= 0.0, "its box is {0:g} px wide and {1:g} px high", *boxes[:, 2:].T)
-    return found_boxes(rows.path, *_of_whom(rows), boxes, scores, rows.lines)
+    frames, people = _of_whom(rows)
+    return found_boxes(rows.path, frames, people, boxes, scores, rows.lines)
 
 
 def _places(rows: Rows, places: FloatArray) -> PlaceLabels:
