@@ -12,18 +12,18 @@ import pytest
 
 from vbbench.birdify.birdify import is_film
 from vbbench.errors import FileError
-from vbbench.exchange.own.box_files import BoxRows, read_boxes, write_boxes
+from vbbench.exchange.own.box_files import OwnBoxes, read_boxes, write_boxes
 
 FRAMES = range(6)
 PICTURE = (1280.0, 720.0)
-Read = Callable[..., BoxRows]
+Read = Callable[..., OwnBoxes]
 
 
 @pytest.fixture
 def read(tmp_path: Path) -> Read:
     """Write a file, and read it."""
 
-    def make(name: str, content: str | bytes, **options: Any) -> BoxRows:
+    def make(name: str, content: str | bytes, **options: Any) -> OwnBoxes:
         path = tmp_path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content if isinstance(content, bytes) else content.encode())

@@ -110,11 +110,11 @@ def test_rows_that_do_not_count_are_left_out_whatever_they_say(tmp_path: Path, l
         ("91,7,1,1,20,60,1,1,1", "frame 91 is not in the sequence"),
         ("2.5,7,1,1,20,60,1,1,1", "frame 2.5 is not in the sequence"),
         ("3,1.5,1,1,20,60,1,1,1", "id 1.5 is not a whole number"),
-        ("3,-1,1,1,20,60,1,1,1", "id is -1: these are detections"),
+        ("3,-1,1,1,20,60,1,1,1", "the id is missing here, other boxes have one"),
         ("3,7,1,1,0,60,1,1,1", "the box is 0 x 60 px"),
         ("3,7,1,1,20,-60,1,1,1", "the box is 20 x -60 px"),
         ("3,7,1,1,20,60,1,1,1.5", "visibility is 1.5"),
-        ("2,7,1,1,20,60,1,1,1", "id 7 already has a box in frame 2, in line 1; leave one of them out"),
+        ("2,7,1,1,20,60,1,1,1", "id 7 already has a box in this frame, in line 1; leave one of them out"),
     ],
 )
 @pytest.mark.parametrize("packed", [False, True])
@@ -162,7 +162,7 @@ def test_no_text_at_all(tmp_path: Path) -> None:
         ("imWidth=1920", "imWidth=-1", "imWidth is '-1'"),
         ("imHeight=1080", "imHeight=0", "imHeight is '0'"),
         ("[Sequence]\n", "", "line 1: is not an ini file"),
-        ("[Sequence]", "[Recording]", r"has no section \[Sequence\]"),
+        ("[Sequence]", "[Recording]", r"key 'name' is missing in its section \[Sequence\]"),
         ("imDir", "frameRate=30\nimDir", "line 5: is not an ini file"),
     ],
 )

@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from vbbench.errors import FileError
-from vbbench.exchange.mot.text import parse_mot
+from vbbench.exchange.box_tables import read_box_text
 from vbbench.exchange.tum import import_tum
 from vbbench.files.sequence_tables import RowBound
 from vbbench.files.submission import Faults
@@ -44,9 +44,9 @@ def test_what_is_no_number_is_none_in_csv_mot_and_tum(tmp_path: Path, text: str)
     assert "x is " in one(tmp_path, x=text)[1][0]
     assert "sequence is " in one(tmp_path, sequence=text)[1][0]
     with pytest.raises(FileError, match=r"left is .*; write a number"):
-        parse_mot(tmp_path / "a.txt", f"1,1,{text},1,1,1\n2,1,1,1,1,1,1,1\n".encode())
+        read_box_text(tmp_path / "a.txt", f"1,1,{text},1,1,1\n2,1,1,1,1,1,1,1\n".encode())
     with pytest.raises(FileError, match=r"left is .*; write a number"):
-        parse_mot(tmp_path / "a.txt", f"1,1,{text},1,1,1\n".encode())
+        read_box_text(tmp_path / "a.txt", f"1,1,{text},1,1,1\n".encode())
     if " " not in text:
         (tmp_path / "t.txt").write_text(f"0 {text} 0 0 0 0 0 1\n", encoding="utf-8")
         with pytest.raises(FileError, match=r"tx is .*; write a number"):

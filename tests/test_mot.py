@@ -18,7 +18,7 @@ from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.matching import match_boxes, match_tracks
-from vbbench.exchange.mot import MotRows, export_mot, import_mot, read_mot, write_mot
+from vbbench.exchange.mot import BoxRows, export_mot, import_mot, read_mot, write_mot
 from vbbench.exchange.mot.importing import PIXEL_STD
 from vbbench.files.dataset import Dataset
 from vbbench.files.tables import file_sha256
@@ -67,25 +67,26 @@ def fullest(dataset: Dataset) -> int:
 def test_boxes_come_back(tmp_path_factory, boxes, visible, linked):
     path, count = tmp_path_factory.mktemp("trip") / "gt.txt", len(boxes)
     numbers = np.arange(count)
-    rows = MotRows(
+    rows = BoxRows(
         frame=numbers,
         track=numbers if linked else np.full(count, -1),
         boxes=boxes,
-        confidence=np.full(count, 0.5),
+        path=path,
+        scores=np.full(count, 0.5),
         visible=np.full(count, visible),
-        line=numbers + 1,
+        lines=numbers + 1,
     )
     write_mot(path, rows)
     back = read_mot(path, count)
     np.testing.assert_allclose(back.boxes, boxes, atol=1e-9)
-    for name in ("frame", "track", "confidence", "line"):
+    for name in ("frame", "track", "scores", "lines"):
         np.testing.assert_array_equal(getattr(back, name), getattr(rows, name))
-    np.testing.assert_allclose(back.visible, visible if linked else 1.0, rtol=1e-5)
+    np.testing.assert_allclose(back.visible, visible if linked else np.nan, rtol=1e-5)
 
 
 def test_frames_and_boxes_are_written_from_one(file):
-    row = {"frame": [0], "track": [3], "boxes": [[0.0, 10.0, 5.0, 6.0]], "confidence": [1], "visible": [1], "line": [1]}
-    write_mot(file, MotRows(**{name: np.array(values) for name, values in row.items()}))
+    row = {"frame": [0], "track": [3], "boxes": [[0.0, 10.0, 5.0, 6.0]], "scores": [1], "visible": [1]}
+    write_mot(file, BoxRows(path=file, lines=np.ones(1), **{name: np.array(values) for name, values in row.items()}))
     assert file.read_text() == "1,3,1.0,11.0,5.0,6.0,1,1,1\n"
 
 
@@ -128,7 +129,7 @@ def test_classes_that_show_no_people_are_counted(file):
         ("3,7,1,1,0,60", "the box is 0 x 60 px"),
         ("3,7,1,1,20,-60", "the box is 20 x -60 px"),
         ("3,7,1,1,20,60,1,1,1.5", "visibility is 1.5"),
-        ("2,7,1,1,20,60", "id 7 already has a box in frame 2, in line 1"),
+        ("2,7,1,1,20,60", "id 7 already has a box in this frame, in line 1"),
     ],
 )
 def test_a_bad_line_is_named(file, line, problem):

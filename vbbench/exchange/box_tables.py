@@ -257,6 +257,8 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
         visible = np.full(len(table), float(UNLINKED))
     counts = flags and ((scores == 1.0).any() or (visible != UNLINKED).any())
     frame = frame_numbers(table)
+    if table["id"].dtype.kind not in "if":
+        table.numbers("id")  # raises at the first one that is a word
     return BoxTable(
         table=table,
         frame=frame,

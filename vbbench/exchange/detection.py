@@ -1,9 +1,9 @@
 """Detectors and trackers: their interfaces, and how well they do on a sequence's rendered pictures."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
+from vbbench.exchange.box_rows import BoxRows, rows_of
+from vbbench.exchange.box_tables import UNLINKED
 from vbbench.exchange.matching import match_boxes
-from vbbench.exchange.mot.text import UNLINKED, MotRows, write_mot
+from vbbench.exchange.mot.text import write_mot
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray, freeze
 from vbbench.parallel.parts import progress_bar
@@ -65,6 +67,25 @@ class TrackerFactory(Protocol):
 
     def __call__(self, *, dt: float, period: float | None = None) -> Tracker:
         """A tracker of one sequence of ``dt`` seconds per frame; ``period`` as in `Detector.detect`."""
+
+
+Rows = TypeVar("Rows", bound=BoxRows)
+
+
+def rows_of_tracks(frames: IntArray, found: list[tuple[IntArray, Detections]]) -> BoxRows:
+    """What a tracker returned in ``frames`` [T], ascending, one box a row; how visible people are is not known."""
+    boxes, scores = (np.concatenate([getattr(one, name) for _, one in found]) for name in ("boxes", "scores"))
+    frame = np.repeat(frames, [len(ids) for ids, _ in found])
+    return rows_of(Path(), frame, np.concatenate([ids for ids, _ in found]), boxes, scores)
+
+
+def link(rows: Rows, tracker: Tracker, frames: IntArray) -> Rows:
+    """The boxes of detections that a tracker keeps, which looks at ``frames`` [T], ascending."""
+    order = np.argsort(rows.frame, kind="stable")
+    edges = (np.searchsorted(rows.frame[order], frames, side) for side in ("left", "right"))
+    here = [order[first:last] for first, last in zip(*edges, strict=True)]
+    found = [tracker.step(Detections(boxes=rows.boxes[one], scores=rows.scores[one])) for one in here]
+    return replace(rows, **{**vars(rows_of_tracks(frames, found)), "path": rows.path})
 
 
 NOBODY = "do they show people? docs/films.md says which networks are read, and how; another detector may find some"
@@ -161,7 +182,7 @@ def detect_to_file(
     if not any(len(one.scores) for one in found):
         raise VbbenchError(f"{weights or detector} finds nobody in {len(found)} pictures; {NOBODY}")
     linked = [(np.full(len(one.scores), UNLINKED), one) if linking is None else linking.step(one) for one in found]
-    write_mot(Path(out), _rows(frames, linked))
+    write_mot(Path(out), rows_of_tracks(np.array(frames), linked))
     tallies = [_tally(sequence, frame, one, camera) for frame, one in zip(frames, found, strict=True)]
     return sum(tallies, start=Tally())
 
@@ -192,19 +213,6 @@ def make_detector(name: str, weights: Path | None = None) -> Detector:
         how = "without arguments" if weights is None else "with weights=FILE"
         raise VbbenchError(f"detector '{name}' is not a class that is called {how}: {error}") from error
     return made
-
-
-def _rows(frames: range, found: list[tuple[IntArray, Detections]]) -> MotRows:
-    count = [len(ids) for ids, _ in found]
-    scores = np.concatenate([one.scores for _, one in found])
-    return MotRows(
-        frame=np.repeat(np.array(frames), count),
-        track=np.concatenate([ids for ids, _ in found]),
-        boxes=np.concatenate([one.boxes for _, one in found]),
-        confidence=scores,
-        visible=np.ones(len(scores)),
-        line=np.arange(1, len(scores) + 1),
-    )
 
 
 def _tally(sequence: Sequence, frame: int, found: Detections, camera: Camera) -> Tally:

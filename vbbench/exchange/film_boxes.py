@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.exchange.detection import NOBODY, Detections, Detector, TrackerFactory, make_detector
+from vbbench.exchange.box_rows import BoxRows
+from vbbench.exchange.detection import NOBODY, Detector, TrackerFactory, make_detector, rows_of_tracks
 from vbbench.exchange.kept_detections import KeptDetections, kept_detections, key_of
-from vbbench.exchange.mot.text import MotRows, write_mot
+from vbbench.exchange.mot.text import write_mot
 from vbbench.folders.swapping import beside
-from vbbench.geometry import IntArray
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.reading import Film
 from vbbench.registry import load
@@ -86,7 +86,7 @@ def find_boxes(
         _detect(film, finder, kept, period)
         linking, detections = factory(dt=1.0 / rate, period=period), sum(len(one.scores) for one in kept.found)
         found = [linking.step(one) for one in kept.found]
-        rows = _rows(found, every)
+        rows = _lasting(rows_of_tracks(np.arange(len(found)), found), every)
         if len(rows.frame):
             write_mot(out, rows)
         kept.remove()
@@ -117,18 +117,7 @@ def _detect(film: Film, finder: Detector, kept: KeptDetections, period: float | 
             bar.update()
 
 
-def _rows(found: list[tuple[IntArray, Detections]], every: int) -> MotRows:
+def _lasting(rows: BoxRows, every: int) -> BoxRows:
     """The boxes of every ``every``-th frame, of tracks that last."""
-    frame = np.repeat(np.arange(len(found)), [len(ids) for ids, _ in found])
-    track = np.concatenate([ids for ids, _ in found])
-    boxes, scores = (np.concatenate([getattr(one, name) for _, one in found]) for name in ("boxes", "scores"))
-    _, column, count = np.unique(track, return_inverse=True, return_counts=True)
-    kept = (count[column] >= FEWEST_BOXES) & (frame % every == 0)
-    return MotRows(
-        frame=frame[kept],
-        track=track[kept],
-        boxes=boxes[kept],
-        confidence=scores[kept],
-        visible=np.ones(int(kept.sum())),
-        line=np.arange(1, int(kept.sum()) + 1),
-    )
+    _, column, count = np.unique(rows.track, return_inverse=True, return_counts=True)
+    return rows.select((count[column] >= FEWEST_BOXES) & (rows.frame % every == 0))

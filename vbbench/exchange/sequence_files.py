@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from vbbench.errors import FileError, quoted
+from vbbench.errors import FileError, plain_errors, quoted
 from vbbench.parsing.numbers import parse_number
 
 SEQUENCE_INFO = "seqinfo.ini"
@@ -15,7 +15,8 @@ MOST_PIXELS = 10**5
 """Of the longer side of a picture."""
 SAME_RATE = 0.01
 """Share by which frame rates may differ that are meant to be the same, as 29.97 and 30 are."""
-_LONGEST_ROW, _MOST_BYTES = 2000, 2**16
+_LONGEST_ROW, _LONGEST_NAME, _MOST_BYTES, _MOST_FRAMES = 2000, 200, 2**16, 10**6
+_SIZE = ("imWidth", "imHeight")
 _NAME = re.compile(r"sequence-(\d+)")
 
 
@@ -61,19 +62,21 @@ def sequence_info(name: str, dt: float, frames: int, size: tuple[int, int], exte
     return "[Sequence]\n" + "".join(f"{key}={value}\n" for key, value in facts.items())
 
 
-class PictureFacts(NamedTuple):
-    """What a ``seqinfo.ini`` says of its pictures: ``size`` in px and ``rate`` a second, or ``None``."""
+class SequenceInfo(NamedTuple):
+    """What a ``seqinfo.ini`` says: ``frames`` pictures of ``size`` px, ``rate`` a second; 0 where it does not."""
 
-    size: tuple[int, int] | None = None
-    rate: float | None = None
+    name: str = ""
+    rate: float = 0.0
+    frames: int = 0
+    size: tuple[int, int] = (0, 0)
 
     def has_dt(self, dt: float) -> bool:
         """Whether a frame may last ``dt`` seconds, to the hundredth."""
-        return self.rate is None or abs(self.rate * dt - 1.0) <= SAME_RATE
+        return not self.rate or abs(self.rate * dt - 1.0) <= SAME_RATE
 
 
-def picture_facts(path: Path) -> PictureFacts:
-    """What a ``seqinfo.ini`` says of its pictures: nothing if it is missing.
+def picture_facts(path: Path) -> SequenceInfo:
+    """What a ``seqinfo.ini`` says of the size and rate of its pictures: nothing if it is missing.
 
     Raises
     ------
@@ -81,39 +84,31 @@ def picture_facts(path: Path) -> PictureFacts:
         If it cannot be read.
     """
     if not path.is_file():
-        return PictureFacts()
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror or error}") from error
-    facts = sequence_facts(path, content) or {}
-    rate = frame_rate(path, facts["frameRate"]) if facts.get("frameRate", "").strip() else None
-    if "imWidth" not in facts or "imHeight" not in facts:
-        return PictureFacts(rate=rate)
-    width, height = (whole_number(path, key, facts[key], MOST_PIXELS) for key in ("imWidth", "imHeight"))
-    return PictureFacts(size=(width, height), rate=rate)
+        return SequenceInfo()
+    with plain_errors(path):
+        return parse_seqinfo(path, path.read_bytes(), whole=False)
 
 
-def sequence_facts(path: Path, content: bytes, *, strict: bool = False) -> Mapping[str, str] | None:
-    """What a ``seqinfo.ini`` says, by key, whatever its case; ``None`` without a section [Sequence].
+def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> SequenceInfo:
+    """What a ``seqinfo.ini`` says.
 
     Parameters
     ----------
     path : what messages call it.
     content : the text, UTF-8.
-    strict : whether no key may stand twice.
+    whole : whether everything must be there, and no key twice; else only size and rate are read.
 
     Raises
     ------
     FileError
-        If it is not such a file.
+        If it is not such a file, or a key is missing or its value is not valid.
     """
     if len(content) > _MOST_BYTES:
         raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")
     endless = next((n for n, row in enumerate(content.splitlines(), 1) if len(row) > _LONGEST_ROW), None)
     if endless is not None:  # the time of parsing a line grows with the square of its length
         raise FileError(path, f"has more than {_LONGEST_ROW:,} bytes; a line of this file has a few dozen", endless)
-    parser = configparser.ConfigParser(interpolation=None, strict=strict)
+    parser = configparser.ConfigParser(interpolation=None, strict=whole)
     try:
         parser.read_string(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -121,31 +116,32 @@ def sequence_facts(path: Path, content: bytes, *, strict: bool = False) -> Mappi
     except configparser.Error as error:
         line = getattr(error, "lineno", None)
         raise FileError(path, f"is not an ini file: expected [{SECTION}] and lines 'key=value'", line) from error
-    return parser[SECTION] if parser.has_section(SECTION) else None
+    facts = dict(parser[SECTION]) if parser.has_section(SECTION) else {}
+    stated = {key: facts.get(key.lower(), "").strip() for key in ("name", "frameRate", "seqLength", *_SIZE)}
+    missing = next((key for key, text in stated.items() if not text), None)
+    if whole and missing is not None:
+        raise FileError(path, f"key '{missing}' is missing in its section [{SECTION}]")
+    rate = _frame_rate(path, stated["frameRate"]) if stated["frameRate"] else 0.0
+    size = (0, 0)
+    if all(stated[key] for key in _SIZE):
+        width, height = (_whole_number(path, key, stated[key], MOST_PIXELS) for key in _SIZE)
+        size = width, height
+    if not whole:
+        return SequenceInfo(rate=rate, size=size)
+    name, frames = stated["name"], _whole_number(path, "seqLength", stated["seqLength"], _MOST_FRAMES)
+    if len(name) > _LONGEST_NAME or not name.isprintable():
+        raise FileError(path, f"name is {quoted(name)}, not up to {_LONGEST_NAME} letters in one line")
+    return SequenceInfo(name, rate, frames, size)
 
 
-def whole_number(path: Path, key: str, text: str, most: int) -> int:
-    """The number that a file states under a key.
-
-    Raises
-    ------
-    FileError
-        If it is not a whole number from 1 to ``most``.
-    """
+def _whole_number(path: Path, key: str, text: str, most: int) -> int:
     count = int(text) if re.fullmatch("[0-9]{1,9}", text) else 0
     if not 1 <= count <= most:
         raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
     return count
 
 
-def frame_rate(path: Path, text: str) -> float:
-    """Pictures a second that a file states under ``frameRate``.
-
-    Raises
-    ------
-    FileError
-        If it is not a number from 0.1 to 1000.
-    """
+def _frame_rate(path: Path, text: str) -> float:
     rate = parse_number(text)
     if rate is None or not 0.1 <= rate <= 1000.0:
         raise FileError(path, f"frameRate is {quoted(text)}, not a number of pictures a second, 0.1 to 1000")

@@ -1,15 +1,15 @@
 """Boxes of anybody's detector or tracker on the pictures of a recording."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.box_tables import UNLINKED, scores_as_shares
-from vbbench.exchange.own.box_files import frames_of, read_boxes
-from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
+from vbbench.exchange.own.box_files import read_boxes, rows_in_frames
 
 LEAST_SCORE = 0.0
 """Log-odds that a detection must have more of to count; even odds."""
@@ -17,53 +17,9 @@ UNKNOWN = -1.0
 """A score that says nothing."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class FoundBoxes:
-    """Boxes of a detector or tracker, one a row.
-
-    Parameters
-    ----------
-    path : the file, for messages.
-    frame : [N] from 0.
-    track : [N] ids, `UNLINKED` for detections.
-    boxes : [N, 4] (left, top, width, height) in px.
-    scores : [N] from 0 to 1.
-    lines : [N] line numbers.
-    """
-
-    path: Path
-    frame: IntArray
-    track: IntArray
-    boxes: FloatArray
-    scores: FloatArray
-    lines: IntArray
-
-    def __post_init__(self) -> None:
-        count = len(self.frame)
-        freeze(self, np.int64, frame=(count,), track=(count,), lines=(count,))
-        freeze(self, boxes=(count, 4), scores=(count,))
-
-    def __len__(self) -> int:
-        return len(self.frame)
-
-    def at(self, frames: IntArray, kept: BoolArray) -> "FoundBoxes":
-        """Those marked in ``kept`` [N], in other ``frames`` [N]."""
-        own = {name: getattr(self, name)[kept] for name in ("track", "boxes", "scores", "lines")}
-        return FoundBoxes(path=self.path, frame=frames[kept], **own)
-
-    def within(self, frames: int) -> "FoundBoxes":
-        """The same; raises FileError at the first box that is not of a recording of ``frames`` frames."""
-        beyond = (self.frame < 0) | (self.frame >= frames)
-        if beyond.any():
-            row = int(beyond.argmax())
-            problem = f"frame {self.frame[row]}, counted from 0, is beyond the recording of {frames} frames"
-            raise FileError(self.path, problem, int(self.lines[row]) or None)
-        return self
-
-
 def read_found(
     path: Path, frames: int, dt: float, picture: tuple[float, float], person_class: str | None = None
-) -> FoundBoxes:
+) -> BoxRows:
     """Sure enough boxes of people on a recording of ``frames`` frames, in any form that `birdify` reads.
 
     Parameters
@@ -80,14 +36,11 @@ def read_found(
     rows = read_boxes(path, dt, picture=picture, person_class=person_class)
     for note in rows.notes:
         warnings.warn(VbbenchWarning(f"{path}: {note}"), stacklevel=2)
-    frame = frames_of(rows, frames, dt)
-    return found_boxes(path, frame, rows.track, rows.boxes, rows.scores, rows.lines)
+    return sure_boxes(rows_in_frames(rows, frames, dt))
 
 
-def found_boxes(
-    path: Path, frame: IntArray, track: IntArray, boxes: FloatArray, scores: FloatArray, lines: IntArray
-) -> FoundBoxes:
-    """Those of the boxes that are sure enough: their scores [N] are above `LEAST_SCORE`, log-odds or shares.
+def sure_boxes(rows: BoxRows) -> BoxRows:
+    """Those of the boxes that are sure enough: their scores are above `LEAST_SCORE`, log-odds or shares.
 
     Where all are −1, as MOTChallenge writes what is not known, all count.
 
@@ -96,20 +49,14 @@ def found_boxes(
     FileError
         If some rows have ids and others none.
     """
-    known = np.where((scores == UNKNOWN).all(), np.nan, scores)
-    sure = ~(known <= LEAST_SCORE)
-    loose = sure & (track < 0)
-    if loose.any() and not loose[sure].all():
+    known = np.where((rows.scores == UNKNOWN).all(), np.nan, rows.scores)
+    track, shares = np.where(rows.track < 0, UNLINKED, rows.track), scores_as_shares(known)
+    found = replace(rows, track=track, scores=shares).select(~(known <= LEAST_SCORE))
+    loose = found.track == UNLINKED
+    if loose.any() and not loose.all():
         problem = "id is -1, but other rows have ids; write ids in all rows, or in none, to have them linked"
-        raise FileError(path, problem, int(lines[loose.argmax()]) or None)
-    return FoundBoxes(
-        path=path,
-        frame=frame[sure],
-        track=np.where(track[sure] < 0, UNLINKED, track[sure]),
-        boxes=boxes[sure],
-        scores=scores_as_shares(known)[sure],
-        lines=lines[sure],
-    )
+        raise found.fault(int(loose.argmax()), problem)
+    return found
 
 
 def file_for(given: Path, name: str, several: bool) -> Path:

@@ -1,7 +1,7 @@
 """Boxes of a detector or tracker as tracks: linked if they are not, matched to the labelled people, and counted."""
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -11,12 +11,11 @@ import numpy as np
 from vbbench.boxes import observations_of, pair_overlaps
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchWarning
-from vbbench.exchange.detection import Detections
+from vbbench.exchange.box_rows import BoxRows
+from vbbench.exchange.detection import link
 from vbbench.exchange.matching import FrameOffset, frame_offset, lasting_tracks, match_tracks
-from vbbench.exchange.mot.text import UNLINKED
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import NOBODY
-from vbbench_generators.footage.found_boxes import FoundBoxes
 from vbbench_generators.tiers.tracking.tracker import ByteTracker
 
 LEAST_OVERLAP = 0.3
@@ -84,7 +83,7 @@ class FoundTracks:
 
 
 def follow(
-    found: FoundBoxes, labels: FloatArray, people: IntArray, camera: Camera, dt: float, *, size: tuple[int, int]
+    found: BoxRows, labels: FloatArray, people: IntArray, camera: Camera, dt: float, *, size: tuple[int, int]
 ) -> FoundTracks:
     """Link boxes by the tracker `ByteTracker` where they are not, and match them to the people labelled.
 
@@ -108,11 +107,14 @@ def follow(
     frames, whole = len(labels), labels
     looked, step = _looked_at(found.frame, frames, dt)
     labels = np.where(np.isin(np.arange(frames), looked)[:, None, None], labels, np.nan)
-    loose, _ = _dense(found, _places_in_frames(found.frame), frames)
+    _, loose = replace(found, track=_places_in_frames(found.frame)).dense(frames, found.boxes)
     detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people, camera)
     offset = frame_offset(loose, lambda frame, later: whole[frame + later], camera.period)
     _check_matches(found.path, detected, offset)
-    tracks, boxes, scores = _linked(found, frames, looked, step * dt, camera)
+    if not found.linked:
+        found = link(found, ByteTracker(dt=step * dt, period=camera.period), looked)
+    tracks, dense = found.dense(frames, found.boxes, found.scores)
+    boxes, scores = dense[..., :4], dense[..., 4]
     persons = _persons(boxes, labels, people, camera)
     kept = lasting_tracks(persons)
     seen = ~np.isnan(boxes[..., 2])
@@ -140,7 +142,7 @@ def _looked_at(frame: IntArray, frames: int, dt: float) -> tuple[IntArray, int]:
     return np.concatenate([before, *between, after]), step
 
 
-def _refuse_stray(found: FoundBoxes, camera: Camera, size: tuple[int, int]) -> None:
+def _refuse_stray(found: BoxRows, camera: Camera, size: tuple[int, int]) -> None:
     """Refuse boxes of other pictures; a box may cross the seam of a panorama."""
     width, height = size
     u, v = (found.boxes[:, :2] + 0.5 * found.boxes[:, 2:]).T
@@ -166,39 +168,6 @@ def _check_matches(path: Path, detected: Agreement, offset: FrameOffset | None) 
     if matched < FEW * labelled:
         problem = f"only {matched} of {labelled} labelled boxes of people are matched ({detected})"
         warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)
-
-
-def _linked(
-    found: FoundBoxes, frames: int, looked: IntArray, dt: float, camera: Camera
-) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Track ids [K], boxes [T, K, 4] and scores [T, K], from the frames that were ``looked`` at."""
-    if (found.track != UNLINKED).all():
-        tracks, column = np.unique(found.track, return_inverse=True)
-        return tracks, *_dense(found, column, frames)
-    tracker, linked = ByteTracker(dt=dt, period=camera.period), []
-    for frame in looked:
-        rows = found.frame == frame
-        linked.append(tracker.step(Detections(boxes=found.boxes[rows], scores=found.scores[rows])))
-    count = [len(ids) for ids, _ in linked]
-    ids = np.concatenate([ids for ids, _ in linked])
-    followed = FoundBoxes(
-        path=found.path,
-        frame=np.repeat(looked, count),
-        track=ids,
-        boxes=np.concatenate([one.boxes for _, one in linked]),
-        scores=np.concatenate([one.scores for _, one in linked]),
-        lines=np.zeros(len(ids), np.int64),
-    )
-    tracks, column = np.unique(ids, return_inverse=True)
-    return tracks, *_dense(followed, column, frames)
-
-
-def _dense(found: FoundBoxes, column: IntArray, frames: int) -> tuple[FloatArray, FloatArray]:
-    """Boxes [T, K, 4] and scores [T, K], each row's in its ``column``; NaN without a box."""
-    count = int(column.max(initial=-1)) + 1
-    boxes, scores = np.full((frames, count, 4), np.nan), np.full((frames, count), np.nan)
-    boxes[found.frame, column], scores[found.frame, column] = found.boxes, found.scores
-    return boxes, scores
 
 
 def _places_in_frames(frame: IntArray) -> IntArray:

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.boxes import rectangles
-from vbbench.exchange.mot.text import UNLINKED, MotRows, write_mot
+from vbbench.exchange.box_rows import BoxRows, rows_of
+from vbbench.exchange.mot.text import UNLINKED, write_mot
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, sequence_info, sequence_name
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
@@ -63,16 +64,11 @@ def export_mot(
     return out
 
 
-def _rows(sequence: Sequence) -> MotRows:
+def _rows(sequence: Sequence) -> BoxRows:
     frame, column = np.nonzero(sequence.observed)
-    return MotRows(
-        frame=frame,
-        track=sequence.tracks[column],
-        boxes=rectangles(sequence.observations[frame, column]),
-        confidence=np.ones(len(frame)),
-        visible=sequence.visible[frame, column],
-        line=np.arange(1, len(frame) + 1),
-    )
+    boxes = rectangles(sequence.observations[frame, column])
+    rows = rows_of(Path(), frame, sequence.tracks[column], boxes, np.ones(len(frame)))
+    return replace(rows, visible=sequence.visible[frame, column])
 
 
 def _write_pictures(

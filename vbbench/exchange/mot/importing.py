@@ -12,6 +12,7 @@ import numpy as np
 from vbbench.boxes import observations_of
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.matching import (
     LEAST_FRAMES,
     LEAST_OVERLAP,
@@ -21,7 +22,7 @@ from vbbench.exchange.matching import (
     match_tracks,
     true_rectangles,
 )
-from vbbench.exchange.own.box_files import frames_of, read_boxes
+from vbbench.exchange.own.box_files import read_boxes, rows_in_frames
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, files_by_sequence, picture_facts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
@@ -130,9 +131,10 @@ def _check_pictures(path: Path, dataset: Dataset, number: int) -> None:
     """Refuse a file whose ``seqinfo.ini`` is of pictures of another size or frame rate."""
     beside, above = path.parent / path.stem / SEQUENCE_INFO, path.parent.parent / SEQUENCE_INFO
     info = beside if beside.is_file() else above
-    size, rate = facts = picture_facts(info)
+    facts = picture_facts(info)
+    size, rate = facts.size, facts.rate
     wanted = dataset.camera(dataset.sequence(number)).picture_size
-    if size is not None and size != wanted:
+    if any(size) and size != wanted:
         raise FileError(
             info,
             f"its pictures have {size[0]} x {size[1]} px, those of the dataset {wanted[0]} x {wanted[1]}; track these",
@@ -165,7 +167,7 @@ class TrackedPlan:
         return len(self.files)
 
     @cached_property
-    def contents(self) -> list["Tracked"]:
+    def contents(self) -> list[BoxRows]:
         """The rows of the files."""
         return [_tracks(path, self.dataset, number, self.person_class) for number, path in self.files.items()]
 
@@ -195,14 +197,16 @@ class TrackedPlan:
     def match(self, index: int) -> "Matched":
         """The tracks of one sequence, with the person behind each box."""
         source, camera, people, true = self._people(index)
-        tracks, boxes, visible = _dense(self.contents[index], source.frames)
+        rows = self.contents[index]
+        tracks, dense = rows.dense(source.frames, rows.boxes, np.nan_to_num(rows.visible, nan=1.0))
+        boxes = dense[..., :4]
         persons = match_tracks(boxes, true, people, camera)
-        return Matched(source, tracks, observations_of(boxes, camera), visible, persons)
+        return Matched(source, tracks, observations_of(boxes, camera), dense[..., 4], persons)
 
     def offset(self, index: int) -> FrameOffset | None:
         """By how many frames people are earlier or later than the tracks of one sequence."""
         source, camera, _, true = self._people(index)
-        _, boxes, _ = _dense(self.contents[index], source.frames)
+        _, boxes = self.contents[index].dense(source.frames, self.contents[index].boxes)
         return frame_offset(boxes, lambda frames, later: true[frames + later], camera.period)
 
     def _people(self, index: int) -> tuple[Sequence, Camera, IntArray, FloatArray]:
@@ -266,37 +270,18 @@ def _files(folder: Path, sequences: int) -> dict[int, Path]:
     return files_by_sequence(named, sequences)
 
 
-class Tracked(NamedTuple):
-    """Boxes of tracks in a sequence: frames from 0, ids, boxes [N, 4] in px and visible fractions, one a row."""
-
-    frame: IntArray
-    track: IntArray
-    boxes: FloatArray
-    visible: FloatArray
-
-
-def _tracks(path: Path, dataset: Dataset, number: int, person_class: str | None) -> Tracked:
+def _tracks(path: Path, dataset: Dataset, number: int, person_class: str | None) -> BoxRows:
     """What a file holds, which may be nothing."""
+    none = np.empty(0)
     if not path.read_bytes().strip():
-        return Tracked(np.empty(0, np.int64), np.empty(0, np.int64), np.empty((0, 4)), np.empty(0))
+        return rows_of(path, none.astype(np.int64), none.astype(np.int64), none.reshape(0, 4), none)
     picture, dt = dataset.camera(dataset.sequence(number)).picture_size, dataset.info.dt
     rows = read_boxes(path, dt, picture=picture, person_class=person_class)
     for note in rows.notes:
         warnings.warn(VbbenchWarning(f"{path}: {note}"), stacklevel=2)
     if not rows.linked:
         raise rows.fault(0, "id is -1: these are detections; let a tracker link them first")
-    frame = frames_of(rows, int(dataset.rows["frames"][number]), dt)
-    visible = np.where(np.isnan(rows.visible), 1.0, rows.visible)
-    return Tracked(frame, rows.track, rows.boxes, visible)
-
-
-def _dense(rows: Tracked, frames: int) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Track ids [K], boxes [T, K, 4] and visible fractions [T, K], NaN where a track has no box."""
-    tracks, column = np.unique(rows.track, return_inverse=True)
-    boxes, visible = np.full((frames, len(tracks), 4), np.nan), np.full((frames, len(tracks)), np.nan)
-    boxes[rows.frame, column] = rows.boxes
-    visible[rows.frame, column] = rows.visible
-    return tracks, boxes, visible
+    return rows_in_frames(rows, int(dataset.rows["frames"][number]), dt)
 
 
 def _truth(dataset: Dataset, source: Sequence, persons: IntArray) -> Truth:

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.exchange.own.box_files import AS_THEY_ARE, Ids, named_frames
+from vbbench.exchange.box_rows import AS_THEY_ARE, Ids
+from vbbench.exchange.own.box_files import named_frames
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.text_tables import read_table, refuse_missing
 from vbbench.files.tables import LARGEST_ID

@@ -6,7 +6,7 @@ import numpy as np
 
 from vbbench.box_checks import find_misfit, outside_picture
 from vbbench.errors import FileError
-from vbbench.exchange.own.box_files import BoxRows
+from vbbench.exchange.own.box_files import OwnBoxes
 from vbbench.exchange.own.camera_file import OwnCamera
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, picture_facts
 from vbbench.geometry import BoolArray, FloatArray, runs_of_true
@@ -15,7 +15,7 @@ LONGEST_GAP, MOST_EMPTY = 1.0, 0.1
 """Seconds without a box, and the share of frames without one, from which a note says so."""
 
 
-def fitting(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, tuple[str, ...]]:
+def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
     """The boxes whose middle lies in the picture, and notes.
 
     Raises
@@ -44,9 +44,10 @@ def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None
     """
     beside = (folder / SEQUENCE_INFO for folder in (boxes.parent, boxes.parent.parent))
     found = next((path for path in beside if path.is_file()), boxes.parent / SEQUENCE_INFO)
-    size, rate = stated = picture_facts(found)
+    stated = picture_facts(found)
+    size, rate = stated.size, stated.rate
     facts, seconds = own.facts, own.facts.seconds or dt
-    if size is not None and (facts.width, facts.height or size[1]) != size:
+    if any(size) and (facts.width, facts.height or size[1]) != size:
         raise FileError(
             own.path,
             f"says {facts.width} x {facts.height} px, {found} says {size[0]} x {size[1]}; write the "
@@ -55,7 +56,7 @@ def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None
     if seconds is not None and not stated.has_dt(seconds):
         problem = f"{1.0 / seconds:.4g} frames a second are given, {found} says frameRate={rate:g}"
         raise FileError(own.path, f"{problem}; write the rate of the frames that the boxes are of in both")
-    return 1.0 / rate if seconds is None and rate is not None else seconds
+    return 1.0 / rate if seconds is None and rate else seconds
 
 
 def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:

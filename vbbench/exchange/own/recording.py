@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,9 @@ from vbbench.boxes import observations_of, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.axes import Axes
 from vbbench.exchange.box_tables import scores_as_shares
-from vbbench.exchange.detection import Detections, TrackerFactory
+from vbbench.exchange.detection import TrackerFactory, link
 from vbbench.exchange.matching import FrameOffset, frame_offset, in_columns, match_tracks
-from vbbench.exchange.own.box_files import BoxRows, read_boxes
+from vbbench.exchange.own.box_files import OwnBoxes, read_boxes
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
 from vbbench.exchange.own.distortion import straighten_boxes
 from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read_poses
@@ -83,7 +82,7 @@ class OwnRecording:
     own: OwnCamera
     pixel_std: float
     notes: tuple[str, ...]
-    rows: BoxRows
+    rows: OwnBoxes
 
 
 def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = None) -> RecordingFiles:
@@ -208,38 +207,20 @@ def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
     )
 
 
-def _linked(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, str]:
+def _linked(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, str]:
     """The tracks that the bundled tracker makes of detections."""
     factory: TrackerFactory = load("tracker", "byte")
     tracker = factory(dt=rows.timeline.dt, period=own.camera.period)
-    order = np.argsort(rows.frame, kind="stable")
-    edges = np.searchsorted(rows.frame[order], np.arange(rows.timeline.frames + 1))
-    scores = scores_as_shares(rows.scores)
-    found: list[tuple[IntArray, Detections]] = []
-    for first, last in pairwise(edges.tolist()):
-        here = order[first:last]
-        found.append(tracker.step(Detections(boxes=rows.boxes[here], scores=scores[here])))
-    track = np.concatenate([ids for ids, _ in found])
-    if not len(track):
-        raise FileError(
-            rows.path,
-            "has no ids, and the tracker links none of its boxes; are frames close in time, and scores from 0 to 1?",
-        )
-    count, people = len(track), len(np.unique(track))
-    linked = BoxRows(
-        path=rows.path,
-        frame=np.repeat(np.arange(rows.timeline.frames), [len(ids) for ids, _ in found]),
-        track=track,
-        boxes=np.concatenate([one.boxes for _, one in found]),
-        scores=np.concatenate([one.scores for _, one in found]),
-        visible=np.full(count, np.nan),
-        lines=np.zeros(count, np.int64),
-        timeline=rows.timeline,
-    )
-    return linked, f"boxes without ids: the tracker links {count} of {len(rows.frame)} of them to {people} tracks"
+    shares = replace(rows, scores=scores_as_shares(rows.scores))
+    linked = link(shares, tracker, np.arange(rows.timeline.frames))
+    if not len(linked):
+        problem = "has no ids, and the tracker links none of its boxes"
+        raise FileError(rows.path, f"{problem}; are frames close in time, and scores from 0 to 1?")
+    people = len(np.unique(linked.track))
+    return linked, f"boxes without ids: the tracker links {len(linked)} of {len(rows)} of them to {people} tracks"
 
 
-def _straight(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, list[str]]:
+def _straight(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, list[str]]:
     """The boxes without the lens's distortion."""
     if own.facts.distortion is None or own.camera.intrinsics is None:
         return rows, []
@@ -255,19 +236,16 @@ def _straight(rows: BoxRows, own: OwnCamera) -> tuple[BoxRows, list[str]]:
     return replace(rows, boxes=boxes).select(kept), notes
 
 
-def _dense(rows: BoxRows, own: OwnCamera) -> tuple[IntArray, FloatArray, FloatArray]:
+def _dense(rows: OwnBoxes, own: OwnCamera) -> tuple[IntArray, FloatArray, FloatArray]:
     """Track ids [K], boxes [T, K, 3] and visible fractions [T, K]."""
-    tracks, column = np.unique(rows.track, return_inverse=True)
-    frames = rows.timeline.frames
+    frames, tracks = rows.timeline.frames, len(np.unique(rows.track))
     if frames < FEWEST_FRAMES:
         raise FileError(rows.path, f"has {frames} frames; a map needs {FEWEST_FRAMES} or more")
-    if frames * len(tracks) > MOST_CELLS:
-        raise FileError(rows.path, f"has {frames:,} frames of {len(tracks):,} tracks; split the recording")
-    boxes, visible = np.full((frames, len(tracks), 3), np.nan), np.full((frames, len(tracks)), np.nan)
-    boxes[rows.frame, column] = observations_of(rows.boxes, own.camera)
+    if frames * tracks > MOST_CELLS:
+        raise FileError(rows.path, f"has {frames:,} frames of {tracks:,} tracks; split the recording")
     certain = np.where(np.isnan(rows.visible), scores_as_shares(rows.scores), rows.visible)
-    visible[rows.frame, column] = np.clip(certain, 0.01, 1.0)
-    return np.asarray(tracks, np.int64), boxes, visible
+    ids, dense = rows.dense(frames, observations_of(rows.boxes, own.camera), np.clip(certain, 0.01, 1.0))
+    return ids, dense[..., :3], dense[..., 3]
 
 
 def _with_persons(

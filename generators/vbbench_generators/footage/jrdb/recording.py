@@ -114,8 +114,8 @@ class Recording:
         else:
             found = read_found(path, frames, 1.0 / RATE, SIZE, person_class)
         slots = self.grid.slot_of(found.frame)
-        there = slots >= 0
-        return follow(found.at(slots, there), self.rectangles, self.tracks, CAMERA, 1.0 / RATE, size=SIZE)
+        found = replace(found, frame=slots).select(slots >= 0)
+        return follow(found, self.rectangles, self.tracks, CAMERA, 1.0 / RATE, size=SIZE)
 
     def footage(
         self, motion: MeasuredMotion | None, *, stands: bool, pictures: Path | None, found: FoundTracks | None = None

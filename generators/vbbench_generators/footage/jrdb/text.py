@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
+from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.rows import first_repetition
-from vbbench_generators.footage.found_boxes import FoundBoxes, found_boxes
+from vbbench_generators.footage.found_boxes import sure_boxes
 from vbbench_generators.footage.jrdb.labels import MOST_METRES, MOST_PIXELS, TALLEST, PictureLabels, PlaceLabels
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
 
@@ -44,7 +45,7 @@ def read_sample(path: Path) -> tuple[PictureLabels, PlaceLabels]:
     return pictures_of(_boxes(rows, np.ones(len(rows)))), _places(rows, rows.numbers("x", "y"))
 
 
-def read_boxes(path: Path) -> FoundBoxes:
+def read_boxes(path: Path) -> BoxRows:
     """The boxes of ``tracks_2d/NAME.txt``.
 
     Raises
@@ -56,7 +57,7 @@ def read_boxes(path: Path) -> FoundBoxes:
     return _boxes(rows, rows.columns["score"])
 
 
-def pictures_of(found: FoundBoxes) -> PictureLabels:
+def pictures_of(found: BoxRows) -> PictureLabels:
     """Tracked boxes as labels, visible as much as they are sure; raises FileError at the first that has no id."""
     loose = found.track == UNLINKED
     if loose.any():
@@ -96,13 +97,13 @@ def _read(path: Path, wanted: str, layout: Layout) -> Rows:
     return rows
 
 
-def _boxes(rows: Rows, scores: FloatArray) -> FoundBoxes:
+def _boxes(rows: Rows, scores: FloatArray) -> BoxRows:
     boxes = rows.numbers("left", "top", "width", "height")
     far = np.abs(boxes).max(axis=1)
     rows.refuse(far > MOST_PIXELS, "the box reaches {0:g} px; boxes are in px of the panorama", far)
     rows.refuse(boxes[:, 2:].min(axis=1) <= 0.0, "its box is {0:g} px wide and {1:g} px high", *boxes[:, 2:].T)
     frames, people = _of_whom(rows)
-    return found_boxes(rows.path, frames, people, boxes, scores, rows.lines)
+    return sure_boxes(rows_of(rows.path, frames, people, boxes, scores, rows.lines))
 
 
 def _places(rows: Rows, places: FloatArray) -> PlaceLabels:

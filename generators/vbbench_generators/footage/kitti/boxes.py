@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
 from vbbench.geometry import FloatArray
-from vbbench_generators.footage.found_boxes import FoundBoxes, found_boxes, read_found
+from vbbench_generators.footage.found_boxes import read_found, sure_boxes
 from vbbench_generators.footage.kitti.labels import LABELS, MOST_FRAMES, RESULTS, parse_labels
 from vbbench_generators.footage.kitti.text import Layout, first_cells, names, parse_rows, read_content
 
@@ -30,7 +31,7 @@ def read_boxes(
     dt: float,
     picture: tuple[float, float],
     person_class: str | None = None,
-) -> FoundBoxes:
+) -> BoxRows:
     """Read boxes of ``classes`` in the pictures of a recording of ``frames`` frames; sure enough ones alone.
 
     Parameters
@@ -50,7 +51,7 @@ def read_boxes(
     return read_found(path, frames, dt, picture, person_class)
 
 
-def _from_detections(path: Path, content: bytes, classes: tuple[str, ...]) -> FoundBoxes:
+def _from_detections(path: Path, content: bytes, classes: tuple[str, ...]) -> BoxRows:
     rows = parse_rows(path, content, DETECTIONS)
     frame = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
     corners = rows.numbers("left", "top", "right", "bottom")
@@ -59,13 +60,13 @@ def _from_detections(path: Path, content: bytes, classes: tuple[str, ...]) -> Fo
     wanted = np.isin(rows.columns["type"], [number for number, name in TYPES.items() if name in classes])
     boxes, track = np.concatenate([corners[:, :2], sizes], axis=-1), np.full(len(rows), UNLINKED)
     scores = _log_odds(rows.columns["score"][wanted])
-    return found_boxes(path, frame[wanted], track[wanted], boxes[wanted], scores, rows.lines[wanted])
+    return sure_boxes(rows_of(path, frame[wanted], track[wanted], boxes[wanted], scores, rows.lines[wanted]))
 
 
-def _from_labels(path: Path, content: bytes, classes: tuple[str, ...]) -> FoundBoxes:
+def _from_labels(path: Path, content: bytes, classes: tuple[str, ...]) -> BoxRows:
     labels = parse_labels(path, content).of(classes)
     boxes = np.concatenate([labels.boxes[:, :2], labels.boxes[:, 2:] - labels.boxes[:, :2]], axis=-1)
-    return found_boxes(path, labels.frame, labels.track, boxes, _log_odds(labels.scores), labels.lines)
+    return sure_boxes(rows_of(path, labels.frame, labels.track, boxes, _log_odds(labels.scores), labels.lines))
 
 
 def _log_odds(scores: FloatArray) -> FloatArray:

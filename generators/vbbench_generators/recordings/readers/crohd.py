@@ -13,16 +13,10 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from vbbench.errors import FileError, VbbenchError, quoted
-from vbbench.exchange.mot.text import COLUMNS, PEDESTRIAN, UNLINKED, parse_mot
-from vbbench.exchange.sequence_files import (
-    MOST_PIXELS,
-    SECTION,
-    SEQUENCE_INFO,
-    frame_rate,
-    sequence_facts,
-    whole_number,
-)
+from vbbench.errors import FileError, VbbenchError
+from vbbench.exchange.box_tables import read_box_text
+from vbbench.exchange.mot.text import PEDESTRIAN, numbered_rows
+from vbbench.exchange.sequence_files import SEQUENCE_INFO, parse_seqinfo
 from vbbench.files.tables import file_sha256
 from vbbench.generation.archives import open_archive
 from vbbench.generation.sources import Source, find_source, locate
@@ -36,8 +30,6 @@ from vbbench_generators.recordings.recipe import Recipe
 
 SEQINFO, BOXES = SEQUENCE_INFO, "gt/gt.txt"
 _PUBLISHED = re.compile(r"HT21-\d\d")
-_MOST_FRAMES = 10**6
-_LONGEST_NAME = 200
 _LEAST_TRACKS, _LEAST_FRAMES = 2, 2
 
 
@@ -145,65 +137,6 @@ def _the_one(place: Path, folders: Iterable[str], name: str) -> str:
     return found[0]
 
 
-@dataclass(frozen=True, kw_only=True)
-class SequenceInfo:
-    """What is told of a recording.
-
-    Parameters
-    ----------
-    name : what it is called, such as ``HT21-03``.
-    frame_rate : pictures a second.
-    frames : number of them.
-    size : their width and height in px.
-    """
-
-    name: str
-    frame_rate: float
-    frames: int
-    size: tuple[int, int]
-
-    @property
-    def dt(self) -> float:
-        """Seconds per frame."""
-        return 1.0 / self.frame_rate
-
-
-def parse_seqinfo(path: Path, content: bytes) -> SequenceInfo:
-    """Read what ``seqinfo.ini`` holds; nothing is taken for granted.
-
-    Parameters
-    ----------
-    path : what messages call it.
-    content : the text, UTF-8.
-
-    Raises
-    ------
-    FileError
-        If it is not such a file, or a key is missing or its value is not valid.
-    """
-    facts = sequence_facts(path, content, strict=True)
-    if facts is None:
-        raise FileError(path, f"has no section [{SECTION}]")
-    for key in ("name", "frameRate", "seqLength", "imWidth", "imHeight"):
-        if not facts.get(key, "").strip():
-            raise FileError(path, f"key '{key}' is missing in its section [{SECTION}]")
-    return SequenceInfo(
-        name=_name(path, facts["name"].strip()),
-        frame_rate=frame_rate(path, facts["frameRate"]),
-        frames=whole_number(path, "seqLength", facts["seqLength"], _MOST_FRAMES),
-        size=(
-            whole_number(path, "imWidth", facts["imWidth"], MOST_PIXELS),
-            whole_number(path, "imHeight", facts["imHeight"], MOST_PIXELS),
-        ),
-    )
-
-
-def _name(path: Path, text: str) -> str:
-    if len(text) > _LONGEST_NAME or not text.isprintable():
-        raise FileError(path, f"name is {quoted(text)}, not up to {_LONGEST_NAME} letters in one line")
-    return text
-
-
 def read_heads(files: RecordingFiles) -> HeadBoxes:
     """The heads of a recording that count: of class 1 (walking people), with conf other than 0, visible at all.
 
@@ -218,15 +151,12 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
         are no crowd, or too many.
     """
     info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
-    table = parse_mot(files.boxes.path, files.boxes.content, least=len(COLUMNS), most=len(COLUMNS))
-    confidence, kind, visible = table.values[:, 6:9].T
-    table = table.select((kind == PEDESTRIAN) & (confidence != 0.0) & (visible > 0.0))
-    table.check(info.frames)
-    table.refuse_repetition()
-    frame, track = table.frame, table.track
-    if np.any(track == UNLINKED):
-        line = int(table.lines[(track == UNLINKED).argmax()])
-        raise FileError(table.path, "id is -1: these are detections; tracks of heads are wanted", line)
+    table = read_box_text(files.boxes.path, files.boxes.content, columns=(9, 9))
+    counted = (table.classes == PEDESTRIAN) & (table.scores != 0.0) & (table.visible > 0.0)
+    rows = numbered_rows(table.select(counted), info.frames)
+    frame, track = rows.frame, rows.track
+    if len(rows) and not rows.linked:
+        raise rows.fault(0, "id is -1: these are detections; tracks of heads are wanted")
     tracks, frames = len(np.unique(track)), int(frame.max(initial=-1)) + 1
     if tracks < _LEAST_TRACKS or len(np.unique(frame)) < _LEAST_FRAMES:
         problem = "holds no crowd: two tracks and two frames at least of class 1, conf not 0 and visibility above 0"
@@ -235,12 +165,12 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
     order = np.lexsort((frame, track))
     return HeadBoxes(
         name=info.name,
-        dt=info.dt,
+        dt=1.0 / info.rate,
         size=info.size,
         frame=frame[order],
         track=track[order],
-        boxes=table.boxes[order],
-        visible=table.values[order, 8],
+        boxes=rows.boxes[order],
+        visible=rows.visible[order],
     )
 
 

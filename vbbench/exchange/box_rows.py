@@ -1,0 +1,201 @@
+"""Boxes of people, one a row, as every reader of boxes returns them: their ids, and the checks that all must pass."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.errors import FileError, quoted
+from vbbench.exchange.box_tables import UNLINKED, BoxTable
+from vbbench.files.tables import LARGEST_ID
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
+from vbbench.parsing.rows import first_repetition
+
+FARTHEST = 1e6
+"""Largest side or size of a box in px."""
+MOST_BACK = 3
+"""Times that a clock goes back; a file whose times do so more often is in no order."""
+FEWEST_ALONE = 10
+"""So many boxes of which no two have one id are numbered, not linked."""
+
+
+@dataclass(frozen=True)
+class Ids:
+    """Ids of a file as the numbers of tracks: its own, or from 1 on where these are texts or have 64 bits.
+
+    Parameters
+    ----------
+    originals : [K] ids of the tracks 1 to K, ascending; ``None`` where tracks have the ids of the file.
+    """
+
+    originals: NDArray[Any] | None = None
+
+    def tracks(self, ids: NDArray[Any]) -> IntArray:
+        """[N] the track of each id; ids that no box has follow those that have."""
+        if self.originals is None:
+            return ids.astype(np.int64)
+        more = np.setdiff1d(ids.astype(self.originals.dtype), self.originals)
+        every = np.concatenate([self.originals, more])
+        order = np.argsort(every)
+        return 1 + order[np.searchsorted(every[order], ids.astype(every.dtype))]
+
+    def of(self, tracks: IntArray) -> NDArray[Any]:
+        """[N] the ids of the file of some tracks."""
+        return tracks if self.originals is None else self.originals[tracks - 1]
+
+
+AS_THEY_ARE = Ids()
+"""Ids of a file that are the numbers of tracks."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoxRows:
+    """Boxes of one sequence, one a row.
+
+    Parameters
+    ----------
+    path : the file, for messages.
+    frame : [N] from 0.
+    track : [N] ids, `UNLINKED` for detections that no tracker has linked.
+    boxes : [N, 4] (left, top, width, height) in px from 0.
+    scores : [N] the detector's or tracker's; NaN where it says nothing.
+    visible : [N] visible fraction; NaN where it is not known.
+    lines : [N] lines of the file, from 1; 0 where it has none.
+    ids : what the file calls the tracks.
+    """
+
+    path: Path
+    frame: IntArray
+    track: IntArray
+    boxes: FloatArray
+    scores: FloatArray
+    visible: FloatArray
+    lines: IntArray
+    ids: Ids = AS_THEY_ARE
+
+    def __post_init__(self) -> None:
+        count = len(self.frame)
+        freeze(self, np.int64, frame=(count,), track=(count,), lines=(count,))
+        freeze(self, scores=(count,), visible=(count,), boxes=(count, 4))
+
+    def __len__(self) -> int:
+        return len(self.frame)
+
+    @property
+    def linked(self) -> bool:
+        """Whether boxes have ids."""
+        return bool((self.track != UNLINKED).any())
+
+    def fault(self, row: int, problem: str) -> FileError:
+        """The error to raise about a row."""
+        line = int(self.lines[row])
+        return FileError(self.path, problem if line else f"box {row + 1}: {problem}", line or None)
+
+    def select(self, kept: BoolArray) -> Self:
+        """The rows marked in ``kept`` [N]."""
+        if kept.all():
+            return self
+        names = ("frame", "track", "boxes", "scores", "visible", "lines")
+        return replace(self, **{name: getattr(self, name)[kept] for name in names})
+
+    def within(self, frames: int) -> Self:
+        """The same; raises FileError at the first box that is not of a recording of ``frames`` frames."""
+        beyond = (self.frame < 0) | (self.frame >= frames)
+        if beyond.any():
+            row = int(beyond.argmax())
+            problem = f"frame {self.frame[row]}, counted from 0, is beyond the recording of {frames} frames"
+            raise self.fault(row, problem)
+        return self
+
+    def dense(self, frames: int, *values: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Track ids [K], and ``values`` [N, …] side by side, [T, K, C]; NaN where a track has no box."""
+        tracks, column = np.unique(self.track, return_inverse=True)
+        rows = np.column_stack(values)
+        dense = np.full((frames, len(tracks), rows.shape[1]), np.nan)
+        dense[self.frame, column] = rows
+        return tracks.astype(np.int64), dense
+
+    def check(self) -> None:
+        """Refuse what cannot be a box of a person.
+
+        Raises
+        ------
+        FileError
+            At the first box that has no size or lies beyond every picture, or whose visible fraction is none; or at
+            the first of a track that has another box in its frame.
+        """
+        width, height = self.boxes[:, 2], self.boxes[:, 3]
+        reach = np.abs(self.boxes).max(axis=1, initial=0.0)
+        checks = (
+            ((width <= 0.0) | (height <= 0.0), "the box is {2:g} x {3:g} px; leave it out"),
+            (reach > FARTHEST, "the box reaches {reach:g} px; boxes are in px of the picture"),
+            ((self.visible < 0.0) | (self.visible > 1.0), "visibility is {visible:g}; it is a share, from 0 to 1"),
+        )
+        bad = np.any([wrong for wrong, _ in checks], axis=0)
+        if bad.any():
+            row = int(bad.argmax())
+            problem = next(text for wrong, text in checks if wrong[row])
+            raise self.fault(row, problem.format(*self.boxes[row], reach=reach[row], visible=self.visible[row]))
+        linked = np.flatnonzero(self.track != UNLINKED)
+        twice = first_repetition(self.frame[linked], self.track[linked])
+        if twice is not None:
+            before, again = linked[np.array(twice)]
+            back = 1 + np.flatnonzero(np.diff(self.frame) < 0)
+            between = back[(back > before) & (back <= again)].tolist() if len(back) <= MOST_BACK else []
+            hint = f", or split the recording in line {self.lines[between[-1]]}: time goes back" if between else ""
+            at = f"line {self.lines[before]}" if self.lines[before] else f"box {before + 1}"
+            box = f"id {self.ids.of(self.track[[again]])[0]} already has a box in this frame, in {at}"
+            raise self.fault(again, f"{box}; leave one of them out{hint}")
+
+
+def rows_of(
+    path: Path, frame: IntArray, track: IntArray, boxes: FloatArray, scores: FloatArray, lines: IntArray | None = None
+) -> BoxRows:
+    """Rows of which nothing says how visible people are; without ``lines`` they are of no file."""
+    count = len(frame)
+    return BoxRows(
+        path=path,
+        frame=frame,
+        track=track,
+        boxes=boxes,
+        scores=scores,
+        visible=np.full(count, np.nan),
+        lines=np.zeros(count, np.int64) if lines is None else lines,
+    )
+
+
+def tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
+    """The tracks of rows, `UNLINKED` if none has an id (empty or −1); what the file calls them, and a note.
+
+    Raises
+    ------
+    FileError
+        If some rows have an id and others none, one is not whole, or they number boxes.
+    """
+    ids = table.id
+    texts = ids.dtype.kind not in "if"
+    loose = (ids == "") | (ids == str(UNLINKED)) if texts else np.isnan(ids.astype(np.float64)) | (ids == UNLINKED)
+    if loose.all():
+        return np.full(len(ids), UNLINKED), AS_THEY_ARE, ()
+    wrong = loose if texts else loose | (ids != np.round(ids)) | (ids < 0)
+    if wrong.any():
+        row = int(wrong.argmax())
+        problem = "the id is missing here, other boxes have one"
+        problem = problem if loose[row] else f"id {ids[row]:.19g} is not a whole number from 0 on"
+        raise table.table.fault(row, f"{problem}; give every box an id, or none")
+    if len(ids) >= FEWEST_ALONE and len(np.unique(ids)) == len(ids) and len(np.unique(table.frame)) > 1:
+        problem = f"no id occurs in two of {len(ids)} boxes: these are numbers of boxes, not of people"
+        raise FileError(table.path, f"{problem}; leave the column out to have boxes linked")
+    if ids.dtype.kind == "f" and ids.max() > 2.0**53:
+        row = int(ids.argmax())
+        raise table.table.fault(row, f"the id is {ids[row]:g}: digits are lost; write ids without point and exponent")
+    if not texts and ids.max() <= LARGEST_ID:
+        return ids.astype(np.int64), AS_THEY_ARE, ()
+    originals = np.unique(ids if texts else ids.astype(np.int64))
+    named = Ids(originals)
+    first = quoted(str(originals[0]))
+    kind = "texts" if texts else f"larger than {LARGEST_ID}"
+    note = f"ids are {kind}: in dataset and submission, tracks are numbered 1 to {len(originals)}, {first} is 1"
+    return named.tracks(ids), named, (note,)
