@@ -164,7 +164,7 @@ def _rotations(
         yaw = table["yaw"] * UNITS.get(unit or "", 1.0)
         far = (np.abs(yaw) > _MOST_RADIANS) & (unit is None)
         _refuse(path, lines, far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
-        return {YAW: Rotation.from_euler("z", yaw).as_matrix()}
+        return {YAW: Rotation.from_euler("z", yaw[:, None]).as_matrix()}
     quaternions = np.stack([table.get(name, np.zeros(len(lines))) for name in _QUATERNION], axis=-1)
     length = np.linalg.norm(quaternions, axis=-1)
     if not length.any():
