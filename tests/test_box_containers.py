@@ -13,6 +13,7 @@ import pytest
 from vbbench.birdify.birdify import is_film
 from vbbench.errors import FileError
 from vbbench.exchange.own.box_files import OwnBoxes, read_boxes, write_boxes
+from vbbench.exchange.own.recording import boxes_in
 
 FRAMES = range(6)
 PICTURE = (1280.0, 720.0)
@@ -179,6 +180,17 @@ def test_a_million_boxes_are_read_fast(tmp_path: Path, mark: str) -> None:
     begin = time.process_time()
     assert len(read_boxes(path, 0.001).frame) == 10**6
     assert time.process_time() - begin < 3.0
+
+
+def test_a_folder_of_motchallenge_has_boxes(tmp_path: Path) -> None:
+    assert is_film(tmp_path)
+    for name in ("det/det.txt", "gt/gt.txt"):
+        (tmp_path / name).parent.mkdir()
+        (tmp_path / name).write_text("1,1,1,1,5,9,1,-1,-1,-1\n")
+        assert not is_film(tmp_path)
+        assert boxes_in(tmp_path) == tmp_path / name
+    (tmp_path / "1.png").write_bytes(b"")
+    assert is_film(tmp_path)
 
 
 def labels(folder: Path, cells: Callable[[int, int], str], count: int = 2) -> Path:

@@ -64,3 +64,9 @@ def test_columns_that_mean_the_same_are_doubtful() -> None:
 def test_the_surer_name_counts() -> None:
     header = name_columns(["image", "frame", "x", "x_min", "x_min_norm"], BOX)
     assert (header.columns["frame"], header.columns["left"], header.doubtful) == (1, 3, {})
+
+
+def test_estimated_places_are_places() -> None:
+    header = header_of("time,id,x_est,y_est", ("time", "id", "x", "y"))
+    assert header is not None
+    assert header.columns == {"time": 0, "id": 1, "x": 2, "y": 3}

@@ -26,7 +26,7 @@ from vbbench.birdify.tables import write_tables
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning, suggestion, user_mistakes
 from vbbench.estimate import Estimate
 from vbbench.exchange.axes import AXES, Axes
-from vbbench.exchange.box_containers import is_label_folder
+from vbbench.exchange.box_containers import holds_pictures, is_label_folder
 from vbbench.exchange.own.box_files import write_boxes
 from vbbench.exchange.own.camera_file import find_camera
 from vbbench.exchange.own.recording import (
@@ -35,6 +35,7 @@ from vbbench.exchange.own.recording import (
     OwnRecording,
     RecordingFiles,
     as_recordings,
+    boxes_in,
     read_recording,
 )
 from vbbench.files.dataset import Dataset
@@ -77,8 +78,10 @@ class Birdified:
 
 
 def is_film(path: Path) -> bool:
-    """Whether a path is a video by its name, or a folder, unless that is one of labels; else it is a file of boxes."""
-    return (path.is_dir() and not is_label_folder(path)) or path.suffix.lower() in VIDEOS
+    """Whether a path is a video by its name, or a folder, unless that has boxes and no pictures; else it has boxes."""
+    if path.is_dir():
+        return holds_pictures(path) or not (is_label_folder(path) or boxes_in(path))
+    return path.suffix.lower() in VIDEOS
 
 
 def birdify(
@@ -104,7 +107,8 @@ def birdify(
 
     Parameters
     ----------
-    boxes : a file of boxes, or a folder of YOLO's labels (`vbbench.exchange.own.box_files`).
+    boxes : a file of boxes, a folder with one as MOTChallenge has them, or one of YOLO's labels
+        (`vbbench.exchange.own.box_files`).
     camera : camera file (`vbbench.exchange.own.camera_file`), a folder that holds one, or a calibration of another
         program (`vbbench.exchange.own.calibration_files`).
     out : folder to make; it appears when it is whole.
@@ -137,7 +141,7 @@ def birdify(
         files = RecordingFiles(
             name=name or Path(boxes).stem,
             camera=camera,
-            boxes=Path(boxes),
+            boxes=boxes_in(Path(boxes)) or Path(boxes),
             odometry=None if odometry is None else Path(odometry),
             odometry_axes=odometry_axes,
         )

@@ -71,9 +71,14 @@ def read_box_file(path: Path, picture: Picture = None) -> BoxTable:
 
 def is_label_folder(path: Path) -> bool:
     """Whether a folder has a text for each frame, itself or in ``labels``, and no pictures."""
-    if not path.is_dir() or any(one.suffix.lower() in _PICTURES for one in path.iterdir()):
+    if not path.is_dir() or holds_pictures(path):
         return False
     return any(path.glob("*.txt")) or any((path / "labels").glob("*.txt"))
+
+
+def holds_pictures(folder: Path) -> bool:
+    """Whether pictures are in a folder itself."""
+    return any(one.suffix.lower() in _PICTURES for one in folder.iterdir())
 
 
 def _of_content(path: Path, content: bytes, picture: Picture) -> BoxTable:

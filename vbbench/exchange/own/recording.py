@@ -85,6 +85,11 @@ class OwnRecording:
     rows: OwnBoxes
 
 
+def boxes_in(folder: Path) -> Path | None:
+    """The file of boxes in a folder, such as one of MOTChallenge; ``None`` if there is none."""
+    return next((path for name in BOXES if (path := folder / name).is_file()), None)
+
+
 def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = None) -> RecordingFiles:
     """The files of a recording in a folder; ``boxes`` and ``poses`` are taken in place of its own.
 
@@ -93,7 +98,7 @@ def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = No
     FileError
         If camera or boxes are missing.
     """
-    found = boxes or next((folder / name for name in BOXES if (folder / name).is_file()), None)
+    found = boxes or boxes_in(folder)
     if not (folder / CAMERA).is_file():
         raise FileError(folder / CAMERA, "the file is missing; docs/own.md says what to write")
     if found is None:
