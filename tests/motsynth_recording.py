@@ -46,8 +46,8 @@ def walkers(frames: int, people: int) -> FloatArray:
     return start + time * rng.uniform(-0.6, 0.6, (people, 2))
 
 
-def recording(frames: int = 60, people: int = 6, pose_shift: int = 0, box_shift: int = 0) -> dict[str, Any]:
-    """The values of an annotation file; ``pose_shift``: poses are written so many frames too late, boxes likewise."""
+def recording(frames: int = 60, people: int = 6, pose_shift: int = 0) -> dict[str, Any]:
+    """The values of an annotation file; ``pose_shift``: poses are written so many frames too late."""
     extra = 10
     positions, angles = camera_track(frames + 2 * extra)
     world, tall = walkers(frames + 2 * extra, people), heights(people)
@@ -60,11 +60,8 @@ def recording(frames: int = 60, people: int = 6, pose_shift: int = 0, box_shift:
         image |= {"width": WIDTH, "height": HEIGHT, "is_moving": 1, "cam_fov": FOV}
         images.append(image | {"cam_world_pos": list(positions[posed]), "cam_world_rot": list(angles[posed])})
         for person in range(people):
-            seen = [
-                _seen(world[moment, person], tall[person], positions[moment], angles[moment])
-                for moment in (frame + extra, frame + extra - box_shift)
-            ]
-            if seen[1] is None or seen[0] is None:
+            seen = _seen(world[frame + extra, person], tall[person], positions[frame + extra], angles[frame + extra])
+            if seen is None:
                 continue
             annotations.append(
                 {
@@ -76,8 +73,7 @@ def recording(frames: int = 60, people: int = 6, pose_shift: int = 0, box_shift:
                     "ped_id": 10 * person,
                     "num_keypoints": 22,
                     "segmentation": {"size": [HEIGHT, WIDTH], "counts": "abc"},
-                    **{name: seen[0][name] for name in ("keypoints", "keypoints_3d")},
-                    "bbox": seen[1]["bbox"],
+                    **seen,
                 }
             )
     return {"info": info, "images": images, "annotations": annotations}

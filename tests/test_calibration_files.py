@@ -76,20 +76,6 @@ XML = """\
   <data>-0.28 0.11 1e-3 -8e-4 -0.02</data></distortion_coefficients>
 </opencv_storage>
 """
-SLAM = """\
-%YAML:1.0
-Camera.type: "KannalaBrandt8"
-Camera.fx: 701.5
-Camera.fy: 702.25
-Camera.cx: 633.25
-Camera.cy: 351.5
-Camera.k1: 0.01
-Camera.k2: 0.002
-Camera.k3: -0.001
-Camera.k4: 5e-4
-Camera.width: 1280
-Camera.height: 720
-"""
 PYTHON = {"camera_matrix": [K[:3], K[3:6], K[6:]], "dist_coeff": [BROWN], "image_size": [1280, 720]}
 EUROC = {**CHAIN, "distortion_model": "radial-tangential", "distortion_coefficients": BROWN}
 del EUROC["distortion_coeffs"]
@@ -108,7 +94,6 @@ FILES = {
     "opencv of a fisheye": (yaml.dump({**PYTHON, "fisheye_model": 1, "dist_coeff": ROUND}), "round"),
     "opencv xml": (XML, "brown"),
     "opencv json": (json.dumps(PYTHON), "brown"),
-    "orb-slam": (SLAM, "round"),
     "colmap pinhole": (f"{HEAD}# Number of cameras: 1\n1 PINHOLE {PINHOLE}\n", ""),
     "colmap full": (f"{HEAD}1 FULL_OPENCV {PINHOLE} {COEFFICIENTS} -0.02 0 0 0\n", "brown"),
     "colmap fisheye": (f"{HEAD}7 OPENCV_FISHEYE {PINHOLE} 0.01 0.002 -0.001 5e-4\n", "round"),
@@ -156,7 +141,7 @@ FOUR = {**PYTHON, "dist_coeff": ROUND}
         (yaml.dump({**CHAIN, "camera_model": "omni"}), "camera model 'omni' is not read"),
         (yaml.dump({**CHAIN, "intrinsics": [0.6, *CHAIN["intrinsics"]]}), "5 numbers; a pinhole has four"),
         (yaml.dump({"cam0": CHAIN, "cam1": CHAIN}), "holds cam0 and cam1; keep the camera that the boxes are of"),
-        (SLAM + "Camera2.fx: 300.0\n", "states Camera2.fx twice"),
+        (OPENCV + "K: [1, 0, 2, 0, 1, 2, 0, 0, 1]\n", "states K twice"),
         (yaml.dump({**ECHO_1, "roi": {**ROI, "x_offset": 100}}), "has a roi: write width, height and K"),
         (yaml.dump({**ECHO_1, "binning_x": 2, "binning_y": 2}), "has a binning_x"),
         (yaml.dump({**ECHO_1, "K": [0.0] * 9}), r"camera_matrix must be \[fx, 0, cx"),
@@ -188,7 +173,7 @@ def test_the_mount_height_is_asked_for_and_never_contradicts(tmp_path):
     found = read(tmp_path, TOML.replace("mount_height = 1.5\n", ""), {"mount_height": 1.5, "pitch": -0.1})
     assert (found.facts.pitch, found.camera.mount_height) == (-0.1, 1.5)
     assert read(tmp_path, found.text, {}).facts == found.facts
-    with pytest.raises(FileError, match=r"pitch must be -1\.2 to 1\.2 rad, not 5"):
+    with pytest.raises(FileError, match=r"pitch must be -1\.2 to 1\.2 rad .*, not 5"):
         read(tmp_path, OPENCV, {**MOUNT, "pitch": 5.0})
 
 
@@ -196,7 +181,7 @@ def test_a_message_is_read_as_its_printed_form(tmp_path):
     assert calibration_keys(tmp_path, ECHO_2)["distortion"]["model"] == "fisheye"
 
 
-names = st.sampled_from([*OST, *ECHO_1, *CHAIN, "Camera.fx", "fx", "k1", "cam0", "dist"])
+names = st.sampled_from([*OST, *ECHO_1, *CHAIN, "fx", "k1", "cam0", "dist"])
 leaves = st.none() | st.booleans() | st.floats() | st.integers() | st.text()
 values = st.recursive(leaves, lambda kind: st.lists(kind) | st.dictionaries(names, kind), max_leaves=4)
 
@@ -223,6 +208,7 @@ def test_a_file_of_another_kind_is_no_toml(tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")
 def test_the_command_takes_calibrations_and_folders(tmp_path, capsys):
     boxes = write_csv(tmp_path / "boxes.csv", make_walk(20))
     camera = tmp_path / "camera_info.yaml"

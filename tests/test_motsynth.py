@@ -69,14 +69,13 @@ def test_poses_places_heights_and_camera_are_the_games(tmp_path):
     score(solve(dataset, "cv", "sequential", tmp_path / "a"), tmp_path / "d")
 
 
-@pytest.mark.parametrize("shifts", [{}, {"pose_shift": 3}, {"pose_shift": -2}, {"box_shift": 3}, {"box_shift": -1}])
+@pytest.mark.parametrize("shifts", [{}, {"pose_shift": 3}, {"pose_shift": -2}])
 def test_a_shift_of_frames_is_found_and_mended(tmp_path, shifts):
     path = write(tmp_path, recording(**shifts)) / "annotations" / "000.json"
     mended = find_camera_path(read_annotations(path))
     assert mended.report["pose_shift"] == shifts.get("pose_shift", 0)
-    assert mended.report["box_shift"] == -shifts.get("box_shift", 0)
     found, world = mended.annotations, walkers(80, 6)
-    real = 10 + found.first + found.frame - shifts.get("box_shift", 0)
+    real = 10 + found.first + found.frame
     np.testing.assert_allclose(mended.people, world[real, found.person // 10], atol=1e-6)
     np.testing.assert_allclose(
         mended.poses[found.frame, :2], camera_track(80)[0][real, :2], atol=1e-6, err_msg="pose of another frame"
@@ -299,12 +298,6 @@ def test_numbers_and_ids_may_be_text(tmp_path):
     np.testing.assert_array_equal(text.frame, plain.frame)
     np.testing.assert_array_equal(text.boxes, plain.boxes)
     assert (text.first, text.focal, text.width) == (plain.first, plain.focal, 1920)
-
-
-def test_an_unknown_key_is_said_and_not_used(tmp_path):
-    path = edited(tmp_path, lambda v: v["images"][0].update(cam_world_speed=1.0))
-    with pytest.warns(VbbenchWarning, match="images have keys that are not known and not used: 'cam_world_speed'"):
-        read_annotations(path)
 
 
 def test_crowds_and_people_whom_nobody_sees_are_left_out(tmp_path):

@@ -87,15 +87,16 @@ def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
         ("focal = 70000", "span 1.05°"),
         ("cy = 3605", "cy = 3605 is far outside the 720 rows of the picture; their middle is 360"),
         ("cx = -9999", "cx = -9999 is far outside the 1280 columns"),
-        ("fx = 700", "focal and fx, fy say the same"),
+        ("fx = 700", "focal and fx are the same quantity"),
         ("focl = 700", "unknown key 'focl'; did you mean 'focal'"),
         ("model = 'fisheye'", "no camera is called 'fisheye'.* stands under .distortion."),
-        ("dt = 0.1", "dt and fps say the same"),
-        ("pitch = 90", "pitch must be -1.2 to 1.2 rad, not 90"),
+        ("dt = 0.1", "dt and fps are the same quantity"),
+        ("pitch = 30", r"pitch must be -1\.2 to 1\.2 rad \(degrees x 0\.01745\), not 30"),
+        ("focal = 84.9", r"\(often .* is it a field of view in degrees\? then fov = 84\.9"),
         ("[distortion]\nk7 = 1.0", "unknown key 'k7'"),
         ("[distortion]\nmodel = 'fisheye'\np1 = 0.1", "fisheye model has k1 to k4 only, not p1"),
-        ("fov = 90", "a field of view and a focal length say the same"),
-        ("focal = 700\nvertical_fov = 90", "a field of view and a focal length say the same"),
+        ("fov = 90", "focal and fov are the same quantity"),
+        ("focal = 700\nvertical_fov = 90", "focal and vertical_fov are the same quantity"),
         ("focal = 1.0e3\nmodel = 'panorama'\nfov = 360", "fov, the field of view, must be 3 to 150 degrees, not 360"),
         ("cx = 0.5\ncy = 0.5", "are shares of the picture; write px"),
         ("mount_height = 160", r"must be 0\.05 to 100 m, not 160"),
@@ -109,6 +110,12 @@ def test_a_camera_nobody_has_is_refused(tmp_path, line, problem):
     path.write_text("\n".join([*kept, line]))
     with pytest.raises(FileError, match=problem):
         read_camera(path)
+
+
+def test_a_pitch_in_degrees_is_named_before_another_picture(tmp_path):
+    folder = write_folder(tmp_path / "walk", make_walk(20), camera=CAMERA_TOML + "pitch = -1.0\n")
+    (note,) = read_recording(files_in(folder)).notes
+    assert "boxes fit so many degrees: write pitch = -0.01745" in note
 
 
 def test_what_is_left_out_of_a_camera_file_is_said(tmp_path):

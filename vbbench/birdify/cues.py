@@ -93,7 +93,8 @@ def compare_cues(boxes: FloatArray, camera: Camera, people: HeightPrior, dt: flo
         looks = (_settled(boxes, camera, people, later, tilt=start) for start in starts)
     else:
         looks = [_compare(boxes, camera, people, later)]
-    return next((cues for cues in looks if cues is not None and _is_possible(cues)), None)
+    possible = (cues for cues in looks if cues is not None and cues.mount_height > LOWEST)
+    return next((cues for cues in possible if abs(cues.tilt) <= STEEPEST_PITCH), None)
 
 
 def _settled(boxes: FloatArray, camera: Any, people: HeightPrior, later: Sequence[int], *, tilt: float) -> Cues | None:
@@ -113,11 +114,6 @@ def _settled(boxes: FloatArray, camera: Any, people: HeightPrior, later: Sequenc
 def _can_tilt(camera: Camera) -> bool:
     """Whether all that the camera sees goes up and down with its pitch: not so all around."""
     return isinstance(camera, CentralCamera) and "pitch" in vars(camera) and camera.period is None
-
-
-def _is_possible(cues: Cues) -> bool:
-    """Whether a camera of people may be so high and so tilted."""
-    return cues.mount_height > LOWEST and abs(cues.tilt) <= STEEPEST_PITCH
 
 
 def _compare(boxes: FloatArray, camera: Camera, people: HeightPrior, later: Sequence[int]) -> Cues | None:

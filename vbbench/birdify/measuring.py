@@ -149,23 +149,20 @@ def _doubts_of_cues(report: Report, camera: Camera, sequence: Sequence) -> Itera
             f"feet and heights put the camera {found} m above the ground, the camera file "
             f"{report.camera_height:g} m: {_causes_of_scale(report, 1.0 + off)}"
         )
+    agree = "feet and heights agree best if"
     if _is_doubtful(cues.tilt, cues.tilt_std):
         found, way = plus_minus(abs(cues.tilt), cues.tilt_std), "higher" if cues.tilt > 0.0 else "lower"
-        yield (
-            f"feet and heights agree best if the camera looks {found} rad {way} than its file says: "
-            f"{_causes_of_tilt(report, cues, camera, sequence)}"
-        )
+        causes = _causes_of_tilt(report, cues, camera, sequence)
+        yield f"{agree} the camera looks {found} rad {way} than its file says: {causes}"
     if _is_doubtful(cues.roll, cues.roll_std):
         found, side = plus_minus(abs(cues.roll), cues.roll_std), "right" if cues.roll > 0.0 else "left"
-        yield (
-            f"feet and heights agree best if the camera's {side} side hangs {found} rad lower than its file says: "
-            f"try roll = {vars(camera).get('roll', 0.0) + cues.roll:.3f}"
-        )
+        roll = vars(camera).get("roll", 0.0) + cues.roll
+        yield f"{agree} the camera's {side} side hangs {found} rad lower than its file says: try roll = {roll:.3f}"
     if _is_doubtful(cues.horizon, cues.horizon_std):
         row = float(camera.horizon(np.zeros(1))[0]) + cues.horizon * camera.focal
         found, way = plus_minus(abs(cues.horizon), cues.horizon_std), "lower" if cues.horizon > 0.0 else "higher"
         yield (
-            f"feet and heights agree best if the horizon is {found} rad {way} all around than the camera file says: "
+            f"{agree} the horizon is {found} rad {way} all around than the camera file says: "
             f"try cy = {row:.0f}, or check that the model is '{camera.kind}'"
         )
 

@@ -148,7 +148,7 @@ def _summary(reports: dict[str, Any]) -> str:
     worst = {
         name: max(report[name] for report in values) for name in ("joint_px", "pose_error", "box_error", "pitch_spread")
     }
-    mended = [name for name, report in reports.items() if report["pose_shift"] or report["box_shift"]]
+    mended = [name for name, report in reports.items() if report["pose_shift"]]
     text = (
         f"{len(values)} videos; at worst joints reproject to {worst['joint_px']:.1f} px, people move on as predicted "
         f"to {worst['pose_error']:.1%} of their height, boxes lie {worst['box_error']:.1%} of it beside their joints, "

@@ -2,7 +2,7 @@
 
 People are given in the camera's axes (right, down, forward), the camera in the game's world, z up. Three things can go
 wrong between them, and all are tested by reprojection: the axes of the joints (they must project onto the joints in the
-picture), the frame of the boxes (the joints must project into them), and the frame of the poses: people walk smoothly
+picture), the boxes (the joints must project into them), and the frame of the poses: people walk smoothly
 in the world, so that where somebody is at time t follows from where they were half a second and a second before, seen
 by the camera of time t.
 """
@@ -13,7 +13,7 @@ from itertools import permutations, product, starmap
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.numbers import BODY_HEIGHT
 from vbbench_generators.footage.motsynth_json import Annotations
 
@@ -25,8 +25,6 @@ ANKLE_HEIGHT = 0.08
 PLACES = {
     "x, -height, y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
     "x, y, height": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-    "x, height, y": ((1, 0, 0), (0, 0, 1), (0, 1, 0)),
-    "x, height, -y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
 }
 """How ``cam_world_pos`` is read: the matrix from the three numbers to (x, y, height); files have the first."""
 
@@ -60,7 +58,7 @@ KNOWN_READINGS = (
 READINGS = tuple(starmap(AngleReading, product(permutations(range(3)), product((1, -1), repeat=3), (True, False))))
 
 MOST_SHIFT = 5
-"""Frames by which poses may be too early or too late, and boxes as well."""
+"""Frames by which poses may be too early or too late."""
 MOST_LEAN = 8.0
 """Degrees that people may lean on average."""
 LEVEL = 1.0
@@ -94,7 +92,7 @@ class CameraPath:
 
     Parameters
     ----------
-    annotations : boxes, joints and poses of the same frames; shifts are mended.
+    annotations : boxes, joints and poses of the same frames; a shift of poses is mended.
     poses : [T, 3] (x, y, yaw) in m and rad.
     pitch, roll, mount_height : medians in rad and m.
     people : [N, 2] place of each box's person on the ground: between the hips.
@@ -113,7 +111,7 @@ class CameraPath:
 
 
 def find_camera_path(found: Annotations) -> CameraPath:
-    """Read the camera's angles, check poses, joints and boxes by reprojection, and mend shifts between them.
+    """Read the camera's angles, check poses, joints and boxes by reprojection, and mend a shift of poses.
 
     Raises
     ------
@@ -129,7 +127,10 @@ def find_camera_path(found: Annotations) -> CameraPath:
     if not joint_error <= MOST_JOINT_ERROR:
         expected = "keypoints_3d must be (right, down, forward) of the camera in m"
         raise FileError(found.path, f"joints project {joint_error:.0f} px beside those in the picture: {expected}")
-    found, box_shift, box_error = _mend_boxes(found)
+    box_error = _box_error(found)
+    if not box_error <= MOST_BOX_ERROR:
+        problem = f"boxes lie {box_error:.0%} of their height beside their people"
+        raise FileError(found.path, f"{problem}: joints and boxes are not of one video")
     reading = _find_reading(found)
     pose_shift = reading.shift
     turned = replace(found, positions=found.positions @ np.array(PLACES[reading.places]).T)
@@ -160,7 +161,6 @@ def find_camera_path(found: Annotations) -> CameraPath:
             "places": reading.places,
             "angles": str(reading.angles),
             "joint_px": joint_error,
-            "box_shift": box_shift,
             "box_error": box_error,
             "pose_shift": pose_shift,
             "pose_error": reading.motion.error,
@@ -216,39 +216,16 @@ def _to_world(found: Annotations, axes: FloatArray, points: FloatArray) -> Float
     return found.positions[found.frame, None] + points @ np.moveaxis(axes[found.frame], 1, 2)
 
 
-def _mend_boxes(found: Annotations) -> tuple[Annotations, int, float]:
-    """Boxes with the joints of their own frame, the shift between them, and how far they are off at it."""
-    error = {shift: _box_error(found, shift) for shift in range(-MOST_SHIFT, MOST_SHIFT + 1)}
-    shift = _best(error)
-    if not error[shift] <= MOST_BOX_ERROR:
-        problem = f"boxes lie {error[shift]:.0%} of their height beside their people"
-        raise FileError(found.path, f"{problem}, at best ({shift:+d} frames): joints and boxes are not of one video")
-    if shift:
-        here, there = _partners(found, shift)
-        keep = {name: getattr(found, name)[here] for name in ("frame", "person", "boxes", "visible")}
-        # Poses belong to the joints until the check of poses: they move with them.
-        found = replace(found, **keep, joints=found.joints[there], pixels=found.pixels[there])
-        found = _shift_poses(found, shift)
-    return found, shift, error[shift]
-
-
-def _box_error(found: Annotations, shift: int) -> float:
-    """Median distance of boxes' centres from those of the joints ``shift`` frames later, as a share of the height."""
-    here, there = _partners(found, shift)
-    joints = found.project(found.joints[there])
-    whole = ~np.isnan(joints).any(axis=(1, 2)) & _inside(found, joints)
+def _box_error(found: Annotations) -> float:
+    """Median distance of boxes' centres from those of joints, if all are in the picture, as a share of the height."""
+    joints = found.project(found.joints)
+    whole = ((joints >= 0.0) & (joints < [found.width, found.height])).all(axis=(1, 2))
     if not whole.any():
         return np.inf
-    joints, boxes = joints[whole], found.boxes[here][whole]
+    joints, boxes = joints[whole], found.boxes[whole]
     middle = 0.5 * (joints.min(axis=1) + joints.max(axis=1))
     away = np.linalg.norm(boxes[:, :2] + 0.5 * boxes[:, 2:] - middle, axis=1)
     return float(np.median(away / boxes[:, 3]))
-
-
-def _inside(found: Annotations, pixels: FloatArray) -> BoolArray:
-    """[N] whether all joints are in the picture."""
-    inside = (pixels >= 0.0) & (pixels < [found.width, found.height])
-    return np.asarray(inside.all(axis=(1, 2)))
 
 
 def _partners(found: Annotations, shift: int) -> tuple[IntArray, IntArray]:

@@ -1,7 +1,6 @@
 """Reads one annotation file of MOTSynth: COCO-style JSON of one video."""
 
 import json
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -10,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.errors import FileError, VbbenchWarning, quoted, suggestion
+from vbbench.errors import FileError, quoted, suggestion
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.numbers import Within
 from vbbench.parsing.rows import first_repetition
@@ -21,19 +20,6 @@ VISIBLE = 2
 
 _VIDEO_KEYS = ("width", "height", "cam_fov", "fps")
 _POSE_KEYS = ("cam_world_pos", "cam_world_rot")
-_BOX_KEYS = ("bbox", "image_id", "ped_id", "keypoints", "keypoints_3d")
-_OTHER_KEYS = {
-    "images": (
-        *("id", "frame_n", "file_name", "ignore_mask", "is_moving", "is_night", "weather", "time", "seq_name"),
-        *("license", "flickr_url", "coco_url", "date_captured", "img_width", "img_height", "fx", "fy", "cx", "cy"),
-        *("description", "version", "sequence_length"),
-    ),
-    "annotations": (
-        *("id", "category_id", "area", "iscrowd", "num_keypoints", "model_id", "attributes", "is_blurred"),
-        "segmentation",
-    ),
-}
-"""Keys that other people's readers name; they are not needed here."""
 
 _RANGES = {
     "width": Within(16, 20_000, "px"),
@@ -171,11 +157,6 @@ def _objects(path: Path, values: dict[str, Any], name: str) -> list[dict[str, An
     found = values[name]
     if not isinstance(found, list) or not found or not all(isinstance(one, dict) for one in found):
         raise FileError(path, f"'{name}' is not a list of objects, or has none")
-    known = {*_VIDEO_KEYS, *_POSE_KEYS, *_BOX_KEYS, *_OTHER_KEYS[name]}
-    unknown = sorted(found[0].keys() - known)
-    if unknown:
-        text = f"{path}: {name} have keys that are not known and not used: {', '.join(map(quoted, unknown))}"
-        warnings.warn(text, VbbenchWarning, stacklevel=4)
     return found
 
 

@@ -1,7 +1,7 @@
 """Calibrations as other programs write them, as keys of ``camera.toml``.
 
-ROS ``camera_info`` and ``ost.yaml``, Kalibr's camchain and EuRoC's ``sensor.yaml``, OpenCV's FileStorage (YAML, XML,
-JSON) and what is dumped from Python under its names, COLMAP's ``cameras.txt``: each is recognised by its content.
+ROS ``camera_info`` and ``ost.yaml``, Kalibr's camchain, OpenCV's FileStorage (YAML, XML, JSON) and what is dumped from
+Python under its names, COLMAP's ``cameras.txt``: each is recognised by its content.
 """
 
 import re
@@ -25,22 +25,17 @@ MOST_SKEW = 1e-3
 NAMES = {
     "matrix": ("camera_matrix", "K", "mtx", "intrinsic_matrix"),
     "coefficients": ("distortion_coefficients", "distortion_coeffs", "dist_coeffs", "dist_coeff", "dist", "D"),
-    "lens": ("distortion_model", "distortion_type"),
-    "projection": ("camera_model", "model_type", "Camera.type"),
+    "lens": ("distortion_model",),
+    "projection": ("camera_model",),
     "fisheye": ("fisheye_model",),
     "intrinsics": ("intrinsics",),
-    "size": ("resolution", "image_size", "image_resolution"),
-    "width": ("width", "image_width", "w"),
-    "height": ("height", "image_height", "h"),
-    "fx": ("fx", "fl_x"),
-    "fy": ("fy", "fl_y"),
-    "fps": ("fps", "rate_hz"),
-    **{name: (name,) for name in ("cx", "cy", "roi", "binning_x", "binning_y", *COEFFICIENTS["opencv"])},
+    "size": ("resolution", "image_size"),
+    "width": ("width", "image_width"),
+    "height": ("height", "image_height"),
+    **{name: (name,) for name in ("fx", "fy", "cx", "cy", "roi", "binning_x", "binning_y", *COEFFICIENTS["opencv"])},
 }
 """What a calibration states, by the names that programs give it."""
 _QUANTITIES = {plain_name(name): quantity for quantity, names in NAMES.items() for name in names}
-PARTS = ("intrinsics", "projection_parameters", "distortion_parameters", "camera_matrix")
-"""Tables in a table, in which some programs write what others write next to it."""
 WHICH = "distortion_model: plumb_bob (k1 k2 p1 p2 k3) or distortion_model: equidistant (fisheye: k1 k2 k3 k4)"
 ONE = "keep the camera that the boxes are of, in a file of its own"
 COLMAP = {
@@ -121,38 +116,33 @@ def calibration_keys(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
 def _quantities(table: Mapping[str, Any]) -> dict[str, Any]:
     """What a table states, by our names."""
     found: dict[str, Any] = {}
-    parts = [part for name, part in table.items() if name in PARTS and isinstance(part, Mapping) and "data" not in part]
-    for name, value in (item for part in (table, *parts) for item in part.items() if item[1] not in parts):
-        quantity = _QUANTITIES.get(plain_name(name)) or _QUANTITIES.get(plain_name(str(name).rpartition(".")[2]))
-        if quantity is None or value is None:
-            continue
+    for name, value in table.items():
+        quantity = _QUANTITIES.get(plain_name(name))
         if quantity in found and found[quantity] != value:
             raise ValueError(f"states {name} twice; {ONE}")
-        found[quantity] = value
+        if quantity is not None and value is not None:
+            found[quantity] = value
     return found
 
 
 def _keys(found: Mapping[str, Any]) -> dict[str, Any]:
     """Keys of ``camera.toml`` from what is stated."""
-    size = _numbers(
-        "width or height", found["size"] if "size" in found else [found.get("width", 0), found.get("height", 0)]
-    )
-    if len(size) != 2 or not size.all():
+    stated = found["size"] if "size" in found else [found.get("width", 0), found.get("height", 0)]
+    size = _numbers("width or height", stated).tolist()
+    if len(size) != 2 or not all(size):
         raise ValueError("the size of the picture is missing: write image_width: and image_height: in px into the file")
-    keys: dict[str, Any] = {"width": int(size[0]), "height": int(size[1]), **_intrinsics(found)}
     roi = found["roi"] if isinstance(found.get("roi"), Mapping) else {}
-    part = [roi.get(name) or whole for name, whole in (("width", size[0]), ("height", size[1]))]
-    parts = {"roi": part != size.tolist() or roi.get("x_offset") or roi.get("y_offset")}
+    whole = [roi.get("width") or size[0], roi.get("height") or size[1]] == size
+    parts = {"roi": roi.get("x_offset") or roi.get("y_offset") or not whole}
     parts |= {name: _number(name, found.get(name, 0)) > 1 for name in ("binning_x", "binning_y")}
     for name in (name for name, has in parts.items() if has):
         raise ValueError(f"has a {name}: write width, height and K of the picture that the boxes are of, without it")
-    if "fps" in found:
-        keys["fps"] = _number("fps", found["fps"])
     lens: dict[str, Any] = {name: _number(name, found[name]) for name in COEFFICIENTS["opencv"] if name in found}
     if "coefficients" in found:
         lens["coefficients"] = _numbers("distortion coefficients", found["coefficients"]).tolist()
     model = _model(found)
     bent = distortion_keys(lens if model is None else {"model": model, **lens}, WHICH)
+    keys: dict[str, Any] = {"width": int(size[0]), "height": int(size[1]), **_intrinsics(found)}
     return keys if bent is None else {**keys, "distortion": bent}
 
 
@@ -163,10 +153,8 @@ def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
         values = _numbers("camera_matrix", found["matrix"])
         if len(values) != 9 or values[[3, 6, 7]].any() or values[8] != 1.0:
             raise ValueError("camera_matrix must be [fx, 0, cx, 0, fy, cy, 0, 0, 1]")
-        if abs(values[1]) > MOST_SKEW * values[0]:
-            raise ValueError(
-                f"camera_matrix has a skew of {values[1]:g} px, which no camera has here; calibrate without"
-            )
+        if abs(skew := values[1]) > MOST_SKEW * values[0]:
+            raise ValueError(f"camera_matrix has a skew of {skew:g} px, which no camera has here; calibrate without")
         return dict(zip(names, values[[0, 4, 2, 5]].tolist(), strict=True))
     if "intrinsics" in found:
         values = _numbers("intrinsics", found["intrinsics"])
@@ -182,14 +170,12 @@ def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
 
 def _model(found: Mapping[str, Any]) -> str | None:
     """The lens model that a calibration names."""
-    projection = plain_name(found.get("projection", "pinhole"))
-    if "lens" in found:
-        if projection != "pinhole":
-            raise ValueError(f"camera model {quoted(str(found['projection']))} is not read; a pinhole with a lens is")
-        return lens_model(found["lens"] or "none")
-    if "fisheye" in found:
+    projection = str(found.get("projection", "pinhole"))
+    if plain_name(projection) != "pinhole":
+        raise ValueError(f"camera model {quoted(projection)} is not read; a pinhole with a lens is")
+    if "fisheye" in found and "lens" not in found:
         return "fisheye" if _number("fisheye_model", found["fisheye"]) else "opencv"
-    return None if projection in ("pinhole", "perspective") else lens_model(found["projection"])
+    return lens_model(found["lens"] or "none") if "lens" in found else None
 
 
 def _number(name: str, value: Any) -> float:

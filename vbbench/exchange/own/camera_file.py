@@ -18,9 +18,12 @@ from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_range
 from vbbench.parsing.toml_text import from_table, toml_table
 from vbbench.registry import load_registered
 
-Pixels = Annotated[float, Within(-1e5, 1e5, "px")]
 WIDEST, NARROWEST = 150.0, 3.0
 """Degrees from the left to the right border of a pinhole's picture that a camera may have."""
+Tilt = Annotated[float, Within(-1.2, 1.2, "rad (degrees x 0.01745)")]
+Focal = Annotated[float, Within(1.0, 1e6, "px")]
+FieldOfView = Annotated[float, Within(NARROWEST, WIDEST, "degrees", "the field of view")]
+Pixels = Annotated[float, Within(-1e5, 1e5, "px")]
 WIDE = 120.0
 """Degrees from which a lens that bends nothing is rare."""
 OTHER_SIZE = 0.1
@@ -81,6 +84,11 @@ class OdometryFacts:
         return np.asarray((still + moving**2)[:, :, None] * np.eye(3))
 
 
+SAME = [("dt", "fps"), *((one, other) for one in ("focal", "fov", "vertical_fov") for other in ("fx", "fy"))]
+SAME += [("focal", "fov"), ("focal", "vertical_fov")]
+"""Keys of which a camera file has one at most."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class CameraFile:
     """The keys of ``camera.toml``.
@@ -106,15 +114,15 @@ class CameraFile:
     width: Annotated[int, Within(16, 100_000, "px")]
     model: str = "perspective"
     height: Annotated[int, Within(16, 100_000, "px")] | None = None
-    focal: Annotated[float, Within(1.0, 1e6, "px")] | None = None
-    fx: Annotated[float, Within(1.0, 1e6, "px")] | None = None
-    fy: Annotated[float, Within(1.0, 1e6, "px")] | None = None
-    fov: Annotated[float, Within(NARROWEST, WIDEST, "degrees", "the field of view")] | None = None
-    vertical_fov: Annotated[float, Within(NARROWEST, WIDEST, "degrees", "the field of view")] | None = None
+    focal: Focal | None = None
+    fx: Focal | None = None
+    fy: Focal | None = None
+    fov: FieldOfView | None = None
+    vertical_fov: FieldOfView | None = None
     cx: Pixels | None = None
     cy: Pixels | None = None
-    pitch: Annotated[float, Within(-1.2, 1.2, "rad")] = 0.0
-    roll: Annotated[float, Within(-1.2, 1.2, "rad")] = 0.0
+    pitch: Tilt = 0.0
+    roll: Tilt = 0.0
     dt: Annotated[float, FRAME_TIME] | None = None
     fps: Annotated[float, Within(1 / 60, 1000.0, "frames per second")] | None = None
     pixel_std: Annotated[float, Within(0.0, 1000.0, "px")] | None = None
@@ -126,14 +134,11 @@ class CameraFile:
 
     def __post_init__(self) -> None:
         check_ranges(self)
-        if self.dt is not None and self.fps is not None:
-            raise ValueError("dt and fps say the same; keep one of them")
-        if self.focal is not None and (self.fx is not None or self.fy is not None):
-            raise ValueError("focal and fx, fy say the same; keep focal, or fx and fy")
+        for one, other in SAME:
+            if getattr(self, one) is not None and getattr(self, other) is not None:
+                raise ValueError(f"{one} and {other} are the same quantity; keep one of them")
         if (self.fx is None) != (self.fy is None):
             raise ValueError("fx and fy belong together; write both, or focal alone")
-        if (self.fov or self.vertical_fov) and (self.focal or self.fx):
-            raise ValueError("a field of view and a focal length say the same; keep one of them")
         if (self.fov or self.vertical_fov) and (self.distortion is not None or self.model != "perspective"):
             kind = f"model '{self.model}'" if self.distortion is None else "a lens with [distortion]"
             raise ValueError(f"fov gives the focal length of a lens that bends nothing; of {kind} write focal in px")
@@ -320,12 +325,10 @@ def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
         raise FileError(path, problem)
     span = np.degrees(2.0 * np.arctan(0.5 * facts.width / focal))
     if not NARROWEST <= span <= WIDEST:
-        usual = f"{0.5 * facts.width:.0f} to {2 * facts.width} px"
-        raise FileError(
-            path,
-            f"a focal length of {focal:g} px lets {facts.width} px span {span:.3g}°, which no camera does; it is in px "
-            f"(often {usual}; px = mm x {facts.width} / width of the sensor in mm)",
-        )
+        known = f"often {0.5 * facts.width:.0f} to {2 * facts.width} px; px = mm x {facts.width} / mm of the sensor"
+        known += f"; is it a field of view in degrees? then fov = {focal:g}" if NARROWEST <= focal <= WIDEST else ""
+        problem = f"a focal length of {focal:g} px lets {facts.width} px span {span:.3g}°, which no camera does"
+        raise FileError(path, f"{problem}; it is in px ({known})")
     return {
         "width": facts.width,
         "height": facts.height,
@@ -333,9 +336,7 @@ def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
         "vertical_focal": None if rows_focal == focal else rows_focal,
         "cx": 0.5 * facts.width if facts.cx is None else facts.cx,
         "cy": 0.5 * facts.height if facts.cy is None else facts.cy,
-        **_mount(facts),
-        **facts.parameters,
-    }
+    } | _mount(facts)
 
 
 def _focal_of(pixels: int, degrees: float) -> float:
@@ -359,9 +360,12 @@ def _other(path: Path, facts: CameraFile) -> dict[str, Any]:
         given["cy"] = 0.5 * (facts.height or 0) if facts.cy is None else facts.cy
     if facts.model != "panorama":
         given["height"] = facts.height
-    return {name: value for name, value in given.items() if value is not None} | _mount(facts) | dict(facts.parameters)
+    return {name: value for name, value in given.items() if value is not None} | _mount(facts)
 
 
 def _mount(facts: CameraFile) -> dict[str, float]:
+    """Mount height, what tilt there is, and parameters of a model of the user's own."""
     tilt = {"pitch": facts.pitch, "roll": facts.roll}
-    return {"mount_height": facts.mount_height, **{name: angle for name, angle in tilt.items() if angle}}
+    return (
+        {"mount_height": facts.mount_height} | {name: one for name, one in tilt.items() if one} | dict(facts.parameters)
+    )

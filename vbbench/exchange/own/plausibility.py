@@ -1,6 +1,8 @@
 """Whether boxes can be of the camera's picture: what does not fit is said with numbers, or refused."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
@@ -13,6 +15,9 @@ from vbbench.geometry import BoolArray, FloatArray, runs_of_true
 
 LONGEST_GAP, MOST_EMPTY = 1.0, 0.1
 """Seconds without a box, and the share of frames without one, from which a note says so."""
+
+LEAST_DEGREES = 0.1
+"""A pitch that is larger, in rad, may be one in degrees."""
 
 
 def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
@@ -27,6 +32,12 @@ def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
     misfit = find_misfit(rows.boxes, own.camera, picture, own.facts.height_mean)
     if misfit is not None and misfit.certain:
         raise FileError(rows.path, misfit.text)
+    if misfit is not None and abs(own.facts.pitch) > LEAST_DEGREES and "pitch" in vars(own.camera):
+        pitch = float(np.radians(own.facts.pitch))
+        level = replace(cast(Any, own.camera), pitch=pitch)
+        if find_misfit(rows.boxes, level, picture, own.facts.height_mean) is None:
+            text = f"pitch = {own.facts.pitch:g} is in rad, and boxes fit so many degrees: write pitch = {pitch:.4g}"
+            misfit = misfit._replace(text=text)
     outside = outside_picture(rows.boxes, own.camera, picture)
     lost, shown = int(outside.sum()), f"{picture[0]:g} x {picture[1]:g} px"
     note = f"{lost} of {len(outside)} boxes are left out: their middle is outside the picture of {shown}"
