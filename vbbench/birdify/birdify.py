@@ -145,7 +145,10 @@ def birdify(
             odometry=None if odometry is None else Path(odometry),
             odometry_axes=odometry_axes,
         )
-        recording = _read(files, dt, pictures, mount, person_class)
+        for path in filter(None, (files.boxes, files.odometry)):
+            if not path.exists():
+                raise FileError(path, "there is no such file")
+        recording = read_recording(files, dt=dt, pictures=pictures, mount=mount, person_class=person_class)
         work.begin()
         _keep_files(recording, dt, work.new / RECORDING)
         announce(_described(recording))
@@ -163,19 +166,6 @@ def birdify(
     for warning in report.warnings:
         warnings.warn(VbbenchWarning(warning), stacklevel=2)
     return Birdified(folder=out, report=report)
-
-
-def _read(
-    files: RecordingFiles,
-    dt: float | None,
-    pictures: Pictures | None,
-    mount: Mapping[str, float] | None,
-    person_class: int | str | None,
-) -> OwnRecording:
-    for path in filter(None, (files.boxes, files.odometry)):
-        if not path.exists():
-            raise FileError(path, "there is no such file")
-    return read_recording(files, dt=dt, pictures=pictures, mount=mount, person_class=person_class)
 
 
 def _described(recording: OwnRecording) -> str:

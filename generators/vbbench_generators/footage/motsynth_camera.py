@@ -145,7 +145,10 @@ def find_camera_path(found: Annotations) -> CameraPath:
     spreads = {name: float(np.ptp(np.percentile(v, (5, 95)))) for name, v in (("pitch", pitch), ("roll", roll))}
     height, height_spread = _mount_height(found, above)
     statures = places[:, HEAD_TOP, 2] - soles
-    _refuse_giants(found, float(np.median(statures)))
+    try:
+        BODY_HEIGHT.check("their median height", float(np.median(statures)))
+    except ValueError as error:
+        raise FileError(found.path, f"people by keypoints_3d: {error}; it must be in m") from None
     for name, spread in spreads.items():
         if spread > MOST_TILT_SPREAD:
             raise FileError(found.path, f"the camera's {name} changes by {spread:.2f} rad; a sequence has one {name}")
@@ -182,13 +185,6 @@ def _refuse_leaps(found: Annotations, axes: FloatArray, shift: int) -> None:
         problem = f"frame {found.first + frame + 1 + shift}: the camera moves {moved[frame]:,.1f} m and turns "
         problem += f"{np.degrees(turned[frame]):.0f} degrees from the frame before"
         raise FileError(found.path, f"{problem}; a video is one shot of one camera, in m and degrees")
-
-
-def _refuse_giants(found: Annotations, stature: float) -> None:
-    try:
-        BODY_HEIGHT.check("their median height", stature)
-    except ValueError as error:
-        raise FileError(found.path, f"people by keypoints_3d: {error}; it must be in m") from None
 
 
 def camera_axes(angles: FloatArray, reading: AngleReading) -> FloatArray:
