@@ -84,9 +84,8 @@ class OdometryFacts:
         return np.asarray((still + moving**2)[:, :, None] * np.eye(3))
 
 
-SAME = [("dt", "fps"), *((one, other) for one in ("focal", "fov", "vertical_fov") for other in ("fx", "fy"))]
-SAME += [("focal", "fov"), ("focal", "vertical_fov")]
-"""Keys of which a camera file has one at most."""
+SAME = ("dt fps", "focal fx", "focal fov", "focal vertical_fov", "fx fov", "fx vertical_fov")
+"""Pairs of keys of which a camera file has one at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +133,7 @@ class CameraFile:
 
     def __post_init__(self) -> None:
         check_ranges(self)
-        for one, other in SAME:
+        for one, other in (names.split() for names in SAME):
             if getattr(self, one) is not None and getattr(self, other) is not None:
                 raise ValueError(f"{one} and {other} are the same quantity; keep one of them")
         if (self.fx is None) != (self.fy is None):
