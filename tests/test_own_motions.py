@@ -23,9 +23,11 @@ from vbbench.exchange.own.recording import files_in, read_recording
 from vbbench.exchange.own.timing import Timeline
 from vbbench.files.verification import verify
 from vbbench.generation import generate
+from vbbench.generation.footage import joined_odometry
 from vbbench.generation.generator import Options
 from vbbench.geometry import relative_to_world, world_to_relative
 from vbbench.scoring import score
+from vbbench.sequence import Odometry
 from vbbench.solving import solve
 
 
@@ -71,9 +73,38 @@ def test_poses_odometry_and_people_become_truth_and_measurements(folder, walk, t
     assert figures["dx"]["mean"] < 1.0
 
 
+def test_stated_covariances_of_odometry_are_composed_over_a_frame(folder, walk):
+    part, spread = np.array([0.3, 0.02, 0.2]), np.array([[4e-4, 1e-5, 2e-5], [1e-5, 1e-4, 0.0], [2e-5, 0.0, 9e-4]])
+    pose, rows = np.zeros(3), []
+    for line in range(4 * len(walk.poses)):
+        x, y, yaw = pose
+        place = f"{line * walk.dt / 4:.6f} {x:.12f} {y:.12f} 0 0 0 {np.sin(yaw / 2):.12f} {np.cos(yaw / 2):.12f}"
+        rows.append(f"{place} 4e-4 1e-5 2e-5 1e-4 0 9e-4")
+        pose = np.append(relative_to_world(np.array([[-part[1], part[0]]]), pose)[0], yaw + part[2])
+    (folder / "odometry.txt").write_text("\n".join(rows) + "\n")
+    odometry = read(folder).footage.odometry
+    assert odometry is not None
+    parts = Odometry(motions=np.tile(part, (5, 1)), covariances=np.tile(spread, (5, 1, 1)))
+    expected = joined_odometry(parts, 4)
+    np.testing.assert_allclose(odometry.motions[5], expected.motions[1], rtol=1e-6)
+    np.testing.assert_allclose(odometry.covariances[5], expected.covariances[1], rtol=1e-5, atol=1e-9)
+    (folder / "odometry.txt").write_text("\n".join(rows[::3]) + "\n")  # lines end within frames: parts in proportion
+    sparse = read(folder).footage.odometry
+    assert sparse is not None
+    np.testing.assert_allclose(sparse.covariances[5:9, 2, 2], 4 / 3 * 9e-4, rtol=1e-6)
+    assert (np.linalg.eigvalsh(sparse.covariances[1:]) > 0.0).all()
+    (folder / "odometry.txt").write_text("\n".join([*rows[:3], rows[3].replace("4e-4", "-4e-4"), *rows[4:]]))
+    with pytest.raises(FileError, match=r"line 4: the covariance .* is not positive definite"):
+        read(folder)
+    (folder / "odometry.txt").write_text("\n".join([*rows[:3], rows[3] + " 7"]))
+    with pytest.raises(FileError, match="line 4: 15 columns, wanted 14"):
+        read(folder)
+
+
 def test_lines_of_odometry_are_told_by_their_times(folder, walk):
     write_tum(folder / "odometry.txt", walk, every=0.5)
     rows = (folder / "odometry.txt").read_text().splitlines()
+    rows = [f"{line} {1e-4 * (1 + n)} 0 0 1e-4 0 1e-6" for n, line in enumerate(rows)]
     odometry = []
     for order in (rows, rows[::-1]):
         (folder / "odometry.txt").write_text("\n".join(order) + "\n")

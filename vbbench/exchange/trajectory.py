@@ -1,7 +1,7 @@
 """Trajectory files as programs write them: times, places and rotations, before anything is assumed of their axes.
 
-TUM (``timestamp tx ty tz qx qy qz qw``), EuRoC and any CSV whose header names its columns, KITTI's 3 × 4 matrices, with
-or without a timestamp, and ``time x y`` or ``time x y z`` without rotations.
+TUM (``timestamp tx ty tz qx qy qz qw``) with six more columns for a covariance, EuRoC and any CSV whose header names
+its columns, KITTI's 3 × 4 matrices, with or without a timestamp, and ``time x y`` or ``time x y z`` without rotations.
 """
 
 import re
@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, quoted
+from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS, Header, header_of, separator_of
 from vbbench.parsing.numbers import finite_number, parse_number
@@ -41,6 +42,7 @@ class Trajectory:
     unit : of the times in s; 0 where they are numbers of frames, ``None`` where the file names none.
     places : [N, 3] in m.
     rotations : [N, 3, 3] from the body to the world by the order of their columns: none, one, or two where it is open.
+    covariances : [N, 6] of the motion since the line before (`MOTION_COVARIANCE`), where the file has them.
     axes : what the file states of the body's axes, a key of `vbbench.exchange.axes.AXES`.
     """
 
@@ -50,6 +52,7 @@ class Trajectory:
     places: FloatArray
     rotations: Mapping[str, FloatArray]
     unit: float | None = None
+    covariances: FloatArray | None = None
     axes: str | None = None
 
 
@@ -81,6 +84,7 @@ def read_trajectory(path: Path) -> Trajectory:
         unit=0.0 if clock == "frame" else UNITS.get(header.units.get("time", "")),
         places=places,
         rotations=_rotations(path, lines, table, header.units.get("yaw"), named is not None),
+        covariances=np.stack([table[c] for c in MOTION_COVARIANCE], -1) if MOTION_COVARIANCE[0] in table else None,
         axes=axes,
     )
 
@@ -126,12 +130,13 @@ def _layout(path: Path, line: int, count: int) -> Header:
     """The columns of a file without a header, by how many there are."""
     cells = ["x0", "x1", "x2", "x", "y0", "y1", "y2", "y", "z0", "z1", "z2", "z"]
     whole, quaternion = [*cells, "30", "31", "32", "33"], ["time", "x", "y", "z", *_QUATERNION]
-    known = (quaternion[:3], quaternion[:4], quaternion, cells, ["time", *cells], whole, ["time", *whole])
+    spread = [*quaternion, *MOTION_COVARIANCE]
+    known = (quaternion[:3], quaternion[:4], quaternion, spread, cells, ["time", *cells], whole, ["time", *whole])
     names = next((one for one in known if len(one) == count), None)
     if names is None:
         wanted = f"wanted {len(TUM)} with spaces between: {' '.join(TUM)}"
         raise FileError(path, f"{count} columns, {wanted}; or 3 x 4 matrices; or a first line of names", line)
-    shown = TUM if names is quaternion else tuple(names)
+    shown = (*TUM, *names[len(TUM) :]) if names in (quaternion, spread) else tuple(names)
     return Header(shown, {name: column for column, name in enumerate(names)}, {}, {})
 
 

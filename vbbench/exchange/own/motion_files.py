@@ -1,7 +1,8 @@
 """Where the camera was, and how its bearer moved by its own measurement: trajectories, a line a second or more.
 
 They are those of `vbbench.exchange.trajectory`, in axes that `vbbench.exchange.axes` finds; the clock is that of the
-boxes.
+boxes. Lines of TUM odometry may go on with the covariance of the motion since the line before, ff fl f_turn ll l_turn
+turn_turn (forward, left, turn), in m², m·rad and rad².
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +16,8 @@ from vbbench.exchange.axes import ground_poses, off_course
 from vbbench.exchange.own.camera_file import OdometryFacts
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.trajectory import Trajectory, read_trajectory
-from vbbench.geometry import FloatArray, motion_between, wrap_angle
+from vbbench.files.tables import MOTION_COVARIANCE
+from vbbench.geometry import FloatArray, motion_between, motion_levers, wrap_angle
 from vbbench.parsing.column_names import UNITS
 from vbbench.sequence import Odometry
 
@@ -59,14 +61,17 @@ def read_poses(path: Path, timeline: Timeline) -> tuple[FloatArray, tuple[str, .
 
 
 def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple[Odometry, tuple[str, ...]]:
-    """The camera's motion from frame to frame, NaN where it was not measured, its covariance by ``facts``, and notes.
+    """The camera's motion from frame to frame with its covariance, NaN where it was not measured, and notes.
 
-    Poses are interpolated at the times of the frames, and not known before the first and after the last.
+    Poses are interpolated at the times of the frames, and not known before the first and after the last. Stated
+    covariances are added up over the time of a frame, parts of intervals in proportion to time; otherwise they follow
+    from ``facts``.
 
     Raises
     ------
     FileError
-        If the file cannot be read, its axes are open, nobody moves as fast, or hardly any frame has a motion.
+        If the file cannot be read, its axes are open, nobody moves as fast, a covariance is not positive, or hardly any
+        frame has a motion.
     """
     motion = _read(path, timeline, facts)
     body, motions = (
@@ -76,8 +81,10 @@ def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple
     covariances = facts.covariances(body, np.diff(timeline.times, prepend=np.nan))
     if motion.from_path:
         covariances[:, 2, 2] += PATH_TURN**2 * timeline.dt
+    if motion.stated is not None:
+        covariances = _composed(motion.times, motion.poses, motion.stated, timeline.times)
     covariances = facts.camera_covariances(body[:, 2], covariances)
-    measured = np.isfinite(motions[1:, 0])
+    measured = np.isfinite(motions[1:, 0]) & np.isfinite(covariances[1:]).all(axis=(1, 2))
     motions[1:][~measured], covariances[1:][~measured] = np.nan, np.nan
     if not measured.any():
         frames = f"the boxes are from {timeline.times[0]:.10g} to {timeline.times[-1]:.10g} s"
@@ -99,10 +106,11 @@ def _reach(times: FloatArray, timeline: Timeline) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class _Motion:
-    """Poses [N, 3] of a body at the ``times`` [N] in s, ascending; see `Grounded`."""
+    """Poses [N, 3] of a body at the ``times`` [N] in s, ascending, with stated covariances [N, 3, 3]; see `Grounded`."""
 
     times: FloatArray
     poses: FloatArray
+    stated: FloatArray | None
     from_path: bool
     notes: tuple[str, ...]
 
@@ -122,6 +130,7 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
     return _Motion(
         times=np.asarray(trajectory.times),
         poses=grounded.poses,
+        stated=_stated(trajectory),
         from_path=grounded.from_path,
         notes=(*grounded.notes, *notes),
     )
@@ -222,6 +231,7 @@ def _in_order(trajectory: Trajectory) -> Trajectory:
         times=times,
         places=trajectory.places[order],
         rotations={name: rotations[order] for name, rotations in trajectory.rotations.items()},
+        covariances=None if trajectory.covariances is None else trajectory.covariances[order],
     )
 
 
@@ -252,3 +262,41 @@ def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: flo
     alone = (wanted > times[before] + beyond) & (wanted < times[after] - beyond)
     found[outside | (alone & (times[after] - times[before] > LONGEST_HOLE))] = np.nan
     return found
+
+
+def _stated(trajectory: Trajectory) -> FloatArray | None:
+    """[N, 3, 3] covariances of the motions since the line before, if lines state them."""
+    if trajectory.covariances is None:
+        return None
+    matrices = np.empty((len(trajectory.covariances), 3, 3))
+    i, j = np.triu_indices(3)
+    matrices[:, i, j] = matrices[:, j, i] = trajectory.covariances
+    wrong = np.linalg.eigvalsh(matrices)[1:, 0] <= 0.0
+    if wrong.any():
+        problem = f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite"
+        raise FileError(trajectory.path, problem, int(trajectory.lines[1 + int(wrong.argmax())]))
+    return matrices
+
+
+def _composed(times: FloatArray, poses: FloatArray, matrices: FloatArray, wanted: FloatArray) -> FloatArray:
+    """The covariances [T, 3, 3] of motions of which each line states its part; where no line is, nothing is added.
+
+    A part that moves by m with covariance C, in the axes where it begins, adds A C Aᵀ in those of the frame before:
+    A turns it there, and an error of its turn moves the place that is reached in the end, as far as that is off.
+    """
+    inside = wanted[(wanted >= times[0]) & (wanted <= times[-1])]
+    knots = np.union1d(times, inside)
+    line = np.searchsorted(times, knots[1:])
+    frame = np.searchsorted(wanted, knots[1:])
+    parts = np.flatnonzero((frame > 0) & (frame < len(wanted)))
+    line, frame, ends = line[parts], frame[parts], parts + 1
+    at = _at(times, poses, np.concatenate([knots, wanted]), beyond=SAME_TIME)
+    here, there = at[: len(knots)], at[len(knots) :]
+    begun, left_to_go = there[frame - 1, 2], there[frame, :2] - here[ends, :2]
+    rest = (left_to_go[:, 0] + 1j * left_to_go[:, 1]) * np.exp(-1j * begun)
+    moves = motion_levers(np.exp(1j * (here[ends - 1, 2] - begun)), rest)
+    shares = (knots[ends] - knots[ends - 1]) / (times[line] - times[line - 1])
+    covariances = np.zeros((len(wanted), 3, 3))
+    covariances[0] = np.nan
+    np.add.at(covariances, frame, moves @ (shares[:, None, None] * matrices[line]) @ moves.transpose(0, 2, 1))
+    return covariances
