@@ -106,7 +106,7 @@ def _reach(times: FloatArray, timeline: Timeline) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class _Motion:
-    """Poses [N, 3] of a body at the ``times`` [N] in s, ascending, with stated covariances [N, 3, 3]; see `Grounded`."""
+    """Poses [N, 3] of a body at the ``times`` [N] in s, with stated covariances [N, 3, 3]; see `Grounded`."""
 
     times: FloatArray
     poses: FloatArray
