@@ -23,6 +23,9 @@ WRONG: dict[str, tuple[Callable[[FloatArray], FloatArray], str, bool]] = {
     "shares": (lambda b: b / [1280, 720, 1280, 720], "shares of the picture", True),
     "per cent": (lambda b: b / [12.8, 7.2, 12.8, 7.2], "per cent of the picture; write px of 1280 x 720", True),
     "4K": (lambda b: 3.0 * b, "boxes is outside the picture of 1280 x 720 px", True),
+    "middles": (lambda b: b + 0.5 * b[:, [2, 3, 0, 1]] * [1, 1, 0, 0], "left and top the middle of boxes", False),
+    "squeezed": (lambda b: b * [0.5, 640 / 720, 0.5, 640 / 720], "was squeezed", False),
+    "heads": (lambda b: b * [1, 1, 0.35, 1 / 7], "over 0.75 times as wide as high", False),
     "high before wide": (lambda b: b[:, [0, 1, 3, 2]], "100% of boxes are wider than high", False),
     "full HD": (lambda b: 1.5 * b, "of a larger picture than 1280 x 720 px, .* horizon at row 5", False),
     "VGA": (lambda b: 0.5 * b, "fill only the upper left .* horizon at row 1.*camera at row 360", False),
@@ -68,3 +71,11 @@ def test_a_panorama_has_no_left_and_right_border() -> None:
     pinhole = PerspectiveCamera(width=1280, height=720, focal=700.0, cx=640.0, cy=360.0, mount_height=1.5)
     assert outside_picture(box, PanoramaCamera(), (3760.0, 480.0)).tolist() == [False, True]
     assert outside_picture(box, pinhole, PICTURE).tolist() == [True, True]
+
+
+@given(st.floats(-0.06, 0.06), st.integers(0, 20))
+def test_a_wrong_pitch_alone_does_not_put_left_and_top_in_the_middle(pitch: float, seed: int) -> None:
+    """Feet are then as many rows off, however high boxes are."""
+    boxes = BOXES[np.random.default_rng(seed).permutation(len(BOXES))[:100]] + [0.0, 700.0 * pitch, 0.0, 0.0]
+    found = find_misfit(boxes, WALK.camera, PICTURE, 1.72)
+    assert found is None or "middle of boxes" not in found.text

@@ -43,6 +43,11 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
             3,
             "frame 1e\\+15 is 1e\\+14 s after the one before, 1; split",
         ),
+        (
+            HEAD + "".join(f"{10**18 + n * 10**8},1,2,3,4,50\n" for n in range(12)),
+            3,
+            "are these time stamps\\? Then name the column time_ms or time_ns",
+        ),
         (HEAD + "0,1,2,3,4,50\n1e300,1,2,3,4,50\n", 3, "frame 1e\\+300 is 1e\\+299 s after the one before, 0; split"),
         ("frame,id,left,top,width,height,visible\n0,1,2,3,4,50,2\n", 2, "visibility is 2"),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.13,1,2,3,4,50\n", 4, "0.03 s after the frame before"),
@@ -57,7 +62,7 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
             3,
             "frames are 33 s apart; times are in seconds",
         ),
-        (TIMED + "0,1,2,3,4,50\n1e8,1,2,3,4,50\n2e8,1,2,3,4,50\n", 3, "are these milliseconds, or nanoseconds"),
+        (TIMED + "0,1,2,3,4,50\n1e12,1,2,3,4,50\n2e12,1,2,3,4,50\n", 3, "are these milliseconds, or nanoseconds"),
         (TIMED + "5,1,2,3,4,50\n", None, "all boxes are of one time"),
     ],
 )
@@ -141,3 +146,17 @@ def test_scores_become_shares():
     assert scores_as_shares(np.array([0.3, 1.02, np.nan])).tolist() == [0.3, 1.0, 1.0]
     assert scores_as_shares(np.array([1.0, 2.0, 60.0, 95.0])).tolist() == [0.01, 0.02, 0.6, 0.95]
     assert scores_as_shares(np.array([-1.0, 0.0, 3.0]))[1] == 0.5
+
+
+@pytest.mark.parametrize(("unit", "per_second"), [("ms", 10**3), ("us", 10**6), ("ns", 10**9)])
+@pytest.mark.parametrize("step", [1, 4])
+def test_times_in_parts_of_a_second_are_read_where_dt_decides_it(tmp_path, unit, per_second, step):
+    path = tmp_path / "boxes.csv"
+    stamps = [1_700_000_000 * per_second + n * step * per_second // 10 for n in range(12)]
+    path.write_text(TIMED + "".join(f"{stamp},1,2,3,4,50\n" for stamp in stamps))
+    rows = read_boxes(path, 0.1)
+    assert rows.frame.tolist() == list(range(12))
+    assert rows.timeline.dt == pytest.approx(0.1 * step)
+    assert f"times are read as {unit}" in rows.timeline.notes
+    with pytest.raises(FileError, match="name them time_ms or time_ns"):
+        read_boxes(path, None)

@@ -14,12 +14,14 @@ FEWEST, NEARLY_ALL = 5, 0.98
 """Boxes, and the share of them, that decide what their four numbers are."""
 SMALLEST_PICTURE = 200.0
 """Width and height in px of pictures in which people do not stay within the upper left 100 px."""
-MOST_WIDE = 0.6
-"""A larger share of boxes that are wider than high is not of people."""
+MOST_WIDE, NEARLY_SQUARE, NARROW = 0.6, 0.75, 0.27
+"""Shares: of boxes that may be wider than high, or than so much of it; and a width that is the least of a median."""
 SMALLER, LARGER, TILT = 0.8, 1.25, 0.07
 """Multiples of the camera's row at which boxes of another picture have the horizon, and rad by which it is off."""
 UNFILLED = 0.8
 """Boxes of a smaller picture reach no farther than this share of width and height."""
+HALF = 0.12
+"""How far feet may be from half a box below where they should be, if left and top are the middle of boxes."""
 SAMPLE = 5000
 """Of more boxes, only about so many are looked at where a median or quantile is wanted."""
 
@@ -57,11 +59,18 @@ def find_misfit(boxes: FloatArray, camera: Camera, picture: tuple[float, float],
             f"{reach[0]:.0f} and row {reach[1]:.0f}; write the size of the picture that the boxes are of",
             True,
         )
-    wide = float((boxes[:, 2] > boxes[:, 3]).mean()) if count else 0.0
-    if _lower_bound(wide, len(boxes)) > MOST_WIDE:
-        text = f"{wide:.0%} of boxes are wider than high, as people are not; is width before height, in px?"
-        return Misfit(text, False)
-    return _other_size(boxes, reach, camera, picture, height_mean) if count >= 2 * FEWEST else None
+    shape = boxes[:, 2] / boxes[:, 3]
+    for least, what in ((1.0, "wider than high"), (NEARLY_SQUARE, f"over {NEARLY_SQUARE:g} times as wide as high")):
+        wide = float((shape > least).mean()) if count else 0.0
+        if _lower_bound(wide, len(boxes)) > MOST_WIDE:
+            text = f"{wide:.0%} of boxes are {what}, as people who stand are not"
+            return Misfit(f"{text}; is width before height, in px, and are they of whole people, not of heads?", False)
+    if count < 2 * FEWEST:
+        return None
+    if np.median(shape) < NARROW:
+        text = f"boxes are {np.median(shape):.2f} times as wide as high (median), people {BOX_ASPECT:g}"
+        return Misfit(f"{text}: are boxes of a picture that was squeezed? Then write px of {shown}", False)
+    return _middle(boxes, camera, height_mean) or _other_size(boxes, reach, camera, picture, height_mean)
 
 
 def outside_picture(boxes: FloatArray, camera: Camera, picture: tuple[float, float]) -> BoolArray:
@@ -84,6 +93,17 @@ def _are_corners(boxes: FloatArray) -> bool:
     size = far - boxes[sound, :2]
     given, meant = (np.median(np.abs(np.log(one[:, 0] / one[:, 1] / BOX_ASPECT))) for one in (far, size))
     return bool(np.var(size[:, 0]) < 0.1 * np.var(far[:, 0]) or given > 2.0 * meant + 0.5)
+
+
+def _middle(boxes: FloatArray, camera: Camera, height_mean: float) -> Misfit | None:
+    """Whether left and top are the middle of boxes: then all feet are half a box too low, which no tilt explains."""
+    column, row, length = observations_of(boxes, camera).T
+    low = (row + 0.5 * length - camera.horizon(column)) / length - camera.mount_height / height_mean
+    off, tilted = (float(np.median(np.abs(low - one))) for one in (0.5, np.median(low * length) / length))
+    if abs(np.median(low) - 0.5) > HALF or off > min(HALF, tilted):
+        return None
+    text = f"people's feet are half a box lower than a camera {camera.mount_height:g} m above the ground has them"
+    return Misfit(f"{text}: are left and top the middle of boxes? Then name them u, v in a first line", False)
 
 
 def _other_size(

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from vbbench.box_checks import find_misfit
 from vbbench.boxes import observations_of, pair_overlaps
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchWarning
@@ -26,6 +27,8 @@ LEAST_SHARE = 1 / 3
 """Where fewer of the boxes are on people, and fewer of the people have boxes, these are of other pictures."""
 FEW = 0.5
 """Share of the people's boxes below which somebody should look at what was found."""
+HEIGHT_MEAN = 1.72
+"""Of people in m, by which boxes are checked."""
 MOST_STRAY = 0.01
 """Largest share of boxes whose middle may lie outside the picture."""
 LONGEST_STEP, FEWEST_LOOKS = 1.0, 10
@@ -103,14 +106,19 @@ def follow(
     """
     if not len(found):
         raise FileError(found.path, "holds no box of a person that is sure enough in the frames that are labelled")
+    misfit = find_misfit(found.boxes, camera, size, HEIGHT_MEAN)
+    if misfit is not None and misfit.certain:
+        raise FileError(found.path, misfit.text)
     _refuse_stray(found, camera, size)
     frames, whole = len(labels), labels
     looked, step = _looked_at(found.frame, frames, dt)
     labels = np.where(np.isin(np.arange(frames), looked)[:, None, None], labels, np.nan)
     _, loose = replace(found, track=_places_in_frames(found.frame)).dense(frames, found.boxes)
     detected = _agreement(loose, _persons(loose, labels, people, camera), labels, people, camera)
-    offset = frame_offset(loose, lambda frame, later: whole[frame + later], camera.period)
-    _check_matches(found.path, detected, offset)
+    offset = frame_offset(loose, lambda frame, later: whole[frame + later], camera.period, least=LEAST_OVERLAP)
+    hint = "are they of this sequence, with frames counted as in their format, in px of its pictures?"
+    hint = f"{hint} {misfit.text}" if misfit else hint
+    _check_matches(found.path, detected, offset, hint)
     if not found.linked:
         found = link(found, ByteTracker(dt=step * dt, period=camera.period), looked)
     tracks, dense = found.dense(frames, found.boxes, found.scores)
@@ -156,12 +164,11 @@ def _refuse_stray(found: BoxRows, camera: Camera, size: tuple[int, int]) -> None
         raise FileError(found.path, f"{problem}, {share}; were pictures of another size used?", int(found.lines[row]))
 
 
-def _check_matches(path: Path, detected: Agreement, offset: FrameOffset | None) -> None:
+def _check_matches(path: Path, detected: Agreement, offset: FrameOffset | None, hint: str) -> None:
     """Refuse boxes that have next to nothing to do with the labelled people, and warn of few, or of other frames."""
     matched, found, labelled = detected.matched, detected.found, detected.labelled
     if matched < LEAST_SHARE * labelled and matched < LEAST_SHARE * found:
         problem = f"only {matched} of {found} boxes are on people, of whom there are {labelled} ({detected})"
-        hint = "are they of this sequence, with frames counted as in their format, in px of its pictures?"
         raise FileError(path, f"{problem}; {offset or hint}")
     if offset is not None:
         warnings.warn(VbbenchWarning(f"{path}: {offset}"), stacklevel=2)

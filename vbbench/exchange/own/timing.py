@@ -1,12 +1,13 @@
 """Frames from frame numbers and from time stamps."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.column_names import UNITS
 
 SAME_FRAME = 0.1
 """Time stamps that differ by less, in frames, are of one frame."""
@@ -123,8 +124,12 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
     apart = np.diff(stamps)
     usual, row_of = float(np.quantile(apart, 0.5, method="lower")), order[np.flatnonzero(begins)]
     if usual > (MOST_FRAMES * dt if dt else SLOWEST):
-        advice = "times are in seconds: are these milliseconds, or nanoseconds? If not, write the dt of the stamps"
-        raise FileError(path, f"frames are {usual:.6g} s apart; {advice}", int(lines[row_of[1]]))
+        unit = next((one for one in ("ms", "us", "ns") if dt and 0.9 < usual * UNITS[one] / dt <= MOST_FRAMES), None)
+        if unit is None:
+            advice = "times are in seconds: are these milliseconds, or nanoseconds? Then name them time_ms or time_ns"
+            raise FileError(path, f"frames are {usual:.6g} s apart; {advice}; else write dt", int(lines[row_of[1]]))
+        frame, timeline = time_frames(path, times * UNITS[unit], lines, dt)
+        return frame, replace(timeline, notes=(f"times are read as {unit}", *timeline.notes))
     said = dt or usual
     steps = apart / said
     whole = np.round(steps).astype(np.int64)
@@ -201,7 +206,11 @@ def _check_gaps(path: Path, numbers: FloatArray, different: FloatArray, lines: I
         gap = int(np.argmax(apart > LONGEST_ABSENCE))
         before, after = different[gap : gap + 2]
         problem = f"frame {after:.10g} is {apart[gap]:.6g} s after the one before, {before:.10g}"
-        raise FileError(path, f"{problem}; split the recording there", int(lines[np.argmax(numbers == after)]))
+        stamped = len(apart) >= FIRST_TICKS and np.median(apart) > LONGEST_ABSENCE
+        advice = (
+            "are these time stamps? Then name the column time_ms or time_ns" if stamped else "split the recording there"
+        )
+        raise FileError(path, f"{problem}; {advice}", int(lines[np.argmax(numbers == after)]))
 
 
 def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
