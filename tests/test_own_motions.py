@@ -318,10 +318,12 @@ def test_a_way_that_leads_sideways_is_a_note_with_figures(folder, walk):
     assert re.search(r"odometry.txt: 100% of the way leads 9\d° to the left of where the camera looks", note)
 
 
-def turning(amount: float) -> Walk:
-    """A camera that turns by ``amount`` rad among people who stand."""
+def turning(amount: float, at: float | None = None) -> Walk:
+    """A camera that turns by ``amount`` rad among people who stand, all the time or within a second about ``at``."""
     walk = make_walk()
-    poses = np.column_stack([walk.poses[:, :2], amount * np.linspace(0.0, 1.0, len(walk.poses))])
+    share = np.linspace(0.0, 1.0, len(walk.poses))
+    share = share if at is None else np.clip(walk.dt * np.arange(len(walk.poses)) - at + 0.5, 0.0, 1.0)
+    poses = np.column_stack([walk.poses[:, :2], amount * share])
     places = np.broadcast_to([[9.0, -2.0], [9.0, 1.0], [12.0, 3.0], [14.0, -3.0]], (len(poses), 4, 2))
     boxes = walk.camera.project(world_to_relative(places, poses), np.full((len(poses), 4), 1.72))
     return replace(walk, poses=poses, people=places, heights=np.full(4, 1.72), boxes=rectangles(boxes))
@@ -339,3 +341,20 @@ def test_turns_are_those_that_boxes_show(tmp_path):
     still = write_folder(tmp_path / "still", turning(0.0))
     (note,) = read(written(still, walk, lambda rows: rows)).notes
     assert re.search(r"of 23° that the camera turns by it, boxes show ", note)
+
+
+@pytest.mark.parametrize(("seconds", "when"), [(0.7, "7 frames earlier"), (-1.2, "12 frames later")])
+def test_turns_of_another_clock_are_named(tmp_path, seconds, when):
+    walk = turning(0.4, at=3.0)
+    folder = write_folder(tmp_path / "turn", walk)
+    assert not read(written(folder, walk, lambda rows: rows)).notes
+    notes = read(written(folder, walk, lambda rows: rows + seconds * np.eye(8)[0])).notes
+    assert any(f"boxes show its turns {when}: is its clock theirs?" in note for note in notes)
+
+
+def test_a_small_yaw_in_degrees_is_named(tmp_path):
+    walk = turning(0.1, at=3.0)
+    folder = write_folder(tmp_path / "turn", walk)
+    rows = np.column_stack([0.1 * np.arange(len(walk.poses)), walk.poses[:, :2], np.degrees(walk.poses[:, 2])])
+    np.savetxt(folder / "odometry.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
+    assert any("name the column 'yaw [deg]'" in note for note in read(folder).notes)

@@ -104,7 +104,8 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     notes = []
     moves = found.heading is not None or found.turned > _TURNED_STANDING
     if axes is None and moves and found.axes != "body" and found.order != MATRIX:
-        notes.append(f"{name} is read in the axes of '{found.axes}', which its motion fits: {described(found.axes)}")
+        words = f"{name} is read in the axes of '{found.axes}', which its motion fits: {described(found.axes)}"
+        notes.append(words + ("; SLAM of one camera has no scale: are places in m?" if found.axes == "camera" else ""))
     if found.order != usual:
         notes.append(f"{name} is read as {found.order}, the order that its motion fits")
     return Grounded(poses=found.poses, notes=tuple(notes))

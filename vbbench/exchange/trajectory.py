@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, quoted
+from vbbench.exchange.text_tables import decode
 from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS, Header, header_of, separator_of
@@ -21,10 +22,17 @@ TUM = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 XYZW, WXYZ, MATRIX, YAW = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw"
 """Orders in which rotations stand in columns."""
 _QUATERNION = ("qx", "qy", "qz", "qw")
-_NOUNS = ("frame", "time", "x", "y", "z", *_QUATERNION, "yaw")
+_NOUNS = ("frame", "time", "nanoseconds", "x", "y", "z", *_QUATERNION, "yaw")
 _STATED = re.compile(r"axes: (\w+)|x forward, z up")
 """Words of a comment that state the axes of the body; the latter `vbbench.exchange.tum.export_tum` writes."""
-_FARTHEST, _MOST_RADIANS = 1e6, 7.0
+_UNREAD = {
+    r"\s*[\[{]": "is JSON",
+    r"VERTEX_|EDGE_": "is a graph of g2o",
+    r"(?:---\s+)?header:\s": "is printed messages; print CSV, with ros2 topic echo --csv or rostopic echo -p",
+    r"(?:#.*\n)*\d+ (?:\S+ ){8}\S+\.\w+\s": "is COLMAP's images.txt, from the world to the camera and in no unit",
+}
+"""How files begin that are not read, and what they are."""
+_FARTHEST, _MOST_RADIANS = 2e7, 7.0
 """Largest distance in m of a pose from the world's origin, and angle in a column that names no unit."""
 _UNIT_TOLERANCE, _SKEW = 1e-3, 1e-2
 """How far a quaternion's length may be from 1, and a matrix from a rotation: files often have four digits."""
@@ -72,11 +80,14 @@ def read_trajectory(path: Path) -> Trajectory:
         raise FileError(path, f"holds no pose; write lines of '{' '.join(TUM)}'")
     lines, count = np.array(list(cells)), len(next(iter(cells.values())))
     named = _header(path, names, count)
-    header = named or _layout(path, int(lines[0]), count)
+    header = named or _layout(path, int(lines[0]), next(iter(cells.values())))
     values = np.array([_numbers(path, line, row, header) for line, row in cells.items()])
     table = dict(zip(header.columns, values.T, strict=True))
-    places = np.stack([table.get(name, np.zeros(len(lines))) for name in ("x", "y", "z")], axis=-1)
+    scales = {name: UNITS.get(header.units.get(name, ""), 1.0) for name in ("x", "y", "z")}
+    places = np.stack([table.get(name, np.zeros(len(lines))) * scale for name, scale in scales.items()], axis=-1)
     clock = next((name for name in ("time", "frame") if name in table), None)
+    if "nanoseconds" in table and clock == "time" and re.search("secs?$", header.names[header.columns["time"]]):
+        table["time"] = table["time"] + 1e-9 * table["nanoseconds"]
     return Trajectory(
         path=path,
         lines=lines,
@@ -92,7 +103,11 @@ def read_trajectory(path: Path) -> Trajectory:
 def _split(path: Path) -> tuple[str, str | None, dict[int, list[str]]]:
     """The line of names, a comment or the first line; axes that a comment states; and the cells of each line."""
     first, comment, axes, cells, mark = "", "", None, dict[int, list[str]](), ""
-    for line, text in enumerate(path.read_text("utf-8-sig", errors="replace").split("\n"), 1):
+    whole = decode(path, path.read_bytes()).decode("utf-8", errors="replace")
+    for begin, kind in _UNREAD.items():
+        if re.match(begin, whole):
+            raise FileError(path, f"{kind}; write lines of '{' '.join(TUM)}', from the body to the world, in m")
+    for line, text in enumerate(whole.split("\n"), 1):
         text = text.strip()
         if text.startswith(("#", "%")):
             found = _STATED.search(text)
@@ -102,13 +117,16 @@ def _split(path: Path) -> tuple[str, str | None, dict[int, list[str]]]:
             first = text
         elif text:
             mark = mark or separator_of(text)
+            text = text if first else text.removesuffix(mark)  # lines of VINS end with a comma
+            text = text.replace(",", ".") if mark == ";" else text
             cells[line] = text.split() if mark in " \t" else text.split(mark)
     return first or comment, axes, cells
 
 
 def _header(path: Path, named: str, count: int) -> Header | None:
     """What a line names, if it is the header of ``count`` columns."""
-    plain = re.sub(r"\b(?:field|pose)\.|\(body.*", "", named)  # parts of messages, and the end of our own comment
+    plain = re.sub(r"[/\w.]*\b(?=(?:position|orientation)[./])", "", named)  # of messages, by any path
+    plain = re.sub(r"\b(?:field|pose)\.|\(body.*", "", plain)  # also the end of our own comment
     header = header_of(plain, _NOUNS, least=0)
     comment = named[:1] in ("#", "%", "")
     if header is None or (comment and len(header.names) != count):
@@ -126,17 +144,20 @@ def _header(path: Path, named: str, count: int) -> Header | None:
     return header
 
 
-def _layout(path: Path, line: int, count: int) -> Header:
-    """The columns of a file without a header, by how many there are."""
+def _layout(path: Path, line: int, row: list[str]) -> Header:
+    """The columns of a file without a header, by how many there are; more may stand after those of TUM."""
     cells = ["x0", "x1", "x2", "x", "y0", "y1", "y2", "y", "z0", "z1", "z2", "z"]
     whole, quaternion = [*cells, "30", "31", "32", "33"], ["time", "x", "y", "z", *_QUATERNION]
     spread = [*quaternion, *MOTION_COVARIANCE]
     known = (quaternion[:3], quaternion[:4], quaternion, spread, cells, ["time", *cells], whole, ["time", *whole])
-    names = next((one for one in known if len(one) == count), None)
+    count, turn = len(row), [parse_number(cell) or 0.0 for cell in row[4:8]]
+    more = quaternion if count > len(TUM) and abs(np.linalg.norm(turn) - 1.0) < _UNIT_TOLERANCE else None
+    names = next((one for one in known if len(one) == count), more)
     if names is None:
         wanted = f"wanted {len(TUM)} with spaces between: {' '.join(TUM)}"
         raise FileError(path, f"{count} columns, {wanted}; or 3 x 4 matrices; or a first line of names", line)
-    shown = (*TUM, *names[len(TUM) :]) if names in (quaternion, spread) else tuple(names)
+    rest = [""] * (count - len(TUM)) if names is quaternion else names[len(TUM) :]
+    shown = (*TUM, *rest) if names in (quaternion, spread) else tuple(names)
     return Header(shown, {name: column for column, name in enumerate(names)}, {}, {})
 
 
@@ -145,8 +166,11 @@ def _numbers(path: Path, line: int, cells: list[str], header: Header) -> list[fl
         raise FileError(path, f"{len(cells)} columns, wanted {len(header.names)}: {' '.join(header.names)}", line)
     numbers = []
     for noun, column in header.columns.items():
-        value = finite_number(path, line, header.names[column], cells[column])
-        if abs(value) > _FARTHEST and noun not in ("time", "frame"):
+        cell = cells[column]
+        if noun == "frame" and parse_number(cell) is None:  # the name of a picture is its last number
+            cell = (re.findall(r"\d+", re.sub(r"\.\w*$", "", cell)) or [cell])[-1]
+        value = finite_number(path, line, header.names[column], cell)
+        if abs(value) > _FARTHEST and noun not in ("time", "frame", "nanoseconds"):
             problem = f"{header.names[column]} is {value:g}; it must be within ±{_FARTHEST:g} m"
             raise FileError(path, problem, line)
         numbers.append(value)

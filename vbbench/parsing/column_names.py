@@ -14,7 +14,8 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
         "image imageid imageidx imageindex imagename img imgid imgname picture filename imagefile imagepath framename",
         "file",
     ),
-    "time": ("time timestamp timestamps stamp t sec seconds frametime framestamp headerstamp",),
+    "time": ("time timestamp timestamps stamp t sec secs seconds frametime framestamp headerstamp stampsecs",),
+    "nanoseconds": ("nanosec nsec nsecs nanosecs stampnanosec stampnsecs headerstampnanosec headerstampnsecs",),
     "id": (
         "id trackid trackerid tracknumber tracklet trackletid tid objectid objid personid pid pedid pedestrianid "
         "targetid agentid actorid subjectid playerid humanid instanceid identity identities uuid idobject idperson "
@@ -43,8 +44,8 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     ),
     "visible": ("visible visibility vis visratio visibilityratio visiblefraction visibleratio visiblity",),
     "ignored": ("ignored ignore isignored ignoreflag ignoreregion lost outside outofview dontcare iscrowd",),
-    "x": ("x xest px tx posx xpos positionx positionsx posepositionx xworld worldx groundx xground prsrx",),
-    "y": ("y yest py ty posy ypos positiony positionsy posepositiony yworld worldy groundy yground prsry",),
+    "x": ("x xest px tx easting posx xpos positionx positionsx posepositionx xworld worldx groundx xground prsrx",),
+    "y": ("y yest py ty northing posy ypos positiony positionsy posepositiony yworld worldy groundy yground prsry",),
     "z": ("z pz tz posz zpos positionz positionsz posepositionz zworld worldz prsrz",),
     "qx": ("qx quatx quaternionx orientationx poseorientationx rotationx rotx qrsx",),
     "qy": ("qy quaty quaterniony orientationy poseorientationy rotationy roty qrsy",),

@@ -17,7 +17,7 @@ from vbbench.exchange.own.camera_file import OdometryFacts
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.trajectory import Trajectory, read_trajectory
 from vbbench.files.tables import MOTION_COVARIANCE
-from vbbench.geometry import FloatArray, motion_between, motion_levers, wrap_angle
+from vbbench.geometry import FloatArray, IntArray, motion_between, motion_levers, wrap_angle
 from vbbench.parsing.column_names import UNITS
 from vbbench.sequence import Odometry
 
@@ -31,6 +31,8 @@ FINEST, MUCH_LESS = 5e-4, 0.5
 """Seconds between poses that nothing measures faster than, and a share of time in common that is much less."""
 LEAST_TURN, ENOUGH_TURN, ENOUGH_BOXES = 0.003, 0.15, 30
 """Rad in a frame that boxes can show, rad in all, and boxes, from which on turns are compared with boxes."""
+MOST_LATE, MOST_TURN = 30, 0.3
+"""Frames by which a clock is tried to be off, and rad that boxes show in a frame."""
 USUAL_HEIGHT = 1.72
 """M, of people whose distance matters little."""
 SAME_TIME = 1e-3
@@ -182,7 +184,8 @@ def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline)
         if leaps.any():
             row = int(leaps.argmax())
             problem = f"the place is {moved[row]:,.4g} m from the one {passed[row]:.3g} s before"
-            raise FileError(path, f"{problem}; are places in m, and is the line whole?", int(lines[later[row]]))
+            problem += "; are places in m, of the body in the world, and the line whole?"
+            raise FileError(path, problem, int(lines[later[row]]))
 
 
 def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Camera) -> tuple[str, ...]:
@@ -195,25 +198,45 @@ def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Ca
     FileError
         If they show turns the other way, as of a left-handed world or one whose y points right and z down.
     """
-    turns = np.abs(motions[:, 2]) > LEAST_TURN
-    frame, track = np.nonzero(np.isfinite(boxes[1:, :, 2]) & np.isfinite(boxes[:-1, :, 2]) & turns[1:, None])
-    if np.abs(motions[turns, 2]).sum() < ENOUGH_TURN or len(frame) < ENOUGH_BOXES:
-        return ()
+    frame, track = np.nonzero(np.isfinite(boxes[1:, :, 2]) & np.isfinite(boxes[:-1, :, 2]))
     before, after = (camera.unproject(boxes[frame + n, track], np.full(len(frame), USUAL_HEIGHT)) for n in (0, 1))
     forward, left, turn = motions[frame + 1].T
-    stands = np.arctan2(before[:, 0] + left, before[:, 1] - forward)
-    shown = wrap_angle(np.arctan2(after[:, 0], after[:, 1]) - stands) / turn
+    stands = np.arctan2(before[:, 0] + np.nan_to_num(left), before[:, 1] - np.nan_to_num(forward))
+    seen = wrap_angle(np.arctan2(after[:, 0], after[:, 1]) - stands)
+    turns = np.abs(turn) > LEAST_TURN
+    whole = float(np.abs(motions[np.abs(motions[:, 2]) > LEAST_TURN, 2]).sum())
+    if whole < ENOUGH_TURN or turns.sum() < ENOUGH_BOXES:
+        return ()
+    late = _turns_late(motions[1:, 2], frame, seen)
+    if late:
+        when = "later" if late > 0 else "earlier"
+        problem = f"boxes show its turns {abs(late)} frames {when}: is its clock theirs?"
+        return (f"{path.name}: {problem} Write its timestamps so much {when}",)
+    shown = seen[turns] / turn[turns]
     order = np.argsort(shown)
-    weight = np.cumsum(np.abs(turn)[order])
+    weight = np.cumsum(np.abs(turn[turns])[order])
     share = float(shown[order][np.searchsorted(weight, 0.5 * weight[-1])])
     if share > 0.5:
         return ()
-    turned = np.degrees(np.abs(motions[turns, 2]).sum())
-    problem = f"of {turned:.0f}° that the camera turns by it, boxes show {share:.0%}"
+    problem = f"of {np.degrees(whole):.0f}° that the camera turns by it, boxes show {share:.0%}"
     if share < -0.5:
         advice = "does its y point right, or z down? Write axes = 'ned' (or 'unreal', left-handed) in [odometry]"
+        advice = f"{advice}; of a compass's heading write 90° - heading"
         raise FileError(path, f"{problem}, the other way: {advice}")
-    return (f"{path.name}: {problem}: are its axes, clock and mount those of the camera?",)
+    degrees = "; if its yaw is in degrees, name the column 'yaw [deg]'" if 0.5 < np.degrees(share) < 2.0 else ""
+    return (f"{path.name}: {problem}: are its axes, clock and mount those of the camera?{degrees}",)
+
+
+def _turns_late(turns: FloatArray, frame: IntArray, seen: FloatArray) -> int:
+    """By how many frames turns ``seen`` [N] in boxes after a ``frame`` are late to ``turns`` [T - 1]; 0 if unclear."""
+    count, size, off = np.bincount(frame, minlength=len(turns)), len(turns), dict[int, float]()
+    shown = np.bincount(frame, np.clip(seen, -MOST_TURN, MOST_TURN), size) / np.where(count, count, np.nan)
+    for late in range(-MOST_LATE, MOST_LATE + 1):
+        pairs = np.abs(shown[max(late, 0) : size + min(late, 0)] - turns[max(-late, 0) : size - max(late, 0)])
+        if np.isfinite(pairs).sum() >= 0.5 * np.isfinite(shown).sum():
+            off[late] = float(np.nanmean(pairs))
+    best = min(off, key=lambda late: off[late], default=0)
+    return best if off.get(best, 0.0) < MUCH_LESS * off.get(0, 0.0) - LEAST_TURN else 0
 
 
 def _in_order(trajectory: Trajectory) -> Trajectory:
