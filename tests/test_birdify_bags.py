@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from tests.own_recording import Walk, make_walk
 from vbbench.birdify.bags import BagTopics, birdify_bag
 from vbbench.cli import main
 from vbbench.errors import FileError
+from vbbench.exchange.own.recording import files_in, read_recording
 
 pytestmark = [pytest.mark.extra("rosbags"), pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")]
 START = 1_700_000_000
@@ -45,7 +47,7 @@ class Writing:
     def __init__(self, ros: int) -> None:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-        self.ros = ros
+        self.ros, self.roi = ros, (0, 0)
         self.store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
         for name, text in (OLD if ros == 1 else NEW).items():
             self.store.register(get_types_from_msg(text, f"vision_msgs/msg/{name}"))
@@ -114,7 +116,7 @@ class Writing:
         width, height = walk.camera.picture_size
         focal = walk.camera.focal
         matrix = np.array([focal, 0, width / 2, 0, focal, height / 2, 0, 0, 1.0])
-        roi = {"x_offset": 0, "y_offset": 0, "height": 0, "width": 0, "do_rectify": False}
+        roi = {"x_offset": 0, "y_offset": 0, "height": self.roi[1], "width": self.roi[0], "do_rectify": False}
         arrays = {"D": np.zeros(5), "K": matrix, "R": np.eye(3).ravel(), "P": np.zeros(12)}
         return self.make(
             "sensor_msgs/msg/CameraInfo",
@@ -138,9 +140,9 @@ class Writing:
         return rows
 
 
-def write_bag(folder: Path, walk: Walk, ros: int, *, second: bool = False) -> Path:
+def write_bag(folder: Path, walk: Walk, ros: int, *, second: bool = False, writing: Writing | None = None) -> Path:
     """A bag of a walk; with a ``second`` topic of odometry."""
-    writing = Writing(ros)
+    writing = writing or Writing(ros)
     rows = writing.rows(walk)
     rows += [(t, "/odom_2", kind, message) for t, name, kind, message in rows if second and name == "/odom"]
     if ros == 1:
@@ -166,13 +168,15 @@ def write_bag(folder: Path, walk: Walk, ros: int, *, second: bool = False) -> Pa
 @pytest.mark.slow
 @pytest.mark.parametrize(("ros", "defined"), [(1, True), (2, True), (2, False)])
 def test_a_bag_becomes_a_map(tmp_path: Path, walk: Walk, ros: int, defined: bool) -> None:
-    path, out = write_bag(tmp_path, walk, ros), tmp_path / "map"
+    path, out = write_bag(tmp_path, walk, ros).rename(tmp_path / "map.bag"), tmp_path / "map"  # a bag's usual name
     if not defined:  # as before ROS 2 Iron
         with closing(sqlite3.connect(next(path.glob("*.db3")))) as storage:
             storage.executescript("DROP TABLE message_definitions; UPDATE schema SET schema_version = 3;")
     topics = ["--boxes", "/detections", "--odometry", "odom", "--camera", "/camera_info", "--mount-height", "1.5"]
-    assert main(["birdify", f"bag:{path}", *topics, "--out", str(out), "--no-film", "--solver", "cv"]) == 0
-    assert not (tmp_path / "map.bag").exists()
+    given = str(path) if ros == 1 else f"bag:{next(path.glob('*.db3'))}" if defined else f"bag:{path}"
+    assert main(["birdify", given, *topics, "--out", str(out), "--no-film", "--solver", "cv"]) == 0
+    assert path.exists()
+    assert not (tmp_path / "map.from-bag").exists()
     rows = np.genfromtxt(out / "recording" / "boxes.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
     seen = np.argwhere(np.isfinite(walk.boxes[..., 0]))
     np.testing.assert_allclose(rows["time"] - START, 0.1 * seen[:, 0], atol=1e-6)
@@ -197,6 +201,38 @@ def test_topics_that_are_missing_or_several_are_listed(tmp_path: Path, walk: Wal
 
 def test_what_is_no_bag(tmp_path: Path) -> None:
     (tmp_path / "no.bag").write_text("nothing")
+    with pytest.raises(FileError, match="there is no such bag"):
+        birdify_bag(tmp_path / "none", tmp_path / "map", BagTopics())
     for path, kind in ((tmp_path / "no.bag", "1"), (tmp_path, "2")):
         with pytest.raises(FileError, match=f"is no whole ROS {kind} bag"):
             birdify_bag(path, tmp_path / "map", BagTopics())
+
+
+class Optical(Writing):
+    """Odometry of a camera's own axes, and a camera info of a part of the picture."""
+
+    def odometry(self, time: float, pose: np.ndarray) -> Any:
+        message = super().odometry(time, pose)
+        turned = Rotation.from_euler("z", pose[2]) * Rotation.from_quat([-0.5, 0.5, -0.5, 0.5])
+        names = dict(zip("xyzw", turned.as_quat().tolist(), strict=True))
+        message.pose.pose.orientation = self.make("geometry_msgs/msg/Quaternion", **names)
+        return message
+
+
+@pytest.mark.slow
+def test_odometry_may_be_of_the_camera_and_a_region_of_interest_is_refused(tmp_path: Path, walk: Walk) -> None:
+    writing, mount = Optical(2), {"mount_height": 1.5}
+    path = write_bag(tmp_path, walk, 2, writing=writing)
+    birdify_bag(path, tmp_path / "map", BagTopics(), mount=mount, film=False, solver="cv")
+    odometry = read_recording(files_in(tmp_path / "map" / "recording")).footage.odometry
+    assert odometry is not None
+    np.testing.assert_allclose(
+        odometry.motions[1:, 0], np.linalg.norm(np.diff(walk.poses[:, :2], axis=0), axis=1), atol=0.01
+    )
+    np.testing.assert_allclose(odometry.motions[1:, 2], np.diff(walk.poses[:, 2]), atol=1e-6)
+    writing.roi = (640, 360)
+    (tmp_path / "part").mkdir()
+    with pytest.raises(FileError, match="has a roi"):
+        birdify_bag(
+            write_bag(tmp_path / "part", walk, 2, writing=writing), tmp_path / "again", BagTopics(), mount=mount
+        )

@@ -13,8 +13,7 @@ import yaml
 from vbbench.birdify.birdify import Birdified, birdify
 from vbbench.birdify.report import REPORT
 from vbbench.errors import FileError
-from vbbench.exchange.bags import CAMERA, DETECTIONS, ODOMETRY, Bag, open_bag, yaw_of
-from vbbench.exchange.tum import export_tum
+from vbbench.exchange.bags import CAMERA, DETECTIONS, ODOMETRY, Bag, open_bag
 from vbbench.folders.work_folder import check_free
 
 _HEAD = ("time", "id", "left", "top", "width", "height", "score")
@@ -32,8 +31,8 @@ class BagTopics:
 def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) -> Birdified:
     """Make a map of the messages of a bag.
 
-    They are written to ``OUT.bag`` until the map is whole: boxes.csv, odometry.txt, camera_info.yaml. If the map cannot
-    be made, they stay.
+    They are written to ``OUT.from-bag`` until the map is whole: boxes.csv, odometry.txt, camera_info.yaml. If the map
+    cannot be made, they stay.
 
     Parameters
     ----------
@@ -48,7 +47,7 @@ def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) 
     """
     out = Path(out)
     check_free(out, REPORT, "folder that birdify made", bool(options.get("overwrite")))
-    folder = out.with_name(f"{out.name}.bag")
+    folder = out.with_name(f"{out.name}.from-bag")
     with open_bag(path, "reading a bag (bag:DIR)") as bag:
         folder.mkdir(parents=True, exist_ok=True)
         boxes = _write_boxes(bag, _topic(bag, topics.boxes, DETECTIONS, "--boxes"), folder / "boxes.csv")
@@ -73,7 +72,8 @@ def _topic(bag: Bag, given: Path | str | None, kind: str, option: str) -> str:
         return there[0]
     if given is not None and str(given).strip("/") in there:
         return str(given).strip("/")
-    listed = ", ".join(f"/{name}" for name in there) or "none"
+    none = "none; write them as CSV" if option == "--boxes" else f"none; name a file with {option}"
+    listed = ", ".join(f"/{name}" for name in there) or none
     missing = f"{option} names no topic of the bag: {given}" if given else f"{option} is open"
     raise FileError(bag.path, f"{missing}; of type {kind.replace('/msg', '')} it has {listed}")
 
@@ -99,13 +99,13 @@ def _boxes(detections: Any) -> Iterator[tuple[Any, ...]]:
 
 
 def _write_odometry(bag: Bag, topic: str, path: Path) -> Path:
+    """Whole rotations, since a body may have any axes."""
+    poses = ((message.time, message.fields.pose.pose) for message in bag.messages(topic))
     rows = [
-        (message.time, pose.position.x, pose.position.y, yaw_of(pose.orientation))
-        for message in bag.messages(topic)
-        for pose in (message.fields.pose.pose,)
+        (time, *(getattr(one.position, name) for name in "xyz"), *(getattr(one.orientation, name) for name in "xyzw"))
+        for time, one in poses
     ]
-    times, *poses = np.array(rows).T
-    export_tum(np.stack(poses, axis=-1), times, 0.0, path)
+    np.savetxt(path, rows, "%.9f", header="timestamp tx ty tz qx qy qz qw")
     return path
 
 
@@ -119,6 +119,7 @@ def _write_camera(bag: Bag, topic: str, path: Path) -> Path:
         if any(matrix):
             table = {name: getattr(info, name) for name in ("width", "height", "distortion_model")}
             table |= {"binning_x": info.binning_x, "binning_y": info.binning_y, "K": matrix, "D": coefficients}
+            table["roi"] = {name: getattr(info.roi, name) for name in ("x_offset", "y_offset", "width", "height")}
             path.write_text(yaml.safe_dump(table), "utf-8")
             return path
     raise FileError(bag.path, f"/{topic} holds no calibration: K is zero in every message")

@@ -34,7 +34,7 @@ def birdify(
     Args:
         recording: Text, CSV, JSON or an archive of a detector, tracker or annotation tool, or a folder of YOLO's labels
             (docs/own.md); a tracker links boxes without ids. Or a film: a video, or a folder of pictures, in which
-            people are detected and tracked first. Or bag:DIR, a ROS bag.
+            people are detected and tracked first. Or a ROS bag, as bag:DIR if its name does not show it.
         camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
             camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md. Of a bag also its topic.
         out: Folder to make: poses, positions, map.png, film.mp4, report.md.
@@ -59,22 +59,25 @@ def birdify(
     from vbbench.birdify.birdify import birdify as make
     from vbbench.birdify.birdify import is_film
     from vbbench.errors import VbbenchError
+    from vbbench.exchange.bags import is_bag
 
+    bag = str(recording).startswith("bag:") or is_bag(recording)
+    recording = Path(str(recording).removeprefix("bag:"))
+    filmed = not bag and is_film(recording)
     if film and no_film:
         raise VbbenchError("--film and --no-film exclude each other; keep one of them")
     asked = {"detector": detector, "weights": weights, "tracker": tracker, "every": every}
     given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
-    if given and not is_film(recording):
+    if given and not filmed:
         raise VbbenchError(f"--{next(iter(given))} is for films, and {recording} is a file of boxes; leave it out")
-    if dt is not None and is_film(recording):
+    if dt is not None and filmed:
         raise VbbenchError(
             f"--dt is for boxes, and {recording} is a film; write dt or fps in {camera} if its own is wrong"
         )
     stated = {"mount_height": mount_height, "pitch": pitch}
     mount = {name: value for name, value in stated.items() if value is not None}
-    if person_class is not None and is_film(recording):
+    if person_class is not None and filmed:
         raise VbbenchError(f"--person-class is for boxes, and {recording} is a film; leave it out")
-    bag = str(recording).startswith("bag:")
     if camera is None and not bag:
         raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
     if boxes is not None and not bag:
@@ -94,10 +97,8 @@ def birdify(
         from vbbench.birdify.bags import BagTopics, birdify_bag
 
         topics = BagTopics(boxes=boxes, odometry=options.pop("odometry"), camera=camera)
-        made = birdify_bag(
-            Path(str(recording).removeprefix("bag:")), out, topics, dt=dt, person_class=person_class, **options
-        )
-    elif is_film(recording):
+        made = birdify_bag(recording, out, topics, dt=dt, person_class=person_class, **options)
+    elif filmed:
         from vbbench.birdify.films import Detection, birdify_film  # reads films, which boxes alone do not need
 
         made = birdify_film(recording, Path(camera or ""), out, Detection(**given), **options)

@@ -64,6 +64,11 @@ class Bag:
         return sorted(found, key=lambda name: -self.counts[name])
 
 
+def is_bag(path: Path) -> bool:
+    """Whether a path is a bag by its name: of ROS 1 a file ``.bag``, of ROS 2 a folder with ``metadata.yaml``."""
+    return path.suffix == ".bag" or (path / "metadata.yaml").is_file()
+
+
 @contextmanager
 def open_bag(path: Path, purpose: str) -> Iterator[Bag]:
     """Open a bag: a file of ROS 1, or a folder of ROS 2.
@@ -79,6 +84,9 @@ def open_bag(path: Path, purpose: str) -> Iterator[Bag]:
         from rosbags.rosbag1 import Reader as Reader1
         from rosbags.rosbag2 import Reader as Reader2
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+    path = path.parent if path.suffix in (".db3", ".mcap") and is_bag(path.parent) else path
+    if not path.exists():
+        raise FileError(path, "there is no such bag")
     types = get_typestore(Stores.ROS2_HUMBLE if path.is_dir() else Stores.ROS1_NOETIC)
     try:
         with Reader2(path) if path.is_dir() else Reader1(path) as reader:

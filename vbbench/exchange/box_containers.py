@@ -29,7 +29,7 @@ _UNREAD = (
     (b"\x89HDF", f"is HDF5; {_CSV}"),
     (b"SQLite", f"is a database; {_CSV}"),
     (b"\xd0\xcf\x11\xe0", "is an Excel workbook; save the sheet as CSV"),
-    (b"#ROSBAG", "is a ROS bag; see docs/ros2.md"),
+    (b"#ROSBAG", "is a ROS bag; write bag: before its name"),
     (b"<", "is XML; export the boxes as MOT 1.1 or COCO from the annotation tool"),
     (b"\x89PNG", "is a picture; name the file of its boxes"),
     (b"\xff\xd8\xff", "is a picture; name the file of its boxes"),
