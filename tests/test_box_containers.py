@@ -321,3 +321,69 @@ def test_archives_of_annotation_tools_are_read(tmp_path: Path) -> None:
 def test_what_is_not_read_is_named(read: Read, content: bytes, problem: str) -> None:
     with pytest.raises(FileError, match=problem):
         read("boxes.csv", content)
+
+
+KITTI = "{} {} {} 0 0 -1.5 10 20 40 110 1.7 0.6 0.8 1 1.5 10 -1.5"
+
+
+@pytest.mark.parametrize("score", ["", " 0.9"])
+def test_text_of_kittis_tracks_is_read(read: Read, score: str) -> None:
+    rows = [KITTI.format(t, i, kind) + score for t in FRAMES for i, kind in ((3, "Pedestrian"), (4, "Car"))]
+    rows.append(KITTI.format(0, -1, "DontCare") + score)
+    found = read("0000.txt", "\n".join(rows) + "\n")
+    assert found.track.tolist() == [3] * len(FRAMES)
+    assert found.frame.tolist() == list(FRAMES)
+    assert found.boxes[0].tolist() == [10.0, 20.0, 30.0, 90.0]
+
+
+HASHES = [f"{0x1F3A9 + 7919 * t:x}{t * 31 % 97}" for t in FRAMES]
+
+
+@pytest.mark.parametrize("name", ["walk_mp4-{:04d}_jpg.rf.{}.jpg", "walk_{:04d}_1280x720.png"])
+def test_numbers_that_follow_the_frame_in_names_of_pictures_are_none(read: Read, name: str) -> None:
+    rows = "".join(f"{name.format(t, HASHES[t])},7,10,20,40,110\n" for t in FRAMES)
+    assert read("boxes.csv", "image,id,xmin,ymin,xmax,ymax\n" + rows).frame.tolist() == list(FRAMES)
+
+
+BOX = {"x1": 10.0, "y1": 20.0, "x2": 40.0, "y2": 110.0}
+NESTED: dict[str, Any] = {
+    "tracks by their ids": {"7": [{"frame": t, "bbox": [10, 20, 30, 90]} for t in FRAMES]},
+    "AlphaPose": [{"image_id": f"{t}.jpg", "category_id": 1, "box": [10, 20, 30, 90], "idx": 7} for t in FRAMES],
+    "BDD100K": [
+        {"name": f"v-{t}.jpg", "frameIndex": t, "labels": [{"id": "7", "category": "pedestrian", "box2d": BOX}]}
+        for t in FRAMES
+    ],
+    "Datumaro": {
+        "items": [
+            {
+                "id": f"frame_{t:06d}",
+                "image": {"path": f"frame_{t:06d}.png"},
+                "annotations": [
+                    {"id": 0, "type": "bbox", "label_id": 0, "attributes": {"track_id": 7}, "bbox": [10, 20, 30, 90]}
+                ],
+            }
+            for t in FRAMES
+        ]
+    },
+    "in objects": [{"value": {"sequence": [{"frame": t, **BOX, "id": 7} for t in FRAMES]}}],
+}
+
+
+@pytest.mark.parametrize("name", NESTED)
+def test_ids_and_frames_around_boxes_are_kept(read: Read, name: str) -> None:
+    found = read("boxes.json", json.dumps(NESTED[name]))
+    assert found.ids.of(found.track).astype(int).tolist() == [7] * len(FRAMES)
+    assert found.frame.tolist() == list(FRAMES)
+    assert found.boxes[0].tolist() == [10.0, 20.0, 30.0, 90.0]
+
+
+def test_shares_of_darknet_are_read(read: Read) -> None:
+    middle = {"center_x": 0.5, "center_y": 0.25, "width": 0.1, "height": 0.5}
+    frames = [{"frame_id": t, "objects": [{"class_id": 0, "relative_coordinates": middle}]} for t in FRAMES]
+    np.testing.assert_allclose(read("result.json", json.dumps(frames)).boxes[0], [576.0, 0.0, 128.0, 360.0])
+
+
+@pytest.mark.parametrize("value", [{"a": [[1, 2]]}, [{"frame_id": 0, "bboxes": [[1, 2, 3, 4]]}]])
+def test_json_without_boxes_of_objects_says_what_to_write(read: Read, value: Any) -> None:
+    with pytest.raises(FileError, match=r"no boxes as objects with bbox.*write CSV"):
+        read("boxes.json", json.dumps(value))

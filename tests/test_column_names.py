@@ -28,6 +28,7 @@ PLACE = ("frame", "time", "id", "x", "y", "z", "qw", "height")
         ("frame\ttime\tid\tu\tv\tl", BOX, "frame time id u v height"),
         ("frame,id,l,t,r,b", BOX, "frame id left top right bottom"),
         ("frame,id,x0,y0,x1,y1", BOX, "frame id left top right bottom"),
+        ("frame,id,x1n,y1n,x2n,y2n", BOX, "frame id left top right bottom"),
         ("image,person_id,xc,yc,w,h", BOX, "frame id u v width height"),
         ("#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w []", PLACE, "time x y z qw"),
         ("# id frame x/m y/m", PLACE, "id frame x y"),

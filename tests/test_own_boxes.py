@@ -160,3 +160,66 @@ def test_times_in_parts_of_a_second_are_read_where_dt_decides_it(tmp_path, unit,
     assert f"times are read as {unit}" in rows.timeline.notes
     with pytest.raises(FileError, match="name them time_ms or time_ns"):
         read_boxes(path, None)
+
+
+def test_rows_without_a_box_are_of_nobody(tmp_path):
+    path = tmp_path / "boxes.csv"
+    path.write_text(HEAD + "0,1,2,3,4,50\n1,,,,,\n2,1,nan,nan,nan,nan\n3,1,2,3,4,50\n4,1,2,3,4,50\n")
+    assert read_boxes(path, 0.1).frame.tolist() == [0, 3, 4]
+
+
+@pytest.mark.parametrize(("times", "lasts"), [([0.0, 0.04, 0.08], 0.04), ([0, 40, 80], 0.04), ([0, 100, 200], None)])
+def test_times_next_to_frames_contradict_the_time_of_a_frame_or_are_it(tmp_path, times, lasts):
+    path = tmp_path / "boxes.csv"
+    rows = "".join(f"{frame},{time},1,2,3,4,50\n" for frame, time in enumerate(times))
+    path.write_text("frame,timestamp,id,left,top,width,height\n" + rows)
+    found = read_boxes(path, 0.1)
+    assert found.timeline.dt == 0.1
+    assert [note.split(",")[0] for note in found.notes] == ([] if lasts is None else ["times go on by 0.04 s a frame"])
+    assert read_boxes(path, None).timeline.dt == pytest.approx(lasts or 0.1)
+
+
+def test_dates_next_to_frames_do_no_harm(tmp_path):
+    path = tmp_path / "boxes.csv"
+    rows = "".join(f"{n},2024-05-01 12:00:0{n},1,2,3,4,50\n" for n in range(5))
+    path.write_text("sep=,\nframe,timestamp,id,left,top,width,height\n" + rows)
+    assert read_boxes(path, 0.1).frame.tolist() == [0, 1, 2, 3, 4]
+
+
+def walkers(order, frames=12):
+    """MOTChallenge text of three people who walk to the right."""
+    rows = [(t + 1, 7 + k, 100.0 + 200.0 * k + 3.0 * t, 50.0) for t in range(frames) for k in range(3)]
+    return "".join(",".join(f"{row[n]:g}" if n < 4 else "0" for n in order) + ",30,80\n" for row in rows)
+
+
+def test_frames_and_ids_that_are_swapped_are_refused_by_how_boxes_move(tmp_path):
+    path = tmp_path / "gt.txt"
+    path.write_text(walkers([0, 1, 2, 3]))
+    assert len(np.unique(read_boxes(path, 0.1).track)) == 3
+    path.write_text(walkers([1, 0, 2, 3]))
+    with pytest.raises(FileError, match=r"frame and id seem to be swapped.*'# id,frame,left,top,width,height'"):
+        read_boxes(path, 0.1)
+    path.write_text("# id,frame,left,top,width,height\n" + walkers([1, 0, 2, 3]))
+    assert len(np.unique(read_boxes(path, 0.1).track)) == 3
+
+
+def test_a_class_in_place_of_ids_is_named(tmp_path):
+    path = tmp_path / "gt.txt"
+    path.write_text(walkers([0, 4, 2, 3]))
+    with pytest.raises(FileError, match=r"all boxes have id 0.* is this column the class"):
+        read_boxes(path, 0.1)
+
+
+def test_a_visibility_that_is_zero_throughout_is_not_known(tmp_path):
+    path = tmp_path / "gt.txt"
+    path.write_text("".join(f"{n},1,2,3,40,90,1,1,0\n" for n in range(1, 13)))
+    rows = read_boxes(path, 0.1)
+    assert len(rows) == 12
+    assert np.isnan(rows.visible).all()
+
+
+def test_boxes_of_two_films_are_refused(tmp_path):
+    path = tmp_path / "boxes.csv"
+    path.write_text("video,frame,id,left,top,width,height\na,0,1,2,3,4,50\nb,0,2,2,3,4,50\n")
+    with pytest.raises(FileError, match=r"boxes of 2 films \('a', 'b'\); write a file for each"):
+        read_boxes(path, 0.1)

@@ -18,7 +18,7 @@ from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import NOUNS, BoxTable, box_table, read_box_text
 from vbbench.exchange.text_tables import columns_of_records, decode
 from vbbench.generation.archives import open_archive
-from vbbench.parsing.column_names import Header
+from vbbench.parsing.column_names import Header, name_columns
 
 Picture = tuple[float, float] | None
 _CSV = "write CSV with columns frame,id,left,top,width,height"
@@ -30,6 +30,7 @@ _UNREAD = (
     (b"SQLite", f"is a database; {_CSV}"),
     (b"\xd0\xcf\x11\xe0", "is an Excel workbook; save the sheet as CSV"),
     (b"#ROSBAG", "is a ROS bag; write bag: before its name"),
+    (b"- ", f"is YAML; {_CSV}"),
     (b"<", "is XML; export the boxes as MOT 1.1 or COCO from the annotation tool"),
     (b"\x89PNG", "is a picture; name the file of its boxes"),
     (b"\xff\xd8\xff", "is a picture; name the file of its boxes"),
@@ -43,9 +44,11 @@ _UNREAD = (
 """How files begin that are not read, and what to do."""
 _FRAME_KEYS = ("frame_id", "frame_index", "frame_idx", "frame_number", "frame")
 _LISTS = {
-    "bbox tlwh ltwh box": ("left", "top", "width", "height"),
+    "bbox tlwh ltwh box bb": ("left", "top", "width", "height"),
     "xyxy tlbr ltrb bbox_xyxy": ("left", "top", "right", "bottom"),
 }
+_NOT_OF_PEOPLE = {"category_id", "track_id", "tracker_id"}
+"""Keys next to which ``id`` numbers boxes."""
 _PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff", ".ppm")
 
 
@@ -149,8 +152,8 @@ def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTabl
             if not cells:
                 continue
             if not 5 <= len(cells) <= 7:
-                problem = f"{len(cells)} columns, wanted class u v width height [score] [id]; polygons are not read"
-                raise FileError(path / name, problem, line)
+                problem = f"{len(cells)} columns, wanted class u v width height [score] [id]"
+                raise FileError(path / name, f"{problem}; polygons are not read, nor keypoints", line)
             frames.append(name)
             rows.append(cells)
     if not rows:
@@ -196,7 +199,13 @@ def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
     records = _coco(path, value) if coco else list(_records(value, {}))
     if not records:
         raise FileError(path, f"holds no boxes, as lists of objects; {_CSV}, or COCO")
-    return box_table(columns_of_records(path, records, NOUNS), picture, base=0)
+    table = columns_of_records(path, records, NOUNS)
+    if not table.columns.keys() & {"left", "right", "u", "width"}:
+        listed = quoted(", ".join(table.header.names if table.header else ()))
+        raise FileError(
+            path, f"holds no boxes as objects with bbox, or left, top, width, height: {listed}; {_CSV}, or COCO"
+        )
+    return box_table(table, picture, base=0)
 
 
 def _records(value: Any, outer: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
@@ -205,17 +214,19 @@ def _records(value: Any, outer: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         for one in value:
             yield from _records(one, outer)
     elif isinstance(value, dict):
-        lists = {key: part for key, part in value.items() if isinstance(part, list) and _are_objects(part)}
+        inner = [part for part in value.values() if isinstance(part, dict)]
+        lists = {k: part for one in (*inner, value) for k, part in one.items() if _are_objects(part)}
         here = {**outer, **_flat({key: part for key, part in value.items() if key not in lists})}
         numbered = bool(lists) and len(lists) == len(value) and all(re.search(r"\d", key) for key in lists)
         for key, part in lists.items():
-            yield from _records(part, {**here, "frame": key} if numbered else here)
-        if not any(isinstance(part, list) and (not part or key in lists) for key, part in value.items()):
-            yield {key: part for key, part in here.items() if key != "id" or "category_id" not in here}
+            noun = "id" if name_columns(list(part[0]), ("frame",)).columns else "frame"
+            yield from _records(part, {**here, noun: key} if numbered else here)
+        if not lists and not any(part == [] for part in value.values()):
+            yield {key: part for key, part in here.items() if key != "id" or not here.keys() & _NOT_OF_PEOPLE}
 
 
-def _are_objects(part: Sequence[Any]) -> bool:
-    return bool(part) and all(isinstance(one, dict) for one in part)
+def _are_objects(part: Any) -> bool:
+    return isinstance(part, list) and bool(part) and all(isinstance(one, dict) for one in part)
 
 
 def _flat(value: Mapping[str, Any]) -> dict[str, Any]:

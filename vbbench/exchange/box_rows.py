@@ -19,6 +19,8 @@ MOST_BACK = 3
 """Times that a clock goes back; a file whose times do so more often is in no order."""
 FEWEST_ALONE = 10
 """So many boxes of which no two have one id are numbered, not linked."""
+SAMPLE = 5000
+"""Rows of which it is looked at whether frames and ids are swapped."""
 
 
 @dataclass(frozen=True)
@@ -188,6 +190,11 @@ def tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
     if len(ids) >= FEWEST_ALONE and len(np.unique(ids)) == len(ids) and len(np.unique(table.frame)) > 1:
         problem = f"no id occurs in two of {len(ids)} boxes: these are numbers of boxes, not of people"
         raise FileError(table.path, f"{problem}; leave the column out to have boxes linked")
+    if len(ids) >= FEWEST_ALONE and (ids == ids[0]).all() and 2 * len(np.unique(table.frame)) <= len(ids):
+        problem = f"all boxes have id {ids[0]}, several of them in one frame: is this column the class?"
+        raise FileError(table.path, f"{problem} Then name the columns in a first line")
+    if table.table.header is None and not texts:
+        _refuse_swapped(table)
     if ids.dtype.kind == "f" and ids.max() > 2.0**53:
         row = int(ids.argmax())
         raise table.table.fault(row, f"the id is {ids[row]:g}: digits are lost; write ids without point and exponent")
@@ -199,3 +206,17 @@ def tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
     kind = "texts" if texts else f"larger than {LARGEST_ID}"
     note = f"ids are {kind}: in dataset and submission, tracks are numbered 1 to {len(originals)}, {first} is 1"
     return named.tracks(ids), named, (note,)
+
+
+def _refuse_swapped(table: BoxTable) -> None:
+    """Raise FileError if people go much less far from frame to frame when frames are ids and ids frames."""
+    frame, ids, boxes = table.frame[:SAMPLE], table.id[:SAMPLE], table.boxes[:SAMPLE]
+
+    def steps(person: NDArray[Any], time: NDArray[Any]) -> FloatArray:
+        order = np.lexsort((time, person))
+        return np.asarray((np.abs(np.diff(boxes[order, 0])) / boxes[order[1:], 3])[np.diff(person[order]) == 0])
+
+    given, swapped = steps(ids, frame), steps(frame, ids)
+    if min(len(given), len(swapped)) >= FEWEST_ALONE and np.median(given) > max(0.5, 4.0 * np.median(swapped)):
+        problem = f"frame and id seem to be swapped: an id moves by {np.median(given):.2g} heights of its box a frame"
+        raise FileError(table.path, f"{problem}; if so, write '# id,frame,left,top,width,height' in a first line")

@@ -25,18 +25,25 @@ from vbbench.parsing.numbers import parse_number
 UNLINKED = -1
 """Track of an unlinked detection; class and visibility if they are unknown."""
 NOUNS = (
-    *("frame", "time", "id", "left", "top", "right", "bottom", "u", "v", "width", "height"),
+    *("frame", "time", "id", "film", "left", "top", "right", "bottom", "u", "v", "width", "height"),
     *("class", "class_name", "score", "visible", "ignored"),
 )
 """What columns of boxes may be."""
 MOT_ORDER = {name: name for name in ("frame", "id", "left", "top", "width", "height")}
 MOT_ORDER |= {"score": "conf", "class": "class", "visible": "visibility", "last": "last"}
 """Columns of MOTChallenge text, and what it calls them."""
+_KITTI = (
+    *("frame", "id", "class", "truncated", "occluded", "alpha", "left", "top", "right", "bottom"),
+    *("h", "w", "l", "x", "y", "z", "rotation", "score"),
+)
+"""Columns of KITTI's text of tracks; the last may be missing."""
 _SIDES = (
     ("left", "right", "u", "width"),
     ("top", "bottom", "v", "height"),
 )
 _SIZES = ("left", "top", "width", "height")
+FEWEST_HIDDEN = 10
+"""Where so many boxes, and all, have visibility 0, it is not known."""
 LEAST_PER_CENT = 10.0
 """Scores of which one is above it are per cent; others above 1 are of a detector that is sure."""
 
@@ -108,6 +115,14 @@ def read_box_text(
     FileError
         As `read_table` and `box_table`.
     """
+    cells = content[:1000].partition(b"\n")[0].decode("utf-8", "replace").split()
+    if (
+        len(cells) in (len(_KITTI) - 1, len(_KITTI))
+        and parse_number(cells[2]) is None
+        and parse_number(cells[0]) is not None
+    ):
+        kitti = read_table(path, content, NOUNS, order=dict(zip(_KITTI, _KITTI, strict=True)), columns=(17, 18))
+        return box_table(kitti, picture, base=0)
     table = read_table(path, content, NOUNS, order=MOT_ORDER, required=_SIZES, columns=columns)
     if table.header is None:
         return _mot_boxes(table)
@@ -124,6 +139,10 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
     """
     if not len(table):
         raise FileError(table.path, "holds no row")
+    films = np.unique(table["film"]).tolist() if "film" in table else []
+    if len(films) > 1:
+        listed = ", ".join(quoted(str(one)) for one in films[:4])
+        raise FileError(table.path, f"holds boxes of {len(films)} films ({listed}); write a file for each of them")
     sides = [[name for name in names if name in table] for names in _SIDES]
     corner = [("left", "right", "u"), ("top", "bottom", "v")]
     size = [("width", "right", "height"), ("height", "bottom")]
@@ -145,13 +164,15 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
     scores = table.scaled("score")
     if scores[scores < 0.0].tolist() == [UNLINKED] * int((scores < 0.0).sum()):
         scores[scores < 0.0] = np.nan
-    named = table["class_name"] if "class_name" in table and (table["class_name"] != "").any() else None
+    classes = _classes(table)
+    if classes.dtype.kind in "if" and "class_name" in table and (table["class_name"] != "").any():
+        classes = table["class_name"]
     return BoxTable(
         table=table,
         frame=frame,
         boxes=boxes,
         id=table.columns.get("id", np.full(len(table), UNLINKED)),
-        classes=_classes(table) if named is None else named,
+        classes=classes,
         scores=scores,
         visible=table.numbers("visible"),
         ignored=(table.numbers("ignored", 0.0) != 0.0) | (_are_flags(scores) & (scores == 0.0)),
@@ -173,17 +194,22 @@ def frame_numbers(table: NamedColumns) -> FloatArray:
     ):
         return table.numbers("frame")
     names, row_of, inverse = np.unique(table["frame"], return_index=True, return_inverse=True)
-    found = [re.findall(r"\d+", re.sub(r"\.\w*$", "", name)) or re.findall(r"\d+", name) for name in names.tolist()]
+    found = [
+        re.findall(r"\d+", re.sub(r"(\.rf\.\w+)?\.\w*$", "", name)) or re.findall(r"\d+", name)
+        for name in names.tolist()
+    ]
     for row, digits in sorted(zip(row_of.tolist(), found, strict=True)):
         if not digits:
             raise table.fault(row, f"frame is {quoted(str(table['frame'][row]))}; write a number")
+    for place in range(1, 1 + min(map(len, found))):  # the last numbers that differ: a size may follow
+        numbers = np.array([float(digits[-place]) for digits in found])
+        if len(np.unique(numbers)) == len(numbers):
+            return numbers[inverse]
     numbers = np.array([float(digits[-1]) for digits in found])
     order = np.argsort(numbers, kind="stable")
-    same = np.flatnonzero(np.diff(numbers[order]) == 0.0)
-    if len(same):
-        shown = " and ".join(quoted(str(name)) for name in names[order[same[0] : same[0] + 2]])
-        raise FileError(table.path, f"pictures {shown} have one number; keep the boxes of one film")
-    return numbers[inverse]
+    same = int(np.argmax(np.diff(numbers[order]) == 0.0))
+    shown = " and ".join(quoted(str(name)) for name in names[order[same : same + 2]])
+    raise FileError(table.path, f"pictures {shown} have one number; keep the boxes of one film")
 
 
 def _axis(table: NamedColumns, names: tuple[str, ...], picture: float | None) -> tuple[FloatArray, FloatArray] | None:
@@ -250,8 +276,12 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
         world = table.widest == 10 and not (_plain(visible) & _plain(last)).all()
         if no_class or world or ((classes == 0) & (visible == 0) & (last == 0)).all():
             classes, visible = np.full(len(table), UNLINKED), np.full(len(table), float(UNLINKED))
-    fraction = (visible > 0.0) & (visible < 1.0)
-    if not fraction.any() and (visible == 0.0).any() and (table.widest == 10 or not flags):
+    fraction, hidden = (visible > 0.0) & (visible < 1.0), visible == 0.0
+    if (
+        not fraction.any()
+        and hidden.any()
+        and (table.widest == 10 or not flags or (hidden.all() and len(table) >= FEWEST_HIDDEN))
+    ):
         visible = np.full(len(table), float(UNLINKED))  # truncation, or the number of a detection
     elif not flags and (visible > 1.0).any() and (visible == np.round(visible)).all():
         visible = np.full(len(table), float(UNLINKED))

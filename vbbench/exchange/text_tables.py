@@ -26,7 +26,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS, Header, header_of, name_columns, separator_of, split_cells
 from vbbench.parsing.numbers import finite_number, parse_number
 
-WORDS = ("frame", "id", "class", "class_name", "last")
+WORDS = ("frame", "id", "film", "class", "class_name", "last")
 """Columns that may hold words, or whole numbers of 64 bits."""
 EMPTY = ("", "nan", "NaN", "None", "none", "null", "NULL", "NA", "N/A")
 _SHOWN = 1000
@@ -197,7 +197,11 @@ def refuse_missing(table: NamedColumns, wanted: Sequence[Collection[str]]) -> No
     for names in wanted:
         if not any(name in table for name in names):
             listed = table.header.names if table.header else ()
-            near = [hint for name in listed if "?" in (hint := suggestion(name.lower(), names))]
+            near = [
+                hint
+                for name in (table.header.ignored if table.header else ())
+                if "?" in (hint := suggestion(name.lower(), names))
+            ]
             everything = ", ".join(" or ".join(one) for one in wanted)
             hint = near[0] if near else f"its columns are {quoted(','.join(listed))}, wanted: {everything}"
             line = int(table.lines[0]) - 1 if len(table) else 0
@@ -226,7 +230,7 @@ def _after_header(path: Path, content: bytes, nouns: Sequence[str], ordered: boo
         number += 1
         line = content[begin : (content.find(b"\n", begin) + 1) or len(content)]
         text = line[: 100 * _SHOWN].decode("utf-8", "replace").strip()
-        comment = text.startswith("#")
+        comment = text.startswith(("#", "sep="))
         found = header_of(text, nouns) if text else None
         header = found or header
         if found and not comment:
@@ -237,7 +241,7 @@ def _after_header(path: Path, content: bytes, nouns: Sequence[str], ordered: boo
     text = line[:_SHOWN].decode("utf-8", "replace").strip()
     numbers = [cell for cell in split_cells(text) if parse_number(cell) is not None]
     if text and header is None and not (ordered and (numbers or not re.search("[A-Za-z]", text))):
-        problem = f"its first line is {quoted(text)}, which names no columns that are known here"
+        problem = f"its first line is {quoted(text)}, which names no columns that are known here: {', '.join(nouns)}"
         raise FileError(path, problem, number)
     width = len(split_cells(text))
     if header is not None and len(header.names) != width:  # a comment may begin with other words
@@ -277,12 +281,16 @@ def _read_fast(body: bytes, layout: _Layout) -> Read | None:
 
 def _read_carefully(body: bytes, layout: _Layout) -> Read:
     lines, rows = [], list[list[str]]()
+    nothing = [place for noun, place in layout.places.items() if noun in layout.required and layout.span is None]
     for line, text in enumerate(body.decode("utf-8", "replace").split("\n"), layout.first):
         if not text.strip() or text.lstrip().startswith("#"):
             continue
         cells = text.split() if layout.mark == " " else text.split(layout.mark)
         _check_width(layout, line, len(cells))
-        rows.append([cell.strip(" \t\"'") for cell in cells])
+        cells = [cell.strip(" \t\"'") for cell in cells]
+        if nothing and all(cells[place] in EMPTY for place in nothing):  # nobody is seen in this frame
+            continue
+        rows.append(cells)
         lines.append(line)
     numbers = np.array(lines, np.int64)
     columns = {
@@ -315,8 +323,11 @@ def _typed(noun: str, cells: list[str | None], layout: _Layout, lines: IntArray)
             noun != "frame" or column.dtype.kind != "U" or all(map(_DIGIT.search, filter(None, known)))
         ):
             return column
+    spare = noun == "time" and "frame" in layout.called  # such as a date, where frames count
     values = [
-        np.nan if cell is None else finite_number(layout.path, int(lines[row]) or None, layout.called[noun], cell)
+        np.nan
+        if cell is None or (spare and parse_number(cell) is None)
+        else finite_number(layout.path, int(lines[row]) or None, layout.called[noun], cell)
         for row, cell in enumerate(known)
     ]
     return np.array(values, np.float64)

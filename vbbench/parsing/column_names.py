@@ -21,7 +21,9 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
         "targetid agentid actorid subjectid playerid humanid instanceid identity identities uuid idobject idperson "
         "tracktoken instancetoken",
         "track tracker person ped pedestrian agent target actor subject player object obj instance",
+        "idx",
     ),
+    "film": ("video videoid videoname videofile clip clipid camera cameraid cam camid",),
     "left": ("left x1 xmin x0 xtl xleft leftx minx xlt tlx topleftx xtopleft ltx l", "x x_"),
     "top": ("top y1 ymin y0 ytl ytop topy miny ylt tly toplefty ytopleft lty t", "y"),
     "right": ("right x2 x1 xmax xbr xright rightx maxx xrb brx bottomrightx xbottomright rbx r",),
@@ -32,7 +34,8 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     "height": ("height h boxheight dy ysize", "l"),
     "class": (
         "class classid classidx classindex classno cls clsid clsidx category categoryid catid objectcategory "
-        "objectclass objecttype objecttypeid label labelid labelidx type",
+        "objectclass objecttype objecttypeid label labelid labelidx",
+        "type",
     ),
     "class_name": (
         "classname clsname categoryname labelname catname objectname classlabel typename",
@@ -77,8 +80,8 @@ _KNOWN = {
 }
 _BRACKETS = re.compile(r"(.*\S)\s*(?:[\[(]\s*(.*?)\s*[\])]|/\s*([a-z]+))")
 _SUFFIX = re.compile(r"(.*?)[_ .]?(?:(?<=[_ .])([a-z]+)|(?<=\d)(n))")
-_PREFIX = re.compile(r"(norm|normalized|normalised|rel|relative|pct|percent)[\W_]+(.*)")
-_BOX = re.compile(r"(?:bounding[ _]?box|bndbox|bbox|bb|box|rect|ltwh|tlwh|xywh|xyxy)[\W_]*(.+)")
+_PREFIX = re.compile(r"(norm|normalized|normalised|rel|relative|pct|percent)(?:[\W_]coord[a-z]*)?[\W_]+(.*)")
+_BOX = re.compile(r"(?:bounding[ _]?box|bndbox|bbox|bb|box|rect|ltwh|tlwh|xywh|xyxy)(?:2d)?[\W_]*(.+)")
 
 _QUOTES = " \t\r\n\"'\ufeff<>#"
 
@@ -118,13 +121,13 @@ def name_columns(names: Sequence[str], nouns: Collection[str]) -> Header:
     """
     columns, units, doubtful = dict[str, int](), dict[str, str](), dict[str, tuple[str, ...]]()
     read = [_forms(name) for name in names]
-    letters = {forms[0][0] for forms in read}
+    letters = {forms[0][0] for forms in read} | {word for forms in read for word, _ in forms if len(word) == 2}
     for noun in nouns:
         known = _KNOWN[noun]
         found = []
         for column, forms in enumerate(read):
-            here = [(known[word] + 0.5 * (unit in SHARES), column, unit) for word, unit in forms if word in known]
-            found += here[:1] if _may_be(noun, forms[0][0], letters) else []
+            here = [(word, unit) for word, unit in forms if word in known and _may_be(noun, word, letters)][:1]
+            found += [(known[word] + 0.5 * (unit in SHARES), column, unit) for word, unit in here]
         if not found:
             continue
         best = [one for one in found if one[0] == min(found)[0]]

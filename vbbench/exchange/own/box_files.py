@@ -12,12 +12,14 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.exchange.box_containers import read_box_file
 from vbbench.exchange.box_rows import MOST_BACK, BoxRows, tracks_of
-from vbbench.exchange.box_tables import frame_numbers, people_in
+from vbbench.exchange.box_tables import BoxTable, frame_numbers, people_in
 from vbbench.exchange.own.timing import Timeline, number_frames, time_frames
 from vbbench.exchange.text_tables import NamedColumns
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
 
+OTHER_RATE = 0.1
+"""Share by which times may differ from the frames that they stand next to."""
 OFF_FRAME = 0.25
 """How far a time stamp may be from a frame of another recording, in frames."""
 
@@ -64,6 +66,12 @@ def read_boxes(
     table = read_box_file(path, picture)
     if not len(table.frame):
         raise FileError(path, "holds no box")
+    lasts = None if table.timed else _frame_time(table, dt)
+    dt, rate = dt or lasts, list[str]()
+    if lasts and dt and abs(lasts / dt - 1.0) > OTHER_RATE:
+        rate = [
+            f"times go on by {lasts:.4g} s a frame, and a frame is said to last {dt:g} s, which counts: is it right?"
+        ]
     if table.timed:
         frame, timeline = time_frames(path, table.frame, table.lines, dt)
     else:
@@ -80,12 +88,22 @@ def read_boxes(
         visible=table.visible,
         lines=table.lines,
         timeline=timeline,
-        notes=(*table.notes, *notes, *renumbered),
+        notes=(*table.notes, *notes, *renumbered, *rate),
         ids=ids,
         plain=table.path == path and bool(table.lines.any()) and person_class is None and not table.class_names,
     )
     rows.check()
     return replace(rows, notes=(*rows.notes, *_goes_back(rows)))
+
+
+def _frame_time(table: BoxTable, dt: float | None) -> float | None:
+    """Seconds per frame by times next to the frames, in the unit that fits; ``None`` where there are none."""
+    times, ends = table.table.scaled("time"), [int(table.frame.argmin()), int(table.frame.argmax())]
+    (passed,), (frames,) = np.diff(times[ends]), np.diff(table.frame[ends])
+    if not passed > 0.0:
+        return None
+    units = [1.0] if table.table.unit("time") else [1.0, 1e-3, 1e-6, 1e-9]
+    return min((float(passed * unit / frames) for unit in units), key=lambda one: abs(np.log(one / (dt or 0.1))))
 
 
 def rows_in_frames(rows: OwnBoxes, frames: int, dt: float) -> BoxRows:
