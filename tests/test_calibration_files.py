@@ -156,7 +156,16 @@ FOUR = {**PYTHON, "dist_coeff": ROUND}
         ("<calibration/>", "XML of <calibration>"),
         ("<!DOCTYPE a [<!ENTITY b 'c'>]><opencv_storage/>", "XML with declarations"),
         (f"{HEAD}1 PINHOLE {PINHOLE}\n2 PINHOLE {PINHOLE}\n", "2 cameras; keep the camera that the boxes are of"),
-        (f"{HEAD}1 THIN_PRISM_FISHEYE {PINHOLE} 0 0 0 0 0 0 0 0\n", "camera model THIN_PRISM_FISHEYE is not known"),
+        (
+            f"{HEAD}1 THIN_PRISM_FISHEYE {PINHOLE} 0 0 0 0 0 0 0 0\n",
+            "camera model THIN_PRISM_FISHEYE is not read; calibrate with one of",
+        ),
+        (
+            yaml.safe_dump({**OST, "distortion_coefficients": None, "distortion": BROWN}),
+            "distortion is no name that is read",
+        ),
+        (yaml.safe_dump({"cameras": [{"f": 700}], "width": 1280}), "no calibration of a pinhole: fx is missing"),
+        ("# oST version 5.0 parameters\n\n[image]\n\nwidth\n1280\n", "INI; name the ost.yaml"),
         (f"{HEAD}1 OPENCV {PINHOLE}\n", "OPENCV has width height fx fy cx cy k1 k2 p1 p2, not 6 numbers"),
     ],
 )
@@ -198,8 +207,6 @@ def test_any_table_is_read_or_refused_in_one_line(changed, chain, tmp_path):
 
 
 def test_a_file_of_another_kind_is_no_toml(tmp_path):
-    with pytest.raises(FileError, match=r"calibrations of ROS, Kalibr, OpenCV and COLMAP are read"):
-        read(tmp_path, "[image]\n\nwidth\n1280\n")
     np.savez(tmp_path / "one.npz", mtx=np.eye(3))
     with pytest.raises(FileError, match=r"calibrations of ROS, Kalibr, OpenCV and COLMAP are read"):
         read_camera(tmp_path / "one.npz", MOUNT)
@@ -223,3 +230,23 @@ def test_the_command_takes_calibrations_and_folders(tmp_path, capsys):
     asked[3] = str(tmp_path)
     assert main([*asked, "--out", str(tmp_path / "other")]) == 2
     assert "is a folder without camera.toml; it holds boxes.csv, camera_info.yaml" in capsys.readouterr().err
+
+
+def test_a_message_without_a_model_keeps_its_coefficients(tmp_path):
+    table = {**ECHO_1, "distortion_model": ""}
+    (tmp_path / "info.yaml").write_text(yaml.safe_dump(table))
+    assert read_camera(tmp_path / "info.yaml", MOUNT).facts.distortion == read_lens("brown", tmp_path)
+    (tmp_path / "info.yaml").write_text(yaml.safe_dump({**table, "D": [0.0] * 5}))
+    assert read_camera(tmp_path / "info.yaml", MOUNT).facts.distortion is None
+
+
+def read_lens(kind, folder):
+    """The lens of a camera file."""
+    (folder / "lens.toml").write_text(TOML + LENS[kind])
+    return read_camera(folder / "lens.toml").facts.distortion
+
+
+def test_coefficients_in_another_order_are_warned_of(tmp_path):
+    (tmp_path / "camera.toml").write_text(TOML + "[distortion]\ncoefficients = [-0.28, 0.11, -0.08, 1e-3, -8e-4]\n")
+    (note,) = read_camera(tmp_path / "camera.toml").notes
+    assert "is the order k1 k2 p1 p2 k3?" in note

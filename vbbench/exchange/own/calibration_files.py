@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 import yaml
 
-from vbbench.errors import FileError, quoted, suggestion
+from vbbench.errors import FileError, quoted
 from vbbench.exchange.own.distortion import COEFFICIENTS, distortion_keys, lens_model, plain_name
 from vbbench.geometry import FloatArray
 from vbbench.parsing.numbers import parse_number
@@ -78,6 +78,8 @@ def read_calibration(path: Path) -> dict[str, Any] | None:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(("#", "%", "---"))]
     first = lines[0].strip()[:LONGEST_KEY] if lines else ""
+    if first == "[image]":
+        raise FileError(path, "is ROS's calibration as INI; name the ost.yaml that was written with it")
     try:
         if _ROW.match(first):
             return calibration_keys(path, _of_colmap(lines))
@@ -118,6 +120,10 @@ def _quantities(table: Mapping[str, Any]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, value in table.items():
         quantity = _QUANTITIES.get(plain_name(name))
+        if quantity is None and re.search("dist|coef", plain_name(name)) and isinstance(value, list | str):
+            raise ValueError(
+                f"{name} is no name that is read here; call it distortion_coefficients or distortion_model"
+            )
         if quantity in found and found[quantity] != value:
             raise ValueError(f"states {name} twice; {ONE}")
         if quantity is not None and value is not None:
@@ -127,23 +133,23 @@ def _quantities(table: Mapping[str, Any]) -> dict[str, Any]:
 
 def _keys(found: Mapping[str, Any]) -> dict[str, Any]:
     """Keys of ``camera.toml`` from what is stated."""
+    model, keys = _model(found), _intrinsics(found)
     stated = found["size"] if "size" in found else [found.get("width", 0), found.get("height", 0)]
     size = _numbers("width or height", stated).tolist()
     if len(size) != 2 or not all(size):
         raise ValueError("the size of the picture is missing: write image_width: and image_height: in px into the file")
     roi = found["roi"] if isinstance(found.get("roi"), Mapping) else {}
-    whole = [roi.get("width") or size[0], roi.get("height") or size[1]] == size
-    parts = {"roi": roi.get("x_offset") or roi.get("y_offset") or not whole}
+    uncut = [roi.get("width") or size[0], roi.get("height") or size[1]] == size
+    parts = {"roi": roi.get("x_offset") or roi.get("y_offset") or not uncut}
     parts |= {name: _number(name, found.get(name, 0)) > 1 for name in ("binning_x", "binning_y")}
     for name in (name for name, has in parts.items() if has):
         raise ValueError(f"has a {name}: write width, height and K of the picture that the boxes are of, without it")
     lens: dict[str, Any] = {name: _number(name, found[name]) for name in COEFFICIENTS["opencv"] if name in found}
     if "coefficients" in found:
         lens["coefficients"] = _numbers("distortion coefficients", found["coefficients"]).tolist()
-    model = _model(found)
     bent = distortion_keys(lens if model is None else {"model": model, **lens}, WHICH)
-    keys: dict[str, Any] = {"width": int(size[0]), "height": int(size[1]), **_intrinsics(found)}
-    return keys if bent is None else {**keys, "distortion": bent}
+    whole = {"width": int(size[0]), "height": int(size[1]), **keys}
+    return whole if bent is None else {**whole, "distortion": bent}
 
 
 def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
@@ -175,7 +181,7 @@ def _model(found: Mapping[str, Any]) -> str | None:
         raise ValueError(f"camera model {quoted(projection)} is not read; a pinhole with a lens is")
     if "fisheye" in found and "lens" not in found:
         return "fisheye" if _number("fisheye_model", found["fisheye"]) else "opencv"
-    return lens_model(found["lens"] or "none") if "lens" in found else None
+    return lens_model(found["lens"]) if found.get("lens") else None
 
 
 def _number(name: str, value: Any) -> float:
@@ -221,7 +227,7 @@ def _of_colmap(lines: Sequence[str]) -> Mapping[str, Any]:
     if len(lines) > 1:
         raise ValueError(f"{len(lines)} cameras; {ONE}")
     if model not in COLMAP:
-        raise ValueError(f"camera model {model} is not known; {suggestion(model, COLMAP)}")
+        raise ValueError(f"camera model {model} is not read; calibrate with one of {', '.join(COLMAP)}")
     names = f"width height {COLMAP[model]}".split()
     if len(values) != len(names):
         raise ValueError(f"{model} has {' '.join(names)}, not {len(values)} numbers")

@@ -24,6 +24,8 @@ Tilt = Annotated[float, Within(-1.2, 1.2, "rad (degrees x 0.01745)")]
 Focal = Annotated[float, Within(1.0, 1e6, "px")]
 FieldOfView = Annotated[float, Within(NARROWEST, WIDEST, "degrees", "the field of view")]
 Pixels = Annotated[float, Within(-1e5, 1e5, "px")]
+MOST_TANGENTIAL = 0.02
+"""A tangential coefficient that a lens hardly has."""
 WIDE = 120.0
 """Degrees from which a lens that bends nothing is rare."""
 OTHER_SIZE = 0.1
@@ -285,8 +287,12 @@ def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str
         if span > WIDE and facts.distortion is None:
             notes.append(
                 f"the picture spans {span:.0f}° without [distortion] ({path.name}): lenses so wide bend straight "
-                "lines; write the coefficients of the calibration if the picture is as the lens shows it"
+                "lines; write the coefficients of the calibration if the picture is as the lens shows it (and focal in "
+                'px, not mm; of a 360° picture model = "equirectangular")'
             )
+        tangential = 0.0 if facts.distortion is None else max(abs(facts.distortion.p1), abs(facts.distortion.p2))
+        if tangential > MOST_TANGENTIAL:
+            notes.append(f"p1 or p2 is {tangential:g} ({path.name}), much for a lens: is the order k1 k2 p1 p2 k3?")
     if facts.model == "panorama" and _is_sphere(facts):
         notes.append(
             f"a picture of 360° that is twice as wide as high is equirectangular as a rule ({path.name}): then write "
