@@ -169,6 +169,11 @@ def test_files_of_another_clock_or_frame_are_refused(folder, walk):
     (folder / "people.csv").write_text("\n".join(["frame,id,x,y,height", *turned]))
     with pytest.raises(FileError, match="0% of these are where that person's box would be: are these places in m"):
         read(folder)
+    mixed = [turned[n] if n % 3 else row for n, row in enumerate(rows[1:])]
+    (folder / "people.csv").write_text("\n".join(["frame,id,x,y,height", *mixed]))
+    assert any(
+        "% of these are where that person's box would be: are these places in m" in note for note in read(folder).notes
+    )
     others = [",".join([t, f"{int(k) + 50}", *rest]) for t, k, *rest in (row.split(",") for row in rows[1:])]
     (folder / "people.csv").write_text("\n".join([rows[0], *others]))
     with pytest.raises(FileError, match="none of 480 boxes has the id of a person"):

@@ -278,10 +278,10 @@ def _with_persons(
     near = (np.abs(aside) < 0.5 * seen[:, 2]) & (np.abs(np.log(seen[:, 2] / real[:, 2])) < np.log(1.5))
     share, known = float(near.mean()), len(frame) / boxes
     fit = f"{known:.0%} of {boxes} boxes have a person; {share:.0%} of these are where that person's box would be"
+    problem = f"{fit}: are these places in m, x and y of the world of the poses, or (right, forward) without poses?"
     if share < LEAST_FIT:
-        problem = f"{fit}: are these places in m, x and y of the world of the poses, or (right, forward) without poses?"
         raise FileError(path, f"{fit}: {offset}" if offset else problem)
-    notes = [fit] if min(share, known) < GOOD_FIT else []
+    notes = [fit if offset or share >= FITTING else problem] if min(share, known) < GOOD_FIT else []
     return footage, [*notes, f"{path.name}: {offset}"] if offset else notes
 
 
