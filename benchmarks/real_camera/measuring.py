@@ -9,7 +9,7 @@ import numpy as np
 from joblib import Parallel, delayed
 
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import BoolArray, FloatArray, wrap_angle
+from vbbench.geometry import BoolArray, FloatArray, world_to_relative, wrap_angle
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
 from vbbench.registry import held_out, make_solver
 from vbbench.scoring.metrics import position_error, relative_position_error, translation_error
@@ -19,6 +19,9 @@ from vbbench.solving.runner import run_sequence
 
 FAR = 5.0
 """Error in m from which an answer is asked whether it said so."""
+
+WITHIN = 6.18
+"""χ² of two degrees of freedom below which 95.4 % of all errors are, as many as within 2 σ of a single figure."""
 
 Change = Callable[[Sequence, Truth, int], Sequence]
 """Makes another sequence of one, with its truth and a seed."""
@@ -58,6 +61,7 @@ class Run:
     Parameters
     ----------
     dx, dt, dx_rel : means of the errors that are scored, in m.
+    dx_camera : as ``dx_rel``, in the axes of the camera: an error of the yaw does not count.
     dx_arrivals : as ``dx``, with everybody's first two visible frames, which are not scored.
     drift : error of the observer's last place over the time until then, in m/s.
     farthest_pose, farthest_person : greatest errors in m, of poses in every frame and of people in every box.
@@ -66,11 +70,16 @@ class Run:
     flagged_poses : how many far poses are unsure, fall back, or have not converged by the solver's own word.
     pose_square, people_square : squared errors by the covariances, for each degree of freedom, of the last pose and of
         the people in it; 1 is correct.
+    pose_squares, people_squares : the same of all scored frames.
+    pose_held, people_held : shares of scored places of the observer and of people within 2 σ, that is, `WITHIN`.
+    pace : speed of the estimated camera in m/s, by its places a second apart.
+    rate : frames solved in a second.
     """
 
     dx: float = np.inf
     dt: float = np.inf
     dx_rel: float = np.inf
+    dx_camera: float = np.inf
     dx_arrivals: float = np.inf
     drift: float = np.inf
     farthest_pose: float = np.inf
@@ -82,6 +91,12 @@ class Run:
     flagged_poses: float = np.nan
     pose_square: float = np.nan
     people_square: float = np.nan
+    pose_squares: float = np.nan
+    people_squares: float = np.nan
+    pose_held: float = np.nan
+    people_held: float = np.nan
+    pace: float = np.nan
+    rate: float = np.nan
 
 
 @dataclass(frozen=True)
@@ -119,7 +134,7 @@ def _run(trial: Trial, solver: Any, number: int, seed: int) -> Run | None:
     """One sequence solved and measured; ``None`` if nothing of it is scored."""
     dataset, rules = trial.dataset, get_protocol(trial.protocol)
     sequence = dataset.sequence(number)
-    truth = dataset.truth(sequence)
+    truth, relative = _truth(dataset, sequence)
     if trial.change is not None:
         sequence = trial.change(sequence, truth, seed)
     if not scored_frames(sequence.observed).any():
@@ -127,12 +142,37 @@ def _run(trial: Trial, solver: Any, number: int, seed: int) -> Run | None:
     problem = dataset.problem(sequence, covariances=trial.covariances)
     try:
         with np.errstate(all="ignore"):
-            estimate, _ = run_sequence(solver, problem, sequence, rules, truth if rules.needs_truth else None)
+            estimate, seconds = run_sequence(solver, problem, sequence, rules, truth if rules.needs_truth else None)
     except Exception as error:
         print(f"sequence {number}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
         return Run()
     shown = replace(sequence, given=rules.select_given(sequence.given))
-    return Run(**_errors(estimate, shown, truth, problem.dt), **_sureness(estimate, shown, truth))
+    return Run(
+        **_errors(estimate, shown, truth, problem.dt),
+        dx_camera=_beside(estimate, shown, relative),
+        **_sureness(estimate, shown, truth),
+        pace=_pace(estimate, problem.dt),
+        rate=sequence.frames / max(seconds, 1e-9),
+    )
+
+
+def _truth(dataset: Dataset, sequence: Sequence) -> tuple[Truth, FloatArray]:
+    """What is true of a sequence, NaN where nothing was measured, and places [T, K, 2] relative to the camera in m."""
+    unknown = np.full((*sequence.observed.shape, 2), np.nan)
+    if dataset.info.truth in ("whole", "poses"):
+        truth = dataset.truth(sequence)
+        return truth, world_to_relative(truth.positions, truth.poses)
+    poses, heights = np.full((sequence.frames, 3), np.nan), np.full(len(sequence.tracks), np.nan)
+    known = dataset.info.truth == "relative"
+    return Truth(poses=poses, positions=unknown, heights=heights), (
+        dataset.relative_truth(sequence) if known else unknown
+    )
+
+
+def _beside(estimate: Estimate, sequence: Sequence, relative: FloatArray) -> float:
+    """Mean error of scored places in the axes of the camera."""
+    off = world_to_relative(estimate.positions, estimate.poses) - relative
+    return _mean(np.hypot(off[..., 0], off[..., 1])[scored_positions(sequence.observed, sequence.given)])
 
 
 def _errors(estimate: Estimate, sequence: Sequence, truth: Truth, dt: float) -> dict[str, float]:
@@ -147,7 +187,7 @@ def _errors(estimate: Estimate, sequence: Sequence, truth: Truth, dt: float) -> 
         "dx_rel": _mean(beside[rows]),
         "dx_arrivals": _mean(off[sequence.observed & frames[:, None]]),
         "drift": float(away[last] / (last * dt)),
-        "farthest_pose": float(np.nanmax(away)),
+        "farthest_pose": float(np.nanmax(away, initial=0.0)),
         "farthest_person": float(np.nanmax(off[sequence.observed], initial=0.0)),
     }
 
@@ -174,7 +214,7 @@ def _sureness(estimate: Estimate, sequence: Sequence, truth: Truth) -> dict[str,
 
 
 def _squares(estimate: Estimate, sequence: Sequence, truth: Truth) -> dict[str, float]:
-    """Squared errors by the covariances in the last scored frame, for each degree of freedom."""
+    """Squared errors by the covariances, for each degree of freedom, and shares of places within 2 σ."""
     last = int(np.flatnonzero(scored_frames(sequence.observed))[-1])
     rows = scored_positions(sequence.observed, sequence.given)[last] & np.isfinite(truth.positions[last, :, 0])
     error = estimate.poses[last] - truth.poses[last]
@@ -185,7 +225,39 @@ def _squares(estimate: Estimate, sequence: Sequence, truth: Truth) -> dict[str, 
     if estimate.position_covariances is not None and rows.any():
         off = estimate.positions[last] - truth.positions[last]
         found["people_square"] = _square(off[rows], estimate.position_covariances[last][rows])
+    return found | _all_squares(estimate, sequence, truth)
+
+
+def _all_squares(estimate: Estimate, sequence: Sequence, truth: Truth) -> dict[str, float]:
+    """`_squares` of all scored frames."""
+    frames = scored_frames(sequence.observed) & np.isfinite(truth.poses[:, 0])
+    rows = scored_positions(sequence.observed, sequence.given) & frames[:, None]
+    rows &= np.isfinite(truth.positions[..., 0])
+    away, off = estimate.poses - truth.poses, (estimate.positions - truth.positions)[rows]
+    away[:, 2] = wrap_angle(away[:, 2])
+    found = {}
+    if estimate.pose_covariances is not None and frames.any():
+        spread = estimate.pose_covariances[frames]
+        found["pose_squares"] = _square(away[frames], spread)
+        found["pose_held"] = _held(away[frames, :2], spread[:, :2, :2])
+    if estimate.position_covariances is not None and rows.any():
+        found["people_squares"] = _square(off, estimate.position_covariances[rows])
+        found["people_held"] = _held(off, estimate.position_covariances[rows])
     return found
+
+
+def _held(errors: FloatArray, covariances: FloatArray) -> float:
+    """Share of places whose errors [N, 2] are within 2 σ; of those that have a covariance."""
+    known = np.isfinite(covariances).all(axis=(1, 2)) & (np.linalg.det(covariances) > 0.0)
+    weighed = np.linalg.solve(covariances[known], errors[known, :, None])[..., 0]
+    return _mean(((errors[known] * weighed).sum(axis=1) <= WITHIN).astype(np.float64))
+
+
+def _pace(estimate: Estimate, dt: float) -> float:
+    """Speed in m/s by places a second apart."""
+    every = max(1, round(1.0 / dt))
+    steps = np.diff(estimate.poses[::every, :2], axis=0)
+    return _mean(np.hypot(steps[:, 0], steps[:, 1])) / (every * dt)
 
 
 def _square(errors: FloatArray, covariances: FloatArray) -> float:

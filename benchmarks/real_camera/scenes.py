@@ -129,18 +129,19 @@ Company = Literal["everybody", "arrivals", "one"]
 """Who is seen after a gap: everybody who is there, those who come after it, or of these one at a time."""
 
 
-def with_gap(company: Company) -> Callable[[Sequence, Truth, int], Sequence]:
-    """Nobody is seen for `GAP` frames; everybody seen after it comes as an arrival, whose first two places are given.
+def with_gap(company: Company, gap: int = GAP, before: int = BEFORE) -> Callable[[Sequence, Truth, int], Sequence]:
+    """Nobody is seen for ``gap`` frames after ``before`` of them.
 
-    Whoever is seen before it does not come back.
+    Everybody seen after it comes as an arrival, whose first two places are given. Whoever is seen before it does not
+    come back.
     """
 
     def change(sequence: Sequence, truth: Truth, _seed: int) -> Sequence:
         frame, observed = np.arange(sequence.frames)[:, None], sequence.observed
-        before, after = frame < BEFORE, frame >= BEFORE + GAP
-        known = (observed & (before if company == "everybody" else ~after)).any(axis=0)
+        early, after = frame < before, frame >= before + gap
+        known = (observed & (early if company == "everybody" else ~after)).any(axis=0)
         late = observed & after & ~known
-        seen = (observed & before) | (one_at_a_time(late) if company == "one" else late)
+        seen = (observed & early) | (one_at_a_time(late) if company == "one" else late)
         boxes = np.where(seen[..., None], sequence.observations, np.nan)
         given = arrivals_given(truth, seen & np.isfinite(truth.positions[..., 0]))
         visible = np.where(seen, sequence.visible, np.nan)
