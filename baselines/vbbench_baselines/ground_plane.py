@@ -27,9 +27,8 @@ SPEED = 0.9
 ACCELERATION = 1.0
 """In m²/s³: power density of a person's acceleration."""
 COURSE = 0.5
-"""In m/s and rad/s: standard deviation of a camera's velocity about that of the frames before."""
 MEMORY = 0.5
-"""In s: how long those frames count."""
+"""In m/s and rad/s, standard deviation of a camera's velocity about that before; in s, how long that is averaged."""
 
 
 class GroundPlane:
@@ -40,7 +39,7 @@ class GroundPlane:
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         self._problem, people, dt = problem, len(problem.tracks), problem.dt
-        self._pose, self._velocity, self._doubt = np.zeros(3), np.zeros(3), GIVEN
+        self._pose, self._velocity, self._doubt, self._blind = np.zeros(3), np.zeros(3), GIVEN, 0.0
         self._people, self._spread = np.full((people, 4), np.nan), np.zeros((people, 4, 4))
         self._move = np.eye(4) + dt * np.eye(4, k=2)
         noise = np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
@@ -78,8 +77,7 @@ class GroundPlane:
 
     def _measure(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Places [K, 2] (right, forward) in m of boxes [K, 3], and their covariances [K, 2, 2]; NaN = none."""
-        problem = self._problem
-        boxes = np.column_stack([boxes[:, :2], np.maximum(boxes[:, 2], SMALLEST_BOX)])
+        problem, boxes = self._problem, np.column_stack([boxes[:, :2], np.maximum(boxes[:, 2], SMALLEST_BOX)])
         places = problem.camera.unproject(boxes, np.full(len(boxes), problem.height_mean))
         border = (problem.pixel_std / boxes[:, 2]) ** 2 + problem.box_std**2
         across = problem.height_mean**2 * border + FLOOR**2
@@ -90,8 +88,7 @@ class GroundPlane:
     def _move_camera(self, frame: Frame, relative: FloatArray, noise: FloatArray) -> None:
         """The new pose and its covariance: given, by odometry, or by a rigid fit to where people are predicted."""
         given, odometry, before, dt = frame.given, frame.given.odometry, self._pose, self._problem.dt
-        fixed = not np.isnan(given.poses[-1, 0])
-        if fixed:
+        if fixed := not np.isnan(given.poses[-1, 0]):
             self._pose, added = given.poses[-1], GIVEN
         elif odometry is not None and np.isfinite(odometry.motions[-1]).all():
             axes = _axes(before[2])
@@ -99,14 +96,16 @@ class GroundPlane:
             added = geometry.covariance_along(axes, odometry.covariances[-1])
         else:
             known = np.flatnonzero(~np.isnan(relative[:, 0] + self._people[:, 0]))
-            spread = np.trace(self._spread[known, :2, :2] + noise[known], axis1=1, axis2=2)
-            prior = before + dt * self._velocity, (COURSE * dt) ** -2
-            self._pose, added = rigid_fit(relative[known], self._people[known, :2], 2.0 / spread, prior)
             fixed = bool((~np.isnan(given.positions[-1, known, 0])).sum() >= 2)
-        if frame.index > 0:
+            course = COURSE**2 * dt * (dt + 2.0 * self._blind)
+            self._blind = self._blind + dt if len(known) < 2 else 0.0
+            prior = before + dt * self._velocity, 1.0 / (course + fixed * np.trace(self._doubt) / 2.0)
+            spread = np.trace(self._spread[known, :2, :2] + noise[known], axis1=1, axis2=2)
+            self._pose, added = rigid_fit(relative[known], self._people[known, :2], 2.0 / spread, prior)
+        if frame.index > 0 and not fixed:  # what is given corrects a path and shows no speed
             self._velocity += min(1.0, dt / MEMORY) * (_difference(self._pose, before) / dt - self._velocity)
-        kept = 0.0 if fixed else geometry.covariance_along(geometry.pose_levers(self._pose, before), self._doubt)
-        self._doubt = added + kept
+        levers = geometry.pose_levers(self._pose, before)
+        self._doubt = added if fixed else added + geometry.covariance_along(levers, self._doubt)
 
     def _update(self, places: FloatArray, noise: FloatArray = GIVEN[:2, :2]) -> None:
         """The Kalman filters' step with measured ``places`` [K, 2], NaN = none; people who are new begin there."""
@@ -125,7 +124,7 @@ def rigid_fit(
 ) -> tuple[FloatArray, FloatArray]:
     """The pose [3], and its covariance, that brings ``relative`` [N, 2] to ``places`` [N, 2] by weighted least squares.
 
-    The ``prior`` is an expected pose and its weight: that of two more places, 1 m to the left and right of it.
+    The ``prior``, an expected pose and its weight, counts as two more places, 1 m to the left and right of it.
     """
     sides = np.array([[-1.0, 0.0], [1.0, 0.0]])
     there = relative_to_world(np.concatenate([relative, sides]), np.zeros(3))
