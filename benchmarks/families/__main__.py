@@ -58,6 +58,12 @@ def rows(family: Family, solvers: list[str], places: Places) -> Iterator[Row]:
         yield Row.of(family.name, name, runs, caps)
 
 
+def write_json(path: Path, found: list[list[Row]]) -> None:
+    """All figures so far."""
+    values = [row.values() for group in found for row in group]
+    path.write_text(json.dumps(values, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("solvers", nargs="*", metavar="SOLVER")
@@ -77,13 +83,14 @@ def main() -> None:
             return
         data = None if asked.data is None else Path(asked.data)
         places = Places(data=data, cache=asked.cache, jobs=asked.jobs, smoke=asked.smoke)
-        found = [list(rows(family, asked.solvers, places)) for family in wanted]
+        found: list[list[Row]] = []
+        for family in wanted:
+            found.append(list(rows(family, asked.solvers, places)))
+            if asked.json is not None:
+                write_json(asked.json, found)
     except VbbenchError as error:
         sys.exit(f"families: {error}")
     print("\n".join(lines([list(row.cells(group[0])) for group in found for row in group])))
-    if asked.json is not None:
-        values = [row.values() for group in found for row in group]
-        asked.json.write_text(json.dumps(values, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
