@@ -1,0 +1,155 @@
+// The box factor: column, height and foot of a person's box.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "../constants.hpp"
+
+namespace vbbench {
+
+/// Calibration that one recording shares; a reduced column each.
+enum Global { kPitch, kRoll, kMount, kOffset, kEdge, kOdometryScale, kOdometryTurn, kGlobals };
+
+/// What the border of the picture, or another person, hides.
+enum Cut { kFeetCut = 1, kHeadCut = 2, kSideCut = 4 };
+
+/// A box as a camera of the nominal calibration sees it.
+struct Box {
+  double azimuth = 0.0;  ///< rad, clockwise from forward
+  double foot = 0.0;     ///< slope down to the feet, m per m
+  double length = 0.0;   ///< slope from head to feet
+  double pixels = 0.0;   ///< box height
+  double width = 0.0;    ///< rad along the row of one box height
+  int cut = 0;           ///< sum of `Cut`
+  double expected = 0.0; ///< length as the last solution expects it: the scale of the foot's error
+};
+
+/// Errors of boxes: shares of the box height, correlated in time, beside white pixels.
+struct BoxNoise {
+  std::array<double, 3> share, time;
+  double pixel, nu;
+};
+
+/// Unknowns of one box, in the order of a `Cue`'s gradient.
+enum BoxUnknown { kX, kY, kLogHeight, kOwnEdge, kPoseX, kPoseY, kYaw, kSwayPitch, kSwayRoll, kBoxUnknowns };
+
+/// One cue q in box heights with its gradient, standard deviation and how much of that is correlated in time.
+struct Cue {
+  double q = 0.0;
+  std::array<double, kBoxUnknowns> by{};
+  std::array<double, 5> by_global{};
+  double std = 1.0, correlated = 0.0;  ///< correlated: share of the variance
+  bool used = false;
+};
+
+/// State that one box depends on.
+struct BoxState {
+  double x, y, log_height, own_edge;
+  const double* pose;    ///< x, y, yaw
+  const double* sway;    ///< pitch, roll
+  const double* global;  ///< `Global`
+};
+
+constexpr double kNearest = 0.2;       ///< m, no box is of anybody nearer
+constexpr double kCutTolerance = 0.03; ///< of the log height, by which a cut box may be too tall
+constexpr double kSideFactor = 4.0;    ///< by which a column is less certain where the side is cut
+
+/// The cues of a box: q_u = (a − a' )/w, q_l = ln λ + ln(r − δ) − η, q_b = (s − h/(r − δ))/λ − c q_l,
+/// with c from the pixel noise that the length and the foot share.
+inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const BoxNoise& noise) {
+  std::array<Cue, 3> cues;
+  const double dx = at.x - at.pose[0], dy = at.y - at.pose[1];
+  const double cos = std::cos(at.pose[2]), sin = std::sin(at.pose[2]);
+  const double forward = cos * dx + sin * dy, right = sin * dx - cos * dy;
+  const double square = std::max(dx * dx + dy * dy, 1e-6), r = std::sqrt(square);
+  const double edge = at.global[kEdge] + at.own_edge, raw = r - edge;
+  const double rho = std::max(raw, kNearest), by_rho = raw > kNearest ? 1.0 : 0.0;
+
+  const double pitch = at.global[kPitch] + at.sway[0], roll = at.global[kRoll] + at.sway[1];
+  const double ca = std::cos(box.azimuth), sa = std::sin(box.azimuth);
+  const double lift = -pitch * ca + roll * sa;  // of the ray, rad
+  const double length_by = 2.0 * box.foot - box.length;
+  const double middle = box.foot - 0.5 * box.length;
+
+  const double per_pixel = noise.pixel / box.pixels, pixel_square = per_pixel * per_pixel;
+  const double length_variance = noise.share[1] * noise.share[1] + 2.0 * pixel_square;
+  const double coupling = pixel_square / length_variance;
+
+  Cue& u = cues[0];
+  const double seen = box.azimuth - middle * (pitch * sa + roll * ca) - at.global[kOffset];
+  u.q = wrap(std::atan2(right, forward) - seen) / box.width;
+  const double by_x = -dy / square / box.width, by_y = dx / square / box.width;  // of the bearing, counter-clockwise
+  u.by[kX] = -by_x;
+  u.by[kY] = -by_y;
+  u.by[kPoseX] = by_x;
+  u.by[kPoseY] = by_y;
+  u.by[kYaw] = 1.0 / box.width;
+  u.by[kSwayPitch] = u.by_global[kPitch] = middle * sa / box.width;
+  u.by[kSwayRoll] = u.by_global[kRoll] = middle * ca / box.width;
+  u.by_global[kOffset] = 1.0 / box.width;
+  const double wide = box.cut & kSideCut ? kSideFactor : 1.0;
+  const double u_share = wide * noise.share[0];
+  u.std = std::sqrt(u_share * u_share + pixel_square);
+  u.correlated = u_share * u_share / (u.std * u.std);
+  u.used = true;
+
+  Cue& l = cues[1];
+  l.q = std::log(box.length) + lift * length_by + std::log(rho) - at.log_height;
+  const double rx = dx / r, ry = dy / r, by_r = by_rho / rho;
+  l.by[kX] = by_r * rx;
+  l.by[kY] = by_r * ry;
+  l.by[kPoseX] = -by_r * rx;
+  l.by[kPoseY] = -by_r * ry;
+  l.by[kLogHeight] = -1.0;
+  l.by[kOwnEdge] = l.by_global[kEdge] = -by_r;
+  l.by[kSwayPitch] = l.by_global[kPitch] = -ca * length_by;
+  l.by[kSwayRoll] = l.by_global[kRoll] = sa * length_by;
+  l.std = std::sqrt(length_variance);
+  l.correlated = noise.share[1] * noise.share[1] / length_variance;
+  l.used = true;
+
+  // The foot, or the head where the feet are hidden: the end of the box that shows where it stands.
+  Cue& b = cues[2];
+  const bool feet = !(box.cut & kFeetCut), head = !(box.cut & kHeadCut);
+  const double slope = feet ? box.foot : box.foot - box.length;
+  const double height = std::exp(at.log_height), down = at.global[kMount] - (feet ? 0.0 : height);
+  const double scale = 1.0 / box.expected, by_distance = scale * down / (rho * rho) * by_rho;
+  b.q = (slope + lift * (1.0 + slope * slope) - down / rho) * scale;
+  b.by[kX] = by_distance * rx;
+  b.by[kY] = by_distance * ry;
+  b.by[kPoseX] = -by_distance * rx;
+  b.by[kPoseY] = -by_distance * ry;
+  b.by[kOwnEdge] = b.by_global[kEdge] = -by_distance;
+  b.by[kSwayPitch] = b.by_global[kPitch] = -ca * (1.0 + slope * slope) * scale;
+  b.by[kSwayRoll] = b.by_global[kRoll] = sa * (1.0 + slope * slope) * scale;
+  b.by_global[kMount] = -scale / rho;
+  if (!feet) b.by[kLogHeight] = height / rho * scale;
+  b.used = feet || head;
+  double variance = noise.share[2] * noise.share[2] + pixel_square;
+  if (feet && head) {
+    for (int i = 0; i < kBoxUnknowns; ++i) b.by[i] -= coupling * l.by[i];
+    for (int i = 0; i < 5; ++i) b.by_global[i] -= coupling * l.by_global[i];
+    b.q -= coupling * l.q;
+    variance -= coupling * pixel_square;
+  } else {  // a cut box is no taller than its person, and may be much shorter
+    l.std = kCutTolerance;
+    l.correlated = 0.0;
+    l.used = l.q > 0.0;
+  }
+  b.std = std::sqrt(variance);
+  b.correlated = std::min(1.0, noise.share[2] * noise.share[2] / variance);
+  return cues;
+}
+
+/// Cost and weight of a whitened residual under a Student-t law.
+struct Robust {
+  double cost, weight;
+};
+inline Robust student(double square, double nu, double dimensions) {
+  const double scaled = square / nu;
+  return {0.5 * (nu + dimensions) * std::log1p(scaled), (nu + dimensions) / (nu * (1.0 + scaled))};
+}
+
+}  // namespace vbbench

@@ -1,0 +1,235 @@
+// The ego-motion factor: by which of a few modes the camera moves, and how.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "../constants.hpp"
+#include "walk.hpp"
+
+namespace vbbench {
+
+/// Motion modes. A head follows its bearer's path with a lag, loosely, or wanders.
+enum Mode { kStand, kDrive, kFollow, kLoose, kWander, kModes };
+
+using Modes = std::array<double, kModes>;
+
+/// What carries the camera, where it is given.
+enum Carrier { kUnknownCarrier, kPerson, kVehicle, kRobot };
+
+constexpr int kSpan = kReach + 1;          ///< poses of one step's residuals, the newest last
+constexpr int kSpanUnknowns = 3 * kSpan;   ///< x, y, yaw of each
+using PoseDual = Dual<kSpanUnknowns>;
+
+/// One residual of a step with its gradient, cost and weight.
+struct EgoRow {
+  double residual = 0.0, weight = 0.0, cost = 0.0;
+  std::array<double, kSpanUnknowns> by{};
+};
+
+/// The step into a frame in the axes of the middle of the two yaws.
+template <class T>
+struct Step {
+  T forward, left, turn;
+};
+
+template <class T>
+Step<T> step_between(const std::array<T, 3>& before, const std::array<T, 3>& now) {
+  using std::cos;
+  using std::sin;
+  const T turn = wrap(now[2] - before[2]), heading = before[2] + 0.5 * turn;
+  const T x = now[0] - before[0], y = now[1] - before[1], c = cos(heading), s = sin(heading);
+  return {c * x + s * y, c * y - s * x, turn};
+}
+
+/// The laws of a step at frames of dt seconds.
+struct EgoMotion {
+  double dt = 0.4;
+  Walk walk;
+  std::array<double, 3> change{};  ///< m, m, rad: scales of a vehicle's changes of step
+  std::array<double, 2> slip{};    ///< m and rad in a frame
+  std::array<double, 2> stand{};
+  std::array<double, 2> lag{};     ///< how far a head follows within a frame, 0 to 1
+  std::array<double, 3> head{};    ///< rad
+  double nu = 4.0, first = 1.6, slow = 0.12;
+  double duration = 1.0;           ///< weight of laws that hold for seconds, by frame
+  Modes start{};                   ///< prior of the modes
+  std::array<Modes, kModes> transition{};
+
+  static EgoMotion of(const Constants& c, double dt, Carrier carrier) {
+    EgoMotion e;
+    e.dt = dt;
+    e.walk = Walk::of(c, dt);
+    for (int i = 0; i < 3; ++i) e.change[i] = c.drive[i] * std::pow(dt, 1.5);
+    e.slip = {c.slip[0] * dt, c.slip[1] * dt};
+    e.stand = {std::min(c.stand[0], 0.5 * e.slip[0]), std::min(c.stand[1], 0.5 * e.slip[1])};
+    for (int i = 0; i < 2; ++i) e.lag[i] = 1.0 - std::exp(-dt / c.head_lag[i]);
+    e.head = {c.head_scale[0] * dt / 0.4, c.head_scale[1], c.head_scale[2] * dt / 0.4};
+    e.nu = c.drive_nu;
+    e.first = c.drive_speed * dt;
+    e.slow = 0.3 * dt;
+    e.duration = dt / 0.4;
+    const bool person = carrier == kUnknownCarrier || carrier == kPerson;
+    const bool vehicle = carrier != kPerson;
+    e.start = {0.02, vehicle ? 0.05 : 0.0, person ? 0.25 : 0.0, person ? 0.4 : 0.0, person ? 0.28 : 0.0};
+    double sum = 0.0;
+    for (double p : e.start) sum += p;
+    for (double& p : e.start) p /= sum;
+    const double leave = 1.0 - std::exp(-dt / c.stay), rare = 1e-3 * leave;
+    for (int from = 0; from < kModes; ++from) {
+      for (int to = 0; to < kModes; ++to) {
+        const bool alike = from == kStand || to == kStand;  // anybody stands at times
+        e.transition[from][to] = from == to ? 1.0 : (alike ? leave : rare) * e.start[to];
+      }
+      double total = 0.0;
+      for (double p : e.transition[from]) total += p;
+      for (double& p : e.transition[from]) p /= total;
+    }
+    return e;
+  }
+
+  bool pedestrian(int mode) const { return mode >= kFollow; }
+
+  /// Residuals of the step into the last of `poses`, of which the last `known` ≥ 2 exist, under one mode.
+  template <class T, class Add>
+  void residuals(int mode, const std::array<std::array<T, 3>, kSpan>& poses, int known, Add&& add) const {
+    const auto& now = poses[kSpan - 1];
+    const auto& before = poses[kSpan - 2];
+    const Step<T> step = step_between(before, now);
+    const auto gaussian = [&](const T& r, double sigma) {
+      const double v = value_of(r);
+      add(r, 1.0 / (sigma * sigma), 0.5 * v * v / (sigma * sigma));
+    };
+    const auto cauchy = [&](const T& r, double gamma, double share) {
+      const double v = value_of(r), square = v * v / (gamma * gamma);
+      add(r, 2.0 * share / (gamma * gamma * (1.0 + square)), share * std::log1p(square));
+    };
+    if (mode == kStand) {
+      gaussian(step.forward, stand[0]);
+      gaussian(step.left, stand[0]);
+      gaussian(step.turn, stand[1]);
+      return;
+    }
+    if (mode == kDrive) {
+      if (known > 2) {
+        const Step<T> last = step_between(poses[kSpan - 3], before);
+        const T off[3] = {step.forward - last.forward, step.left - last.left, step.turn - last.turn};
+        for (int i = 0; i < 3; ++i) {
+          const double scaled = value_of(off[i]) / change[i];
+          const Robust robust = student(scaled * scaled, nu, 1.0);
+          add(off[i], robust.weight / (change[i] * change[i]), robust.cost);
+        }
+      } else {
+        gaussian(step.forward, first);
+      }
+      cauchy(step.left, slip[0], 1.0);
+      cauchy(step.turn, slip[1], duration);
+      return;
+    }
+    // A pedestrian walks as others do, and looks along the path, or anywhere.
+    if (known > 2) {
+      std::array<double, kReach + 1> c;
+      const double scale = walk.coefficients(known - 1, c);
+      T ex(0.0), ey(0.0);
+      for (int j = 0; j <= std::min(known - 1, kReach); ++j) {
+        ex = ex + c[j] * poses[kSpan - 1 - j][0];
+        ey = ey + c[j] * poses[kSpan - 1 - j][1];
+      }
+      const double square = (value_of(ex) * value_of(ex) + value_of(ey) * value_of(ey)) / (scale * scale);
+      const Robust robust = student(square, walk.nu, 2.0);
+      add(ex, robust.weight / (scale * scale), robust.cost);
+      add(ey, robust.weight / (scale * scale), 0.0);
+    } else {
+      gaussian(step.forward, first);
+      gaussian(step.left, first);
+    }
+    const double gamma = head[mode - kFollow];
+    if (mode == kWander) {
+      cauchy(step.turn, gamma, 1.0);
+    } else {
+      using std::atan2;
+      using std::cos;
+      using std::sin;
+      using std::sqrt;
+      const T x = now[0] - before[0], y = now[1] - before[1], ca = cos(before[2]), sa = sin(before[2]);
+      const T ahead = ca * x + sa * y, left = ca * y - sa * x, square = x * x + y * y;
+      const double s4 = slow * slow * slow * slow;
+      const T gain = lag[mode - kFollow] * (square * square) / (square * square + s4);
+      const T turned = atan2(gain * left, (1.0 - gain) * sqrt(square + slow * slow) + gain * ahead);
+      cauchy(wrap(wrap(now[2] - before[2]) - turned), gamma, 1.0);
+    }
+  }
+
+  /// Scales of a step under a mode, in m, m and rad.
+  std::array<double, 3> scales(int mode, int known) const {
+    if (mode == kStand) return {stand[0], stand[0], stand[1]};
+    if (mode == kDrive) return {known > 2 ? change[0] : first, change[1], change[2]};
+    std::array<double, kReach + 1> c;
+    const double walked = known > 2 ? walk.coefficients(known - 1, c) : first;
+    return {walked, walked, head[mode - kFollow]};
+  }
+
+  /// −ln of the evidence of the step under every mode, by Laplace's approximation: ½ ln(1 + s² d) for each direction in
+  /// which the boxes have the information d [3] about it; where nobody is seen no mode is more probable than before.
+  Modes costs(const std::array<std::array<double, 3>, kSpan>& poses, int known,
+              const std::array<double, 3>& information) const {
+    Modes out{};
+    for (int mode = 0; mode < kModes; ++mode) {
+      double sum = 0.0;
+      residuals(mode, poses, known, [&](const double&, double, double cost) { sum += cost; });
+      const std::array<double, 3> s = scales(mode, known);
+      for (int a = 0; a < 3; ++a) sum += 0.5 * std::log1p(s[a] * s[a] * information[a]);
+      out[mode] = sum;
+    }
+    return out;
+  }
+};
+
+/// Probabilities of the modes in every frame, from what each step costs under every mode: forward and backward as in a
+/// hidden Markov model. `filtered` is the prior of the first step, and receives that of the second. Returns −ln evidence.
+inline double mode_posteriors(const EgoMotion& motion, const std::vector<Modes>& costs, const Modes& prior,
+                              std::vector<Modes>& posterior) {
+  const int n = static_cast<int>(costs.size());
+  posterior.assign(n, prior);
+  if (n == 0) return 0.0;
+  std::vector<Modes> forward(n);
+  double evidence = 0.0;
+  for (int t = 0; t < n; ++t) {
+    Modes here = prior;
+    if (t > 0) {
+      here.fill(0.0);
+      for (int from = 0; from < kModes; ++from)
+        for (int to = 0; to < kModes; ++to) here[to] += forward[t - 1][from] * motion.transition[from][to];
+    }
+    double least = 1e300;
+    for (int m = 0; m < kModes; ++m)
+      if (here[m] > 0.0) least = std::min(least, costs[t][m]);
+    double sum = 0.0;
+    for (int m = 0; m < kModes; ++m) sum += forward[t][m] = here[m] * std::exp(least - costs[t][m]);
+    for (double& p : forward[t]) p /= sum;
+    evidence += least - std::log(sum);
+  }
+  Modes after;
+  after.fill(1.0);
+  for (int t = n - 1; t >= 0; --t) {
+    double sum = 0.0;
+    for (int m = 0; m < kModes; ++m) sum += posterior[t][m] = forward[t][m] * after[m];
+    for (double& p : posterior[t]) p /= sum;
+    if (t == 0) break;
+    double least = 1e300;
+    for (int m = 0; m < kModes; ++m) least = std::min(least, costs[t][m]);
+    Modes next;
+    next.fill(0.0);
+    double top = 0.0;
+    for (int from = 0; from < kModes; ++from) {
+      for (int to = 0; to < kModes; ++to)
+        next[from] += motion.transition[from][to] * std::exp(least - costs[t][to]) * after[to];
+      top = std::max(top, next[from]);
+    }
+    for (int m = 0; m < kModes; ++m) after[m] = next[m] / top;
+  }
+  return evidence;
+}
+
+}  // namespace vbbench

@@ -1,0 +1,95 @@
+// How large the errors of boxes are, and how long they last: learned while the recording goes on.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "window.hpp"
+
+namespace vbbench {
+
+/// A grid of σ and τ for each cue, weighed by the density of what boxes add to the boxes before.
+class NoiseLearner {
+ public:
+  static constexpr int kShares = 13, kTimes = 6, kLate = 2;  ///< boxes count once so many later frames are solved
+
+  void start(const BoxNoise& first, double spread, double dt) {
+    nu_ = first.nu;
+    dt_ = dt;
+    noise_ = first;
+    for (int s = 0; s < kShares; ++s) share_[s] = 0.008 * std::pow(0.16 / 0.008, static_cast<double>(s) / (kShares - 1));
+    for (int t = 0; t < kTimes; ++t) time_[t] = 0.05 * std::pow(20.0 / 0.05, static_cast<double>(t) / (kTimes - 1));
+    for (int c = 0; c < 3; ++c)
+      for (int s = 0; s < kShares; ++s)
+        for (int t = 0; t < kTimes; ++t) {
+          const double off = std::log(share_[s] / first.share[c]) / spread;
+          const double later = std::log(time_[t] / first.time[c]) / 2.0;
+          weight_[c][s][t] = -0.5 * (off * off + later * later);
+        }
+  }
+
+  /// Weighs the boxes of the frame `kLate` before the newest.
+  void learn(const Window& window, const Model& model) {
+    const int frame = static_cast<int>(window.frames.size()) - 1 - kLate;
+    if (frame < 0) return;
+    const double counts = std::sqrt(std::min(1.0, dt_ / 0.4));
+    for (const Person& person : window.people) {
+      const int i = frame - person.first;
+      if (i < 0 || i >= person.frames() || !person.nodes[i].seen) continue;
+      const bool chained = i > 0 && person.nodes[i - 1].seen;
+      const std::array<Cue, 3> now = cues(window, person, i, model);
+      std::array<Cue, 3> before{};
+      if (chained) before = cues(window, person, i - 1, model);
+      const double pixel = noise_.pixel / person.nodes[i].box.pixels;
+      for (int c = 0; c < 3; ++c) {
+        if (!now[c].used || person.nodes[i].box.cut) continue;
+        const double decided = std::max(0.05, 1.0 - person.nodes[i].leverage[c]);  // share that the fit leaves
+        const double white = (c == 1 ? 2.0 : 1.0) * pixel * pixel;
+        for (int s = 0; s < kShares; ++s) {
+          const double variance = share_[s] * share_[s] + white, correlated = share_[s] * share_[s] / variance;
+          for (int t = 0; t < kTimes; ++t) {
+            const double rho = chained && before[c].used ? correlated * std::exp(-dt_ / time_[t]) : 0.0;
+            const double e = now[c].q - rho * before[c].q, square = e * e / decided / (variance * (1.0 - rho * rho));
+            weight_[c][s][t] -= counts * decided * (student(square, nu_, 1.0).cost + 0.5 * std::log(variance * (1.0 - rho * rho)));
+          }
+        }
+      }
+    }
+    for (int c = 0; c < 3; ++c) {
+      double top = -1e300, sum = 0.0, share = 0.0, time = 0.0;
+      for (const auto& row : weight_[c])
+        for (double w : row) top = std::max(top, w);
+      for (int s = 0; s < kShares; ++s)
+        for (int t = 0; t < kTimes; ++t) {
+          weight_[c][s][t] -= top;
+          const double p = std::exp(weight_[c][s][t]);
+          sum += p;
+          share += p * std::log(share_[s]);
+          time += p * std::log(time_[t]);
+        }
+      noise_.share[c] = std::exp(share / sum);
+      noise_.time[c] = std::exp(time / sum);
+    }
+  }
+
+  const BoxNoise& noise() const { return noise_; }
+
+ private:
+  static std::array<Cue, 3> cues(const Window& window, const Person& person, int i, const Model& model) {
+    const Node& node = person.nodes[i];
+    const Frame& camera = window.frames[person.first + i];
+    return box_cues(node.box,
+                    {node.at[0], node.at[1], person.log_height, person.own_edge, camera.at.data(),
+                     camera.at.data() + kPose, window.calibration.at.data()},
+                    model.people.noise);
+  }
+
+  double nu_ = 6.0, dt_ = 0.4;
+  BoxNoise noise_;
+  std::array<double, kShares> share_;
+  std::array<double, kTimes> time_;
+  std::array<std::array<std::array<double, kTimes>, kShares>, 3> weight_;
+};
+
+}  // namespace vbbench

@@ -1,0 +1,81 @@
+// The state: frames with the camera's pose and sway, people with their paths, and the calibration that all share.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <vector>
+
+#include "constants.hpp"
+#include "factors/box.hpp"
+#include "factors/ego.hpp"
+#include "linear.hpp"
+
+namespace vbbench {
+
+constexpr int kPose = 3, kFrame = 5;           ///< unknowns of a pose, and of a frame with its sway
+constexpr int kHeld = 2;                       ///< frames at the beginning of a full window whose poses are held
+constexpr double kGiven = 1e-3;                ///< m, standard deviation of a given place
+constexpr double kGivenPose = 1e-5;            ///< m and rad, of a given pose
+
+/// Motion of the camera since the frame before, as its odometry measured it, with its information.
+struct Motion {
+  bool measured = false;
+  std::array<double, 3> moved{};                 ///< forward, left, turn
+  std::array<std::array<double, 3>, 3> root{};   ///< lower triangular: whitens the error
+};
+
+/// A frame of the window.
+struct Frame {
+  std::array<double, kFrame> at{};  ///< x, y, yaw, pitch and roll about their means
+  bool given = false;               ///< whether the pose is
+  std::array<double, 3> given_pose{};
+  Motion motion;
+  std::array<double, 3> information{};  ///< 1/m², 1/m², 1/rad²: about how well boxes show a step into it
+};
+
+/// A person in one frame of the window.
+struct Node {
+  std::array<double, 2> at{};
+  bool seen = false, given = false;
+  std::array<bool, 3> box_absorbed{};
+  bool walk_absorbed = false;  ///< whether the marginal prior holds its factor
+  Box box;
+  std::array<double, 3> leverage{};  ///< how far each cue of the box, rather than the walk, decides where the person is
+  std::array<double, 2> given_at{};
+};
+
+/// Unknowns of a person that the marginal prior is about: the first `kReach` places, log height, own edge, globals.
+constexpr int kPriorPlaces = 2 * kReach, kPrior = kPriorPlaces + 2 + kGlobals;
+
+/// What boxes of frames that have left the window say about a person: ½ (x − x₀)ᵀ Λ (x − x₀) − ηᵀ(x − x₀).
+struct MarginalPrior {
+  bool any = false;
+  std::array<std::array<double, kPrior>, kPrior> information{};
+  std::array<double, kPrior> vector{}, about{};
+};
+
+/// A person of the window.
+struct Person {
+  int column = -1;         ///< of the solver's arrays
+  int first = 0;           ///< frame of nodes[0] in the window
+
+  std::vector<Node> nodes;
+  double log_height = 0.54, own_edge = 0.0;
+  double height_mean = 0.54, height_std = 0.055;
+  double variance = 1.0;   ///< of the innovations, in units of σ²
+  MarginalPrior prior;
+
+  int frames() const { return static_cast<int>(nodes.size()); }
+  int last() const { return first + frames() - 1; }
+};
+
+/// The calibration that all frames share, with its Gaussian prior.
+struct Calibration {
+  std::array<double, kGlobals> at{};
+  std::array<bool, kGlobals> free{};
+  Matrix information{kGlobals, kGlobals};  ///< of the prior
+  std::array<double, kGlobals> vector{}, about{};
+  std::array<double, 2> sway_std{};        ///< 0: the camera does not sway
+};
+
+}  // namespace vbbench

@@ -1,0 +1,435 @@
+// A window of frames with the people in it, and how it is solved: Levenberg–Marquardt on the reduced system.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "factors/camera.hpp"
+#include "schur.hpp"
+
+namespace vbbench {
+
+/// Laws that do not change while a recording goes on, but for the noise of boxes.
+struct Model {
+  PeopleModel people;
+  EgoMotion motion;
+  double sway_memory = 0.0;
+};
+
+/// How a solution ended.
+struct Solution {
+  double cost = 0.0;
+  int steps = 0;
+  bool ended = false;
+};
+
+class Window {
+ public:
+  std::vector<Frame> frames;
+  std::vector<Person> people;
+  Calibration calibration;
+  Modes mode_prior{};              ///< of the step into frame 1
+  std::vector<Modes> posterior;    ///< of the steps into frames 1, 2, …
+  int held = 0;
+  int moving = 0;                  ///< newest steps in which the camera is taken not to stand
+
+  /// −ln of the posterior density, up to a constant.
+  double cost(const Model& model) {
+    double sum = 0.0;
+    for (const Person& person : people) {
+      person_rows(person, frames, calibration, model.people, [&](const Row& row, int) { sum += row.cost; });
+      own_rows(person, model.people, [&](const Row& row, int) { sum += row.cost; });
+      sum += Elimination::prior_cost(person, calibration);
+    }
+    mode_costs(frames, model.motion, moving, costs_);
+    sum += mode_posteriors(model.motion, costs_, mode_prior, posterior);
+    static const std::vector<Modes> none;
+    camera_rows(frames, calibration, model.motion, std::vector<Modes>(frames.size()), model.sway_memory, held,
+                [&](const Row& row) { sum += row.cost; });
+    return sum + calibration_cost();
+  }
+
+  /// Minimises the cost in at most `rounds` steps.
+  Solution solve(const Model& model, int rounds, double least) {
+    Solution solution;
+    solution.cost = cost(model);
+    double damping = 1e-6;
+    for (int round = 0; round < rounds; ++round) {
+      if (!linearise(model, damping)) {
+        damping = std::max(10.0 * damping, 1e-4);
+        continue;
+      }
+      ++solution.steps;
+      const Saved before = save();
+      apply();
+      const double now = cost(model);
+      if (std::isfinite(now) && now <= solution.cost + 1e-9) {
+        const double gain = solution.cost - now;
+        solution.cost = now;
+        damping = std::max(0.1 * damping, 1e-8);
+        if (gain < least) {
+          solution.ended = true;
+          break;
+        }
+      } else {
+        restore(before);
+        damping = std::max(10.0 * damping, 1e-4);
+        if (damping > 1e4) break;
+      }
+    }
+    cost(model);  // the posteriors of the modes are those of the solution
+    return solution;
+  }
+
+  /// Sum of squared innovations of people's paths in a frame, and how many of them the boxes decide (MacKay's γ).
+  std::array<double, 2> innovations(const Model& model, int frame) {
+    std::array<double, 2> sum{};
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      const Person& person = people[p];
+      if (frame < person.first || frame > person.last()) continue;
+      person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
+        if (!row.walk || person.first + node != frame) return;
+        sum[0] += row.w * row.e * row.e * person.variance;
+        sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row));
+      });
+    }
+    return sum;
+  }
+
+  /// Leverages of all boxes at the last linearisation.
+  void weigh_boxes(const Model& model) {
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      Person& person = people[p];
+      person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
+        if (row.cue >= 0) person.nodes[node].leverage[row.cue] = eliminations_[p].leverage(row);
+      });
+    }
+  }
+
+  /// Covariances of the newest pose [3][3] and of the newest places of people, NaN where a person is not in it.
+  bool covariances(const Model& model, std::array<std::array<double, 3>, 3>& pose,
+                   std::vector<std::array<double, 3>>& places) {
+    if (!linearise(model, 0.0)) return false;
+    const int size = layout_.size(), newest = static_cast<int>(frames.size()) - 1;
+    std::vector<std::vector<double>> rows;
+    for (int c = 0; c < 3; ++c) {
+      std::vector<double> unit(size, 0.0);
+      const int column = layout_.camera(kFrame * newest + c);
+      if (column >= 0) {
+        unit[column] = 1.0;
+        solve_lower(reduced_.hessian, size, unit.data());
+      }
+      rows.push_back(unit);
+    }
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) {
+        pose[a][b] = 0.0;
+        for (int i = 0; i < size; ++i) pose[a][b] += rows[a][i] * rows[b][i];
+      }
+    places.assign(people.size(), {NAN, NAN, NAN});
+    for (std::size_t p = 0; p < people.size(); ++p)
+      if (people[p].last() == newest)
+        places[p] = eliminations_[p].place_covariance(people[p].frames() - 1, reduced_.hessian, size);
+    return true;
+  }
+
+  /// Removes the oldest frame: what its boxes say about people and calibration stays as marginal priors.
+  void marginalise(const Model& model) {
+    mode_costs(frames, model.motion, moving, costs_);
+    if (costs_.size() > 1) {
+      Modes here{};
+      double least = 1e300, sum = 0.0;
+      for (int m = 0; m < kModes; ++m) least = std::min(least, costs_[0][m]);
+      for (int m = 0; m < kModes; ++m) sum += here[m] = mode_prior[m] * std::exp(least - costs_[0][m]);
+      Modes next{};
+      for (int from = 0; from < kModes; ++from)
+        for (int to = 0; to < kModes; ++to) next[to] += here[from] / sum * model.motion.transition[from][to];
+      mode_prior = next;
+    }
+    for (std::size_t p = people.size(); p-- > 0;) {
+      Person& person = people[p];
+      if (person.first > 0) {
+        --person.first;
+        continue;
+      }
+      absorb(person, model);
+      person.nodes.erase(person.nodes.begin());
+      bool known = false;
+      for (const Node& node : person.nodes) known = known || node.seen || node.given;
+      if (!known) {
+        retire(person);
+        people.erase(people.begin() + static_cast<std::ptrdiff_t>(p));
+      }
+    }
+    frames.erase(frames.begin());
+    held = kHeld;
+  }
+
+  const Layout& layout() const { return layout_; }
+
+  /// Largest difference between the rows' gradient and that of the cost by differences, by kind of variable.
+  std::array<double, 5> gradient_errors(const Model& model) {
+    std::array<double, 5> worst{};
+    cost(model);
+    const auto partial = [&](double& value, double analytic, int kind, double h) {
+      const double keep = value;
+      value = keep + h;
+      const double up = cost(model);
+      value = keep - h;
+      const double down = cost(model);
+      value = keep;
+      const double error = std::abs((up - down) / (2 * h) - analytic) / (1.0 + std::abs(analytic));
+      if (error > worst[kind]) worst[kind] = error;
+    };
+    std::vector<std::vector<double>> path(people.size());
+    std::vector<double> height(people.size()), own(people.size()), camera(frames.size() * kFrame);
+    std::array<double, kGlobals> global{};
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      path[p].assign(2 * people[p].frames(), 0.0);
+      const auto add = [&](const Row& row, int) {
+        for (int k = 0; k < row.count; ++k) {
+          const double g = row.w * row.e * row.by[k];
+          const Variable& v = row.variables[k];
+          if (v.kind == Variable::kPath) path[p][v.index] += g;
+          if (v.kind == Variable::kHeight) height[p] += g;
+          if (v.kind == Variable::kOwn) own[p] += g;
+          if (v.kind == Variable::kShared) global[v.index] += g;
+          if (v.kind == Variable::kCamera) camera[v.index] += g;
+        }
+      };
+      person_rows(people[p], frames, calibration, model.people, add);
+      own_rows(people[p], model.people, add);
+      if (people[p].prior.any) {
+        double off[kPrior];
+        Elimination::prior_offsets(people[p], calibration, off);
+        for (int a = 0; a < kPrior; ++a) {
+          double g = -people[p].prior.vector[a];
+          for (int b = 0; b < kPrior; ++b) g += people[p].prior.information[a][b] * off[b];
+          if (a < kPriorPlaces) { if (a < 2 * people[p].frames()) path[p][a] += g; }
+          else if (a == kPriorPlaces) height[p] += g;
+          else if (a == kPriorPlaces + 1) own[p] += g;
+          else global[a - kPriorPlaces - 2] += g;
+        }
+      }
+    }
+    camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held, [&](const Row& row) {
+      for (int k = 0; k < row.count; ++k) {
+        if (row.variables[k].kind == Variable::kCamera) camera[row.variables[k].index] += row.w * row.e * row.by[k];
+        if (row.variables[k].kind == Variable::kShared) global[row.variables[k].index] += row.w * row.e * row.by[k];
+      }
+    });
+    for (int a = 0; a < kGlobals; ++a)
+      if (calibration.free[a]) {
+        global[a] -= calibration.vector[a];
+        for (int b = 0; b < kGlobals; ++b) if (calibration.free[b]) global[a] += calibration.information[a][b] * (calibration.at[b] - calibration.about[b]);
+      }
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      for (int i = 0; i < people[p].frames(); ++i)
+        for (int axis = 0; axis < 2; ++axis) partial(people[p].nodes[i].at[axis], path[p][2 * i + axis], 0, 1e-6);
+      partial(people[p].log_height, height[p], 1, 1e-6);
+      partial(people[p].own_edge, own[p], 2, 1e-6);
+    }
+    for (int g = 0; g < kGlobals; ++g) if (calibration.free[g]) partial(calibration.at[g], global[g], 3, 1e-6);
+    for (std::size_t t = held; t < frames.size(); ++t)
+      if (!frames[t].given) for (int c = 0; c < (calibration.sway_std[0] > 0 ? kFrame : kPose); ++c) partial(frames[t].at[c], camera[t * kFrame + c], 4, 1e-6);
+    return worst;
+  }
+
+ private:
+  struct Saved {
+    std::vector<Frame> frames;
+    std::vector<Person> people;
+    std::array<double, kGlobals> global;
+  };
+  Saved save() const { return {frames, people, calibration.at}; }
+  void restore(const Saved& saved) {
+    frames = saved.frames;
+    people = saved.people;
+    calibration.at = saved.global;
+  }
+
+  double calibration_cost() const {
+    double sum = 0.0;
+    for (int a = 0; a < kGlobals; ++a) {
+      if (!calibration.free[a]) continue;
+      const double off = calibration.at[a] - calibration.about[a];
+      sum -= calibration.vector[a] * off;
+      for (int b = 0; b < kGlobals; ++b)
+        if (calibration.free[b])
+          sum += 0.5 * off * calibration.information[a][b] * (calibration.at[b] - calibration.about[b]);
+    }
+    return sum;
+  }
+
+  /// Builds the reduced system at the present state and factorises it; false if it is not positive definite.
+  bool linearise(const Model& model, double damping) {
+    layout_.globals = 0;
+    for (int g = 0; g < kGlobals; ++g) layout_.global[g] = calibration.free[g] ? layout_.globals++ : -1;
+    layout_.frames = static_cast<int>(frames.size());
+    layout_.held = held;
+    layout_.unknowns = calibration.sway_std[0] > 0.0 ? kFrame : kPose;
+    const int size = layout_.size();
+    reduced_.reset(size);
+    while (eliminations_.size() < people.size()) eliminations_.emplace_back();
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      Elimination& elimination = eliminations_[p];
+      elimination.reset(people[p], layout_, damping);
+      const auto add = [&](const Row& row, int) { elimination.add(row, reduced_); };
+      person_rows(people[p], frames, calibration, model.people, add);
+      own_rows(people[p], model.people, add);
+      elimination.add_prior(people[p], calibration, reduced_);
+      if (!elimination.eliminate(reduced_)) return false;
+    }
+    camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held,
+                [&](const Row& row) { reduced_.add(row, layout_); });
+    for (int a = 0; a < kGlobals; ++a) {
+      const int column = layout_.global[a];
+      if (column < 0) continue;
+      double gradient = calibration.vector[a];
+      for (int b = 0; b < kGlobals; ++b) {
+        if (layout_.global[b] < 0) continue;
+        gradient -= calibration.information[a][b] * (calibration.at[b] - calibration.about[b]);
+        if (layout_.global[b] <= column) reduced_.hessian[column][layout_.global[b]] += calibration.information[a][b];
+      }
+      reduced_.vector[column] += gradient;
+    }
+    for (int i = 0; i < size; ++i) reduced_.hessian[i][i] += damping * std::abs(reduced_.hessian[i][i]) + 1e-9;
+    return cholesky(reduced_.hessian, size);
+  }
+
+  /// Takes the step of the linearised system.
+  void apply() {
+    const int size = layout_.size();
+    std::vector<double> step = reduced_.vector;
+    solve_lower(reduced_.hessian, size, step.data());
+    solve_upper(reduced_.hessian, size, step.data());
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      Person& person = people[p];
+      eliminations_[p].back_substitute(step, own_);
+      for (int i = 0; i < person.frames(); ++i)
+        for (int axis = 0; axis < 2; ++axis) person.nodes[i].at[axis] += own_[2 * i + axis];
+      person.log_height += own_[eliminations_[p].local - 2];
+      person.own_edge += own_[eliminations_[p].local - 1];
+    }
+    for (int t = held; t < layout_.frames; ++t)
+      for (int c = 0; c < layout_.unknowns; ++c) frames[t].at[c] += step[layout_.camera(kFrame * t + c)];
+    for (int g = 0; g < kGlobals; ++g)
+      if (layout_.global[g] >= 0) calibration.at[g] += step[layout_.global[g]];
+  }
+
+  /// Moves what the factors of node 0 say into the person's marginal prior.
+  void absorb(Person& person, const Model& model) {
+    constexpr int kAll = 2 + kPrior;  // the place that leaves, then what the prior is about
+    static thread_local std::array<std::array<double, kAll>, kAll> h;
+    std::array<double, kAll> g{};
+    for (auto& row : h) row.fill(0.0);
+    const auto index = [&](const Variable& v) {
+      if (v.kind == Variable::kPath) return v.index;
+      if (v.kind == Variable::kHeight) return 2 + kPriorPlaces;
+      if (v.kind == Variable::kOwn) return 3 + kPriorPlaces;
+      if (v.kind == Variable::kShared && calibration.free[v.index]) return 4 + kPriorPlaces + v.index;
+      return -1;
+    };
+    const auto add = [&](const Row& row, int) {
+      int at[24], count = 0;
+      double by[24];
+      for (int k = 0; k < row.count; ++k) {
+        const int i = index(row.variables[k]);
+        if (i >= 0) {
+          at[count] = i;
+          by[count++] = row.by[k];
+        }
+      }
+      for (int a = 0; a < count; ++a) {
+        g[at[a]] -= row.w * row.e * by[a];
+        for (int b = 0; b < count; ++b) h[at[a]][at[b]] += row.w * by[a] * by[b];
+      }
+    };
+    std::array<bool, 3> chained{};
+    person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
+      bool leaves = false;
+      for (int k = 0; k < row.count; ++k)
+        leaves = leaves || (row.variables[k].kind == Variable::kPath && row.variables[k].index < 2);
+      if (leaves) {
+        add(row, node);
+        if (row.cue >= 0 && node == 1) chained[row.cue] = true;
+      }
+    });
+    own_rows(person, model.people, add);
+    if (person.prior.any) {
+      double off[kPrior];
+      Elimination::prior_offsets(person, calibration, off);
+      for (int a = 0; a < kPrior; ++a) {
+        const int ia = a < kPriorPlaces ? a : a + 2;  // places 0 … kReach − 1 are nodes 0 … kReach − 1
+        double gradient = person.prior.vector[a];
+        for (int b = 0; b < kPrior; ++b) {
+          const int ib = b < kPriorPlaces ? b : b + 2;
+          gradient -= person.prior.information[a][b] * off[b];
+          h[ia][ib] += person.prior.information[a][b];
+        }
+        g[ia] += gradient;
+      }
+    }
+    // Schur complement on the place that leaves
+    const double a = h[0][0] + 1e-12, b = h[1][0], d = h[1][1] + 1e-12, det = a * d - b * b;
+    MarginalPrior prior;
+    prior.any = true;
+    for (int i = 0; i < kPrior; ++i) {
+      const double u = h[i + 2][0], v = h[i + 2][1];
+      const double cu = (d * u - b * v) / det, cv = (a * v - b * u) / det;
+      for (int j = 0; j < kPrior; ++j) prior.information[i][j] = h[i + 2][j + 2] - cu * h[j + 2][0] - cv * h[j + 2][1];
+      prior.vector[i] = g[i + 2] - cu * g[0] - cv * g[1];
+    }
+    for (int i = 0; i < kPrior; ++i)
+      for (int j = 0; j < i; ++j)
+        prior.information[i][j] = prior.information[j][i] = 0.5 * (prior.information[i][j] + prior.information[j][i]);
+    for (int i = 0; i < kPriorPlaces; ++i)
+      prior.about[i] = i / 2 + 1 < person.frames() ? person.nodes[i / 2 + 1].at[i % 2] : 0.0;
+    prior.about[kPriorPlaces] = person.log_height;
+    prior.about[kPriorPlaces + 1] = person.own_edge;
+    for (int i = 0; i < kGlobals; ++i) prior.about[kPriorPlaces + 2 + i] = calibration.at[i];
+    person.prior = prior;
+    // Factors that reach back to the node are in the prior now.
+    for (int i = 1; i <= kReach && i < person.frames(); ++i) person.nodes[i].walk_absorbed = true;
+    if (person.frames() > 1) person.nodes[1].box_absorbed = chained;
+  }
+
+  /// What a person who leaves says about the calibration.
+  void retire(const Person& person) {
+    const MarginalPrior& prior = person.prior;
+    constexpr int kOwn = kPriorPlaces + 2;
+    Matrix own(kOwn, kOwn);
+    for (int i = 0; i < kOwn; ++i) {
+      for (int j = 0; j <= i; ++j) own[i][j] = prior.information[i][j];
+      own[i][i] += 1e-6;
+    }
+    if (!cholesky(own, kOwn)) return;
+    std::array<std::array<double, kGlobals + 1>, kOwn> x;
+    for (int c = 0; c <= kGlobals; ++c) {
+      double column[kOwn];
+      for (int i = 0; i < kOwn; ++i) column[i] = c < kGlobals ? prior.information[i][kOwn + c] : prior.vector[i];
+      solve_lower(own, kOwn, column);
+      for (int i = 0; i < kOwn; ++i) x[i][c] = column[i];
+    }
+    for (int a = 0; a < kGlobals; ++a) {
+      if (!calibration.free[a]) continue;
+      double vector = prior.vector[kOwn + a];
+      for (int i = 0; i < kOwn; ++i) vector -= x[i][a] * x[i][kGlobals];
+      for (int b = 0; b < kGlobals; ++b) {
+        double information = prior.information[kOwn + a][kOwn + b];
+        for (int i = 0; i < kOwn; ++i) information -= x[i][a] * x[i][b];
+        calibration.information[a][b] += information;
+        vector -= information * (calibration.about[b] - prior.about[kOwn + b]);
+      }
+      calibration.vector[a] += vector;
+    }
+  }
+
+  Layout layout_;
+  Reduced reduced_;
+  std::vector<Elimination> eliminations_;
+  std::vector<Modes> costs_;
+  std::vector<double> own_;
+};
+
+}  // namespace vbbench
