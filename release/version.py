@@ -1,4 +1,4 @@
-"""The version of this source tree. Hatchling runs this file when it builds; it needs git or nothing.
+"""The version of this source tree. scikit-build-core runs this file when it builds; it needs git or nothing.
 
     a commit with the tag v0.4.0, unchanged      0.4.0
     12 commits after the tag v0.3.0              0.4.0.dev12+gabc1234        .dirty at the end: files were changed
@@ -14,13 +14,20 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).parents[1]
 VERSION = r"[0-9]+\.[0-9]+\.[0-9]+(?:(?:a|b|rc)[0-9]+)?"
 """What a version that is released looks like: 0.4.0, 1.0.0rc1."""
 
 _DESCRIBED = re.compile(rf"v(?P<tag>{VERSION})-(?P<since>[0-9]+)-g(?P<commit>[0-9a-f]+)(?P<dirty>-dirty)?")
+
+
+def dynamic_metadata(settings: Mapping[str, Any], project: Mapping[str, Any]) -> dict[str, str]:
+    """The fields of ``[project]`` that pyproject.toml calls dynamic, as the build asks for them."""
+    return {"version": version()}
 
 
 def version(root: Path = ROOT) -> str:
