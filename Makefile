@@ -4,6 +4,8 @@
 # make test-under-load   make test ten times on a busy machine, every second time in reverse order
 # make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
 # make golden  what the solvers score against the committed results; make leaderboard writes and checks them (minutes)
+# make core   the extension modules again, in place, with debug symbols     make sanitize   their tests under sanitizers
+# make format   Python by ruff, C++ by clang-format
 # make packages   all that the tests need
 # make wheel-test   the built wheel in an empty environment, from another folder
 # make browser   the leaderboard's pages in a real browser     make chromium  installs one, on Debian, as root
@@ -16,12 +18,16 @@ SITE ?= out/site
 PLAYED ?= sim street
 WORK := out/leaderboard/again
 SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/field.json)
+CPP := $(shell find baselines/cpp -name '*.?pp')
+CORE := CMakeLists.txt $(CPP)
+CONFIGURE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_IN_PLACE=ON
+SANITIZED := PYTHONMALLOC=malloc ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libubsan.so)"
 KILLS := tests/test_kills.py tests/test_work_folder.py
 WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
-.PHONY: demo test test-slow test-kills test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences packages browser chromium clean
+.PHONY: demo test test-slow test-kills test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences packages browser chromium core sanitize format clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -50,6 +56,15 @@ check: lint types contracts dependencies house results-check
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/clang-format --dry-run -Werror $(CPP)
+
+format: $(VENV)/.dev
+	$(BIN)/ruff format .
+	$(BIN)/clang-format -i $(CPP)
+
+core: $(VENV)/.dev
+	$(CONFIGURE) -S . -B build/core -D CMAKE_BUILD_TYPE=RelWithDebInfo -D VBBENCH_WERROR=ON >build/core.log 2>&1 || { cat build/core.log; false; }
+	$(BIN)/cmake --build build/core
 
 types: $(VENV)/.dev
 	$(BIN)/mypy

@@ -1,82 +1,241 @@
-// Binding of the estimator to Python.
+// Binding of the estimator to Python. Sizes and types of arrays are checked here; what is wrong is a VbbenchError.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
-#include <stdexcept>
+#include <cmath>
+#include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "estimator/estimator.hpp"
+#include "estimator/inspection.hpp"
 
 namespace nb = nanobind;
 using namespace vbbench;
 
-using Doubles = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-using Ints = nb::ndarray<const int, nb::c_contig, nb::device::cpu>;
-using Room = nb::ndarray<double, nb::c_contig, nb::device::cpu>;
+namespace {
+
+template <class T>
+using Array = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
+
+constexpr int kSmallestWindow = 4, kLargestWindow = 400;  ///< frames
+
+[[noreturn]] void refuse(const std::string& problem) {
+  const nb::object error = nb::module_::import_("vbbench.errors").attr("VbbenchError");
+  PyErr_SetString(error.ptr(), problem.c_str());
+  throw nb::python_error();
+}
+
+template <class T>
+constexpr const char* kTypeName = "float64";
+template <>
+constexpr const char* kTypeName<const int> = "int32";
+
+std::string shape_text(const std::vector<std::size_t>& shape) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < shape.size(); ++i) text += (i ? ", " : "") + std::to_string(shape[i]);
+  return text + "]";
+}
+
+/// The array of this type in C order; `shape` where it is given.
+template <class T>
+Array<T> array(const nb::object& value, const char* name, const std::optional<std::vector<std::size_t>>& shape) {
+  Array<T> found;
+  if (!nb::try_cast<Array<T>>(value, found, false))
+    refuse(std::string(name) + " must be an array of " + kTypeName<T> + " in C order" +
+           (std::is_const_v<T> ? "" : " that can be written to"));
+  if (shape) {
+    std::vector<std::size_t> has;
+    for (std::size_t i = 0; i < found.ndim(); ++i) has.push_back(found.shape(i));
+    if (has != *shape) refuse(std::string(name) + " must have the shape " + shape_text(*shape) + ", not " + shape_text(has));
+  }
+  return found;
+}
+
+nb::object numpy(std::vector<double> values, std::vector<std::size_t> shape) {
+  auto kept = std::make_unique<std::vector<double>>(std::move(values));
+  double* data = kept->data();
+  nb::capsule owner(kept.release(), [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, double>(data, shape.size(), shape.data(), owner));
+}
+
+/// The estimator, once `start` has said for how many columns.
+struct Core {
+  Estimator estimator;
+  int columns = -1;
+
+  void set(const std::string& name, double v) {
+    if (!std::isfinite(v)) refuse(name + " must be a finite number");
+    Constants& c = estimator.constants;
+#define NUMBER(n) if (name == #n) { c.n = v; return; }
+    NUMBER(noise_nu) NUMBER(noise_spread) NUMBER(pixel) NUMBER(edge) NUMBER(edge_std) NUMBER(edge_person_std) NUMBER(height_std)
+    NUMBER(tilt_std) NUMBER(mount_std) NUMBER(offset_std) NUMBER(sway_std) NUMBER(sway_time) NUMBER(acceleration)
+    NUMBER(gait_speed) NUMBER(gait_time) NUMBER(walk_nu) NUMBER(walk_people) NUMBER(first_speed) NUMBER(pace)
+    NUMBER(drive_nu) NUMBER(drive_speed) NUMBER(stay)
+    NUMBER(noise_share[0]) NUMBER(noise_share[1]) NUMBER(noise_share[2]) NUMBER(noise_time[0]) NUMBER(noise_time[1])
+    NUMBER(noise_time[2]) NUMBER(drive[0]) NUMBER(drive[1]) NUMBER(drive[2]) NUMBER(slip[0]) NUMBER(slip[1])
+    NUMBER(stand[0]) NUMBER(stand[1]) NUMBER(head_lag[0]) NUMBER(head_lag[1]) NUMBER(head_scale[0])
+    NUMBER(head_scale[1]) NUMBER(head_scale[2])
+#undef NUMBER
+    if (name == "size") {
+      if (v < kSmallestWindow || v > kLargestWindow)
+        refuse("size must be from " + std::to_string(kSmallestWindow) + " to " + std::to_string(kLargestWindow) + " frames");
+      estimator.size = static_cast<int>(v);
+      return;
+    }
+    if (name == "rounds") {
+      if (v < 1 || v > 1000) refuse("rounds must be from 1 to 1000");
+      estimator.rounds = static_cast<int>(v);
+      return;
+    }
+    if (name == "least") {
+      estimator.least = v;
+      return;
+    }
+    refuse("no constant is called " + name);
+  }
+
+  template <class T>
+  static T fact(const nb::dict& facts, const char* name) {
+    T value{};
+    if (!facts.contains(name)) refuse(std::string(name) + " is missing");
+    if (!nb::try_cast<T>(facts[name], value)) refuse(std::string(name) + " has the wrong type");
+    return value;
+  }
+  static double number(const nb::dict& facts, const char* name, bool positive) {
+    const double value = fact<double>(facts, name);
+    if (!std::isfinite(value) || value < 0.0 || (positive && value == 0.0))
+      refuse(std::string(name) + " must be a number " + (positive ? "above 0" : "of at least 0"));
+    return value;
+  }
+
+  void start(const nb::dict& facts) {
+    Recording r;
+    r.dt = number(facts, "dt", true);
+    r.height_mean = number(facts, "height_mean", true);
+    r.height_std = number(facts, "height_std", false);
+    r.pixel_std = number(facts, "pixel_std", false);
+    r.box_std = number(facts, "box_std", false);
+    r.tilt_std = number(facts, "tilt_std", false);
+    r.mount_std = number(facts, "mount_height_std", false);
+    r.mount_height = number(facts, "mount_height", true);
+    r.columns = fact<int>(facts, "columns");
+    if (r.columns < 0) refuse("columns must be at least 0");
+    r.known_calibration = fact<bool>(facts, "known_calibration");
+    r.covariances = fact<bool>(facts, "covariances");
+    const int carrier = fact<int>(facts, "carrier");
+    if (carrier < 0 || carrier > 3) refuse("carrier must be from 0 to 3");
+    r.carrier = static_cast<Carrier>(carrier);
+    estimator.start(r);
+    columns = r.columns;
+  }
+
+  std::size_t people() const {
+    if (columns < 0) refuse("start comes before this");
+    return static_cast<std::size_t>(columns);
+  }
+
+  bool step(const nb::object& boxes, const nb::object& cut, const nb::object& poses, const nb::object& positions,
+            const nb::object& motion, const nb::object& motion_covariance, const nb::object& pose,
+            const nb::object& pose_covariance, const nb::object& places, const nb::object& place_covariances,
+            const nb::object& heights) {
+    using Shape = std::vector<std::size_t>;
+    const std::size_t k = people();
+    const auto in_boxes = array<const double>(boxes, "boxes", Shape{k, 5});
+    const auto in_cut = array<const int>(cut, "cut", Shape{k});
+    const auto in_poses = array<const double>(poses, "poses", Shape{3, 3});
+    const auto in_positions = array<const double>(positions, "positions", Shape{3, k, 2});
+    const auto in_motion = array<const double>(motion, "motion", Shape{3});
+    const auto in_covariance = array<const double>(motion_covariance, "motion_covariance", Shape{3, 3});
+    const auto out_pose = array<double>(pose, "pose", Shape{3});
+    const auto out_covariance = array<double>(pose_covariance, "pose_covariance", Shape{3, 3});
+    const auto out_places = array<double>(places, "places", Shape{k, 2});
+    const auto out_spreads = array<double>(place_covariances, "place_covariances", Shape{k, 2, 2});
+    const auto out_heights = array<double>(heights, "heights", Shape{k});
+    const Input input{in_boxes.data(),     in_cut.data(),    in_poses.data(),
+                      in_positions.data(), in_motion.data(), in_covariance.data()};
+    Output output{out_pose.data(), out_covariance.data(), out_places.data(), out_spreads.data(), out_heights.data()};
+    estimator.step(input, output);
+    return output.converged;
+  }
+
+  void forget(const nb::object& indices) {
+    const std::size_t k = people();
+    const auto found = array<const int>(indices, "columns", std::nullopt);
+    for (std::size_t i = 0; i < found.size(); ++i)
+      if (found.data()[i] < 0 || found.data()[i] >= static_cast<int>(k))
+        refuse("columns must be from 0 to " + std::to_string(static_cast<int>(k) - 1) + ", not " + std::to_string(found.data()[i]));
+    estimator.forget(found.data(), static_cast<int>(found.size()));
+  }
+
+  std::vector<double> gradient_errors() {
+    people();
+    const auto errors = estimator.gradient_errors();
+    return {errors.begin(), errors.end()};
+  }
+
+  double cost() const {
+    people();
+    Window window = estimator.window();
+    return window.cost(estimator.model());
+  }
+
+  nb::dict linear_system() const {
+    people();
+    Window window = estimator.window();
+    window.cost(estimator.model());
+    DenseSystem system = dense_system(window, estimator.model());
+    const std::size_t rows = system.residuals.size(), n = static_cast<std::size_t>(system.size);
+    nb::dict out;
+    out["residuals"] = numpy(std::move(system.residuals), {rows});
+    out["weights"] = numpy(std::move(system.weights), {rows});
+    out["jacobian"] = numpy(std::move(system.jacobian), {rows, n});
+    out["information"] = numpy(std::move(system.information), {n, n});
+    out["gradient"] = numpy(std::move(system.gradient), {n});
+    out["free"] = numpy(std::move(system.free), {n});
+    return out;
+  }
+
+  nb::object eliminated_step() const {
+    people();
+    std::vector<double> step = vbbench::eliminated_step(estimator.window(), estimator.model());
+    const std::size_t n = step.size();
+    return numpy(std::move(step), {n});
+  }
+
+  std::vector<double> calibration() const {
+    const auto& at = estimator.window().calibration.at;
+    return {at.begin(), at.end()};
+  }
+
+  std::vector<double> modes() const {
+    const auto& posterior = estimator.window().posterior;
+    if (posterior.empty()) return {};
+    return {posterior.back().begin(), posterior.back().end()};
+  }
+};
+
+}  // namespace
 
 NB_MODULE(_core, m) {
   m.doc() = "The estimator in C++.";
-  nb::class_<Estimator>(m, "Estimator")
+  nb::class_<Core>(m, "Estimator", "Sliding-window maximum a posteriori estimate of poses, calibration and people's paths.")
       .def(nb::init<>())
-      .def("set", [](Estimator& e, const std::string& name, double v) {
-        Constants& c = e.constants;
-#define NUMBER(n) if (name == #n) { c.n = v; return; }
-        NUMBER(noise_nu) NUMBER(noise_spread) NUMBER(pixel) NUMBER(edge) NUMBER(edge_std) NUMBER(edge_person_std) NUMBER(height_std)
-        NUMBER(tilt_std) NUMBER(mount_std) NUMBER(offset_std) NUMBER(sway_std) NUMBER(sway_time) NUMBER(acceleration)
-        NUMBER(gait_speed) NUMBER(gait_time) NUMBER(walk_nu) NUMBER(walk_people) NUMBER(first_speed) NUMBER(pace)
-        NUMBER(drive_nu) NUMBER(drive_speed) NUMBER(stay)
-        NUMBER(noise_share[0]) NUMBER(noise_share[1]) NUMBER(noise_share[2]) NUMBER(noise_time[0]) NUMBER(noise_time[1])
-        NUMBER(noise_time[2]) NUMBER(drive[0]) NUMBER(drive[1]) NUMBER(drive[2]) NUMBER(slip[0]) NUMBER(slip[1])
-        NUMBER(stand[0]) NUMBER(stand[1]) NUMBER(head_lag[0]) NUMBER(head_lag[1]) NUMBER(head_scale[0])
-        NUMBER(head_scale[1]) NUMBER(head_scale[2])
-#undef NUMBER
-        if (name == "size") { e.size = static_cast<int>(v); return; }
-        if (name == "rounds") { e.rounds = static_cast<int>(v); return; }
-        if (name == "least") { e.least = v; return; }
-        throw std::invalid_argument("no constant is called " + name);
-      })
-      .def("start", [](Estimator& e, nb::dict facts) {
-        Recording r;
-        const auto number = [&](const char* name) { return nb::cast<double>(facts[name]); };
-        r.dt = number("dt");
-        r.height_mean = number("height_mean");
-        r.height_std = number("height_std");
-        r.pixel_std = number("pixel_std");
-        r.box_std = number("box_std");
-        r.tilt_std = number("tilt_std");
-        r.mount_std = number("mount_height_std");
-        r.mount_height = number("mount_height");
-        r.columns = nb::cast<int>(facts["columns"]);
-        r.known_calibration = nb::cast<bool>(facts["known_calibration"]);
-        r.covariances = nb::cast<bool>(facts["covariances"]);
-        r.carrier = static_cast<Carrier>(nb::cast<int>(facts["carrier"]));
-        e.start(r);
-      })
-      .def("step",
-           [](Estimator& e, Doubles boxes, Ints cut, Doubles poses, Doubles positions, Doubles motion,
-              Doubles motion_covariance, Room pose, Room pose_covariance, Room places, Room place_covariances,
-              Room heights) {
-             Input input{boxes.data(), cut.data(), poses.data(), positions.data(), motion.data(), motion_covariance.data()};
-             Output output{pose.data(), pose_covariance.data(), places.data(), place_covariances.data(), heights.data()};
-             e.step(input, output);
-             return output.converged;
-           })
-      .def("forget", [](Estimator& e, Ints columns) { e.forget(columns.data(), static_cast<int>(columns.size())); })
-      .def("gradient_errors", [](Estimator& e) {
-        nb::list out;
-        for (double v : e.gradient_errors()) out.append(v);
-        return out;
-      })
-      .def("calibration", [](const Estimator& e) {
-        nb::list out;
-        for (double v : e.window().calibration.at) out.append(v);
-        return out;
-      })
-      .def("modes", [](const Estimator& e) {
-        nb::list out;
-        if (!e.window().posterior.empty())
-          for (double v : e.window().posterior.back()) out.append(v);
-        return out;
-      });
+      .def("set", &Core::set, nb::arg("name"), nb::arg("value"), "Sets one of the constants, or size, rounds or least.")
+      .def("start", &Core::start, nb::arg("facts"), "Begins a recording.")
+      .def("step", &Core::step, nb::arg("boxes"), nb::arg("cut"), nb::arg("poses"), nb::arg("positions"), nb::arg("motion"),
+           nb::arg("motion_covariance"), nb::arg("pose"), nb::arg("pose_covariance"), nb::arg("places"),
+           nb::arg("place_covariances"), nb::arg("heights"),
+           "Takes a frame's boxes and what is given of it, and writes its estimate into the last five arrays.")
+      .def("forget", &Core::forget, nb::arg("columns"), "From the next frame on these columns are new people.")
+      .def("gradient_errors", &Core::gradient_errors,
+           "Largest relative errors of the gradient by path, height, own edge, calibration and camera.")
+      .def("cost", &Core::cost, "Negative log posterior of the window, up to a constant.")
+      .def("linear_system", &Core::linear_system, "The window's rows and Gaussian priors, dense.")
+      .def("eliminated_step", &Core::eliminated_step, "The undamped Gauss-Newton step of the window, by elimination.")
+      .def("calibration", &Core::calibration, "The seven numbers of the shared calibration.")
+      .def("modes", &Core::modes, "Posterior of the motion modes in the newest step.");
 }

@@ -135,6 +135,7 @@ class Estimator {
 
   double variance() const { return variance_; }
   const Window& window() const { return window_; }
+  const Model& model() const { return model_; }
   std::array<double, 5> gradient_errors() { return window_.gradient_errors(model_); }
 
  private:

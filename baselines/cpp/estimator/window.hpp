@@ -167,6 +167,13 @@ class Window {
 
   const Layout& layout() const { return layout_; }
 
+  /// Takes one step with this damping, whatever becomes of the cost; false if the system is not positive definite.
+  bool take_step(const Model& model, double damping) {
+    if (!linearise(model, damping)) return false;
+    apply();
+    return true;
+  }
+
   /// Largest difference between the rows' gradient and that of the cost by differences, by kind of variable.
   std::array<double, 5> gradient_errors(const Model& model) {
     std::array<double, 5> worst{};

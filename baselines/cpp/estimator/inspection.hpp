@@ -1,0 +1,143 @@
+// The linear system of a window, dense and written out, for tests: what elimination solves must be its solution.
+#pragma once
+
+#include <vector>
+
+#include "window.hpp"
+
+namespace vbbench {
+
+/// Columns of the dense system: of each person the path, log height and own edge; the globals; the frames.
+class DenseColumns {
+ public:
+  explicit DenseColumns(const Window& window) {
+    for (const Person& person : window.people) {
+      begin_.push_back(size_);
+      size_ += 2 * person.frames() + 2;
+    }
+    globals_ = size_;
+    frames_ = globals_ + kGlobals;
+    size_ = frames_ + kFrame * static_cast<int>(window.frames.size());
+  }
+
+  int size() const { return size_; }
+  int global(int index) const { return globals_ + index; }
+  int camera(int index) const { return frames_ + index; }
+  int own(const Window& window, int person, int index) const {  ///< 0: log height, 1: own edge
+    return begin_[person] + 2 * window.people[person].frames() + index;
+  }
+  int path(int person, int index) const { return begin_[person] + index; }
+
+  int of(const Window& window, int person, const Variable& v) const {
+    if (v.kind == Variable::kPath) return path(person, v.index);
+    if (v.kind == Variable::kHeight) return own(window, person, 0);
+    if (v.kind == Variable::kOwn) return own(window, person, 1);
+    return v.kind == Variable::kShared ? global(v.index) : camera(v.index);
+  }
+
+  /// The state in this order.
+  std::vector<double> state(const Window& window) const {
+    std::vector<double> x;
+    for (const Person& person : window.people) {
+      for (const Node& node : person.nodes) x.insert(x.end(), node.at.begin(), node.at.end());
+      x.push_back(person.log_height);
+      x.push_back(person.own_edge);
+    }
+    x.insert(x.end(), window.calibration.at.begin(), window.calibration.at.end());
+    for (const Frame& frame : window.frames) x.insert(x.end(), frame.at.begin(), frame.at.end());
+    return x;
+  }
+
+  /// Which of them the window solves for.
+  std::vector<double> free(const Window& window) const {
+    std::vector<double> mask(size_, 1.0);
+    for (int g = 0; g < kGlobals; ++g) mask[global(g)] = window.calibration.free[g];
+    for (int t = 0; t < static_cast<int>(window.frames.size()); ++t)
+      for (int c = 0; c < kFrame; ++c)
+        mask[camera(kFrame * t + c)] = t >= window.held && (c < kPose || window.calibration.sway_std[0] > 0.0);
+    return mask;
+  }
+
+ private:
+  std::vector<int> begin_;
+  int globals_ = 0, frames_ = 0, size_ = 0;
+};
+
+/// ½ Σ w e² of the rows, and ½ xᵀ Λ x + gᵀ x of the Gaussian priors at the present state.
+struct DenseSystem {
+  int size = 0;
+  std::vector<double> residuals, weights, jacobian;  ///< [R], [R], [R][N]
+  std::vector<double> information, gradient;         ///< [N][N], [N]
+  std::vector<double> free;                          ///< [N]
+};
+
+inline DenseSystem dense_system(const Window& window, const Model& model) {
+  const DenseColumns columns(window);
+  DenseSystem out;
+  const int n = out.size = columns.size();
+  out.information.assign(static_cast<std::size_t>(n) * n, 0.0);
+  out.gradient.assign(n, 0.0);
+  out.free = columns.free(window);
+  const auto add = [&](const Row& row, int person) {
+    out.residuals.push_back(row.e);
+    out.weights.push_back(row.w);
+    const std::size_t begin = out.jacobian.size();
+    out.jacobian.resize(begin + n, 0.0);
+    for (int k = 0; k < row.count; ++k)
+      out.jacobian[begin + columns.of(window, person, row.variables[k])] += row.by[k];
+  };
+  const int people = static_cast<int>(window.people.size());
+  for (int p = 0; p < people; ++p) {
+    const Person& person = window.people[p];
+    person_rows(person, window.frames, window.calibration, model.people, [&](const Row& row, int) { add(row, p); });
+    own_rows(person, model.people, [&](const Row& row, int) { add(row, p); });
+    if (!person.prior.any) continue;
+    double off[kPrior];
+    int at[kPrior];
+    Elimination::prior_offsets(person, window.calibration, off);
+    for (int a = 0; a < kPrior; ++a) {
+      if (a < kPriorPlaces) {
+        at[a] = a < 2 * person.frames() ? columns.path(p, a) : -1;
+      } else if (a < kPriorPlaces + 2) {
+        at[a] = columns.own(window, p, a - kPriorPlaces);
+      } else {
+        at[a] = columns.global(a - kPriorPlaces - 2);
+      }
+    }
+    for (int a = 0; a < kPrior; ++a) {
+      if (at[a] < 0) continue;
+      out.gradient[at[a]] -= person.prior.vector[a];
+      for (int b = 0; b < kPrior; ++b) {
+        out.gradient[at[a]] += person.prior.information[a][b] * off[b];
+        if (at[b] >= 0) out.information[static_cast<std::size_t>(at[a]) * n + at[b]] += person.prior.information[a][b];
+      }
+    }
+  }
+  camera_rows(window.frames, window.calibration, model.motion, window.posterior, model.sway_memory, window.held,
+              [&](const Row& row) { add(row, -1); });
+  const Calibration& calibration = window.calibration;
+  for (int a = 0; a < kGlobals; ++a) {
+    out.gradient[columns.global(a)] -= calibration.vector[a];
+    for (int b = 0; b < kGlobals; ++b) {
+      if (!calibration.free[a] || !calibration.free[b]) continue;
+      const double information = calibration.information[a][b];
+      out.gradient[columns.global(a)] += information * (calibration.at[b] - calibration.about[b]);
+      out.information[static_cast<std::size_t>(columns.global(a)) * n + columns.global(b)] += information;
+    }
+  }
+  return out;
+}
+
+/// The undamped step that elimination takes from the present state; empty if the system is not positive definite.
+inline std::vector<double> eliminated_step(const Window& window, const Model& model) {
+  Window moved = window;
+  moved.cost(model);  // posteriors of the modes at the present state
+  const DenseColumns columns(window);
+  if (!moved.take_step(model, 0.0)) return {};
+  std::vector<double> after = columns.state(moved);
+  const std::vector<double> before = columns.state(window);
+  for (std::size_t i = 0; i < after.size(); ++i) after[i] -= before[i];
+  return after;
+}
+
+}  // namespace vbbench
