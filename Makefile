@@ -20,8 +20,7 @@ WORK := out/leaderboard/again
 SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/field.json)
 CPP := $(shell find baselines/cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
-CONFIGURE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_IN_PLACE=ON
-SANITIZED := PYTHONMALLOC=malloc ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libubsan.so)"
+CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
 KILLS := tests/test_kills.py tests/test_work_folder.py
 WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile
@@ -33,7 +32,7 @@ demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
 	$(BIN)/vbbench demo --out $(DEMO) --jobs 2
 
-test: $(VENV)/.dev
+test: core
 	$(BIN)/python -m pytest $(QUICK)
 
 test-slow: $(VENV)/.dev
@@ -63,8 +62,15 @@ format: $(VENV)/.dev
 	$(BIN)/clang-format -i $(CPP)
 
 core: $(VENV)/.dev
-	$(CONFIGURE) -S . -B build/core -D CMAKE_BUILD_TYPE=RelWithDebInfo -D VBBENCH_WERROR=ON >build/core.log 2>&1 || { cat build/core.log; false; }
+	@mkdir -p build
+	@$(CMAKE) -B build/core -D CMAKE_BUILD_TYPE=RelWithDebInfo -D VBBENCH_IN_PLACE=ON >build/core.log 2>&1 || { cat build/core.log; exit 1; }
 	$(BIN)/cmake --build build/core
+	@touch $(VENV)/.runtime
+
+sanitize: $(VENV)/.dev
+	$(CMAKE) -B build/sanitized -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_FLAGS=-O1 -D VBBENCH_SANITIZE=address,undefined
+	$(BIN)/cmake --build build/sanitized
+	ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" $(BIN)/python -m tests.sanitized build/sanitized tests/test_smoother.py
 
 types: $(VENV)/.dev
 	$(BIN)/mypy
@@ -97,7 +103,7 @@ leaderboard: $(VENV)/.dev
 	$(BIN)/vbbench leaderboard rerun --jobs 2 --update
 	$(BIN)/vbbench leaderboard check
 
-wheel-test: $(VENV)/.dev
+wheel-test: core
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh
 
 site: $(VENV)/.docs
@@ -122,7 +128,7 @@ chromium:
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.runtime: $(VENV)/bin/python pyproject.toml constraints.txt
+$(VENV)/.runtime: $(VENV)/bin/python pyproject.toml constraints.txt $(CORE)
 	$(PIP) install --quiet --editable .
 	touch $@
 
@@ -131,7 +137,7 @@ $(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
 	touch $@ $(VENV)/.runtime
 
 $(VENV)/.extras: $(VENV)/.dev
-	$(PIP) install --quiet --editable '.[dask,onnx,pyrender,pysocialforce,robot,torch,viewer]'
+	$(PIP) install --quiet --no-build-isolation --editable '.[dask,onnx,pyrender,pysocialforce,robot,torch,viewer]'
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.runtime
@@ -139,4 +145,4 @@ $(VENV)/.docs: $(VENV)/.runtime
 	touch $@
 
 clean:
-	rm -rf $(VENV) out dist docs/tutorials/notebooks .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) out dist build baselines/vbbench_baselines/_core.*.so docs/tutorials/notebooks .mypy_cache .ruff_cache .pytest_cache .hypothesis

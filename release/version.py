@@ -25,7 +25,7 @@ VERSION = r"[0-9]+\.[0-9]+\.[0-9]+(?:(?:a|b|rc)[0-9]+)?"
 _DESCRIBED = re.compile(rf"v(?P<tag>{VERSION})-(?P<since>[0-9]+)-g(?P<commit>[0-9a-f]+)(?P<dirty>-dirty)?")
 
 
-def dynamic_metadata(settings: Mapping[str, Any], project: Mapping[str, Any]) -> dict[str, str]:
+def dynamic_metadata(_settings: Mapping[str, Any], _project: Mapping[str, Any]) -> dict[str, str]:
     """The fields of ``[project]`` that pyproject.toml calls dynamic, as the build asks for them."""
     return {"version": version()}
 

@@ -47,7 +47,7 @@ def room(tmp_path: Path) -> Path:
 
 def test_a_sound_release_is_told_with_its_size(room: Path) -> None:
     assert check(room / "dist", room / "tree" / "tree.whl") == (
-        "vbbench 0.4.0: wheel and sdist of 0 kB and 0 kB, 2 files"
+        "vbbench 0.4.0: 1 wheel and sdist of 0 kB and 0 kB, 2 files"
     )
 
 
@@ -59,17 +59,41 @@ def complaint(room: Path) -> str:
 
 def test_a_file_that_the_sdist_lost_is_named(room: Path) -> None:
     wheel(room / "tree" / "tree.whl", FACTS.format("0.4.0"), **{"vbbench/paper.toml": "a"})
-    assert complaint(room) == "wheels of the sdist and of the tree differ in vbbench/paper.toml"
+    assert complaint(room) == ("vbbench-0.4.0-py3-none-any.whl and the wheel of the tree differ in vbbench/paper.toml")
 
 
 def test_two_versions_are_refused(room: Path) -> None:
     sdist(room / "dist" / "vbbench-0.4.0.tar.gz", FACTS.format("0.3.9"))
-    assert complaint(room) == "the wheel is 0.4.0, the sdist 0.3.9; build both anew"
+    assert complaint(room) == "vbbench-0.4.0-py3-none-any.whl is 0.4.0, the sdist 0.3.9; build all again"
 
 
-def test_a_second_wheel_is_refused(room: Path) -> None:
-    wheel(room / "dist" / "other.whl", FACTS.format("0.4.0"))
-    assert "2 files *.whl; one is wanted" in complaint(room)
+def compiled(ending: str, bytes_: str) -> dict[str, str]:
+    return {
+        f"vbbench/_core{ending}": bytes_,
+        "vbbench-0.4.0.dist-info/WHEEL": f"Tag: {ending}",
+        "vbbench-0.4.0.dist-info/RECORD": bytes_,
+    }
+
+
+def test_wheels_of_several_platforms_have_modules_of_one_name(room: Path) -> None:
+    (room / "dist" / "vbbench-0.4.0-py3-none-any.whl").unlink()
+    for platform, ending in (("linux", ".cpython-311-x86_64-linux-gnu.so"), ("mac", ".abi3.so"), ("win", ".pyd")):
+        wheel(room / "dist" / f"{platform}.whl", FACTS.format("0.4.0"), **compiled(ending, platform))
+    wheel(room / "tree" / "tree.whl", FACTS.format("0.4.0"), **compiled(".so", "tree"))
+    assert "3 wheels and sdist" in check(room / "dist", room / "tree" / "tree.whl")
+    wheel(room / "dist" / "mac.whl", FACTS.format("0.4.0"))
+    assert complaint(room) == "mac.whl and the wheel of the tree differ in vbbench/_core"
+
+
+@pytest.mark.parametrize(("kind", "problem"), [("*.whl", "no wheel"), ("*.tar.gz", "0 files")])
+def test_a_kind_that_is_missing_is_named(room: Path, kind: str, problem: str) -> None:
+    next((room / "dist").glob(kind)).unlink()
+    assert problem in complaint(room)
+
+
+def test_a_second_sdist_is_refused(room: Path) -> None:
+    sdist(room / "dist" / "other-0.4.0.tar.gz", FACTS.format("0.4.0"))
+    assert "2 files *.tar.gz; one is wanted" in complaint(room)
 
 
 def test_a_large_one_is_refused(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds sdist and wheel, checks both, installs each into an empty environment and uses it from another folder.
-# With a folder DIST, what was built and tried stays there, for a release.
+# With a folder DIST, what was built and tried stays there, for a release; the wheel of the tree is in DIST/tree.
 set -eu
 here=$(pwd)
 python=${PYTHON:-python3}
@@ -33,7 +33,10 @@ test "$status" = 2
 grep -q "pip install 'vbbench\[render\]'" message
 "$room/venv/bin/python" -c "
 import vbbench, vbbench_generators, vbbench_baselines, vbbench_renderers, vbbench_leaderboards
+from vbbench_baselines import _core
 assert 'site-packages' in vbbench.__file__, vbbench.__file__
+assert 'site-packages' in _core.__file__, _core.__file__
+_core.Estimator()
 from vbbench_baselines.joint_map.prior import PRIORS, get_prior
 for name in PRIORS:  # files, too
     get_prior(name)
@@ -46,5 +49,5 @@ test -s mine/mysolver.py
 "$room/venv/bin/vbbench" leaderboard build --out site
 test -s site/index.html && test -s site/assets/page.css && test -s site/assets/player.js
 test -s site/tables/hotel/sequential-field.tex
-if [ -n "${DIST:-}" ]; then mkdir -p "$here/$DIST" && cp "$room"/dist/* "$here/$DIST"; fi
+if [ -n "${DIST:-}" ]; then mkdir -p "$here/$DIST" && cp -r "$room"/dist/* "$room/tree" "$here/$DIST"; fi
 echo "wheel: wheel and sdist installed and used from another folder"

@@ -218,6 +218,9 @@ struct Core {
   }
 };
 
+/// An argument that `array` checks, None included.
+auto array_arg(const char* name) { return nb::arg(name).none(); }
+
 }  // namespace
 
 NB_MODULE(_core, m) {
@@ -226,11 +229,11 @@ NB_MODULE(_core, m) {
       .def(nb::init<>())
       .def("set", &Core::set, nb::arg("name"), nb::arg("value"), "Sets one of the constants, or size, rounds or least.")
       .def("start", &Core::start, nb::arg("facts"), "Begins a recording.")
-      .def("step", &Core::step, nb::arg("boxes"), nb::arg("cut"), nb::arg("poses"), nb::arg("positions"), nb::arg("motion"),
-           nb::arg("motion_covariance"), nb::arg("pose"), nb::arg("pose_covariance"), nb::arg("places"),
-           nb::arg("place_covariances"), nb::arg("heights"),
+      .def("step", &Core::step, array_arg("boxes"), array_arg("cut"), array_arg("poses"), array_arg("positions"), array_arg("motion"),
+           array_arg("motion_covariance"), array_arg("pose"), array_arg("pose_covariance"), array_arg("places"),
+           array_arg("place_covariances"), array_arg("heights"),
            "Takes a frame's boxes and what is given of it, and writes its estimate into the last five arrays.")
-      .def("forget", &Core::forget, nb::arg("columns"), "From the next frame on these columns are new people.")
+      .def("forget", &Core::forget, array_arg("columns"), "From the next frame on these columns are new people.")
       .def("gradient_errors", &Core::gradient_errors,
            "Largest relative errors of the gradient by path, height, own edge, calibration and camera.")
       .def("cost", &Core::cost, "Negative log posterior of the window, up to a constant.")

@@ -54,8 +54,10 @@ class Estimator:
         """Negative log posterior of the window, up to a constant."""
 
     def linear_system(self) -> dict[str, FloatArray]:
-        """The rows of the window and its Gaussian priors: residuals [R], weights [R], jacobian [R, N], information [N, N],
-        gradient [N], and which of the N variables are free.
+        """The window's rows and its Gaussian priors.
+
+        ``residuals``, ``weights`` [R] and ``jacobian`` [R, N] of the rows, ``information`` [N, N] and ``gradient`` [N]
+        of the priors, and which of the N variables are ``free``.
         """
 
     def eliminated_step(self) -> FloatArray:

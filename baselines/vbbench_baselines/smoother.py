@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench.geometry import IntArray
+from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines import _core
 from vbbench_baselines.common.bearings import bearings_of
 
@@ -22,6 +22,7 @@ class Smoother:
             self._core.set(name.replace("__", "[") + "]" * ("__" in name), value)
 
     def start(self, problem: Problem) -> None:
+        """Begin a sequence."""
         self._problem = problem
         known = problem.tilt_std == 0.0 and problem.mount_height_std == 0.0 and problem.box_std == 0.0
         self._core.start(
@@ -42,6 +43,7 @@ class Smoother:
         )
 
     def step(self, frame: Frame) -> FrameEstimate:
+        """Answer for this frame."""
         problem, people = self._problem, len(self._problem.tracks)
         b = bearings_of(problem.camera, frame.observations)
         boxes = np.stack([b.azimuth, b.foot, b.length, b.size, b.width], axis=-1)
@@ -70,4 +72,5 @@ class Smoother:
         return FrameEstimate(pose=pose, positions=places, converged=converged, heights=heights, **report)
 
     def forget(self, columns: IntArray) -> None:
+        """From the next frame on these columns are new people."""
         self._core.forget(np.ascontiguousarray(columns, np.int32))
