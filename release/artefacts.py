@@ -2,9 +2,9 @@
 
     python -m release.artefacts dist tree.whl
 
-All must be small, with valid metadata, the same version and a description that renders. The wheels, which are built from
-the sdist for each platform, must have the same files as ``tree.whl``, which is built from the source tree: nothing is lost
-in the sdist. Compiled modules are compared by their names, since compilers need not write the same bytes.
+All must be small, with valid metadata, the same version and a description that renders. The wheels, which are built
+from the sdist for each platform, must have the same files as ``tree.whl``, which is built from the source tree: nothing
+is lost in the sdist. Compiled modules are compared by their names, since compilers need not write the same bytes.
 """
 
 import sys
