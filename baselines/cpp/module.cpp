@@ -50,7 +50,8 @@ Array<T> array(const nb::object& value, const char* name, const std::optional<st
   if (shape) {
     std::vector<std::size_t> has;
     for (std::size_t i = 0; i < found.ndim(); ++i) has.push_back(found.shape(i));
-    if (has != *shape) refuse(std::string(name) + " must have the shape " + shape_text(*shape) + ", not " + shape_text(has));
+    if (has != *shape)
+      refuse(std::string(name) + " must have the shape " + shape_text(*shape) + ", not " + shape_text(has));
   }
   return found;
 }
@@ -70,19 +71,25 @@ struct Core {
   void set(const std::string& name, double v) {
     if (!std::isfinite(v)) refuse(name + " must be a finite number");
     Constants& c = estimator.constants;
-#define NUMBER(n) if (name == #n) { c.n = v; return; }
-    NUMBER(noise_nu) NUMBER(noise_spread) NUMBER(pixel) NUMBER(edge) NUMBER(edge_std) NUMBER(edge_person_std) NUMBER(height_std)
-    NUMBER(tilt_std) NUMBER(mount_std) NUMBER(offset_std) NUMBER(sway_std) NUMBER(sway_time) NUMBER(acceleration)
-    NUMBER(gait_speed) NUMBER(gait_time) NUMBER(walk_nu) NUMBER(walk_people) NUMBER(first_speed) NUMBER(pace)
-    NUMBER(drive_nu) NUMBER(drive_speed) NUMBER(stay)
-    NUMBER(noise_share[0]) NUMBER(noise_share[1]) NUMBER(noise_share[2]) NUMBER(noise_time[0]) NUMBER(noise_time[1])
-    NUMBER(noise_time[2]) NUMBER(drive[0]) NUMBER(drive[1]) NUMBER(drive[2]) NUMBER(slip[0]) NUMBER(slip[1])
-    NUMBER(stand[0]) NUMBER(stand[1]) NUMBER(head_lag[0]) NUMBER(head_lag[1]) NUMBER(head_scale[0])
-    NUMBER(head_scale[1]) NUMBER(head_scale[2])
+#define NUMBER(n)   \
+  if (name == #n) { \
+    c.n = v;        \
+    return;         \
+  }
+    NUMBER(noise_nu)
+    NUMBER(noise_spread) NUMBER(pixel) NUMBER(edge) NUMBER(edge_std) NUMBER(edge_person_std) NUMBER(height_std)
+        NUMBER(tilt_std) NUMBER(mount_std) NUMBER(offset_std) NUMBER(sway_std) NUMBER(sway_time) NUMBER(acceleration)
+            NUMBER(gait_speed) NUMBER(gait_time) NUMBER(walk_nu) NUMBER(walk_people) NUMBER(first_speed) NUMBER(pace)
+                NUMBER(drive_nu) NUMBER(drive_speed) NUMBER(stay) NUMBER(noise_share[0]) NUMBER(noise_share[1])
+                    NUMBER(noise_share[2]) NUMBER(noise_time[0]) NUMBER(noise_time[1]) NUMBER(noise_time[2])
+                        NUMBER(drive[0]) NUMBER(drive[1]) NUMBER(drive[2]) NUMBER(slip[0]) NUMBER(slip[1])
+                            NUMBER(stand[0]) NUMBER(stand[1]) NUMBER(head_lag[0]) NUMBER(head_lag[1])
+                                NUMBER(head_scale[0]) NUMBER(head_scale[1]) NUMBER(head_scale[2])
 #undef NUMBER
-    if (name == "size") {
+                                    if (name == "size") {
       if (v < kSmallestWindow || v > kLargestWindow)
-        refuse("size must be from " + std::to_string(kSmallestWindow) + " to " + std::to_string(kLargestWindow) + " frames");
+        refuse("size must be from " + std::to_string(kSmallestWindow) + " to " + std::to_string(kLargestWindow) +
+               " frames");
       estimator.size = static_cast<int>(v);
       return;
     }
@@ -167,7 +174,8 @@ struct Core {
     const auto found = array<const int>(indices, "columns", std::nullopt);
     for (std::size_t i = 0; i < found.size(); ++i)
       if (found.data()[i] < 0 || found.data()[i] >= static_cast<int>(k))
-        refuse("columns must be from 0 to " + std::to_string(static_cast<int>(k) - 1) + ", not " + std::to_string(found.data()[i]));
+        refuse("columns must be from 0 to " + std::to_string(static_cast<int>(k) - 1) + ", not " +
+               std::to_string(found.data()[i]));
     estimator.forget(found.data(), static_cast<int>(found.size()));
   }
 
@@ -225,13 +233,14 @@ auto array_arg(const char* name) { return nb::arg(name).none(); }
 
 NB_MODULE(_core, m) {
   m.doc() = "The estimator in C++.";
-  nb::class_<Core>(m, "Estimator", "Sliding-window maximum a posteriori estimate of poses, calibration and people's paths.")
+  nb::class_<Core>(m, "Estimator",
+                   "Sliding-window maximum a posteriori estimate of poses, calibration and people's paths.")
       .def(nb::init<>())
       .def("set", &Core::set, nb::arg("name"), nb::arg("value"), "Sets one of the constants, or size, rounds or least.")
       .def("start", &Core::start, nb::arg("facts"), "Begins a recording.")
-      .def("step", &Core::step, array_arg("boxes"), array_arg("cut"), array_arg("poses"), array_arg("positions"), array_arg("motion"),
-           array_arg("motion_covariance"), array_arg("pose"), array_arg("pose_covariance"), array_arg("places"),
-           array_arg("place_covariances"), array_arg("heights"),
+      .def("step", &Core::step, array_arg("boxes"), array_arg("cut"), array_arg("poses"), array_arg("positions"),
+           array_arg("motion"), array_arg("motion_covariance"), array_arg("pose"), array_arg("pose_covariance"),
+           array_arg("places"), array_arg("place_covariances"), array_arg("heights"),
            "Takes a frame's boxes and what is given of it, and writes its estimate into the last five arrays.")
       .def("forget", &Core::forget, array_arg("columns"), "From the next frame on these columns are new people.")
       .def("gradient_errors", &Core::gradient_errors,

@@ -19,11 +19,11 @@ struct Recording {
 
 /// What a frame brings; arrays have a row for each column, NaN = absent.
 struct Input {
-  const double* boxes;      ///< [K][5] azimuth, foot, length, pixels, width
-  const int* cut;           ///< [K]
-  const double* poses;      ///< [3][3] given at t − 2, t − 1, t
-  const double* positions;  ///< [3][K][2] given
-  const double* motion;     ///< [3] of odometry, NaN = not measured
+  const double* boxes;              ///< [K][5] azimuth, foot, length, pixels, width
+  const int* cut;                   ///< [K]
+  const double* poses;              ///< [3][3] given at t − 2, t − 1, t
+  const double* positions;          ///< [3][K][2] given
+  const double* motion;             ///< [3] of odometry, NaN = not measured
   const double* motion_covariance;  ///< [3][3]
 };
 
@@ -54,8 +54,8 @@ inline bool information_root(const double* c, std::array<std::array<double, 3>, 
 
 constexpr int kWalkLate = 4;          ///< frames after which an innovation counts
 constexpr double kWalkMemory = 60.0;  ///< s for which it counts
-constexpr int kTried = 3;        ///< newest steps in which a camera that stands may have moved
-constexpr double kSurer = 1.0;   ///< nats by which another solution must be better
+constexpr int kTried = 3;             ///< newest steps in which a camera that stands may have moved
+constexpr double kSurer = 1.0;        ///< nats by which another solution must be better
 
 class Estimator {
  public:
@@ -242,7 +242,8 @@ class Estimator {
       if (seen) {
         person.nodes.back().seen = true;
         person.nodes.back().box = box;
-        if (!alone && person.last() - last_seen_before(person) > 1) interpolate(person, placed(box, person.log_height, frame));
+        if (!alone && person.last() - last_seen_before(person) > 1)
+          interpolate(person, placed(box, person.log_height, frame));
       }
       for (int back = 3; back >= 1; --back) {
         const double* at = input.positions + 2 * ((3 - back) * columns + k);
@@ -294,7 +295,8 @@ class Estimator {
   void inform(const Person& person, Frame& frame) const {
     const Box& box = person.nodes.back().box;
     const BoxNoise& noise = model_.people.noise;
-    const double r = std::exp(person.log_height) / box.length, walk = model_.people.walk.sigma, px = noise.pixel / box.pixels;
+    const double r = std::exp(person.log_height) / box.length, walk = model_.people.walk.sigma,
+                 px = noise.pixel / box.pixels;
     const double across = r * box.width * std::hypot(noise.share[0], px), along = r * std::hypot(noise.share[1], px);
     const double a = 1.0 / (walk * walk + across * across), b = 1.0 / (walk * walk + along * along);
     frame.information[0] += 0.5 * (a + b);

@@ -83,8 +83,7 @@ inline DenseSystem dense_system(const Window& window, const Model& model) {
     out.weights.push_back(row.w);
     const std::size_t begin = out.jacobian.size();
     out.jacobian.resize(begin + n, 0.0);
-    for (int k = 0; k < row.count; ++k)
-      out.jacobian[begin + columns.of(window, person, row.variables[k])] += row.by[k];
+    for (int k = 0; k < row.count; ++k) out.jacobian[begin + columns.of(window, person, row.variables[k])] += row.by[k];
   };
   const int people = static_cast<int>(window.people.size());
   for (int p = 0; p < people; ++p) {

@@ -31,7 +31,8 @@ class Matrix {
 };
 
 /// The lower Cholesky factor of the symmetric matrix whose lower half stands in the first n rows of `a`, in place.
-/// `first[i]`, where given, is the first column of row i that is not zero (a skyline). False if it is not positive definite.
+/// `first[i]`, where given, is the first column of row i that is not zero (a skyline). False if it is not positive
+/// definite.
 inline bool cholesky(Matrix& a, int n, const std::vector<int>* first = nullptr) {
   for (int i = 0; i < n; ++i) {
     double* row = a[i];

@@ -18,7 +18,8 @@ class NoiseLearner {
     nu_ = first.nu;
     dt_ = dt;
     noise_ = first;
-    for (int s = 0; s < kShares; ++s) share_[s] = 0.008 * std::pow(0.16 / 0.008, static_cast<double>(s) / (kShares - 1));
+    for (int s = 0; s < kShares; ++s)
+      share_[s] = 0.008 * std::pow(0.16 / 0.008, static_cast<double>(s) / (kShares - 1));
     for (int t = 0; t < kTimes; ++t) time_[t] = 0.05 * std::pow(20.0 / 0.05, static_cast<double>(t) / (kTimes - 1));
     for (int c = 0; c < 3; ++c)
       for (int s = 0; s < kShares; ++s)
@@ -51,7 +52,8 @@ class NoiseLearner {
           for (int t = 0; t < kTimes; ++t) {
             const double rho = chained && before[c].used ? correlated * std::exp(-dt_ / time_[t]) : 0.0;
             const double e = now[c].q - rho * before[c].q, square = e * e / decided / (variance * (1.0 - rho * rho));
-            weight_[c][s][t] -= counts * decided * (student(square, nu_, 1.0).cost + 0.5 * std::log(variance * (1.0 - rho * rho)));
+            weight_[c][s][t] -=
+                counts * decided * (student(square, nu_, 1.0).cost + 0.5 * std::log(variance * (1.0 - rho * rho)));
           }
         }
       }

@@ -12,16 +12,16 @@
 
 namespace vbbench {
 
-constexpr int kPose = 3, kFrame = 5;           ///< unknowns of a pose, and of a frame with its sway
-constexpr int kHeld = 2;                       ///< frames at the beginning of a full window whose poses are held
-constexpr double kGiven = 1e-3;                ///< m, standard deviation of a given place
-constexpr double kGivenPose = 1e-5;            ///< m and rad, of a given pose
+constexpr int kPose = 3, kFrame = 5;  ///< unknowns of a pose, and of a frame with its sway
+constexpr int kHeld = 2;              ///< frames at the beginning of a full window whose poses are held
+constexpr double kGiven = 1e-3;       ///< m, standard deviation of a given place
+constexpr double kGivenPose = 1e-5;   ///< m and rad, of a given pose
 
 /// Motion of the camera since the frame before, as its odometry measured it, with its information.
 struct Motion {
   bool measured = false;
-  std::array<double, 3> moved{};                 ///< forward, left, turn
-  std::array<std::array<double, 3>, 3> root{};   ///< lower triangular: whitens the error
+  std::array<double, 3> moved{};                ///< forward, left, turn
+  std::array<std::array<double, 3>, 3> root{};  ///< lower triangular: whitens the error
 };
 
 /// A frame of the window.
@@ -56,13 +56,13 @@ struct MarginalPrior {
 
 /// A person of the window.
 struct Person {
-  int column = -1;         ///< of the solver's arrays
-  int first = 0;           ///< frame of nodes[0] in the window
+  int column = -1;  ///< of the solver's arrays
+  int first = 0;    ///< frame of nodes[0] in the window
 
   std::vector<Node> nodes;
   double log_height = 0.54, own_edge = 0.0;
   double height_mean = 0.54, height_std = 0.055;
-  double variance = 1.0;   ///< of the innovations, in units of σ²
+  double variance = 1.0;  ///< of the innovations, in units of σ²
   MarginalPrior prior;
 
   int frames() const { return static_cast<int>(nodes.size()); }
@@ -75,7 +75,7 @@ struct Calibration {
   std::array<bool, kGlobals> free{};
   Matrix information{kGlobals, kGlobals};  ///< of the prior
   std::array<double, kGlobals> vector{}, about{};
-  std::array<double, 2> sway_std{};        ///< 0: the camera does not sway
+  std::array<double, 2> sway_std{};  ///< 0: the camera does not sway
 };
 
 }  // namespace vbbench

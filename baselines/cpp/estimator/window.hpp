@@ -28,10 +28,10 @@ class Window {
   std::vector<Frame> frames;
   std::vector<Person> people;
   Calibration calibration;
-  Modes mode_prior{};              ///< of the step into frame 1
-  std::vector<Modes> posterior;    ///< of the steps into frames 1, 2, …
+  Modes mode_prior{};            ///< of the step into frame 1
+  std::vector<Modes> posterior;  ///< of the steps into frames 1, 2, …
   int held = 0;
-  int moving = 0;                  ///< newest steps in which the camera is taken not to stand
+  int moving = 0;  ///< newest steps in which the camera is taken not to stand
 
   /// −ln of the posterior density, up to a constant.
   double cost(const Model& model) {
@@ -212,10 +212,14 @@ class Window {
         for (int a = 0; a < kPrior; ++a) {
           double g = -people[p].prior.vector[a];
           for (int b = 0; b < kPrior; ++b) g += people[p].prior.information[a][b] * off[b];
-          if (a < kPriorPlaces) { if (a < 2 * people[p].frames()) path[p][a] += g; }
-          else if (a == kPriorPlaces) height[p] += g;
-          else if (a == kPriorPlaces + 1) own[p] += g;
-          else global[a - kPriorPlaces - 2] += g;
+          if (a < kPriorPlaces) {
+            if (a < 2 * people[p].frames()) path[p][a] += g;
+          } else if (a == kPriorPlaces)
+            height[p] += g;
+          else if (a == kPriorPlaces + 1)
+            own[p] += g;
+          else
+            global[a - kPriorPlaces - 2] += g;
         }
       }
     }
@@ -228,7 +232,9 @@ class Window {
     for (int a = 0; a < kGlobals; ++a)
       if (calibration.free[a]) {
         global[a] -= calibration.vector[a];
-        for (int b = 0; b < kGlobals; ++b) if (calibration.free[b]) global[a] += calibration.information[a][b] * (calibration.at[b] - calibration.about[b]);
+        for (int b = 0; b < kGlobals; ++b)
+          if (calibration.free[b])
+            global[a] += calibration.information[a][b] * (calibration.at[b] - calibration.about[b]);
       }
     for (std::size_t p = 0; p < people.size(); ++p) {
       for (int i = 0; i < people[p].frames(); ++i)
@@ -236,9 +242,12 @@ class Window {
       partial(people[p].log_height, height[p], 1, 1e-6);
       partial(people[p].own_edge, own[p], 2, 1e-6);
     }
-    for (int g = 0; g < kGlobals; ++g) if (calibration.free[g]) partial(calibration.at[g], global[g], 3, 1e-6);
+    for (int g = 0; g < kGlobals; ++g)
+      if (calibration.free[g]) partial(calibration.at[g], global[g], 3, 1e-6);
     for (std::size_t t = held; t < frames.size(); ++t)
-      if (!frames[t].given) for (int c = 0; c < (calibration.sway_std[0] > 0 ? kFrame : kPose); ++c) partial(frames[t].at[c], camera[t * kFrame + c], 4, 1e-6);
+      if (!frames[t].given)
+        for (int c = 0; c < (calibration.sway_std[0] > 0 ? kFrame : kPose); ++c)
+          partial(frames[t].at[c], camera[t * kFrame + c], 4, 1e-6);
     return worst;
   }
 

@@ -17,13 +17,13 @@ enum Cut { kFeetCut = 1, kHeadCut = 2, kSideCut = 4 };
 
 /// A box as a camera of the nominal calibration sees it.
 struct Box {
-  double azimuth = 0.0;  ///< rad, clockwise from forward
-  double foot = 0.0;     ///< slope down to the feet, m per m
-  double length = 0.0;   ///< slope from head to feet
-  double pixels = 0.0;   ///< box height
-  double width = 0.0;    ///< rad along the row of one box height
-  int cut = 0;           ///< sum of `Cut`
-  double expected = 0.0; ///< length as the last solution expects it: the scale of the foot's error
+  double azimuth = 0.0;   ///< rad, clockwise from forward
+  double foot = 0.0;      ///< slope down to the feet, m per m
+  double length = 0.0;    ///< slope from head to feet
+  double pixels = 0.0;    ///< box height
+  double width = 0.0;     ///< rad along the row of one box height
+  int cut = 0;            ///< sum of `Cut`
+  double expected = 0.0;  ///< length as the last solution expects it: the scale of the foot's error
 };
 
 /// Errors of boxes: shares of the box height, correlated in time, beside white pixels.
@@ -52,9 +52,9 @@ struct BoxState {
   const double* global;  ///< `Global`
 };
 
-constexpr double kNearest = 0.2;       ///< m, no box is of anybody nearer
-constexpr double kCutTolerance = 0.03; ///< of the log height, by which a cut box may be too tall
-constexpr double kSideFactor = 4.0;    ///< by which a column is less certain where the side is cut
+constexpr double kNearest = 0.2;        ///< m, no box is of anybody nearer
+constexpr double kCutTolerance = 0.03;  ///< of the log height, by which a cut box may be too tall
+constexpr double kSideFactor = 4.0;     ///< by which a column is less certain where the side is cut
 
 /// The cues of a box: q_u = (a − a' )/w, q_l = ln λ + ln(r − δ) − η, q_b = (s − h/(r − δ))/λ − c q_l,
 /// with c from the pixel noise that the length and the foot share.

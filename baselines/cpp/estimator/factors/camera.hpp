@@ -17,7 +17,8 @@ inline int span_of(const std::vector<Frame>& frames, int t, std::array<std::arra
 
 /// −ln of the density of every step of the window under every mode; steps that odometry measured say nothing.
 /// In the `moving` newest steps the camera does not stand.
-inline void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion, int moving, std::vector<Modes>& costs) {
+inline void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion, int moving,
+                       std::vector<Modes>& costs) {
   costs.clear();
   std::array<std::array<double, 3>, kSpan> poses{};
   for (int t = 1; t < static_cast<int>(frames.size()); ++t) {
@@ -107,8 +108,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
         row.w = share * weight;
         for (int j = kSpan - known; j < kSpan; ++j)
           for (int c = 0; c < 3; ++c)
-            if (r.d[3 * j + c] != 0.0)
-              row.add(Variable::kCamera, kFrame * (t - (kSpan - 1 - j)) + c, r.d[3 * j + c]);
+            if (r.d[3 * j + c] != 0.0) row.add(Variable::kCamera, kFrame * (t - (kSpan - 1 - j)) + c, r.d[3 * j + c]);
         visit(row);
       });
     }

@@ -18,8 +18,8 @@ using Modes = std::array<double, kModes>;
 /// What carries the camera, where it is given.
 enum Carrier { kUnknownCarrier, kPerson, kVehicle, kRobot };
 
-constexpr int kSpan = kReach + 1;          ///< poses of one step's residuals, the newest last
-constexpr int kSpanUnknowns = 3 * kSpan;   ///< x, y, yaw of each
+constexpr int kSpan = kReach + 1;         ///< poses of one step's residuals, the newest last
+constexpr int kSpanUnknowns = 3 * kSpan;  ///< x, y, yaw of each
 using PoseDual = Dual<kSpanUnknowns>;
 
 /// One residual of a step with its gradient, cost and weight.
@@ -50,11 +50,11 @@ struct EgoMotion {
   std::array<double, 3> change{};  ///< m, m, rad: scales of a vehicle's changes of step
   std::array<double, 2> slip{};    ///< m and rad in a frame
   std::array<double, 2> stand{};
-  std::array<double, 2> lag{};     ///< how far a head follows within a frame, 0 to 1
-  std::array<double, 3> head{};    ///< rad
+  std::array<double, 2> lag{};   ///< how far a head follows within a frame, 0 to 1
+  std::array<double, 3> head{};  ///< rad
   double nu = 4.0, first = 1.6, slow = 0.12;
-  double duration = 1.0;           ///< weight of laws that hold for seconds, by frame
-  Modes start{};                   ///< prior of the modes
+  double duration = 1.0;  ///< weight of laws that hold for seconds, by frame
+  Modes start{};          ///< prior of the modes
   std::array<Modes, kModes> transition{};
 
   static EgoMotion of(const Constants& c, double dt, Carrier carrier) {
@@ -187,7 +187,8 @@ struct EgoMotion {
 };
 
 /// Probabilities of the modes in every frame, from what each step costs under every mode: forward and backward as in a
-/// hidden Markov model. `filtered` is the prior of the first step, and receives that of the second. Returns −ln evidence.
+/// hidden Markov model. `filtered` is the prior of the first step, and receives that of the second. Returns −ln
+/// evidence.
 inline double mode_posteriors(const EgoMotion& motion, const std::vector<Modes>& costs, const Modes& prior,
                               std::vector<Modes>& posterior) {
   const int n = static_cast<int>(costs.size());

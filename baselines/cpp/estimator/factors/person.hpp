@@ -59,7 +59,8 @@ inline Row volume_row(const Node& node, const BoxState& at, int i, int camera) {
   return row;
 }
 
-/// Visits the rows of one person; `Visit(const Row&, int node)` with the newest node of the row, −1 for its own numbers.
+/// Visits the rows of one person; `Visit(const Row&, int node)` with the newest node of the row, −1 for its own
+/// numbers.
 template <class Visit>
 void person_rows(const Person& person, const std::vector<Frame>& frames, const Calibration& calibration,
                  const PeopleModel& model, Visit&& visit) {
@@ -81,41 +82,42 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
     }
     if (node.seen) {
       const Frame& camera = frames[frame];
-      const BoxState at{node.at[0],      node.at[1],          person.log_height,    person.own_edge,
-                        camera.at.data(), camera.at.data() + kPose, calibration.at.data()};
+      const BoxState at{node.at[0],           node.at[1],       person.log_height,
+                        person.own_edge,      camera.at.data(), camera.at.data() + kPose,
+                        calibration.at.data()};
       const std::array<Cue, 3> cues = box_cues(node.box, at, model.noise);
       for (int c = 0; c < 3; ++c) {
-          if (!cues[c].used || node.box_absorbed[c]) continue;
-          const Cue& now = cues[c];
-          double rho = 0.0;
-          const bool chained = before_node == i - 1 && before[c].used;
-          if (chained)
-            rho = std::exp(-model.walk.dt / model.noise.time[c]) * std::sqrt(now.correlated * before[c].correlated);
-          const double factor = rho * now.std / before[c].std;
-          const double std = now.std * std::sqrt(1.0 - rho * rho);
-          Row row;
-          row.cue = c;
-          row.e = (now.q - (chained ? factor * before[c].q : 0.0)) / std;
-          const Robust robust = student(row.e * row.e, model.noise.nu, 1.0);
-          row.w = robust.weight;
-          row.cost = robust.cost;
-          const double scale = 1.0 / std, back = chained ? -factor / std : 0.0;
-          row.add(Variable::kPath, 2 * i, scale * now.by[kX]);
-          row.add(Variable::kPath, 2 * i + 1, scale * now.by[kY]);
-          if (chained) {
-            row.add(Variable::kPath, 2 * i - 2, back * before[c].by[kX]);
-            row.add(Variable::kPath, 2 * i - 1, back * before[c].by[kY]);
-          }
-          const auto both = [&](int k) { return scale * now.by[k] + back * before[c].by[k]; };
-          row.add(Variable::kHeight, 0, both(kLogHeight));
-          row.add(Variable::kOwn, 0, both(kOwnEdge));
-          for (int g = 0; g < 5; ++g)
-            row.add(Variable::kShared, g, scale * now.by_global[g] + back * before[c].by_global[g]);
-          for (int k = 0; k < kFrame; ++k) {
-            row.add(Variable::kCamera, kFrame * frame + k, scale * now.by[kPoseX + k]);
-            if (chained) row.add(Variable::kCamera, kFrame * (frame - 1) + k, back * before[c].by[kPoseX + k]);
-          }
-          visit(row, i);
+        if (!cues[c].used || node.box_absorbed[c]) continue;
+        const Cue& now = cues[c];
+        double rho = 0.0;
+        const bool chained = before_node == i - 1 && before[c].used;
+        if (chained)
+          rho = std::exp(-model.walk.dt / model.noise.time[c]) * std::sqrt(now.correlated * before[c].correlated);
+        const double factor = rho * now.std / before[c].std;
+        const double std = now.std * std::sqrt(1.0 - rho * rho);
+        Row row;
+        row.cue = c;
+        row.e = (now.q - (chained ? factor * before[c].q : 0.0)) / std;
+        const Robust robust = student(row.e * row.e, model.noise.nu, 1.0);
+        row.w = robust.weight;
+        row.cost = robust.cost;
+        const double scale = 1.0 / std, back = chained ? -factor / std : 0.0;
+        row.add(Variable::kPath, 2 * i, scale * now.by[kX]);
+        row.add(Variable::kPath, 2 * i + 1, scale * now.by[kY]);
+        if (chained) {
+          row.add(Variable::kPath, 2 * i - 2, back * before[c].by[kX]);
+          row.add(Variable::kPath, 2 * i - 1, back * before[c].by[kY]);
+        }
+        const auto both = [&](int k) { return scale * now.by[k] + back * before[c].by[k]; };
+        row.add(Variable::kHeight, 0, both(kLogHeight));
+        row.add(Variable::kOwn, 0, both(kOwnEdge));
+        for (int g = 0; g < 5; ++g)
+          row.add(Variable::kShared, g, scale * now.by_global[g] + back * before[c].by_global[g]);
+        for (int k = 0; k < kFrame; ++k) {
+          row.add(Variable::kCamera, kFrame * frame + k, scale * now.by[kPoseX + k]);
+          if (chained) row.add(Variable::kCamera, kFrame * (frame - 1) + k, back * before[c].by[kPoseX + k]);
+        }
+        visit(row, i);
       }
       visit(volume_row(node, at, i, kFrame * frame), i);
       before = cues;
@@ -153,7 +155,8 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
     }
     if (model.pace > 0.0) {  // a mixture of those who walk and those who stand, as expectation maximisation sees it
       const double dt = model.walk.dt, speed = std::sqrt(dx * dx + dy * dy) / dt + 1e-9;
-      const double walking = (1.0 - kResting) / kStrollStd * std::exp(-0.5 * std::pow((speed - kStroll) / kStrollStd, 2));
+      const double walking =
+          (1.0 - kResting) / kStrollStd * std::exp(-0.5 * std::pow((speed - kStroll) / kStrollStd, 2));
       const double resting = kResting / kRestStd * std::exp(-0.5 * speed * speed / (kRestStd * kRestStd)) + 1e-12;
       const double share = walking / (walking + resting), weight = model.pace * dt;
       const double spread = 1.0 / dt;
