@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "estimator/estimator.hpp"
@@ -71,22 +72,52 @@ struct Core {
   void set(const std::string& name, double v) {
     if (!std::isfinite(v)) refuse(name + " must be a finite number");
     Constants& c = estimator.constants;
-#define NUMBER(n)   \
-  if (name == #n) { \
-    c.n = v;        \
-    return;         \
-  }
-    NUMBER(noise_nu)
-    NUMBER(noise_spread) NUMBER(pixel) NUMBER(edge) NUMBER(edge_std) NUMBER(edge_person_std) NUMBER(height_std)
-        NUMBER(tilt_std) NUMBER(mount_std) NUMBER(offset_std) NUMBER(sway_std) NUMBER(sway_time) NUMBER(acceleration)
-            NUMBER(gait_speed) NUMBER(gait_time) NUMBER(walk_nu) NUMBER(walk_people) NUMBER(first_speed) NUMBER(pace)
-                NUMBER(drive_nu) NUMBER(drive_speed) NUMBER(stay) NUMBER(noise_share[0]) NUMBER(noise_share[1])
-                    NUMBER(noise_share[2]) NUMBER(noise_time[0]) NUMBER(noise_time[1]) NUMBER(noise_time[2])
-                        NUMBER(drive[0]) NUMBER(drive[1]) NUMBER(drive[2]) NUMBER(slip[0]) NUMBER(slip[1])
-                            NUMBER(stand[0]) NUMBER(stand[1]) NUMBER(head_lag[0]) NUMBER(head_lag[1])
-                                NUMBER(head_scale[0]) NUMBER(head_scale[1]) NUMBER(head_scale[2])
-#undef NUMBER
-                                    if (name == "size") {
+    const std::vector<std::pair<const char*, double*>> numbers{{"noise_nu", &c.noise_nu},
+                                                               {"noise_spread", &c.noise_spread},
+                                                               {"pixel", &c.pixel},
+                                                               {"edge", &c.edge},
+                                                               {"edge_std", &c.edge_std},
+                                                               {"edge_person_std", &c.edge_person_std},
+                                                               {"height_std", &c.height_std},
+                                                               {"tilt_std", &c.tilt_std},
+                                                               {"mount_std", &c.mount_std},
+                                                               {"offset_std", &c.offset_std},
+                                                               {"sway_std", &c.sway_std},
+                                                               {"sway_time", &c.sway_time},
+                                                               {"acceleration", &c.acceleration},
+                                                               {"gait_speed", &c.gait_speed},
+                                                               {"gait_time", &c.gait_time},
+                                                               {"walk_nu", &c.walk_nu},
+                                                               {"walk_people", &c.walk_people},
+                                                               {"first_speed", &c.first_speed},
+                                                               {"pace", &c.pace},
+                                                               {"drive_nu", &c.drive_nu},
+                                                               {"drive_speed", &c.drive_speed},
+                                                               {"stay", &c.stay},
+                                                               {"noise_share[0]", &c.noise_share[0]},
+                                                               {"noise_share[1]", &c.noise_share[1]},
+                                                               {"noise_share[2]", &c.noise_share[2]},
+                                                               {"noise_time[0]", &c.noise_time[0]},
+                                                               {"noise_time[1]", &c.noise_time[1]},
+                                                               {"noise_time[2]", &c.noise_time[2]},
+                                                               {"drive[0]", &c.drive[0]},
+                                                               {"drive[1]", &c.drive[1]},
+                                                               {"drive[2]", &c.drive[2]},
+                                                               {"slip[0]", &c.slip[0]},
+                                                               {"slip[1]", &c.slip[1]},
+                                                               {"stand[0]", &c.stand[0]},
+                                                               {"stand[1]", &c.stand[1]},
+                                                               {"head_lag[0]", &c.head_lag[0]},
+                                                               {"head_lag[1]", &c.head_lag[1]},
+                                                               {"head_scale[0]", &c.head_scale[0]},
+                                                               {"head_scale[1]", &c.head_scale[1]},
+                                                               {"head_scale[2]", &c.head_scale[2]}};
+    for (const auto& [known, number] : numbers) {
+      if (name != known) continue;
+      *number = v;
+      return;
+    }
+    if (name == "size") {
       if (v < kSmallestWindow || v > kLargestWindow)
         refuse("size must be from " + std::to_string(kSmallestWindow) + " to " + std::to_string(kLargestWindow) +
                " frames");
