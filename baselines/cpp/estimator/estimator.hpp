@@ -52,6 +52,9 @@ inline bool information_root(const double* c, std::array<std::array<double, 3>, 
   return true;
 }
 
+constexpr double kKeyFrame = 0.2;     ///< s from one key frame to the next at least
+constexpr double kTurning = 0.1;      ///< rad by which a camera may turn between key frames
+constexpr double kStray = 0.05;       ///< m by which people stray from their ways between key frames
 constexpr int kWalkLate = 4;          ///< frames after which an innovation counts
 constexpr double kWalkMemory = 60.0;  ///< s for which it counts
 constexpr int kTried = 3;             ///< newest steps in which a camera that stands may have moved
@@ -59,23 +62,31 @@ constexpr double kSurer = 1.0;        ///< nats by which another solution must b
 
 class Estimator {
  public:
+  using Spread = Window::Covariances::Pose;
+  using Pose = std::array<double, 3>;
+
   Constants constants;
   int size = 20, rounds = 4;
   double least = 1e-3;
 
   void start(const Recording& recording) {
     recording_ = recording;
+    stride_ = recording.dt < 0.5 * kKeyFrame ? std::max(1, static_cast<int>(std::floor(kKeyFrame / recording.dt + 1e-6))) : 1;
+    recording_.dt = stride_ * recording.dt;
+    moved_ = Pose{};
+    moved_spread_ = Spread{};
     window_ = Window();
+    behind_ = next_ = Spread{};
     age_ = 0;
     where_.assign(recording.columns, -1);
     const Constants& c = constants;
-    model_.people.walk = Walk::of(c, recording.dt);
+    model_.people.walk = Walk::of(c, recording_.dt);
     model_.people.noise = {c.noise_share, c.noise_time, std::max(recording.pixel_std, 0.05), c.noise_nu};
     model_.people.pace = c.pace;
     model_.people.first_speed = c.first_speed;
     model_.people.own_edge_std = c.edge_person_std;
-    model_.motion = EgoMotion::of(c, recording.dt, recording.carrier);
-    model_.sway_memory = std::exp(-recording.dt / c.sway_time);
+    model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
+    model_.sway_memory = std::exp(-recording_.dt / c.sway_time);
     Calibration& calibration = window_.calibration;
     calibration.at = {0.0, 0.0, recording.mount_height, 0.0, c.edge, 0.0, 0.0};
     const double tilt = recording.tilt_std > 0.0 ? recording.tilt_std : c.tilt_std;
@@ -98,7 +109,7 @@ class Estimator {
     squares_ = count_ = 0.0;
     variance_ = 1.0;
     learns_ = !recording.known_calibration;
-    if (learns_) noise_.start(model_.people.noise, c.noise_spread, recording.dt);
+    if (learns_) noise_.start(model_.people.noise, c.noise_spread, recording_.dt);
     for (int g = 0; g < kGlobals; ++g) {
       calibration.free[g] = std[g] > 0.0 && g < kOdometryScale;
       calibration.information[g][g] = std[g] > 0.0 ? 1.0 / (std[g] * std[g]) : 0.0;
@@ -107,22 +118,12 @@ class Estimator {
   }
 
   void step(const Input& input, Output& output) {
-    if (static_cast<int>(window_.frames.size()) == size) {
-      window_.marginalise(model_);
-      index_people();
+    if (age_ > 0) follow_odometry(input);
+    if (age_ % stride_ == 0) {
+      solve_key_frame(input, output);
+    } else {
+      between_key_frames(input, output);
     }
-    add_frame(input);
-    add_people(input);
-    Solution solution = window_.solve(model_, rounds, least);
-    if (!window_.posterior.empty() && window_.posterior.back()[kStand] > 0.5) leave_rest(solution);
-    output.converged = solution.ended || solution.steps > 0;
-    window_.weigh_boxes(model_);
-    learn_walk();
-    if (learns_) {
-      noise_.learn(window_, model_);
-      model_.people.noise = noise_.noise();
-    }
-    answer(output);
     ++age_;
   }
 
@@ -139,6 +140,137 @@ class Estimator {
   std::array<double, 5> gradient_errors() { return window_.gradient_errors(model_); }
 
  private:
+  void solve_key_frame(const Input& input, Output& output) {
+    if (static_cast<int>(window_.frames.size()) == size) {
+      const Frame& next = window_.frames[kHeld];
+      behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
+      window_.marginalise(model_);
+      index_people();
+    }
+    add_frame(input);
+    add_people(input);
+    Solution solution = window_.solve(model_, rounds, least);
+    if (!window_.posterior.empty() && window_.posterior.back()[kStand] > 0.5) leave_rest(solution);
+    output.converged = converged_ = solution.ended || solution.steps > 0;
+    window_.weigh_boxes(model_);
+    learn_walk();
+    if (learns_) {
+      noise_.learn(window_, model_);
+      model_.people.noise = noise_.noise();
+    }
+    moved_ = Pose{};
+    moved_spread_ = Spread{};
+    moved_known_ = true;
+    answer(output);
+  }
+
+  /// Adds the frame's odometry to the motion since the last key frame.
+  void follow_odometry(const Input& input) {
+    if (std::isnan(input.motion[0])) {
+      moved_known_ = false;
+      return;
+    }
+    const double c = std::cos(moved_[2]), s = std::sin(moved_[2]), *m = input.motion;
+    const Pose next{moved_[0] + c * m[0] - s * m[1], moved_[1] + s * m[0] + c * m[1], moved_[2] + m[2]};
+    Spread here{}, turned{};
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) here[i][k] = input.motion_covariance[3 * i + k];
+    const double r[3][3] = {{c, -s, 0.0}, {s, c, 0.0}, {0.0, 0.0, 1.0}};
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k)
+        for (int a = 0; a < 3; ++a)
+          for (int b = 0; b < 3; ++b) turned[i][k] += r[i][a] * here[a][b] * r[k][b];
+    moved_spread_ = sum(carried(moved_spread_, moved_, next[0], next[1]), turned);
+    moved_ = next;
+  }
+
+  /// A frame between key frames: the camera goes on as it went, its yaw by the bearings of people who go on as they
+  /// went; they are moved along their rays' normals to where their boxes show them.
+  void between_key_frames(const Input& input, Output& output) {
+    const std::vector<Frame>& frames = window_.frames;
+    const int newest = static_cast<int>(frames.size()) - 1, columns = recording_.columns;
+    const double share = static_cast<double>(age_ % stride_) / stride_;
+    Frame frame = frames.back();
+    if (moved_known_) {
+      const double c = std::cos(frame.at[2]), s = std::sin(frame.at[2]);
+      frame.at[0] += c * moved_[0] - s * moved_[1];
+      frame.at[1] += s * moved_[0] + c * moved_[1];
+      frame.at[2] += moved_[2];
+    } else if (newest > 0) {
+      for (int a = 0; a < 3; ++a) frame.at[a] += share * (frames[newest].at[a] - frames[newest - 1].at[a]);
+    }
+    double information = moved_known_ ? 1.0 / (moved_spread_[2][2] + 1e-10) : 1.0 / (kTurning * kTurning), turn = 0.0;
+    std::vector<int> known;
+    std::vector<std::array<double, 3>> placed_at;  // x, y, and the bearing that the box shows
+    for (int k = 0; k < columns; ++k) {
+      const double* b = input.boxes + 5 * k;
+      if (std::isnan(b[0])) continue;
+      const Box box{b[0], b[1], b[2], b[3], b[4], input.cut[k], b[2]};
+      if (where_[k] < 0 || window_.people[where_[k]].last() != newest) {
+        const double height = where_[k] < 0 ? std::log(recording_.height_mean) : window_.people[where_[k]].log_height;
+        const std::array<double, 2> at = placed(box, height, frame);
+        known.push_back(k);
+        placed_at.push_back({at[0], at[1], NAN});
+        continue;
+      }
+      const Person& person = window_.people[where_[k]];
+      const int n = person.frames();
+      std::array<double, 2> at = person.nodes[n - 1].at;
+      if (n > 1)
+        for (int a = 0; a < 2; ++a) at[a] += share * (person.nodes[n - 1].at[a] - person.nodes[n - 2].at[a]);
+      const double dx = at[0] - frame.at[0], dy = at[1] - frame.at[1], r = std::hypot(dx, dy) + 1e-9;
+      const double shown = frame.at[2] - (box.azimuth - window_.calibration.at[kOffset]);  // bearing in the world
+      const double off = wrap(std::atan2(dy, dx) - shown);
+      const double error = std::hypot(model_.people.noise.share[0] * box.width, kStray / r);
+      const double weight = student(off * off / (error * error), model_.people.noise.nu, 1.0).weight / (error * error);
+      turn += weight * off;
+      information += weight;
+      known.push_back(k);
+      placed_at.push_back({at[0], at[1], shown});
+    }
+    frame.at[2] += turn / information;
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      std::array<double, 3>& at = placed_at[i];
+      if (!std::isnan(at[2])) {
+        const double dx = at[0] - frame.at[0], dy = at[1] - frame.at[1], r = std::hypot(dx, dy) + 1e-9;
+        const double error = model_.people.noise.share[0] * input.boxes[5 * known[i] + 4] * r;
+        const double aside = wrap(at[2] + turn / information - std::atan2(dy, dx)) * r;
+        const double gain = kStray * kStray / (kStray * kStray + error * error);
+        at[0] -= gain * aside * dy / r;
+        at[1] += gain * aside * dx / r;
+      }
+      for (int a = 0; a < 2; ++a) output.positions[2 * known[i] + a] = at[a];
+    }
+    output.pose[0] = frame.at[0];
+    output.pose[1] = frame.at[1];
+    output.pose[2] = wrap(frame.at[2]);
+    for (const Person& person : window_.people)
+      if (person.column >= 0) output.heights[person.column] = std::exp(person.log_height);
+    output.converged = converged_;
+    if (recording_.covariances) spread_between(output, known, placed_at);
+  }
+
+  /// Covariances between key frames are those of the last one, and what a frame adds.
+  void spread_between(Output& output, const std::vector<int>& known, const std::vector<std::array<double, 3>>& at) {
+    const Pose last{window_.frames.back().at[0], window_.frames.back().at[1], window_.frames.back().at[2]};
+    Spread pose = carried(newest_, last, output.pose[0], output.pose[1]);
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b] + moved_spread_[a][b];
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      double* to = output.position_covariances + 4 * known[i];
+      const int p = where_[known[i]];
+      if (p >= 0 && p < static_cast<int>(places_.size()) && !std::isnan(places_[p][0])) {
+        to[0] = places_[p][0] + kStray * kStray;
+        to[1] = to[2] = places_[p][1];
+        to[3] = places_[p][2] + kStray * kStray;
+      } else {
+        const double r = std::hypot(at[i][0] - output.pose[0], at[i][1] - output.pose[1]), far = height_std_ * r;
+        to[0] = to[3] = pose[0][0] + pose[1][1] + far * far;
+        to[1] = to[2] = 0.0;
+      }
+    }
+  }
+
   void index_people() {
     std::fill(where_.begin(), where_.end(), -1);
     for (std::size_t p = 0; p < window_.people.size(); ++p)
@@ -153,14 +285,14 @@ class Estimator {
       for (int c = 0; c < 2; ++c) frame.at[kPose + c] *= model_.sway_memory;
       if (frames.size() > 1) predict(frames, frame);
     }
-    if (!std::isnan(input.motion[0]) && !frames.empty()) {
-      frame.motion.measured = information_root(input.motion_covariance, frame.motion.root);
-      for (int c = 0; c < 3; ++c) frame.motion.moved[c] = input.motion[c];
+    if (moved_known_ && !std::isnan(input.motion[0]) && !frames.empty()) {
+      frame.motion.measured = information_root(moved_spread_[0].data(), frame.motion.root);
+      for (int c = 0; c < 3; ++c) frame.motion.moved[c] = moved_[c];
       const std::array<double, kFrame>& last = frames.back().at;
       const double ca = std::cos(last[2]), sa = std::sin(last[2]);
-      frame.at[0] = last[0] + ca * input.motion[0] - sa * input.motion[1];
-      frame.at[1] = last[1] + sa * input.motion[0] + ca * input.motion[1];
-      frame.at[2] = last[2] + input.motion[2];
+      frame.at[0] = last[0] + ca * moved_[0] - sa * moved_[1];
+      frame.at[1] = last[1] + sa * moved_[0] + ca * moved_[1];
+      frame.at[2] = last[2] + moved_[2];
       if (!odometry_) {
         odometry_ = true;
         window_.calibration.free[kOdometryScale] = window_.calibration.free[kOdometryTurn] = true;
@@ -168,7 +300,7 @@ class Estimator {
     }
     frames.push_back(frame);
     const int n = static_cast<int>(frames.size());
-    for (int back = std::min(3, n); back >= 1; --back) {
+    for (int back = reach(n); back >= 1; --back) {
       const double* pose = input.poses + 3 * (3 - back);
       if (std::isnan(pose[0])) continue;
       Frame& at = frames[n - back];
@@ -179,6 +311,9 @@ class Estimator {
       for (int c = 0; c < 3; ++c) at.at[c] = at.given_pose[c];
     }
   }
+
+  /// Of how many of the last three frames what is given is of frames of the window.
+  int reach(int frames) const { return stride_ > 1 ? 1 : std::min(3, frames); }
 
   void predict(const std::vector<Frame>& frames, Frame& frame) const {
     const std::array<double, kFrame>&last = frames.back().at, &before = frames[frames.size() - 2].at;
@@ -207,7 +342,7 @@ class Estimator {
       const double* b = input.boxes + 5 * k;
       const bool seen = !std::isnan(b[0]);
       bool given = false;
-      for (int back = 1; back <= std::min(3, newest + 1); ++back)
+      for (int back = 1; back <= reach(newest + 1); ++back)
         given = given || !std::isnan(input.positions[2 * ((3 - back) * columns + k)]);
       if (!seen && !given) continue;
       Box box;
@@ -219,7 +354,7 @@ class Estimator {
         person.height_mean = person.log_height = std::log(recording_.height_mean);
         person.height_std = height_std_;
         int begin = newest;
-        for (int back = 1; back <= std::min(3, newest + 1); ++back)
+        for (int back = 1; back <= reach(newest + 1); ++back)
           if (!std::isnan(input.positions[2 * ((3 - back) * columns + k)])) begin = newest + 1 - back;
         person.first = begin;
         where_[k] = static_cast<int>(window_.people.size());
@@ -245,7 +380,7 @@ class Estimator {
         if (!alone && person.last() - last_seen_before(person) > 1)
           interpolate(person, placed(box, person.log_height, frame));
       }
-      for (int back = 3; back >= 1; --back) {
+      for (int back = reach(newest + 1); back >= 1; --back) {
         const double* at = input.positions + 2 * ((3 - back) * columns + k);
         const int node = newest + 1 - back - person.first;
         if (std::isnan(at[0]) || node < 0 || node >= person.frames()) continue;
@@ -331,22 +466,59 @@ class Estimator {
       for (int a = 0; a < 2; ++a) output.positions[2 * person.column + a] = person.nodes.back().at[a];
     }
     if (!recording_.covariances) return;
-    std::array<std::array<double, 3>, 3> pose;
-    std::vector<std::array<double, 3>> places;
-    if (!window_.covariances(model_, pose, places)) return;
+    Window::Covariances found;
+    if (!window_.covariances(model_, found)) return;
+    const Pose held = held_pose();
+    const Spread pose = sum(carried(behind_, held, frame.at[0], frame.at[1]), found.newest);
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b];
+    newest_ = pose;
+    places_ = found.places;
     for (std::size_t p = 0; p < window_.people.size(); ++p) {
-      const int column = window_.people[p].column;
-      if (column < 0 || std::isnan(places[p][0])) continue;
-      double* to = output.position_covariances + 4 * column;
-      to[0] = places[p][0];
-      to[1] = to[2] = places[p][1];
-      to[3] = places[p][2];
+      const Person& person = window_.people[p];
+      if (std::isnan(found.places[p][0])) continue;
+      const Spread place = carried(behind_, held, person.nodes.back().at[0], person.nodes.back().at[1]);
+      places_[p] = {found.places[p][0] + place[0][0], found.places[p][1] + place[0][1], found.places[p][2] + place[1][1]};
+      if (person.column < 0) continue;
+      double* to = output.position_covariances + 4 * person.column;
+      to[0] = places_[p][0];
+      to[1] = to[2] = places_[p][1];
+      to[3] = places_[p][2];
     }
+    next_ = found.next;
+  }
+
+  /// The pose that the window's covariances are relative to.
+  Pose held_pose() const {
+    const Frame& frame = window_.frames[std::max(0, window_.held - 1)];
+    return {frame.at[0], frame.at[1], frame.at[2]};
+  }
+
+  /// Covariance of what is carried along by a pose with the covariance `c`, at (x, y).
+  static Spread carried(const Spread& c, const Pose& pose, double x, double y) {
+    const double j[3][3] = {{1.0, 0.0, pose[1] - y}, {0.0, 1.0, x - pose[0]}, {0.0, 0.0, 1.0}};
+    Spread half{}, out{};
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        for (int k = 0; k < 3; ++k) half[a][b] += j[a][k] * c[k][b];
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        for (int k = 0; k < 3; ++k) out[a][b] += half[a][k] * j[b][k];
+    return out;
+  }
+  static Spread sum(Spread a, const Spread& b) {
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) a[i][k] += b[i][k];
+    return a;
   }
 
   Recording recording_;
+  Pose moved_{};               ///< since the last key frame, by odometry
+  Spread moved_spread_{}, newest_{};
+  bool moved_known_ = false, converged_ = true;
+  int stride_ = 1;             ///< frames from one key frame to the next
+  std::vector<std::array<double, 3>> places_;
+  Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;
   Window window_;
   std::vector<int> where_;

@@ -106,30 +106,23 @@ class Window {
     }
   }
 
-  /// Covariances of the newest pose [3][3] and of the newest places of people, NaN where a person is not in it.
-  bool covariances(const Model& model, std::array<std::array<double, 3>, 3>& pose,
-                   std::vector<std::array<double, 3>>& places) {
+  /// Covariances of the poses of the newest frame and of the frame that is held next, given those that are held, and of
+  /// the newest places of people, NaN where a person is not in it.
+  struct Covariances {
+    using Pose = std::array<std::array<double, 3>, 3>;
+    Pose newest{}, next{};
+    std::vector<std::array<double, 3>> places;  ///< xx, xy, yy
+  };
+
+  bool covariances(const Model& model, Covariances& out) {
     if (!linearise(model, 0.0)) return false;
     const int size = layout_.size(), newest = static_cast<int>(frames.size()) - 1;
-    std::vector<std::vector<double>> rows;
-    for (int c = 0; c < 3; ++c) {
-      std::vector<double> unit(size, 0.0);
-      const int column = layout_.camera(kFrame * newest + c);
-      if (column >= 0) {
-        unit[column] = 1.0;
-        solve_lower(reduced_.hessian, size, unit.data());
-      }
-      rows.push_back(unit);
-    }
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) {
-        pose[a][b] = 0.0;
-        for (int i = 0; i < size; ++i) pose[a][b] += rows[a][i] * rows[b][i];
-      }
-    places.assign(people.size(), {NAN, NAN, NAN});
+    out.newest = pose_covariance(newest);
+    out.next = pose_covariance(std::min(kHeld, newest));
+    out.places.assign(people.size(), {NAN, NAN, NAN});
     for (std::size_t p = 0; p < people.size(); ++p)
       if (people[p].last() == newest)
-        places[p] = eliminations_[p].place_covariance(people[p].frames() - 1, reduced_.hessian, size);
+        out.places[p] = eliminations_[p].place_covariance(people[p].frames() - 1, reduced_.hessian, size);
     return true;
   }
 
@@ -262,6 +255,23 @@ class Window {
     frames = saved.frames;
     people = saved.people;
     calibration.at = saved.global;
+  }
+
+  Covariances::Pose pose_covariance(int frame) const {
+    const int size = layout_.size();
+    std::array<std::vector<double>, 3> rows;
+    for (int c = 0; c < 3; ++c) {
+      rows[c].assign(size, 0.0);
+      const int column = layout_.camera(kFrame * frame + c);
+      if (column < 0) continue;
+      rows[c][column] = 1.0;
+      solve_lower(reduced_.hessian, size, rows[c].data());
+    }
+    Covariances::Pose pose{};
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        for (int i = 0; i < size; ++i) pose[a][b] += rows[a][i] * rows[b][i];
+    return pose;
   }
 
   double calibration_cost() const {
