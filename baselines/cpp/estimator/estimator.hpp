@@ -71,7 +71,8 @@ class Estimator {
 
   void start(const Recording& recording) {
     recording_ = recording;
-    stride_ = recording.dt < 0.5 * kKeyFrame ? std::max(1, static_cast<int>(std::floor(kKeyFrame / recording.dt + 1e-6))) : 1;
+    stride_ =
+        recording.dt < 0.5 * kKeyFrame ? std::max(1, static_cast<int>(std::floor(kKeyFrame / recording.dt + 1e-6))) : 1;
     recording_.dt = stride_ * recording.dt;
     moved_ = Pose{};
     moved_spread_ = Spread{};
@@ -478,7 +479,8 @@ class Estimator {
       const Person& person = window_.people[p];
       if (std::isnan(found.places[p][0])) continue;
       const Spread place = carried(behind_, held, person.nodes.back().at[0], person.nodes.back().at[1]);
-      places_[p] = {found.places[p][0] + place[0][0], found.places[p][1] + place[0][1], found.places[p][2] + place[1][1]};
+      places_[p] = {found.places[p][0] + place[0][0], found.places[p][1] + place[0][1],
+                    found.places[p][2] + place[1][1]};
       if (person.column < 0) continue;
       double* to = output.position_covariances + 4 * person.column;
       to[0] = places_[p][0];
@@ -513,10 +515,10 @@ class Estimator {
   }
 
   Recording recording_;
-  Pose moved_{};               ///< since the last key frame, by odometry
+  Pose moved_{};  ///< since the last key frame, by odometry
   Spread moved_spread_{}, newest_{};
   bool moved_known_ = false, converged_ = true;
-  int stride_ = 1;             ///< frames from one key frame to the next
+  int stride_ = 1;  ///< frames from one key frame to the next
   std::vector<std::array<double, 3>> places_;
   Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;
