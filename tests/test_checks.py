@@ -13,7 +13,7 @@ import pytest
 from tests.commands import wait_until
 
 ROOT = Path(__file__).parents[1]
-TARGETS = ("demo", "test", "packages", "check", "test-kills", "test-slow", "bench-summary")
+TARGETS = ("demo", "test", "packages", "check", "sanitize", "test-kills", "test-slow", "bench-summary")
 ASIDE, UNTIL = ("test-extras", "browser", "wheel-test"), "test-slow"
 """The targets that run one after the other beside others, from ``check`` on, and the last of those."""
 A_FRESH_MACHINE = {"PATH", "HOME", "LANG", "VBBENCH_DATA"}
