@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -56,5 +57,9 @@ def test_the_solver_of_the_readme_goes_onto_a_board(
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(str(tmp_path))
     Path("mysolver.py").write_text(block, encoding="utf-8")
-    assert main(shlex.split(found[1])) == 0
+    sys.modules.pop("mysolver", None)  # another test's
+    try:
+        assert main(shlex.split(found[1])) == 0
+    finally:
+        sys.modules.pop("mysolver", None)
     assert capsys.readouterr().out.strip() == found[2]
