@@ -43,7 +43,6 @@ class Window {
     }
     mode_costs(frames, model.motion, moving, costs_);
     sum += mode_posteriors(model.motion, costs_, mode_prior, posterior);
-    static const std::vector<Modes> none;
     camera_rows(frames, calibration, model.motion, std::vector<Modes>(frames.size()), model.sway_memory, held,
                 [&](const Row& row) { sum += row.cost; });
     return sum + calibration_cost();
