@@ -137,7 +137,7 @@ $(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
 	touch $@ $(VENV)/.runtime
 
 $(VENV)/.extras: $(VENV)/.dev
-	$(PIP) install --quiet --no-build-isolation --editable '.[dask,onnx,pyrender,pysocialforce,robot,torch,viewer]'
+	$(PIP) install --quiet --editable '.[dask,onnx,pyrender,pysocialforce,robot,torch,viewer]'
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.runtime

@@ -14,7 +14,8 @@ STRICTER = {
     "tracks": (
         r"twice \(also on line|but the step is \d+|is not in the sequence|already has a box|"
         r"already (been )?given in line|does not come after|"
-        r"is -?[\d.e+-]+, not an integer|(no|not a) whole number|people are class|class is "
+        r"is -?[\d.e+-]+, not an integer|(no|not a) whole number|people are class|class is |"
+        r"digits are lost|the id is missing here, other boxes have one|seem to be swapped"
     ),
     "sizes": r"are too many|correct its frame numbers|nobody is there at a multiple|holds no crowd",
     "places": r"km from the origin|it must be within ±|px; boxes are in px|the box is|visibility is|beyond its horizon",

@@ -118,10 +118,13 @@ def _same_boxes(outcome: object, rows: list[Row]) -> bool:
 
 
 def _poses_of(content: bytes) -> list[Row] | None:
-    """Rows of eight numbers with white space between, or one comma in every line."""
-    if all(line.count(",") == 7 for line in lines(content, errors="replace") or ()):
-        return rows_of(content, width=8, commas=True, errors="replace")
-    return rows_of(content, width=8, commas=False, errors="replace")
+    """Rows of eight numbers with white space between, or a comma in every line; a ninth may follow a rotation."""
+    for width in (8, 9):
+        commas = all(line.count(",") == width - 1 for line in lines(content, errors="replace") or ())
+        rows = rows_of(content, width=width, commas=commas, errors="replace")
+        if rows and (width == 8 or math.isclose(math.hypot(*rows[0][4:8]), 1.0, abs_tol=1e-3)):
+            return [row[:8] for row in rows]
+    return None
 
 
 def _same_poses(outcome: object, rows: list[Row]) -> bool:

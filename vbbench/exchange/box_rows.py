@@ -214,7 +214,8 @@ def _refuse_swapped(table: BoxTable) -> None:
 
     def steps(person: NDArray[Any], time: NDArray[Any]) -> FloatArray:
         order = np.lexsort((time, person))
-        return np.asarray((np.abs(np.diff(boxes[order, 0])) / boxes[order[1:], 3])[np.diff(person[order]) == 0])
+        left, height = boxes[order, 0], np.maximum(boxes[order, 3], 1e-9)  # boxes without height are refused later
+        return np.asarray((np.abs(np.diff(left)) / height[1:])[np.diff(person[order]) == 0])
 
     given, swapped = steps(ids, frame), steps(frame, ids)
     if min(len(given), len(swapped)) >= FEWEST_ALONE and np.median(given) > max(0.5, 4.0 * np.median(swapped)):

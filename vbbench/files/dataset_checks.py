@@ -230,13 +230,16 @@ def check_sequence(path_of: PathOf, index: int, frames: int, boxes: Rows, given:
 def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows, least: int) -> int:
     """Number of frames of a scene with ``people`` [K]: those of its rows, and the ``least`` that its sequences reach.
 
-    Raises FileError if people are not in order, a row is of an unknown person, or the scene would be nearly empty.
+    Raises FileError if people are not in order, a row is of an unknown person or infinitely far, or the scene would be
+    nearly empty.
     """
     if not (np.diff(people) > 0).all() or not np.isin(rows["person"], people).all():
         raise _contradiction(path_of("truth/people"), f"scene {scene} has people twice, unsorted or unknown")
     most = _most_cells(len(rows["frame"])) // max(1, len(people))
     if not _all_below(rows["frame"], most) or least > most:
         raise _contradiction(path_of("truth/scenes"), f"scene {scene} has a frame far from all others, or below 0")
+    if np.isinf(rows["x"]).any() or np.isinf(rows["y"]).any():
+        raise _contradiction(path_of("truth/scenes"), f"in scene {scene} a person is infinitely far")
     return max(least, int(rows["frame"].max(initial=-1)) + 1)
 
 
