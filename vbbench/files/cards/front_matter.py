@@ -22,7 +22,7 @@ def front_matter(subject: Subject) -> str:
         **({} if licence_address(licence) else {"license_details": licence}),
         "task_categories": ["robotics"],
         "tags": tags(subject),
-        "size_categories": [size_category(info.tables["observations"]["rows"])],
+        "size_categories": [size_category(info.tables.get("observations", {}).get("rows", 0))],
         "configs": [_config(name) for name in subject.tables],
         "vbbench": {"dataset": subject.id, "digest": subject.digest, "version": info.package_version},
     }
