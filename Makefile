@@ -18,7 +18,7 @@ SITE ?= out/site
 PLAYED ?= sim street
 WORK := out/leaderboard/again
 SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/field.json)
-CPP := $(shell find baselines/cpp -name '*.?pp')
+CPP := $(shell find cpp */cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
 KILLS := tests/test_kills.py tests/test_work_folder.py
@@ -145,4 +145,4 @@ $(VENV)/.docs: $(VENV)/.runtime
 	touch $@
 
 clean:
-	rm -rf $(VENV) out dist build baselines/vbbench_baselines/_core.*.so docs/tutorials/notebooks .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) out dist build */vbbench_*/_core.*.so docs/tutorials/notebooks .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -1,28 +1,26 @@
-"""Runs tests with an extension module that was built with sanitizers: ``python -m tests.sanitized FOLDER TESTS…``.
+"""Runs tests with extension modules that were built with sanitizers: ``python -m tests.sanitized FOLDER TESTS…``.
 
-``make sanitize`` builds it, and sets what the sanitizers need.
+``make sanitize`` builds them, and sets what the sanitizers need.
 """
 
+import importlib
 import importlib.util
 import sys
 from pathlib import Path
 
 import pytest
 
-import vbbench_baselines
-
-NAME = "vbbench_baselines._core"
-
 
 def use(folder: Path) -> None:
-    """Put the module of the folder in the place of that of the package."""
-    file = next(folder.glob("_core*.so"))
-    spec = importlib.util.spec_from_file_location(NAME, file)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{file} is no extension module")
-    module = sys.modules[NAME] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    vbbench_baselines._core = module
+    """Put the modules of the folder in the place of those of the packages."""
+    for file in folder.glob("vbbench_*/_core*.so"):
+        package = file.parent.name
+        spec = importlib.util.spec_from_file_location(f"{package}._core", file)
+        if spec is None or spec.loader is None:
+            raise ImportError(f"{file} is no extension module")
+        module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        importlib.import_module(package)._core = module
 
 
 if __name__ == "__main__":

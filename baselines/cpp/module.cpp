@@ -1,68 +1,21 @@
 // Binding of the estimator to Python. Sizes and types of arrays are checked here; what is wrong is a VbbenchError.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
 #include <cmath>
-#include <memory>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "binding.hpp"
 #include "estimator/estimator.hpp"
 #include "estimator/inspection.hpp"
 
-namespace nb = nanobind;
 using namespace vbbench;
 
 namespace {
 
-template <class T>
-using Array = nb::ndarray<T, nb::c_contig, nb::device::cpu>;
-
 constexpr int kSmallestWindow = 4, kLargestWindow = 400;  ///< frames
-
-[[noreturn]] void refuse(const std::string& problem) {
-  const nb::object error = nb::module_::import_("vbbench.errors").attr("VbbenchError");
-  PyErr_SetString(error.ptr(), problem.c_str());
-  throw nb::python_error();
-}
-
-template <class T>
-constexpr const char* kTypeName = "float64";
-template <>
-constexpr const char* kTypeName<const int> = "int32";
-
-std::string shape_text(const std::vector<std::size_t>& shape) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < shape.size(); ++i) text += (i ? ", " : "") + std::to_string(shape[i]);
-  return text + "]";
-}
-
-/// The array of this type in C order; `shape` where it is given.
-template <class T>
-Array<T> array(const nb::object& value, const char* name, const std::optional<std::vector<std::size_t>>& shape) {
-  Array<T> found;
-  if (!nb::try_cast<Array<T>>(value, found, false))
-    refuse(std::string(name) + " must be an array of " + kTypeName<T> + " in C order" +
-           (std::is_const_v<T> ? "" : " that can be written to"));
-  if (shape) {
-    std::vector<std::size_t> has;
-    for (std::size_t i = 0; i < found.ndim(); ++i) has.push_back(found.shape(i));
-    if (has != *shape)
-      refuse(std::string(name) + " must have the shape " + shape_text(*shape) + ", not " + shape_text(has));
-  }
-  return found;
-}
-
-nb::object numpy(std::vector<double> values, std::vector<std::size_t> shape) {
-  auto kept = std::make_unique<std::vector<double>>(std::move(values));
-  double* data = kept->data();
-  nb::capsule owner(kept.release(), [](void* p) noexcept { delete static_cast<std::vector<double>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, double>(data, shape.size(), shape.data(), owner));
-}
 
 /// The estimator, once `start` has said for how many columns.
 struct Core {
@@ -180,7 +133,6 @@ struct Core {
             const nb::object& motion, const nb::object& motion_covariance, const nb::object& pose,
             const nb::object& pose_covariance, const nb::object& places, const nb::object& place_covariances,
             const nb::object& heights) {
-    using Shape = std::vector<std::size_t>;
     const std::size_t k = people();
     const auto in_boxes = array<const double>(boxes, "boxes", Shape{k, 5});
     const auto in_cut = array<const int>(cut, "cut", Shape{k});
@@ -202,7 +154,7 @@ struct Core {
 
   void forget(const nb::object& indices) {
     const std::size_t k = people();
-    const auto found = array<const int>(indices, "columns", std::nullopt);
+    const auto found = array<const int>(indices, "columns", {kAny});
     for (std::size_t i = 0; i < found.size(); ++i)
       if (found.data()[i] < 0 || found.data()[i] >= static_cast<int>(k))
         refuse("columns must be from 0 to " + std::to_string(static_cast<int>(k) - 1) + ", not " +
@@ -256,9 +208,6 @@ struct Core {
     return {posterior.back().begin(), posterior.back().end()};
   }
 };
-
-/// An argument that `array` checks, None included.
-auto array_arg(const char* name) { return nb::arg(name).none(); }
 
 }  // namespace
 
