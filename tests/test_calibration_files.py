@@ -182,6 +182,10 @@ def test_the_mount_height_is_asked_for_and_never_contradicts(tmp_path):
     found = read(tmp_path, TOML.replace("mount_height = 1.5\n", ""), {"mount_height": 1.5, "pitch": -0.1})
     assert (found.facts.pitch, found.camera.mount_height) == (-0.1, 1.5)
     assert read(tmp_path, found.text, {}).facts == found.facts
+    with pytest.raises(FileError, match="says carried_by = robot, and --carried-by person; keep one"):
+        read(tmp_path, f'carried_by = "robot"\n{TOML}', {"carried_by": "person"})
+    found = read(tmp_path, TOML, {"carried_by": "person"})
+    assert (found.facts.carried_by, read(tmp_path, found.text, {}).facts) == ("person", found.facts)
     with pytest.raises(FileError, match=r"pitch must be -1\.2 to 1\.2 rad .*, not 5"):
         read(tmp_path, OPENCV, {**MOUNT, "pitch": 5.0})
 

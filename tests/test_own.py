@@ -27,6 +27,7 @@ from vbbench.exchange.own.plausibility import box_noise
 from vbbench.exchange.own.recording import files_in, read_recording
 from vbbench.exchange.own.timing import time_frames
 from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import describe
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.footage import FootageOptions
@@ -100,6 +101,8 @@ def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
         ("focal = 1.0e3\nmodel = 'panorama'\nfov = 360", "fov, the field of view, must be 3 to 150 degrees, not 360"),
         ("cx = 0.5\ncy = 0.5", "are shares of the picture; write px"),
         ("mount_height = 160", r"must be 0\.05 to 100 m, not 160"),
+        ("carried_by = 'car'", "carried_by = 'car' has the wrong type; known: unknown, person, vehicle, robot"),
+        ("box_edge = 45", "box_edge must be 0 to 1 m, not 45"),
         ("[parameters]\nzoom = 2.0", "camera model 'perspective' has no 'zoom'"),
     ],
 )
@@ -197,6 +200,19 @@ def test_the_camera_file_of_the_manual_is_read(tmp_path):
     assert (facts.width, facts.focal, facts.seconds) == (1242, 721.5, 0.1)
     assert facts.distortion is not None
     assert (facts.distortion.k1, facts.odometry.turn) == (-0.37, 0.05)
+    assert (facts.carried_by, facts.box_edge) == ("vehicle", 0.45)
+
+
+def test_what_carries_the_camera_and_the_edge_of_boxes_reach_solvers(tmp_path, walk):
+    text = 'carried_by = "robot"\nbox_edge = 0.45\n' + CAMERA_TOML
+    write_folder(tmp_path / "all" / "one", walk, camera=text)
+    dataset = generate("own", tmp_path / "d", Options(source=tmp_path / "all"))
+    problem = dataset.problem(dataset.sequence(0))
+    assert (problem.carried_by, problem.box_edge) == ("robot", 0.45)
+    assert "near edge 0.45 m, carried by a robot" in describe(dataset.info)
+    write_folder(tmp_path / "all" / "two", walk, camera=text.replace("robot", "person"))
+    with pytest.raises(VbbenchError, match="camera files differ in carried_by; make a dataset of each recording"):
+        generate("own", tmp_path / "e", Options(source=tmp_path / "all"))
 
 
 def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, walk):

@@ -376,6 +376,10 @@ def test_where_nobody_is_seen_and_the_solver_is_silent_the_pose_is_carried_on() 
         ({"tilt_std": 3.0}, "tilt_std must be 0 to 0.8 rad, not 3"),
         ({"box_std": 3.0}, "box_std must be 0 to 0.8 of a box's height, not 3"),
         ({"box_std": None}, "box_std must be a number"),
+        ({"carried_by": "persn"}, "carried_by cannot be 'persn'; did you mean 'person'?"),
+        ({"carried_by": None}, "carried_by cannot be None; known: unknown, person, vehicle, robot"),
+        ({"box_edge": 1.5}, "box_edge must be 0 to 1 m, not 1.5"),
+        ({"box_edge": "near"}, "box_edge must be a number, 0 to 1 m, not 'near'"),
         ({"forget_after": 0.0}, "forget_after must be 0.001 to 999,999 s"),
         ({"forget_after": None}, "forget_after must be a number"),
         ({"people": 0}, "people must be a whole number from 1 to 100,000, not 0"),
@@ -398,6 +402,12 @@ def test_a_session_that_cannot_be_is_refused(options: dict[str, Any], message: s
     arguments = {"solver": Watched(), "camera": CAMERA, "dt": DT, **options}
     with pytest.raises(VbbenchError, match=message):
         Session(**arguments)
+
+
+def test_the_solver_learns_what_carries_the_camera_and_where_boxes_have_their_edge() -> None:
+    solver = Watched()
+    Session(solver, CAMERA, DT, carried_by="robot", box_edge=0.45)
+    assert (solver.problem.carried_by, solver.problem.box_edge) == ("robot", 0.45)
 
 
 def test_after_a_reset_the_next_frame_is_the_first_of_a_new_map() -> None:

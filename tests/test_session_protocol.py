@@ -49,6 +49,8 @@ def session_for(dataset: Dataset, sequence: Sequence, solver: str) -> Session:
         tilt_std=problem.tilt_std,
         mount_height_std=problem.mount_height_std,
         box_std=problem.box_std,
+        carried_by=problem.carried_by,
+        box_edge=problem.box_edge,
         covariances=False,
         origin=sequence.given.poses[0],
         forget_after=1000.0,

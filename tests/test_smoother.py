@@ -54,6 +54,7 @@ def facts(people: int, *, known: bool = True, covariances: bool = False) -> dict
         "tilt_std": std,
         "mount_height_std": 4.0 * std,
         "mount_height": MOUNT,
+        "box_edge": np.nan,
         "columns": people,
         "known_calibration": known,
         "covariances": covariances,
@@ -211,6 +212,27 @@ def test_a_forgotten_column_is_a_new_person() -> None:
     assert np.hypot(*offset) == pytest.approx(1.7 / box[1, 2], rel=0.2)
 
 
+def error_with_edge(box_edge: float) -> float:
+    """Median error in m of the places of people whose boxes agree with a plane .45 m nearer."""
+    scene, run = crowd(12, 6, edge=0.45), Run(6)
+    run.core.start(facts(6) | {"box_edge": box_edge})
+    off = run.through(scene, poses_given=len(scene.boxes))[-1]["places"] - scene.places[-1]
+    return float(np.median(np.hypot(off[:, 0], off[:, 1])))
+
+
+def test_a_near_edge_that_is_given_moves_people_away_by_as_much() -> None:
+    assert error_with_edge(0.45) < 0.05
+    assert error_with_edge(np.nan) > 0.3
+
+
+@pytest.mark.parametrize("edge", [0.0, 0.45])
+def test_a_near_edge_that_is_given_holds_where_the_calibration_is_uncertain(edge: float) -> None:
+    run = Run(6, known=False)
+    run.core.start(facts(6, known=False) | {"box_edge": edge})
+    run.through(crowd(12, 6, edge=edge))
+    assert run.core.calibration()[4] == pytest.approx(edge, abs=0.1)
+
+
 def test_a_start_begins_again() -> None:
     scene = crowd(6, 3)
     run = Run(3)
@@ -264,6 +286,7 @@ def test_a_step_before_the_start_is_refused() -> None:
         ({"pixel_std": -1.0}, "pixel_std must be a number of at least 0"),
         ({"columns": -1}, "columns must be at least 0"),
         ({"carrier": 4}, "carrier must be from 0 to 3"),
+        ({"box_edge": float("inf")}, "box_edge must be finite, or NaN or negative where it is not known"),
     ],
 )
 def test_facts_that_cannot_be_are_refused(wrong: dict[str, Any], problem: str) -> None:

@@ -6,14 +6,19 @@ A solver is a class that is called without arguments and implements `FrameSolver
 """
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Literal, Protocol, get_args, runtime_checkable
 
 from vbbench.camera import Camera
+from vbbench.errors import quoted, suggestion
 from vbbench.estimate import Estimate, FrameEstimate
 from vbbench.geometry import FloatArray, IntArray, freeze
+from vbbench.parsing.numbers import Within
 from vbbench.sequence import Given
 
 __all__ = [
+    "BOX_EDGE",
+    "CARRIERS",
+    "Carrier",
     "Estimate",
     "ForgettingSolver",
     "Frame",
@@ -24,6 +29,12 @@ __all__ = [
     "Problem",
     "SequenceSolver",
 ]
+
+Carrier = Literal["unknown", "person", "vehicle", "robot"]
+CARRIERS: tuple[Carrier, ...] = get_args(Carrier)
+"""What may carry a camera."""
+BOX_EDGE = Within(0.0, 1.0, "m")
+"""How near the near edge of a source of boxes may be."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +52,14 @@ class Problem:
     box_std : standard deviation of column, top and bottom as a share of the box's height, beside ``pixel_std``.
     tilt_std : standard deviation in rad by which the camera's pitch and roll are off those of ``camera``.
     mount_height_std : standard deviation in m by which its mount height is.
+    carried_by : what carries the camera, one of `CARRIERS`.
+    box_edge : near edge of the source of boxes: distance in m from a person's axis to the plane in which top and bottom
+        of the box lie; .45 for projections of cuboids. ``None`` = not known.
+
+    Raises
+    ------
+    ValueError
+        If ``carried_by`` is none of these, or ``box_edge`` outside its range.
     """
 
     camera: Camera
@@ -53,6 +72,16 @@ class Problem:
     box_std: float = 0.0
     tilt_std: float = 0.0
     mount_height_std: float = 0.0
+    carried_by: Carrier = "unknown"
+    box_edge: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.carried_by not in CARRIERS:
+            raise ValueError(
+                f"carried_by cannot be {quoted(self.carried_by)}; {suggestion(str(self.carried_by), CARRIERS)}"
+            )
+        if self.box_edge is not None:
+            BOX_EDGE.check("box_edge", self.box_edge)
 
 
 @dataclass(frozen=True, kw_only=True)

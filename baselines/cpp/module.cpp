@@ -113,6 +113,8 @@ struct Core {
     r.tilt_std = number(facts, "tilt_std", false);
     r.mount_std = number(facts, "mount_height_std", false);
     r.mount_height = number(facts, "mount_height", true);
+    r.box_edge = fact<double>(facts, "box_edge");
+    if (std::isinf(r.box_edge)) refuse("box_edge must be finite, or NaN or negative where it is not known");
     r.columns = fact<int>(facts, "columns");
     if (r.columns < 0) refuse("columns must be at least 0");
     r.known_calibration = fact<bool>(facts, "known_calibration");

@@ -5,19 +5,23 @@ from typing import Any
 import numpy as np
 
 from vbbench.geometry import IntArray
-from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench.solver import CARRIERS, Carrier, Frame, FrameEstimate, Problem
 from vbbench_baselines import _core
 from vbbench_baselines.common.bearings import bearings_of
 
-CARRIERS = ("unknown", "person", "vehicle", "robot")
-
 
 class Smoother:
-    """Sliding-window maximum a posteriori estimate (C++)."""
+    """Sliding-window maximum a posteriori estimate (C++).
 
-    def __init__(self, carried_by: str = "unknown", **constants: float) -> None:
+    Parameters
+    ----------
+    carried_by : what carries the camera; ``None`` for what the problem states.
+    constants : numbers of ``Constants`` in C++, or ``size``, ``rounds`` or ``least``.
+    """
+
+    def __init__(self, carried_by: Carrier | None = None, **constants: float) -> None:
         self._core = _core.Estimator()
-        self._carrier = CARRIERS.index(carried_by)
+        self._carried_by = carried_by
         for name, value in constants.items():
             self._core.set(name.replace("__", "[") + "]" * ("__" in name), value)
 
@@ -35,10 +39,11 @@ class Smoother:
                 "tilt_std": problem.tilt_std,
                 "mount_height_std": problem.mount_height_std,
                 "mount_height": problem.camera.mount_height,
+                "box_edge": -1.0 if problem.box_edge is None else problem.box_edge,
                 "columns": len(problem.tracks),
                 "known_calibration": known,
                 "covariances": problem.covariances,
-                "carrier": self._carrier,
+                "carrier": CARRIERS.index(self._carried_by or problem.carried_by),
             }
         )
 

@@ -96,7 +96,7 @@ def birdify(
     dt: float | None = None,
     name: str = "",
     pictures: Pictures | None = None,
-    mount: Mapping[str, float] | None = None,
+    mount: Mapping[str, float | str] | None = None,
     person_class: int | str | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
@@ -119,7 +119,7 @@ def birdify(
     dt : seconds per frame where neither camera file nor boxes say it.
     name : what the recording is called; by default as the file of boxes.
     pictures : where the pictures of the frames are, to draw over.
-    mount : keys that the camera file leaves out: ``mount_height`` in m, ``pitch`` in rad.
+    mount : keys that the camera file leaves out: ``mount_height`` in m, ``pitch`` in rad, ``carried_by``.
     person_class : class of people in the boxes, by number or name, where the file does not show it.
     overwrite : replace a folder that birdify made.
     announce : called with a line for each stage.

@@ -38,7 +38,7 @@ def birdify_film(
     odometry_axes: Axes | None = None,
     solver: str = "map-causal",
     film: bool | None = None,
-    mount: Mapping[str, float] | None = None,
+    mount: Mapping[str, float | str] | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Birdified:

@@ -19,6 +19,7 @@ def birdify(
     dt: float | None = None,
     mount_height: float | None = None,
     pitch: float | None = None,
+    carried_by: Literal["unknown", "person", "vehicle", "robot"] | None = None,
     person_class: str | None = None,
     solver: str = "map-causal",
     detector: str | None = None,
@@ -46,6 +47,7 @@ def birdify(
         dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
         mount_height: The camera's height over the ground in m, where its file does not state it.
         pitch: How far it looks above the horizon in rad, where its file does not state it.
+        carried_by: What carries the camera, where its file does not state it.
         person_class: Of boxes: the class of people, by number or name, where the file does not show it.
         solver: A registered name or module:attribute of your own.
         detector: Of a film: hog (default), an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
@@ -74,8 +76,8 @@ def birdify(
         raise VbbenchError(
             f"--dt is for boxes, and {recording} is a film; write dt or fps in {camera} if its own is wrong"
         )
-    stated = {"mount_height": mount_height, "pitch": pitch}
-    mount = {name: value for name, value in stated.items() if value is not None}
+    stated = {"mount_height": mount_height, "pitch": pitch, "carried_by": carried_by}
+    mount: dict[str, float | str] = {name: value for name, value in stated.items() if value is not None}
     if person_class is not None and filmed:
         raise VbbenchError(f"--person-class is for boxes, and {recording} is a film; leave it out")
     if camera is None and not bag:
@@ -107,7 +109,7 @@ def birdify(
     print(f"{made.folder}: {made.report.summary()}")
 
 
-def _check_dt(dt: float, camera: Path, mount: dict[str, float]) -> None:
+def _check_dt(dt: float, camera: Path, mount: dict[str, float | str]) -> None:
     """Refuse another ``dt`` than that of the camera file, which would count."""
     from vbbench.errors import VbbenchError
     from vbbench.exchange.own.camera_file import find_camera, read_camera

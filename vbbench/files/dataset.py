@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Callable, Iterator
+from dataclasses import fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -271,10 +272,10 @@ class Dataset:
 
 def problem_of(info: DatasetInfo, sequence: Sequence, *, covariances: bool = False) -> Problem:
     """The published facts about a sequence of the dataset that ``info`` is of, as a solver gets them."""
-    names = ("dt", "height_mean", "height_std", "pixel_std", "box_std", "tilt_std", "mount_height_std")
-    told = {name: getattr(info, name) for name in names}
+    published = {field.name for field in fields(Problem)} - {"camera", "tracks", "covariances"}
+    facts = {name: getattr(info, name) for name in published}
     camera = info.cameras[sequence.camera] if info.cameras else info.camera
-    return Problem(camera=camera, tracks=sequence.tracks, covariances=covariances, **told)
+    return Problem(camera=camera, tracks=sequence.tracks, covariances=covariances, **facts)
 
 
 _last = threading.local()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vbbench.errors import FileError, is_printable, quoted
 from vbbench.files.tables import SCHEMAS
 from vbbench.geometry import BoolArray, IntArray
+from vbbench.solver import BOX_EDGE, CARRIERS
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
 """Names that a table of a dataset can have; no other name is ever used in a path."""
@@ -191,6 +192,8 @@ _OPTIONAL: dict[str, Check] = {
     "box_std": _number(0, 10),
     "tilt_std": _number(0, 10),
     "mount_height_std": _number(0, 1e3),
+    "carried_by": _must_be(f"one of {', '.join(CARRIERS)}", lambda value: value in CARRIERS),
+    "box_edge": _number(BOX_EDGE.least, BOX_EDGE.most),
     "calibration": _or_null(_calibration),
     "cameras": _cameras,
     "truth": _must_be(f"one of {', '.join(TRUTH_TABLES)}", lambda value: value in TRUTH_TABLES),

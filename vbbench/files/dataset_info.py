@@ -19,6 +19,7 @@ from vbbench.folders.swapping import finish_swaps
 from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
 from vbbench.paper import the_paper
 from vbbench.parsing.json_text import canonical_digest, read_object
+from vbbench.solver import Carrier
 
 Known = Literal["whole", "poses", "relative", "none"]
 """What is known of a dataset's truth; see `vbbench.files.dataset_checks.TRUTH_TABLES`."""
@@ -67,8 +68,9 @@ class DatasetInfo:
     ``calibration`` describes the camera that recorded the scenes, with its uncertainty, if metres depend on it; it
     follows from the definition, up to rounding, and is not part of the id.
 
-    ``pixel_std``, ``box_std``, ``tilt_std`` and ``mount_height_std`` are what solvers are told of the errors of boxes
-    and camera (`vbbench.solver.Problem`).
+    ``pixel_std``, ``box_std``, ``tilt_std`` and ``mount_height_std`` are what solvers are given of the errors of boxes
+    and camera (`vbbench.solver.Problem`); so are ``carried_by`` and ``box_edge``, where the owner of a recording states
+    them.
 
     Footage may have several ``cameras``, ``camera`` being the first of them, ``pictures`` of each sequence, and less
     ``truth`` than is known of what was generated.
@@ -88,6 +90,8 @@ class DatasetInfo:
     box_std: float = 0.0
     tilt_std: float = 0.0
     mount_height_std: float = 0.0
+    carried_by: Carrier = "unknown"
+    box_edge: float | None = None
     caution: str | None = None
     calibration: dict[str, Any] | None = None
     cameras: tuple[Camera, ...] = ()
@@ -155,6 +159,7 @@ class DatasetInfo:
         facts["pictures"] = [pictures and asdict(pictures) for pictures in self.pictures]
         unsaid: dict[str, Any] = {"calibration": None, "cameras": [], "pictures": [], "truth": "whole"}
         unsaid |= dict.fromkeys(("box_std", "tilt_std", "mount_height_std"), 0.0)
+        unsaid |= {"carried_by": "unknown", "box_edge": None}
         return {name: value for name, value in facts.items() if name not in unsaid or value != unsaid[name]}
 
     @staticmethod
@@ -280,6 +285,8 @@ def told_noise(info: DatasetInfo) -> str:
         (info.box_std, f"{info.box_std:.2%} of a box"),
         (info.tilt_std, f"tilt ± {info.tilt_std:.3g} rad"),
         (info.mount_height_std, f"mount ± {info.mount_height_std:g} m"),
+        (info.box_edge is not None, f"near edge {info.box_edge} m"),
+        (info.carried_by != "unknown", f"carried by a {info.carried_by}"),
     ]
     return ", ".join(text for said, text in parts if said)
 

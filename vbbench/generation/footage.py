@@ -13,6 +13,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY, Odometry, held_persons
+from vbbench.solver import Carrier
 
 FOOTAGE = "footage"
 """The tier of datasets of footage."""
@@ -129,6 +130,8 @@ class Recordings:
     caution : what users must know of these recordings.
     height_mean, height_std : people's heights in m that solvers are told; ``None`` for those of the split.
     pixel_std : noise in px of a box's column, top and bottom that solvers are told; ``None`` for that of the split.
+    carried_by, box_edge : what carries the cameras, and the near edge of the source of boxes in m, as
+        `vbbench.solver.Problem` has them.
     """
 
     footage: tuple[Footage, ...]
@@ -138,6 +141,8 @@ class Recordings:
     height_mean: float | None = None
     height_std: float | None = None
     pixel_std: float | None = None
+    carried_by: Carrier = "unknown"
+    box_edge: float | None = None
 
 
 def _places(scene: Scene, persons: IntArray) -> FloatArray:

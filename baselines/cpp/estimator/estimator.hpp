@@ -11,6 +11,7 @@ namespace vbbench {
 struct Recording {
   double dt = 0.4, height_mean = 1.7, height_std = 0.07, pixel_std = 1.0, box_std = 0.0, tilt_std = 0.0,
          mount_std = 0.0, mount_height = 1.6;
+  double box_edge = -1.0;  ///< m, near edge of the source of boxes; negative or NaN = not known
   int columns = 0;
   bool known_calibration = false;
   Carrier carrier = kUnknownCarrier;
@@ -53,6 +54,7 @@ inline bool information_root(const double* c, std::array<std::array<double, 3>, 
 }
 
 constexpr double kKeyFrame = 0.2;     ///< s from one key frame to the next at least
+constexpr double kEdgeKnown = 0.05;   ///< m, standard deviation of a near edge that is given
 constexpr double kTurning = 0.1;      ///< rad by which a camera may turn between key frames
 constexpr double kStray = 0.05;       ///< m by which people stray from their ways between key frames
 constexpr int kWalkLate = 4;          ///< frames after which an innovation counts
@@ -89,13 +91,15 @@ class Estimator {
     model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
     model_.sway_memory = std::exp(-recording_.dt / c.sway_time);
     Calibration& calibration = window_.calibration;
-    calibration.at = {0.0, 0.0, recording.mount_height, 0.0, c.edge, 0.0, 0.0};
+    const bool edge_known = recording.box_edge >= 0.0;
+    const double edge_std = edge_known ? kEdgeKnown : c.edge_std;
+    const double edge = edge_known ? recording.box_edge : recording.known_calibration ? 0.0 : c.edge;
+    calibration.at = {0.0, 0.0, recording.mount_height, 0.0, edge, 0.0, 0.0};
     const double tilt = recording.tilt_std > 0.0 ? recording.tilt_std : c.tilt_std;
     const double mount = recording.mount_std > 0.0 ? recording.mount_std : c.mount_std;
-    std::array<double, kGlobals> std{tilt, tilt, mount, c.offset_std, c.edge_std, 0.015, 0.02};
+    std::array<double, kGlobals> std{tilt, tilt, mount, c.offset_std, edge_std, 0.015, 0.02};
     height_std_ = std::max(recording.height_std / recording.height_mean, c.height_std);
     if (recording.known_calibration) {
-      calibration.at[kEdge] = 0.0;
       for (int g = 0; g < kOdometryScale; ++g) std[g] = 0.0;
       model_.people.noise.share = {0.0, 0.0, 0.0};
       model_.people.own_edge_std = 1e-4;

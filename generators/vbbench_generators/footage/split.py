@@ -132,6 +132,8 @@ class FootageSplit(ABC):
             pixel_std=self.pixel_std if found.pixel_std is None else found.pixel_std,
             tilt_std=self.tilt_std,
             mount_height_std=self.mount_height_std,
+            carried_by=found.carried_by,
+            box_edge=found.box_edge,
             scenes=tuple(one.name for one in footage),
             definition={
                 "generator": f"footage/{REVISION}",

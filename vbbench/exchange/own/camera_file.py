@@ -17,6 +17,7 @@ from vbbench.geometry import FloatArray, covariance_along, motion_levers, relati
 from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import from_table, toml_table
 from vbbench.registry import load_registered
+from vbbench.solver import BOX_EDGE, Carrier
 
 WIDEST, NARROWEST = 150.0, 3.0
 """Degrees from the left to the right border of a pinhole's picture that a camera may have."""
@@ -106,6 +107,8 @@ class CameraFile:
     dt, fps : seconds per frame, or frames per second.
     pixel_std : standard deviation in px of the boxes' columns, tops and bottoms; measured from the boxes if left out.
     height_mean, height_std : of people's heights in m, where they are others than adults in the street.
+    carried_by : what carries the camera.
+    box_edge : distance in m from a person's axis to the plane in which top and bottom of a box lie, where it is known.
     distortion : of the lens.
     odometry : where odometry was measured, and how good it is where its file does not say.
     parameters : of a camera model of your own, besides those above.
@@ -129,6 +132,8 @@ class CameraFile:
     pixel_std: Annotated[float, Within(0.0, 1000.0, "px")] | None = None
     height_mean: Annotated[float, BODY_HEIGHT] = 1.72
     height_std: Annotated[float, Within(0.0, 0.5, "m")] = 0.09
+    carried_by: Carrier = "unknown"
+    box_edge: Annotated[float, BOX_EDGE] | None = None
     distortion: Distortion | None = None
     odometry: OdometryFacts = field(default_factory=OdometryFacts)
     parameters: Mapping[str, float] = field(default_factory=dict)
@@ -203,13 +208,13 @@ def find_camera(path: Path) -> Path:
     return path
 
 
-def read_camera(path: Path, mount: Mapping[str, float] | None = None) -> OwnCamera:
+def read_camera(path: Path, mount: Mapping[str, float | str] | None = None) -> OwnCamera:
     """Read a camera file, or a calibration of another program.
 
     Parameters
     ----------
     path : ``camera.toml``, or one of the files of `vbbench.exchange.own.calibration_files`.
-    mount : keys that the file leaves out, such as ``mount_height`` and ``pitch``.
+    mount : keys that the file leaves out: ``mount_height``, ``pitch``, ``carried_by``.
 
     Raises
     ------
@@ -228,8 +233,9 @@ def read_camera(path: Path, mount: Mapping[str, float] | None = None) -> OwnCame
             raise FileError(path, f"{error.problem}; {known}", error.line) from error
     for name, value in (mount or {}).items():
         if table.setdefault(name, value) != value:
-            raise FileError(path, f"says {name} = {table[name]}, and --{name.replace('_', '-')} {value:g}; keep one")
-        text = f"{name} = {float(value)!r}  # given with this file\n{text}" if text else ""
+            given = value if isinstance(value, str) else f"{value:g}"
+            raise FileError(path, f"says {name} = {table[name]}, and --{name.replace('_', '-')} {given}; keep one")
+        text = f"{name} = {json.dumps(value)}  # given with this file\n{text}" if text else ""
     if "mount_height" not in table:
         problem = "mount_height is missing: write how high the camera is over the ground in m, or give --mount-height"
         raise FileError(path, problem)

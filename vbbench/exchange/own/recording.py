@@ -119,7 +119,7 @@ def read_recording(
     *,
     dt: float | None = None,
     pictures: Pictures | None = None,
-    mount: Mapping[str, float] | None = None,
+    mount: Mapping[str, float | str] | None = None,
     person_class: int | str | None = None,
 ) -> OwnRecording:
     """Read a recording.
@@ -129,7 +129,7 @@ def read_recording(
     files : where it is.
     dt : seconds per frame where the camera file does not say it, such as those of a film.
     pictures : where the pictures are.
-    mount : keys that the camera file leaves out, such as ``mount_height``.
+    mount : keys that the camera file leaves out, such as ``mount_height`` and ``carried_by``.
     person_class : class of people in the boxes, where the file does not show it.
 
     Raises
@@ -190,12 +190,13 @@ def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
     Raises
     ------
     VbbenchError
-        If their camera files tell of people of other heights.
+        If their camera files differ in what solvers are given of people, of boxes or of what carries the camera.
     """
-    heights = {(one.own.facts.height_mean, one.own.facts.height_std) for one in read}
-    if len(heights) > 1:
-        raise VbbenchError("camera files differ in height_mean or height_std; make a dataset of each recording")
-    mean, std = heights.pop()
+    shared = ("height_mean", "height_std", "carried_by", "box_edge")
+    for name in shared:
+        if len({getattr(one.own.facts, name) for one in read}) > 1:
+            raise VbbenchError(f"camera files differ in {name}; make a dataset of each recording")
+    facts = {name: getattr(read[0].own.facts, name) for name in shared}
     worst = max(one.pixel_std for one in read)
     count = "1 recording" if len(read) == 1 else f"{len(read)} recordings"
     return Recordings(
@@ -206,9 +207,8 @@ def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
             "notes": {one.footage.name: list(one.notes) for one in read},
         },
         caution="a recording of somebody's own; nobody has checked its camera file",
-        height_mean=mean,
-        height_std=std,
         pixel_std=worst,
+        **facts,
     )
 
 

@@ -15,7 +15,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within
 from vbbench.registry import make_solver
 from vbbench.sequence import Odometry
-from vbbench.solver import FrameSolver, Problem, SequenceSolver
+from vbbench.solver import Carrier, FrameSolver, Problem, SequenceSolver
 from vbbench.solving.session.columns import Columns
 from vbbench.solving.session.endless import EndlessRun, rehearse
 from vbbench.solving.session.measured import (
@@ -84,6 +84,9 @@ class Session:
     tilt_std, mount_height_std : of the camera's tilt in rad and mount height in m about what ``camera`` says; 0 where
         they are exact.
     box_std : of a box's borders, as a share of its height, beside ``pixel_std``.
+    carried_by : what carries the camera: ``person``, ``vehicle``, ``robot`` or ``unknown``.
+    box_edge : distance in m from a person's axis to the plane in which top and bottom of a box lie, such as .45 for
+        projections of cuboids; ``None`` where it is not known.
     covariances : whether they are wanted; leaving them out saves time.
     origin : (x, y, yaw) of the camera in the first frame, in m and rad.
     forget_after : seconds out of sight after which a track is forgotten.
@@ -107,6 +110,8 @@ class Session:
         tilt_std: float = 0.0,
         mount_height_std: float = 0.0,
         box_std: float = 0.0,
+        carried_by: Carrier = "unknown",
+        box_edge: float | None = None,
         covariances: bool = True,
         origin: ArrayLike = (0.0, 0.0, 0.0),
         forget_after: float = 10.0,
@@ -135,14 +140,21 @@ class Session:
         if not is_credible(start).all():
             far = f"origin is {quoted(origin)}, and no answer goes beyond {LARGEST:,.0f} m"
             raise VbbenchError(f"{far}; begin at a place nearby, and add what is left to the answers")
-        problem = Problem(
-            camera=camera,
-            dt=float(dt),
-            tracks=np.arange(int(people)),
-            height_mean=height_mean,
-            **{name: float(value) for name, (value, _) in spreads.items()},
-            covariances=covariances,
-        )
+        with user_mistakes():
+            problem = Problem(
+                camera=camera,
+                dt=float(dt),
+                tracks=np.arange(int(people)),
+                height_mean=height_mean,
+                height_std=float(height_std),
+                pixel_std=float(pixel_std),
+                tilt_std=float(tilt_std),
+                mount_height_std=float(mount_height_std),
+                box_std=float(box_std),
+                carried_by=carried_by,
+                box_edge=box_edge,
+                covariances=covariances,
+            )
         ready = _frame_solver(solver)
         rehearse(ready, problem)
         self.camera = camera
