@@ -21,6 +21,7 @@ SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/
 CPP := $(shell find cpp */cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
+SANITIZED := tests/test_smoother.py tests/test_social_force.py tests/test_social_force_forces.py
 KILLS := tests/test_kills.py tests/test_work_folder.py
 WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile
@@ -70,7 +71,7 @@ core: $(VENV)/.dev
 sanitize: $(VENV)/.dev
 	$(CMAKE) -B build/sanitized -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_FLAGS=-O1 -D VBBENCH_SANITIZE=address,undefined
 	$(BIN)/cmake --build build/sanitized
-	ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" $(BIN)/python -m tests.sanitized build/sanitized tests/test_smoother.py
+	ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" $(BIN)/python -m tests.sanitized build/sanitized $(SANITIZED)
 
 types: $(VENV)/.dev
 	$(BIN)/mypy

@@ -70,7 +70,7 @@ def record(seed: int, jitter: float) -> Scene:
     first = rng.integers(0, FILLING, SEQUENCES)
     last = first + rng.integers(*STAY, SEQUENCES)
     scenario = replace(get_scenario("shibuya"), people=(SEQUENCES,), frames=int(last.max()))
-    positions = walk(scenario, draw_crowd(scenario, SEQUENCES, Model(), rng), Model(), "numba")
+    positions = walk(scenario, draw_crowd(scenario, SEQUENCES, Model(), rng), Model(), "vbbench")
     positions += jitter * rng.standard_normal(positions.shape)
     frame = np.arange(len(positions))[:, None]
     positions[(frame < first) | (frame >= last)] = np.nan

@@ -78,24 +78,24 @@ def quickest(*runs: Callable[[], object], repeats: int = REPEATS) -> list[float]
     return best
 
 
-def steps(people: int, count: int, model: Model, engine: str = "numba") -> Callable[[], object]:
+def steps(people: int, count: int, model: Model, engine: str = "vbbench") -> Callable[[], object]:
     """A run of ``count`` steps on one thread."""
     one = crowd(people)
     return lambda: simulate(one, model, frames=count + 1, dt=DT, substeps=1, engine=engine, threads=1)  # type: ignore[arg-type]
 
 
 def beside_pysocialforce() -> None:
-    print("agent-steps a second a core    pysocialforce       numba    ratio  target   Helbing-Molnár      strict")
+    print("agent-steps a second a core    pysocialforce     vbbench    ratio  target   Helbing-Molnár      strict")
     for people, (ours, theirs, target) in SIZES.items():
         runs = [steps(people, ours, model) for model in MODELS.values()]
         seconds = quickest(
             *runs, steps(people, theirs, Model(), "pysocialforce"), repeats=REPEATS if people < 800 else 3
         )
-        numba, potential, strict = (people * ours / spent for spent in seconds[:3])
+        ours_a_second, potential, strict = (people * ours / spent for spent in seconds[:3])
         library = people * theirs / seconds[3]
-        ratio = f"{numba / library:7.1f}x  ≥ {target}x"
+        ratio = f"{ours_a_second / library:7.1f}x  ≥ {target}x"
         rest = f"{potential:16,.0f} {strict:11,.0f}"
-        print(f"  K = {people:3}                   {library:13,.0f} {numba:11,.0f} {ratio} {rest}")
+        print(f"  K = {people:3}                   {library:13,.0f} {ours_a_second:11,.0f} {ratio} {rest}")
 
 
 def threads() -> None:
@@ -138,7 +138,7 @@ def beside_jupedsim() -> None:
         theirs = 50 * step / float(done.stdout)
         (seconds,) = quickest(steps(50, 100, Model()), repeats=10 * REPEATS)
         ours = 50 * 100 * DT / seconds
-        both = f"numba at steps of {DT} s {ours:,.0f}, JuPedSim at steps of {step} s {theirs:,.0f}"
+        both = f"vbbench at steps of {DT} s {ours:,.0f}, JuPedSim at steps of {step} s {theirs:,.0f}"
         print(f"  {both}; ratio {ours / theirs:.1f}x")
 
 
@@ -147,7 +147,7 @@ def warm_up() -> None:
     runs = [subprocess.run(command, capture_output=True, text=True, check=True).stdout.split() for _ in range(5)]
     seconds, busy = (min(map(float, column[1:])) for column in zip(*runs, strict=True))
     spent = f"{seconds:.2f} s, of which the processor was busy {busy:.2f} s"
-    print(f"\nimport and one crowd of each kind, kernels in the cache: {spent}; target < 1 s")
+    print(f"\nimport and one crowd of each kind: {spent}; target < 1 s")
 
 
 def main() -> None:

@@ -308,7 +308,7 @@ def test_an_option_that_a_split_reads_is_not(tmp_path, split, name):
         (["--sigma-h", "0.2"], "--sigma-h"),
         (["--no-interpolated"], "--no-interpolated"),
         (["--no-detector"], "--no-detector"),
-        (["--engine", "numba"], "--scenario, --people or --engine"),
+        (["--engine", "vbbench"], "--scenario, --people or --engine"),
     ],
 )
 def test_the_command_says_so_in_one_line(tmp_path, capsys, option, said):

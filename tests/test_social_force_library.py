@@ -29,7 +29,7 @@ def test_strict_is_pysocialforce(people: int, seed: int, grouped: bool, walls: l
     for frames, dt, tolerance in ((51, 0.1, 1e-9), (51, 0.05, 1e-9), (2, 0.4, 1e-12)):
         ours, theirs = (
             simulate(one, STRICT, frames=frames, dt=dt, substeps=1, walls=walls, engine=engine)
-            for engine in ("numba", "pysocialforce")
+            for engine in ("vbbench", "pysocialforce")
         )
         np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=tolerance)
 
@@ -41,7 +41,7 @@ def test_parameters_mean_the_same_in_both_engines() -> None:
     model = replace(model, groups=replace(model.groups, cohesion=3.0, gaze=2.0, separation=1.5, personal_space=2.0))
     ours, theirs = (
         simulate(crowd(20, 5, True), model, frames=31, dt=0.1, substeps=2, walls=WALLS, engine=engine)
-        for engine in ("numba", "pysocialforce")
+        for engine in ("vbbench", "pysocialforce")
     )
     np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=1e-9)
 
@@ -49,7 +49,7 @@ def test_parameters_mean_the_same_in_both_engines() -> None:
 def test_the_library_takes_the_steps_and_the_speeds_that_it_is_told() -> None:
     still = np.zeros((1, 2))
     one = Crowd(positions=still, velocities=still, speeds=[1.2], goals=np.array([[[90.0, 0.0]]]))
-    for engine in ("numba", "pysocialforce"):
+    for engine in ("vbbench", "pysocialforce"):
         paths = simulate(one, Model(), frames=101, dt=0.2, substeps=4, engine=engine)  # type: ignore[arg-type]
         assert paths[-1, 0, 0] - paths[-2, 0, 0] == pytest.approx(0.24, rel=1e-9)
 
@@ -62,7 +62,7 @@ def test_the_engines_agree_where_no_angle_passes_half_a_turn() -> None:
         goals=np.array([[[0.3, 50.0]], [[-0.2, 50.0]]]),
     )
     ours, theirs = (
-        simulate(one, Model(), frames=21, dt=0.1, substeps=1, engine=engine) for engine in ("numba", "pysocialforce")
+        simulate(one, Model(), frames=21, dt=0.1, substeps=1, engine=engine) for engine in ("vbbench", "pysocialforce")
     )
     np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=1e-8)
 

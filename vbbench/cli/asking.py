@@ -15,7 +15,7 @@ def as_simulation(
     if all(asked is None for asked in (scenario, sequences, people, engine)):
         return None
     counts = None if people is None else parse_people(people)
-    return Simulation(scenario=scenario, sequences=sequences, people=counts, engine=engine or "numba")
+    return Simulation(scenario=scenario, sequences=sequences, people=counts, engine=engine or "vbbench")
 
 
 def as_footage(sequences: str | None, **asked: Any) -> FootageOptions | None:

@@ -7,7 +7,7 @@ from tyro.conf import Positional
 
 from vbbench.cli.terminal import say_warning
 
-EngineName = Literal["numba", "pysocialforce"]
+EngineName = Literal["vbbench", "pysocialforce"]
 
 
 def splits() -> None:
@@ -104,7 +104,7 @@ def generate(
         scenario: Scenario of a simulated crowd: a name such as open or plaza, or your own TOML file (split sim).
         sequences: Number of sequences (splits sim and street), or names of recordings with commas between (footage).
         people: Numbers of people, used in turn: 30, or 10:50, or 10:50:10 for steps of ten (splits sim, street).
-        engine: Crowd simulator: numba, or the library pysocialforce (splits sim, street).
+        engine: Crowd simulator: vbbench, or the library pysocialforce (splits sim, street).
         every: Only every so many frames of footage; default: the split's own.
         longest: Frames after which a sequence of footage is cut; default: the split's own.
         poses: Folder or file of the camera's poses, instead of those of the source (footage).

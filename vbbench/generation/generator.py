@@ -15,7 +15,7 @@ from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 
-Engine = Literal["numba", "pysocialforce"]
+Engine = Literal["vbbench", "pysocialforce"]
 MOST_PEOPLE = 10_000
 """People of the largest crowd."""
 
@@ -45,7 +45,7 @@ class Simulation:
     scenario: str | None = None
     sequences: int | None = None
     people: tuple[int, ...] | None = None
-    engine: Engine = "numba"
+    engine: Engine = "vbbench"
 
     def __post_init__(self) -> None:
         _check_ranges(self)

@@ -48,7 +48,7 @@ def record_plaza(seed: int, index: int, people: int, frames: int) -> Scene:
     """
     scenario = replace(get_scenario("plaza"), people=(people,), frames=frames)
     rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
-    positions = walk(scenario, draw_crowd(scenario, people, Model(), rng), Model(), "numba")
+    positions = walk(scenario, draw_crowd(scenario, people, Model(), rng), Model(), "vbbench")
     inside = np.abs(positions).max(axis=-1) <= HALF_SIDE
     comes = inside & ~np.concatenate([np.zeros((1, people), bool), inside[:-1]])
     visit = comes.T.ravel().cumsum().reshape(people, frames).T - 1

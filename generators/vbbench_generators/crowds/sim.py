@@ -26,6 +26,8 @@ from vbbench_generators.views.robot import follow
 from vbbench_generators.views.vehicle import draw_window, observer_definition, ride
 from vbbench_generators.views.viewing import view, walked
 
+ENGINES_IN_IDS = {"vbbench": "numba", "pysocialforce": "pysocialforce"}
+"""What the definitions of datasets call the engines, after what first ran them: their ids stay as they are."""
 REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
 SIM_SCENARIO, STREET_SCENARIO = "open", "street"
@@ -197,7 +199,7 @@ def plan_simulation(
             "generator": f"simulation/{REVISION}",
             **observer_definition(options, look),
             "limit": options.limit,
-            "engine": asked.engine,
+            "engine": ENGINES_IN_IDS[asked.engine],
             "scenario": asdict(scenario),
             **tier.definition,
             **definition,

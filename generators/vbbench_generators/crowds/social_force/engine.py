@@ -3,15 +3,25 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numba
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vbbench.generation.generator import Engine
 from vbbench.geometry import FloatArray, frozen_array
-from vbbench_generators.crowds.social_force.basics import HELBING_MOLNAR, MOUSSAID, NUMBERS, PYSOCIALFORCE, SETTINGS
-from vbbench_generators.crowds.social_force.march import Crowds, march, march_large, march_side_by_side
-from vbbench_generators.crowds.social_force.model import Crowd, HelbingMolnar, Model
+from vbbench_generators import _core
+from vbbench_generators.crowds.social_force.model import STOP_RADIUS, Crowd, HelbingMolnar, Model
+
+NUMBERS = (
+    *("desired_factor", "relaxation_time", "top_speed", "arrival_radius", "stop_radius"),
+    *("factor", "velocity_weight", "reach", "side_sharpness", "brake_sharpness"),
+    *("fall_off", "stride_time", "view_cosine", "unseen_weight"),
+    *("wall_factor", "wall_fall_off", "wall_reach", "body_radius"),
+    *("cohesion", "gaze", "separation", "personal_space"),
+)
+"""Names of a model's numbers; lengths are in m, times in s."""
+
+MOUSSAID, HELBING_MOLNAR, PYSOCIALFORCE = range(3)
+"""The kinds of repulsion."""
 
 LARGE = 256
 """Crowds of this size or larger are simulated one at a time, with each step spread over threads."""
@@ -27,7 +37,7 @@ def simulate(
     dt: float,
     substeps: int,
     walls: ArrayLike = NO_WALLS,
-    engine: Engine = "numba",
+    engine: Engine = "vbbench",
     threads: int | None = None,
 ) -> FloatArray:
     """Walk one crowd.
@@ -39,8 +49,8 @@ def simulate(
     dt : seconds per frame.
     substeps : integration steps per frame.
     walls : [M, 4] line segments x0, y0, x1, y1 in m.
-    engine : ``numba``, or ``pysocialforce`` for the library of that name.
-    threads : maximum number, by default numba's; the result does not depend on it.
+    engine : ``vbbench``, or ``pysocialforce`` for the library of that name.
+    threads : maximum number, by default that of the processors; the result does not depend on it.
 
     Returns
     -------
@@ -56,8 +66,8 @@ def simulate(
 
         segments = _checked(frames, dt, substeps, walls)
         return walk(crowd, model, frames=frames, dt=dt, substeps=substeps, walls=segments)
-    if engine != "numba":
-        raise ValueError(f"engine must be 'numba' or 'pysocialforce', not {engine!r}")
+    if engine != "vbbench":
+        raise ValueError(f"engine must be 'vbbench' or 'pysocialforce', not {engine!r}")
     return simulate_many([crowd], model, frames=frames, dt=dt, substeps=substeps, walls=walls, threads=threads)[0]
 
 
@@ -76,27 +86,19 @@ def simulate_many(
     if threads is not None and threads < 1:
         raise ValueError(f"threads must be at least 1, not {threads}")
     paths: list[FloatArray] = [np.empty((frames, crowd.people, 2)) for crowd in crowds]
-    available = numba.get_num_threads()
-    threads = available if threads is None else min(threads, numba.config.NUMBA_NUM_THREADS)
-    numba.set_num_threads(threads)
-    try:
-        # The largest first, so that threads end together.
-        small = sorted((n for n, c in enumerate(crowds) if 0 < c.people < LARGE), key=lambda n: -crowds[n].people)
-        if small:
-            packed = _pack([crowds[n] for n in small], model, segments, dt, substeps)
-            together = np.empty((frames, packed.states.shape[1], 2))
-            if threads == 1 or len(small) == 1:
-                march(packed, together)
-            else:
-                with numba.parallel_chunksize(1):
-                    march_side_by_side(packed, together)
-            for n, scene in zip(small, packed.scenes, strict=True):
-                paths[n][:] = together[:, scene[0] : scene[1]]
-        for n, crowd in enumerate(crowds):
-            if crowd.people >= LARGE:
-                march_large(_pack([crowd], model, segments, dt, substeps), paths[n])
-    finally:
-        numba.set_num_threads(available)
+    most = _core.available_threads()
+    threads = most if threads is None else min(threads, most)
+    # The largest first, so that threads end together.
+    small = sorted((n for n, c in enumerate(crowds) if 0 < c.people < LARGE), key=lambda n: -crowds[n].people)
+    if small:
+        packed = _pack([crowds[n] for n in small], model, segments, dt, substeps)
+        together = np.empty((frames, packed["states"].shape[1], 2))
+        _core.march(**packed, paths=together, threads=min(threads, len(small)), large=False)
+        for n, scene in zip(small, packed["scenes"], strict=True):
+            paths[n][:] = together[:, scene[0] : scene[1]]
+    for n, crowd in enumerate(crowds):
+        if crowd.people >= LARGE:
+            _core.march(**_pack([crowd], model, segments, dt, substeps), paths=paths[n], threads=threads, large=True)
     return paths
 
 
@@ -113,8 +115,8 @@ def _checked(frames: int, dt: float, substeps: int, walls: ArrayLike) -> FloatAr
     return np.ascontiguousarray(segments)
 
 
-def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, substeps: int) -> Crowds:
-    """Lay crowds end to end."""
+def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, substeps: int) -> dict[str, Any]:
+    """Crowds laid end to end, as `_core.march` takes them."""
     members = [crowd.members() for crowd in crowds]
     groups = [group for crowd_groups in members for group in crowd_groups]
     ends = np.cumsum(
@@ -124,24 +126,25 @@ def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, s
     states = np.concatenate([np.column_stack((crowd.positions, crowd.velocities)) for crowd in crowds]).T
     # pysocialforce takes the speed at the start, 1.3 times, for the desired one.
     speeds = [np.hypot(*crowd.velocities.T) if model.strict else crowd.speeds for crowd in crowds]
-    return Crowds(
-        scenes=bounds.reshape(len(crowds), 6).astype(np.int64),
-        states=np.ascontiguousarray(states),
-        speeds=np.concatenate(speeds),
-        goals=np.concatenate([crowd.goals.reshape(-1, 2) for crowd in crowds]),
-        members=np.concatenate([np.empty(0, np.int64), *groups]),
-        groups=np.cumsum([0, *map(len, groups)], dtype=np.int64),
-        walls=np.array(walls),
-        numbers=model_numbers(model),
-        dt=float(dt),
-        substeps=int(substeps),
-    )
+    return {
+        "scenes": bounds.reshape(len(crowds), 6).astype(np.int64),
+        "states": np.ascontiguousarray(states),
+        "speeds": np.concatenate(speeds),
+        "goals": np.concatenate([crowd.goals.reshape(-1, 2) for crowd in crowds]),
+        "members": np.concatenate([np.empty(0, np.int64), *groups]),
+        "groups": np.cumsum([0, *map(len, groups)], dtype=np.int64),
+        "walls": np.array(walls),
+        "numbers": model_numbers(model),
+        "dt": float(dt),
+        "substeps": int(substeps),
+    }
 
 
-def model_numbers(model: Model) -> NDArray[Any]:
-    """The model's numbers as one record."""
+def model_numbers(model: Model) -> dict[str, float]:
+    """The model's numbers; 0 for those that it has not."""
     repulsion, walls = model.repulsion, vars(model.walls)
-    own = {**vars(model), **vars(model.groups), **vars(repulsion), "desired_factor": 1.0, "kind": MOUSSAID}
+    own = {**vars(model), **vars(model.groups), **vars(repulsion), "desired_factor": 1.0}
+    own |= {"stop_radius": STOP_RADIUS, "kind": MOUSSAID}
     if isinstance(repulsion, HelbingMolnar):
         own |= {"kind": HELBING_MOLNAR, "factor": repulsion.strength, "wall_factor": repulsion.wall_strength}
         own["view_cosine"] = np.cos(np.radians(repulsion.view_angle / 2.0))
@@ -149,7 +152,4 @@ def model_numbers(model: Model) -> NDArray[Any]:
         own |= {f"wall_{name}": value for name, value in walls.items()} | {"body_radius": walls["body_radius"]}
     if model.strict:
         own |= {"kind": PYSOCIALFORCE, "desired_factor": model.top_speed}
-    numbers = np.zeros(1, SETTINGS)
-    for name in own.keys() & {"kind", *NUMBERS.split()}:
-        numbers[name] = own[name]
-    return numbers
+    return {name: float(own.get(name, 0.0)) for name in ("kind", *NUMBERS)}

@@ -57,7 +57,7 @@ def _repulsion(model: Model) -> Moussaid:
         raise ValueError("engine='pysocialforce' has the repulsion of Moussaid only")
     numbers = [*vars(model.repulsion).values(), *vars(model.walls).values(), *vars(model.groups).values()]
     if 0 in numbers:
-        raise ValueError("engine='pysocialforce' takes a parameter of 0 for its default; use the numba engine")
+        raise ValueError("engine='pysocialforce' takes a parameter of 0 for its default; use the engine vbbench")
     return model.repulsion
 
 
