@@ -1,4 +1,4 @@
-"""The operations of the learned solver on NumPy arrays of float32: what steps of its programs are compared with."""
+"""The operations of the learned solver on NumPy arrays of float32: what its network in C++ is compared with."""
 
 import numpy as np
 

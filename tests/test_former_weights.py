@@ -1,4 +1,4 @@
-"""The weights of the learned solver: only those of their recipe are read; tensors and programs answer alike."""
+"""The weights of the learned solver: only those of their recipe are read; PyTorch and C++ answer alike."""
 
 from hashlib import sha256
 from pathlib import Path
@@ -9,10 +9,10 @@ import pytest
 
 from tests.solver_runs import CAMERAS, problem_of, see, walk
 from vbbench.errors import FileError
+from vbbench_baselines.former.inference import Inference, nothing_remembered
 from vbbench_baselines.former.layers import Network, first_weights, is_pure
 from vbbench_baselines.former.network import Birdifier, Told
 from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.programs.program import Following, Programs
 from vbbench_baselines.former.sights import Sights, sights_of
 from vbbench_baselines.former.state import nothing_seen
 from vbbench_baselines.former.weights import bundled_weights, read_weights
@@ -66,7 +66,7 @@ def test_missing_weights_are_one_clear_error(tmp_path: Path) -> None:
 
 @pytest.mark.extra
 @pytest.mark.parametrize("pure", [False, True])
-def test_tensors_and_programs_give_the_same_answers(pure: bool) -> None:
+def test_pytorch_and_cpp_give_the_same_answers(pure: bool) -> None:
     torch = pytest.importorskip("torch", reason="needs the extra torch")
     from vbbench_baselines.former.training.tensors import TensorOperations
 
@@ -78,16 +78,16 @@ def test_tensors_and_programs_give_the_same_answers(pure: bool) -> None:
     weights = {
         name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(0), pure).items()
     }
-    programs = Following(Programs(weights, feet=True), 5)
+    network = Inference(weights, feet=True)
     tensors = Birdifier(Network(TensorOperations(), {name: tensor(values) for name, values in weights.items()}), pure)
-    one = nothing_seen(lambda *n: np.zeros(n, np.float32), lambda *n: np.zeros(n, np.complex64), 5)
+    remembered = nothing_remembered(5)
     other = nothing_seen(lambda *n: torch.zeros(n), lambda *n: torch.zeros(n, dtype=torch.complex64), 5)
     problem, still = problem_of(sequence, CAMERAS[0], 1.0), Motion(np.complex64(0.0), np.float32(0.0))
     for t, boxes in enumerate(sequence.observations):
         sights = sights_of(problem, boxes)
         told = Told(np.zeros(5, np.complex64), np.zeros(5, np.float32), still, ONE * (t == 0))
         as_tensors = Told(tensor(told.places), tensor(told.placed), Motion(*map(tensor, still)), tensor(told.moved))
-        one, found = programs.advance(one, sights, told, np.float32(0.4), np.float32(0.04))
+        found = network.advance(remembered, sights, told, 0.4, 0.04)
         seen = Sights(*map(tensor, sights))
         other, same = tensors.advance(other, seen, as_tensors, tensor(np.float32(0.4)), tensor(np.float32(0.04)))
         np.testing.assert_allclose(found.places, same.places.numpy(), atol=1e-4)

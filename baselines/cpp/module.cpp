@@ -13,6 +13,10 @@
 
 using namespace vbbench;
 
+namespace vbbench {
+void bind_former(nb::module_& module);
+}
+
 namespace {
 
 constexpr int kSmallestWindow = 4, kLargestWindow = 400;  ///< frames
@@ -214,7 +218,9 @@ struct Core {
 }  // namespace
 
 NB_MODULE(_core, m) {
-  m.doc() = "The estimator in C++.";
+  m.doc() = "The solvers' parts in C++.";
+  nb::set_leak_warnings(false);  // networks that solvers share live as long as the process
+  bind_former(m);
   nb::class_<Core>(m, "Estimator",
                    "Sliding-window maximum a posteriori estimate of poses, calibration and people's paths.")
       .def(nb::init<>())

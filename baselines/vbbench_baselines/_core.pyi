@@ -1,8 +1,14 @@
 """The extension module: sources in ``baselines/cpp``, built by ``CMakeLists.txt``."""
 
+from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from vbbench.geometry import FloatArray, IntArray
+
+Singles = NDArray[np.float32]
 
 class Estimator:
     """Sliding-window maximum a posteriori estimate of poses, calibration and people's paths.
@@ -68,3 +74,34 @@ class Estimator:
 
     def modes(self) -> list[float]:
         """Posterior of the motion modes in the newest step."""
+
+class FormerNetwork:
+    """The learned network with its weights, which are float32 in C order; see `former.inference`.
+
+    Raises
+    ------
+    VbbenchError
+        If the weights are not those of a network.
+    """
+
+    def __init__(self, weights: Mapping[str, Singles], feet: bool, heads: bool) -> None: ...
+    def advance(
+        self,
+        people: Singles,
+        observer: Singles,
+        sights: Singles,
+        given: Singles,
+        dt: float,
+        spread: float,
+        pose: Singles,
+        places: Singles,
+    ) -> None:
+        """Take a frame of ``dt`` s: renew what is remembered, and write the answer into the last two arrays.
+
+        Parameters
+        ----------
+        people, observer : [K, 49] and [56], records `WALKER` and `OBSERVER`.
+        sights, given : [K, 15] and [11], records `SIGHT` and `GIVEN`.
+        spread : the standard deviation of heights, as a share of their mean.
+        pose, places : [9] and [K, 4], records `POSE` and `PLACE`.
+        """

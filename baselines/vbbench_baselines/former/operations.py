@@ -1,4 +1,4 @@
-"""What the network computes with: the same few operations on tensors while it is trained, and on cells when it runs.
+"""What the network computes with: a few operations, on tensors while it is trained, and on NumPy's arrays in tests.
 
 Points and directions on the ground are complex numbers: forward + i·left of a camera.
 """
@@ -6,7 +6,7 @@ Points and directions on the ground are complex numbers: forward + i·left of a 
 from typing import Any, Protocol
 
 Array = Any
-"""A tensor while the network is trained, and `programs.cells.Cells` while it is written down."""
+"""A tensor while the network is trained."""
 
 
 class Operations(Protocol):

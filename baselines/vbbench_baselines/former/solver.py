@@ -10,7 +10,6 @@ from functools import cache
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given, Odometry
@@ -19,11 +18,10 @@ from vbbench_baselines.common.facts import SIMULATED
 from vbbench_baselines.common.sightings import usable
 from vbbench_baselines.former.certainty import Certainty
 from vbbench_baselines.former.composing import in_world, measured_motion, motion_between, moved, seen_from
+from vbbench_baselines.former.inference import Inference, Records, nothing_remembered
 from vbbench_baselines.former.network import Answer, Told
 from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.programs.program import Following, Programs
 from vbbench_baselines.former.sights import Sights, sights_of
-from vbbench_baselines.former.state import State, Walkers, nothing_seen
 from vbbench_baselines.former.weights import Weights, bundled_weights
 
 FEWEST = 2
@@ -61,24 +59,25 @@ class VbFormer:
     weights: Weights | None = None
     feet: bool = True
     heads: bool = True
-    _own: Programs | None = field(default=None, init=False, repr=False, compare=False)
+    _own: Inference | None = field(default=None, init=False, repr=False, compare=False)
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         self._problem, self._people = problem, len(problem.tracks)
-        self._following = Following(self._programs(), self._people)
-        self._dt = np.float32(problem.dt)
-        self._stature_spread = np.float32(problem.height_std / problem.height_mean)
-        self._state, self._begun = _nothing(self._people), False
-        self._pose, self._certainty, self._nowhere = np.zeros(3), Certainty(problem.dt), _points(self._people)
+        self._network = self._inference()
+        self._dt = problem.dt
+        self._stature_spread = problem.height_std / problem.height_mean
+        self._remembered, self._begun = nothing_remembered(self._people), False
+        self._pose, self._certainty = np.zeros(3), Certainty(problem.dt)
+        self._nowhere = np.zeros(self._people, np.complex64)
 
-    def _programs(self) -> Programs:
-        """Of the bundled weights, those that all share; of others, those of the last start if nothing has changed."""
+    def _inference(self) -> Inference:
+        """With the bundled weights one that all share; with others, that of the last start if nothing has changed."""
         if self.weights is None:
-            return bundled_programs(self.bundled, self.feet, self.heads)
+            return bundled_inference(self.bundled, self.feet, self.heads)
         own = self._own
         if own is None or own.weights is not self.weights or (own.feet, own.heads) != (self.feet, self.heads):
-            own = self._own = Programs(self.weights, self.feet, self.heads)
+            own = self._own = Inference(self.weights, self.feet, self.heads)
         return own
 
     def step(self, frame: Frame) -> FrameEstimate:
@@ -87,7 +86,7 @@ class VbFormer:
         self._take_in_past(given)
         sights = sights_of(self._problem, usable(frame.observations))
         told = self._told(given, sights)
-        expected = ((self._state.people.seen > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
+        expected = ((self._remembered.people["seen"] > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
         fallback = not told.moved and int(np.count_nonzero(expected)) < FEWEST
         answer = self._advance(sights, told)
         before, self._begun = self._pose, True
@@ -108,12 +107,10 @@ class VbFormer:
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
-        people, observer = self._state
-        renewed = Walkers(*(rows.copy() for rows in people))
-        for rows in renewed:
-            rows[columns] = 0
-        renewed.away[columns] = observer.frames * self._dt
-        self._state = State(_as_trained(renewed), observer)
+        people, observer = self._remembered
+        people[columns] = np.zeros((), people.dtype)
+        people["away"][columns] = observer["frames"] * self._dt
+        _keep_as_trained(people)
 
     def _take_in_past(self, given: Given) -> None:
         """Put what is given of the two frames before in place of what was estimated."""
@@ -125,18 +122,13 @@ class VbFormer:
         if np.isnan(before).any():
             return
         motion, back = motion_between(before, last), np.exp(np.complex64(-1j) * np.float32(last[2] - before[2]))
-        people, own = self._state
-        place, place_before = seen_from(last, given.positions[1]), seen_from(last, given.positions[0])
-        now, earlier = ~np.isnan(given.positions[1, :, 0]), ~np.isnan(given.positions[0, :, 0])
-        people = people._replace(
-            place=np.where(now, place, people.place),
-            place_before=np.where(earlier, place_before, people.place_before),
-            exact=np.where(now, np.float32(1.0), people.exact),
-            exact_before=np.where(earlier, np.float32(1.0), people.exact_before),
-        )
-        step = np.complex64(motion.step * back / self._dt)
-        own = own._replace(step=step, turn=motion.turn / self._dt, told=np.float32(1.0))
-        self._state = State(people, own)
+        people, own = self._remembered
+        for row, place, exact in ((1, "place", "exact"), (0, "place_before", "exact_before")):
+            known = ~np.isnan(given.positions[row, :, 0])
+            if known.any():
+                people[place][known] = seen_from(last, given.positions[row])[known]
+                people[exact][known] = 1.0
+        own["step"], own["turn"], own["told"] = motion.step * back / self._dt, motion.turn / self._dt, 1.0
 
     def _told(self, given: Given, sights: Sights) -> Told:
         """What is given of this frame, from the last pose; the first frame's pose is the origin of all others."""
@@ -158,11 +150,11 @@ class VbFormer:
 
     def _advance(self, sights: Sights, told: Told) -> Answer:
         """The network's answer; where there is none, the pose stays, boxes alone tell places, and nothing is kept."""
-        state, answer = self._following.advance(self._state, sights, told, self._dt, self._stature_spread)
-        self._state = state._replace(people=_as_trained(state.people))
+        answer = self._network.advance(self._remembered, sights, told, self._dt, self._stature_spread)
+        _keep_as_trained(self._remembered.people)
         if self._is_sane(answer):
             return answer
-        self._state = _nothing(self._people)
+        self._remembered = nothing_remembered(self._people)
         places, unsure = sights.ray * np.exp(sights.by_height), np.full((self._people + 2, 2), np.inf)
         return Answer(told.motion, told.motion, places, unsure.ravel()[:3], unsure[2:])
 
@@ -194,7 +186,8 @@ class VbFormer:
 
     def _heights(self) -> FloatArray:
         """[K] in m."""
-        heights: FloatArray = self._problem.height_mean * np.exp(self._state.people.offsets[:, 0].astype(np.float64))
+        offsets = self._remembered.people["offsets"][:, 0].astype(np.float64)
+        heights: FloatArray = self._problem.height_mean * np.exp(offsets)
         return heights
 
 
@@ -206,26 +199,12 @@ class PureVbFormer(VbFormer):
 
 
 @cache
-def bundled_programs(solver: str, feet: bool, heads: bool) -> Programs:
-    """Of the weights that come with the package, see `bundled_weights`."""
-    return Programs(bundled_weights(solver), feet, heads)
+def bundled_inference(solver: str, feet: bool, heads: bool) -> Inference:
+    """With the weights that come with the package, see `bundled_weights`."""
+    return Inference(bundled_weights(solver), feet, heads)
 
 
-def _as_trained(people: Walkers) -> Walkers:
-    """People within what windows of the training have: whoever was never seen is where the observer is."""
-    return people._replace(
-        place=np.where(people.seen > 0.5, people.place, 0.0),
-        away=np.minimum(people.away, np.float32(LONGEST_AWAY)),
-    )
-
-
-def _nothing(people: int) -> State:
-    return nothing_seen(_numbers, _points, people)
-
-
-def _numbers(*shape: int) -> NDArray[np.float32]:
-    return np.zeros(shape, np.float32)
-
-
-def _points(*shape: int) -> NDArray[np.complex64]:
-    return np.zeros(shape, np.complex64)
+def _keep_as_trained(people: Records) -> None:
+    """Keep people within what windows of the training have: whoever was never seen is where the observer is."""
+    people["place"][people["seen"] <= 0.5] = 0.0
+    np.minimum(people["away"], np.float32(LONGEST_AWAY), out=people["away"])

@@ -1,0 +1,148 @@
+"""The network at run time: in C++ (``baselines/cpp/former``), frame by frame, of one sequence.
+
+What is remembered and what boxes tell lie in records, one a person, whose fields are those of `Walkers`, `Observer`,
+`Sights` and `Told`, and those of the structs of ``network.hpp``.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench_baselines import _core
+from vbbench_baselines.former.network import Answer, Told
+from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.sights import Sights
+from vbbench_baselines.former.state import Observer, Walkers, nothing_seen
+from vbbench_baselines.former.weights import Weights
+
+Records = NDArray[Any]
+"""An array of records."""
+
+
+def _numbers(*shape: int) -> NDArray[np.float32]:
+    return np.zeros(shape, np.float32)
+
+
+def _points(*shape: int) -> NDArray[np.complex64]:
+    return np.zeros(shape, np.complex64)
+
+
+def _record(parts: Walkers | Observer, axes: int) -> np.dtype[np.void]:
+    """Of a record the fields, each without its first ``axes``."""
+    return np.dtype([(name, part.dtype, part.shape[axes:]) for name, part in zip(parts._fields, parts, strict=True)])
+
+
+_NOTHING = nothing_seen(_numbers, _points, 1)
+WALKER, OBSERVER = _record(_NOTHING.people, 1), _record(_NOTHING.observer, 0)
+POINT, NUMBER = np.complex64, np.float32
+SIGHT = np.dtype(
+    [
+        ("seen", NUMBER),
+        ("ray", POINT),
+        ("by_height", NUMBER),
+        ("by_feet", NUMBER),
+        ("has_feet", NUMBER),
+        ("noise", NUMBER, 3),
+        ("cut", NUMBER, 3),
+        ("place", POINT),
+        ("placed", NUMBER),
+    ]
+)
+GIVEN = np.dtype(
+    [
+        ("step", POINT),
+        ("turn", NUMBER),
+        ("moved", NUMBER),
+        ("measured_step", POINT),
+        ("measured_turn", NUMBER),
+        ("information", NUMBER, 3),
+        ("sure", NUMBER),
+    ]
+)
+POSE = np.dtype(
+    [("step", POINT), ("turn", NUMBER), ("rough_step", POINT), ("rough_turn", NUMBER), ("spread", NUMBER, 3)]
+)
+PLACE = np.dtype([("place", POINT), ("spread", NUMBER, 2)])
+
+
+class Remembered(NamedTuple):
+    """What is remembered from frame to frame, see `State`.
+
+    Attributes
+    ----------
+    people : [K] records `WALKER`.
+    observer : a record `OBSERVER`.
+    """
+
+    people: Records
+    observer: Records
+
+
+def nothing_remembered(people: int) -> Remembered:
+    """What is remembered of so many people before frame 0."""
+    return Remembered(np.zeros(people, WALKER), np.zeros((), OBSERVER))
+
+
+class Inference:
+    """The network with these weights; see `vbbench_baselines.former.network.Birdifier`. It does not change.
+
+    Raises
+    ------
+    VbbenchError
+        If the weights are not those of a network, see `layers.shapes`.
+    """
+
+    def __init__(self, weights: Weights, feet: bool, heads: bool = True) -> None:
+        self.weights, self.feet, self.heads = weights, feet, heads
+        made = {name: np.ascontiguousarray(values, np.float32) for name, values in weights.items()}
+        self._network = _core.FormerNetwork(made, feet, heads)
+
+    def __deepcopy__(self, memo: Mapping[int, Any]) -> Self:
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Inference, (self.weights, self.feet, self.heads)
+
+    def advance(self, remembered: Remembered, sights: Sights, told: Told, dt: float, spread: float) -> Answer:
+        """The answer for a frame of ``dt`` s; what is ``remembered`` becomes what the next frame needs.
+
+        ``spread`` is the standard deviation of heights, as a share of their mean.
+        """
+        people = len(remembered.people)
+        boxes, pose, places = np.empty(people, SIGHT), np.empty((), POSE), np.empty(people, PLACE)
+        for name, values in zip(Sights._fields, sights, strict=True):
+            boxes[name] = values
+        boxes["place"], boxes["placed"] = told.places, told.placed
+        self._network.advance(
+            _floats(remembered.people),
+            _floats(remembered.observer),
+            _floats(boxes),
+            _floats(_given(told)),
+            dt,
+            spread,
+            _floats(pose),
+            _floats(places),
+        )
+        return Answer(
+            motion=Motion(pose["step"][()], pose["turn"][()]),
+            rough=Motion(pose["rough_step"][()], pose["rough_turn"][()]),
+            places=places["place"],
+            pose_spread=pose["spread"],
+            place_spread=places["spread"],
+        )
+
+
+def _given(told: Told) -> Records:
+    """A record `GIVEN`; where odometry says nothing its information is 0."""
+    given = np.zeros((), GIVEN)
+    given["step"], given["turn"], given["moved"] = *told.motion, told.moved
+    if told.measured is not None:
+        (given["measured_step"], given["measured_turn"]), given["information"], given["sure"] = told.measured
+    return given
+
+
+def _floats(records: Records) -> NDArray[np.float32]:
+    """Records [...] as numbers [..., n]."""
+    return records.view((np.float32, records.dtype.itemsize // 4))

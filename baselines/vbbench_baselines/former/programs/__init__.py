@@ -1,1 +1,0 @@
-"""How the network runs: written down once as steps of one kernel."""
