@@ -2,7 +2,7 @@
 # make test   all but slow tests and pages; what is missing skips      make test-slow, test-kills   the slow ones
 # make test-extras   installs the extras and runs their tests          make test-all    every test
 # make test-under-load   make test ten times on a busy machine, every second time in reverse order
-# make bench  speed ratios      make results  docs/results.md anew (needs recordings, minutes)
+# make bench  speed ratios
 # make golden  what the solvers score against the committed results; make leaderboard writes and checks them (minutes)
 # make core   the extension modules again, in place, with debug symbols     make sanitize   their tests under sanitizers
 # make format   Python by ruff, C++ by clang-format
@@ -27,7 +27,7 @@ WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
-.PHONY: demo test test-slow test-kills test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary results golden leaderboard wheel-test site sequences packages browser chromium core sanitize format clean
+.PHONY: demo test test-slow test-kills test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary golden leaderboard wheel-test site sequences packages browser chromium core sanitize format clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -93,9 +93,6 @@ bench-summary: $(VENV)/.dev
 
 bench: $(VENV)/.dev
 	for file in benchmarks/bench_*.py; do $(BIN)/python -m benchmarks.$$(basename $$file .py) || exit 1; done
-
-results: $(VENV)/.dev
-	$(BIN)/python benchmarks/results_table.py
 
 golden: $(VENV)/.dev
 	$(BIN)/vbbench leaderboard rerun --jobs 2

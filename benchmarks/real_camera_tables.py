@@ -57,10 +57,6 @@ TABLES = (
     Table(title="KITTI every 4th frame", cells=("kitti-4-one", "kitti-4-seq", "kitti-4-roll"), shown=ERRORS),
     Table(title="KITTI every frame", cells=("kitti-1-one", "kitti-1-seq", "kitti-1-roll"), shown=ERRORS),
     Table(title="KITTI cold start", cells=("kitti-4-cold", "kitti-1-cold"), shown=("mean", "Δx̃; drift, m/s")),
-    Table(title="KITTI with exact boxes", cells=("exact-4", "exact-1"), shown=ERRORS),
-    Table(title="KITTI with people who sit", cells=("seated-4", "seated-1"), shown=ERRORS),
-    Table(title="rougher boxes", cells=("heights-4", "detector-4"), shown=ERRORS),
-    Table(title="the camera stands", cells=("standing-kitti",), shown=("mean", "Δt above cv's: mean, most")),
     Table(title="tier `field`", cells=("boards-field",), shown=("capped", "failed")),
     Table(title="normalised squared errors", cells=("calibration",), shown=("mean", "median")),
 )
@@ -90,15 +86,11 @@ def _text(cell: Cell, runs: Runs, cv: Runs, shown: tuple[str, ...]) -> str:
 
 def _label(cell: Cell, trial: str) -> str:
     """What a row is about."""
-    parts = cell.name.split("-")
-    if parts[0] in ("kitti", "seated", "exact"):
-        protocol = "-".join(parts[2:])
-        if parts[0] != "kitti":
-            return f"{trial}, {FRAME_TIMES[parts[1]]}, {protocol}"
-        return f"{trial}, {FRAME_TIMES[parts[1]]}" if protocol == "cold-start" else f"{trial}, {protocol}"
-    if parts[0] == "heights":
-        return f"0019, .4 s, sequential, 3 % of the height, {trial}"
-    return f"{trial}, .4 s, {parts[2]}, a detector's boxes" if parts[0] == "detector" else trial
+    origin, *rest = cell.name.split("-")
+    if origin != "kitti":
+        return trial
+    protocol = "-".join(rest[1:])
+    return f"{trial}, {FRAME_TIMES[rest[0]]}" if protocol == "cold-start" else f"{trial}, {protocol}"
 
 
 def replaced(page: str, table: list[str]) -> str:

@@ -59,8 +59,8 @@ def test_links_resolve(page: Path, target: str) -> None:
 
 
 def test_pictures_are_small_and_shown() -> None:
-    shown = {(page.parent / target).resolve() for page, target in links() if target.endswith(".png")}
-    pictures = set((ROOT / "docs" / "images").glob("*.png"))
+    shown = {(page.parent / target).resolve() for page, target in links()}
+    pictures = {path for path in (ROOT / "docs" / "images").iterdir() if path.suffix in (".png", ".webp")}
     assert pictures <= shown
     assert all(picture.stat().st_size < LARGEST_PICTURE for picture in pictures)
 
@@ -148,7 +148,7 @@ def sources() -> str:
 
 def test_modules_that_pages_name_exist(sources: str) -> None:
     named = code_words(r"[\w./-]+\.py|[\w./-]*vbbench[\w./-]*(?:\.toml|/)")
-    assert len(named) > 150
+    assert len(named) > 90
     for page, path in named:
         pattern = re.escape(path).replace("NAME", r"\w+")
         assert path in WRITTEN_BY_READERS or re.search(rf"/{pattern}(?m:$|(?<=/))", sources), f"{page} names {path}"
@@ -182,7 +182,7 @@ def test_pages_make_the_datasets_of_the_boards_with_the_seed_and_the_id_of_today
             shown += 1
             assert number == seed, page
             assert identifier == json.loads((records / "sim" / f"{tier}.json").read_text("utf-8"))["id"], page
-    assert shown >= 2
+    assert shown
 
 
 def test_splits_say_whose_files_they_are_made_from() -> None:
