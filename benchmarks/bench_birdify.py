@@ -86,7 +86,7 @@ def write_recording(folder: Path, frames: int, people: int) -> None:
 
 def processor_seconds(folder: Path, solver: str, environment: Mapping[str, str]) -> float:
     """Of one command, user and system."""
-    command = ["birdify", "boxes.csv", "--camera", "camera.toml", "--out", "map", "--no-film", "--overwrite"]
+    command = ["birdify", "boxes.csv", "--camera", "camera.toml", "--out", "map", "--overwrite"]
     before = os.times()
     subprocess.run(
         [sys.executable, "-W", "ignore", "-m", "vbbench", *command, "--solver", solver],

@@ -78,7 +78,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def made(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("birdify") / "map"
-    return birdify(folder / "boxes.csv", folder / "camera.toml", out).folder
+    return birdify(folder / "boxes.csv", folder / "camera.toml", out, film=True).folder
 
 
 def table(path: Path) -> dict[str, FloatArray]:
@@ -141,6 +141,11 @@ def test_people_who_all_walk_one_way_are_told_from_a_crowd():
 def test_the_report_says_how_sure_it_is(made):
     report, text = json.loads((made / "report.json").read_text()), (made / "report.md").read_text()
     assert (report["frames"], report["tracks"], report["solver"]) == (40, 12, "map-causal")
+    verdict = report["verdict"]
+    assert text.startswith(f"# boxes\n\n{' '.join(verdict['sentences'])}\n\n")
+    assert verdict["seconds"] == pytest.approx(4.0)
+    assert verdict["end"] == pytest.approx(1.96 * 2**0.5 * report["place_std"]["last"], rel=0.35)
+    assert verdict["fast"] == []
     assert report["cues"]["mount_height"] == pytest.approx(1.5, abs=0.15)
     assert abs(report["cues"]["tilt"]) < 0.02
     assert report["heights_median"] == pytest.approx(1.72, abs=0.08)
@@ -149,7 +154,7 @@ def test_the_report_says_how_sure_it_is(made):
     assert report["people_speed"]["median"] == pytest.approx(0.8, abs=0.3)
     assert report["misfits"] < 0.02
     assert not report["warnings"]
-    for words in ("σ of people's positions", "drift along", "above the ground; its file says 1.5 m"):
+    for words in ("σ of people's positions", "relative to the camera hold", "above the ground; its file says 1.5 m"):
         assert words in text
 
 
@@ -165,7 +170,7 @@ def test_the_report_says_how_sure_it_is(made):
 def test_a_wrong_camera_file_is_found_out(tmp_path, wrong, problem):
     folder = write_folder(tmp_path / "walk", crossing(**wrong))
     with pytest.warns(VbbenchWarning, match=problem):
-        made = birdify(folder / "boxes.csv", folder / "camera.toml", tmp_path / "map", solver=FAST, film=False)
+        made = birdify(folder / "boxes.csv", folder / "camera.toml", tmp_path / "map", solver=FAST)
     assert "## Warnings" in (made.folder / "report.md").read_text()
 
 
@@ -296,7 +301,7 @@ def test_warnings_name_the_causes_that_the_figures_have(tmp_path, lines, scale, 
     text = CAMERA_TOML.replace("mount_height = 1.5\n", f"{lines}\n")
     folder = write_folder(tmp_path / "walk", walk, camera=text)
     with pytest.warns(VbbenchWarning, match=words):
-        birdify(folder / "boxes.csv", folder / "camera.toml", tmp_path / "map", solver=FAST, film=False)
+        birdify(folder / "boxes.csv", folder / "camera.toml", tmp_path / "map", solver=FAST)
 
 
 def test_people_who_all_move_as_fast_as_the_odometry_says_point_at_it(tmp_path):
@@ -304,7 +309,7 @@ def test_people_who_all_move_as_fast_as_the_odometry_says_point_at_it(tmp_path):
     folder = write_folder(tmp_path / "walk", walk)
     wrong = write_tum(folder / "odo.txt", replace(walk, poses=walk.poses * [6.0, 6.0, 1.0]))
     with pytest.warns(VbbenchWarning, match=r"people walk at .* m/s \(median\), all much alike: check the odometry"):
-        birdify(folder / "boxes.csv", folder, tmp_path / "map", odometry=wrong, solver=FAST, film=False)
+        birdify(folder / "boxes.csv", folder, tmp_path / "map", odometry=wrong, solver=FAST)
 
 
 def test_odometry_reaches_any_solver_and_time_stamps_stay(tmp_path):
@@ -312,7 +317,7 @@ def test_odometry_reaches_any_solver_and_time_stamps_stay(tmp_path):
     folder = write_folder(tmp_path / "walk", walk)
     boxes = write_csv(folder / "boxes.csv", walk, begin=1.6e9)
     odometry = write_tum(folder / "odo.txt", walk, begin=1.6e9, every=0.5)
-    made = birdify(boxes, folder / "camera.toml", tmp_path / "map", odometry=odometry, solver=FAST, film=False)
+    made = birdify(boxes, folder / "camera.toml", tmp_path / "map", odometry=odometry, solver=FAST)
     poses = table(made.folder / "poses.csv")
     np.testing.assert_allclose(poses["x"], walk.poses[:, 0], atol=1e-3)
     np.testing.assert_allclose(poses["time"], 1.6e9 + 0.1 * np.arange(30), atol=1e-3)
@@ -325,7 +330,7 @@ def test_the_solver_has_loaded_its_libraries_before_they_are_kept_to_one_thread(
     """A library that comes later would have as many threads as there are processors, which only wait for each other."""
     with threadpool_limits(3):
         beginner = f"{__name__}:{Beginner.__name__}"
-        birdify(folder / "boxes.csv", folder / "camera.toml", tmp_path / "map", solver=beginner, film=False)
+        birdify(folder / "boxes.csv", folder / "camera.toml", tmp_path / "map", solver=beginner)
     assert Beginner.threads == [3, 1]
 
 
@@ -334,7 +339,7 @@ def test_what_is_kept_says_how_long_a_frame_lasts(tmp_path, capsys):
     folder = write_folder(tmp_path / "walk", walk)
     camera = folder / "camera.toml"
     camera.write_text("".join(line for line in camera.read_text().splitlines(True) if not line.startswith("fps")))
-    asked = ["birdify", str(folder / "boxes.csv"), "--camera", str(camera), "--solver", FAST, "--no-film"]
+    asked = ["birdify", str(folder / "boxes.csv"), "--camera", str(camera), "--solver", FAST]
     assert main([*asked, "--out", str(tmp_path / "none")]) == 2
     assert "write dt or fps in camera.toml" in capsys.readouterr().err
     assert main([*asked, "--out", str(tmp_path / "map"), "--dt", "0"]) == 2
@@ -343,8 +348,8 @@ def test_what_is_kept_says_how_long_a_frame_lasts(tmp_path, capsys):
     asked[1:4:2] = [str(kept / "boxes.csv"), str(kept / "camera.toml")]
     assert main([*asked, "--out", str(tmp_path / "other"), "--dt", "0.4"]) == 2
     assert "--dt says that a frame lasts 0.4 s, and" in capsys.readouterr().err
-    again = birdify(kept / "boxes.csv", kept / "camera.toml", tmp_path / "again", solver=FAST, film=False)
-    birdify(kept / "boxes.csv", camera, tmp_path / "numpy", solver=FAST, film=False, dt=np.float64(0.1))
+    again = birdify(kept / "boxes.csv", kept / "camera.toml", tmp_path / "again", solver=FAST)
+    birdify(kept / "boxes.csv", camera, tmp_path / "numpy", solver=FAST, dt=np.float64(0.1))
     assert read_camera(tmp_path / "numpy" / "recording" / "camera.toml").facts.seconds == 0.1
     assert (again.folder / "poses.csv").read_bytes() == (tmp_path / "map" / "poses.csv").read_bytes()
 
@@ -353,7 +358,7 @@ def test_numbers_of_frames_and_ids_are_those_of_the_file(tmp_path):
     walk = make_walk(20)
     folder = write_folder(tmp_path / "walk", walk)
     boxes = write_mot(folder / "gt.txt", walk)
-    made = birdify(boxes, folder / "camera.toml", tmp_path / "map", solver=FAST, film=False)
+    made = birdify(boxes, folder / "camera.toml", tmp_path / "map", solver=FAST)
     people = table(made.folder / "positions.csv")
     assert (people["frame"].min(), people["frame"].max()) == (1, 20)
     assert set(people["id"]) == {float(k) for _, k, _ in walk.rows}
@@ -372,25 +377,25 @@ def test_a_folder_is_whole_or_not_there(folder, tmp_path):
     (tmp_path / "mine").mkdir()
     with pytest.raises(VbbenchError, match="exists and is not a folder that birdify made"):
         birdify(*arguments, tmp_path / "mine", solver="cv", overwrite=True)
-    birdify(*arguments, tmp_path / "map", solver=FAST, film=False)
+    birdify(*arguments, tmp_path / "map", solver=FAST)
     with pytest.raises(VbbenchError, match="set overwrite to replace it"):
-        birdify(*arguments, tmp_path / "map", solver=FAST, film=False)
+        birdify(*arguments, tmp_path / "map", solver=FAST)
     with pytest.warns(VbbenchWarning, match=r"\d+% of the boxes are not where their person is on the map"):
-        birdify(*arguments, tmp_path / "map", solver="cv", film=False, overwrite=True)
+        birdify(*arguments, tmp_path / "map", solver="cv", overwrite=True)
     assert json.loads((tmp_path / "map" / "report.json").read_text())["solver"] == "cv"
 
 
 def test_the_command_says_where_and_how_sure(folder, tmp_path, capsys):
     given = ["birdify", str(folder / "boxes.csv"), "--camera", str(folder / "camera.toml"), "--solver", FAST]
-    assert main([*given, "--out", str(tmp_path / "map"), "--no-film"]) == 0
+    assert main([*given, "--out", str(tmp_path / "map")]) == 0
     shown = capsys.readouterr()
-    assert f"{tmp_path / 'map'}: " in shown.out
+    assert f"{tmp_path / 'map'}: The solver reports no uncertainty" in shown.out
     assert "m travelled in 4 s" in shown.out
+    assert not (tmp_path / "map" / "film.mp4").exists()
     assert "without odometry the map may drift with the crowd by more than that" in shown.out
     assert "40 frames of 0.1 s, 12 tracks" in shown.err
-    assert main([*given, "--out", str(tmp_path / "map"), "--no-film"]) == 2
+    assert main([*given, "--out", str(tmp_path / "map")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
-    assert main([*given, "--out", str(tmp_path / "x"), "--film", "--no-film"]) == 2
     broken = tmp_path / "camera.toml"
     broken.write_text(CAMERA_TOML.replace("1.5", "0"))
     given[3] = str(broken)

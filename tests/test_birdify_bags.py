@@ -174,7 +174,7 @@ def test_a_bag_becomes_a_map(tmp_path: Path, walk: Walk, ros: int, defined: bool
             storage.executescript("DROP TABLE message_definitions; UPDATE schema SET schema_version = 3;")
     topics = ["--boxes", "/detections", "--odometry", "odom", "--camera", "/camera_info", "--mount-height", "1.5"]
     given = str(path) if ros == 1 else f"bag:{next(path.glob('*.db3'))}" if defined else f"bag:{path}"
-    assert main(["birdify", given, *topics, "--out", str(out), "--no-film", "--solver", "cv"]) == 0
+    assert main(["birdify", given, *topics, "--out", str(out), "--solver", "cv"]) == 0
     assert path.exists()
     assert not (tmp_path / "map.from-bag").exists()
     rows = np.genfromtxt(out / "recording" / "boxes.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
@@ -223,7 +223,7 @@ class Optical(Writing):
 def test_odometry_may_be_of_the_camera_and_a_region_of_interest_is_refused(tmp_path: Path, walk: Walk) -> None:
     writing, mount = Optical(2), {"mount_height": 1.5}
     path = write_bag(tmp_path, walk, 2, writing=writing)
-    birdify_bag(path, tmp_path / "map", BagTopics(), mount=mount, film=False, solver="cv")
+    birdify_bag(path, tmp_path / "map", BagTopics(), mount=mount, solver="cv")
     odometry = read_recording(files_in(tmp_path / "map" / "recording")).footage.odometry
     assert odometry is not None
     np.testing.assert_allclose(

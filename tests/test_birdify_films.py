@@ -105,7 +105,7 @@ def check_map(out: Any, tolerance: float, every: int = 1) -> None:
 def test_a_film_becomes_a_map_and_its_boxes_are_kept(folder, tmp_path, kind):
     out, said = tmp_path / "map", []
     path, camera = ("film.mp4", "camera.toml") if kind == "video" else ("pictures", "timed.toml")
-    birdify_film(folder / path, folder / camera, out, FOUND, film=False, announce=said.append)
+    birdify_film(folder / path, folder / camera, out, FOUND, announce=said.append)
     check_map(out, 0.35)
     assert json.loads((out / "report.json").read_text())["tracks"] >= PEOPLE
     assert (out / "recording" / "gt.txt").read_text().count("\n") > 200
@@ -124,7 +124,7 @@ def test_a_film_becomes_a_map_and_its_boxes_are_kept(folder, tmp_path, kind):
 def test_every_second_frame_and_the_command(folder, tmp_path, capsys):
     out = tmp_path / "map"
     command = ["birdify", str(folder / "pictures"), "--camera", str(folder / "timed.toml"), "--out", str(out)]
-    command += ["--detector", FOUND.detector, "--every", "2", "--no-film"]
+    command += ["--detector", FOUND.detector, "--every", "2"]
     assert main(command) == 0
     assert str(out) in capsys.readouterr().out
     check_map(out, 0.35, every=2)
@@ -160,10 +160,10 @@ class Helpless:
 def test_boxes_stay_where_the_map_cannot_be_made(folder, tmp_path):
     given, helpless = (folder / "pictures", folder / "timed.toml", tmp_path / "map", FOUND), f"{__name__}:Helpless"
     with pytest.raises(VbbenchError, match="no solver is called 'nobody'"):
-        birdify_film(*given, solver="nobody", film=False)
+        birdify_film(*given, solver="nobody")
     assert not (tmp_path / "map.boxes.txt").exists()
     with pytest.raises(VbbenchError, match="this cannot be solved"):
-        birdify_film(*given, solver=helpless, film=False)
+        birdify_film(*given, solver=helpless)
     assert (tmp_path / "map.boxes.txt").is_file()
     assert not (tmp_path / "map").exists()
 
@@ -180,7 +180,7 @@ def test_hog_makes_a_map_of_a_rendered_street(tmp_path):
         for frame, picture in zip(frames, pictures(dataset, sequence, renderer, frames), strict=True):
             cv2.imwrite(str(tmp_path / "pictures" / f"{frame:06d}.png"), picture.rgb[..., ::-1])
     (tmp_path / "camera.toml").write_text("width = 1280\nheight = 720\nfocal = 640\nmount_height = 1.6\nfps = 10\n")
-    made = birdify_film(tmp_path / "pictures", tmp_path / "camera.toml", tmp_path / "map", Detection(), film=False)
+    made = birdify_film(tmp_path / "pictures", tmp_path / "camera.toml", tmp_path / "map", Detection())
     assert made.report.frames >= 5
     rows = read_mot(tmp_path / "map" / "recording" / "gt.txt", len(frames))
     people = found = 0

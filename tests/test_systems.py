@@ -73,7 +73,7 @@ def test_the_main_commands_need_no_posix(without_posix: dict[str, str], tmp_path
         "solve data --solver cv --protocol sequential --jobs 2 --out other",
         "score answer other --dataset data",
         "plot data --sequence 0 --estimate answer --out plot.png",
-        "birdify boxes.csv --camera camera.toml --out map --no-film",
+        "birdify boxes.csv --camera camera.toml --out map",
         "leaderboard add answer --dataset data --results results",
         "leaderboard build --results results --out page",
         "leaderboard try mysolver:MySolver --board sim/sequential-noisy",

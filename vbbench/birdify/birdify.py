@@ -4,7 +4,8 @@ OUT/report.md, report.json            how sure it is: see `vbbench.birdify.repor
 OUT/poses.parquet, poses.csv          frame, time, x, y, yaw, and standard deviations
 OUT/poses.txt                         the same as a TUM trajectory
 OUT/positions.parquet, positions.csv  frame, time, id, x, y, and standard deviation
-OUT/map.png, film.mp4                 the map beside the boxes
+OUT/map.png                           the whole map
+OUT/film.mp4                          the map beside the boxes, frame by frame, on request
 OUT/recording                         the files that it was made from: 'vbbench generate own' reads the folder
 OUT/dataset, OUT/submission           the same as a dataset and an answer to it: plot, render, view, export
 """
@@ -59,8 +60,6 @@ PROTOCOL = "cold-start"
 DATASET, SUBMISSION, RECORDING = "dataset", "submission", "recording"
 VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mjpeg", ".ts", ".ogv", ".wmv")
 """Endings of the names of videos."""
-FILMED = 300
-"""Most frames of which a film is made without being asked for: more take longer than all the rest."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +91,7 @@ def birdify(
     odometry: Path | str | None = None,
     odometry_axes: Axes | None = None,
     solver: str = "map-causal",
-    film: bool | None = None,
+    film: bool = False,
     dt: float | None = None,
     name: str = "",
     pictures: Pictures | None = None,
@@ -115,7 +114,7 @@ def birdify(
     odometry : trajectory of the observer by its own measurement (`vbbench.exchange.trajectory`).
     odometry_axes : of its body, a key of `vbbench.exchange.axes.AXES`; by default the camera file's, or as it moves.
     solver : a registered name, or ``module:attribute``.
-    film : whether to make a film; ``None`` for one of at most `FILMED` frames.
+    film : whether to make a film, which takes longer than all the rest.
     dt : seconds per frame where neither camera file nor boxes say it.
     name : what the recording is called; by default as the file of boxes.
     pictures : where the pictures of the frames are, to draw over.
@@ -159,7 +158,9 @@ def birdify(
         ids = recording.rows.ids.of(sequence.tracks)
         write_tables(work.new, sequence, recording.timeline, answer, dataset.camera(sequence).mount_height, ids)
         report = make_report(dataset, recording, answer, solver)
-        _draw(dataset, work.new, sequence.frames <= FILMED if film is None else film, announce)
+        _draw_map(work.new / "map.png", sequence, answer, report)
+        if film:
+            _make_film(dataset, work.new, announce)
         write_text_atomically(work.new / "report.md", report.markdown())
         write_text_atomically(work.new / REPORT, report.to_json())
         work.publish()
@@ -226,12 +227,17 @@ def _solve(dataset: Dataset, sequence: Sequence, solver: str, solving: Any, fold
     return answer
 
 
-def _draw(dataset: Dataset, folder: Path, film: bool, announce: Callable[[str], object]) -> None:
-    from vbbench.pictures.plotting import plot_to_file
+def _draw_map(path: Path, sequence: Sequence, answer: Estimate, report: Report) -> None:
+    from vbbench.pictures.plotting import save_picture
+    from vbbench.pictures.plotting.whole_map import plot_map
+
+    facts = [" ".join(report.verdict.sentences())]
+    lost = report.verdict.lost(sequence.frames)
+    save_picture(plot_map(answer, sequence.observed, report.dt, report.name, facts, lost), path)
+
+
+def _make_film(dataset: Dataset, folder: Path, announce: Callable[[str], object]) -> None:
+    from vbbench.pictures.rendering import render_to_file
 
     submission = folder / SUBMISSION
-    plot_to_file(dataset, 0, folder / "map.png", submissions=[submission])
-    if film:
-        from vbbench.pictures.rendering import render_to_file
-
-        render_to_file(dataset, 0, folder / "film.mp4", footage=True, submission=submission, announce=announce)
+    render_to_file(dataset, 0, folder / "film.mp4", footage=True, submission=submission, announce=announce)

@@ -37,7 +37,7 @@ def birdify_film(
     odometry: Path | str | None = None,
     odometry_axes: Axes | None = None,
     solver: str = "map-causal",
-    film: bool | None = None,
+    film: bool = False,
     mount: Mapping[str, float | str] | None = None,
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,

@@ -7,6 +7,7 @@ import numpy as np
 from vbbench.birdify.cues import Cues, HeightPrior, compare_cues
 from vbbench.birdify.report import FEW_PEOPLE, MISPLACED, Report, Spread, plus_minus
 from vbbench.birdify.tables import place_std
+from vbbench.birdify.verdict import judge
 from vbbench.camera import Camera
 from vbbench.estimate import Estimate
 from vbbench.exchange.own.recording import OwnRecording
@@ -54,6 +55,7 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
     report = Report(
         name=recording.footage.name,
         solver=solver,
+        verdict=judge(answer, seen, info.dt, recording.rows.ids.of(sequence.tracks), info.carried_by),
         frames=sequence.frames,
         dt=info.dt,
         tracks=len(sequence.tracks),
@@ -131,8 +133,6 @@ def _doubts(report: Report) -> Iterator[str]:
     if report.few_people > OFTEN:
         share = f"{report.few_people:.0%} of the frames show fewer than {FEW_PEOPLE} people"
         yield f"{share}: they tell little of how the camera moves"
-    if report.converged is not None and report.converged < 1.0 - SCALE_DOUBT:
-        yield f"in {1.0 - report.converged:.0%} of the frames the solver warns that the pose may be far off"
     if report.misfits > SCALE_DOUBT:
         yield f"{report.misfits:.0%} of the boxes are not where their person is on the map: do tracks switch people?"
 

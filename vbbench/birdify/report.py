@@ -1,4 +1,4 @@
-"""How sure a map is: figures of its uncertainty, of its scale and of what does not fit, in words and as JSON."""
+"""How sure a map is: a verdict, figures of its uncertainty and scale, and what does not fit, in words and as JSON."""
 
 import json
 from collections.abc import Iterator
@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 
 from vbbench import __version__
 from vbbench.birdify.cues import Cues
+from vbbench.birdify.verdict import Verdict
 from vbbench.parsing.json_text import without_nan
 from vbbench.table import Table
 
@@ -32,6 +33,7 @@ class Report:
     Parameters
     ----------
     name, solver : of the recording, and what solved it.
+    verdict : what of the map is usable.
     frames, dt, tracks, boxes : of the recording.
     people_mean, people_max : seen in a frame.
     few_people : share of frames with fewer than `FEW_PEOPLE`; ``empty`` those with nobody.
@@ -54,6 +56,7 @@ class Report:
 
     name: str
     solver: str
+    verdict: Verdict
     frames: int
     dt: float
     tracks: int
@@ -87,25 +90,24 @@ class Report:
     vbbench: str = __version__
 
     def to_json(self) -> str:
-        """The text of ``report.json``; NaN as null."""
-        return json.dumps(without_nan(asdict(self)), indent=2, ensure_ascii=False) + "\n"
+        """The text of ``report.json``; NaN as null. The verdict has its sentences, too."""
+        values = asdict(self)
+        values["verdict"] = {"sentences": self.verdict.sentences(), **values["verdict"]}
+        return json.dumps(without_nan(values), indent=2, ensure_ascii=False) + "\n"
 
     def markdown(self) -> str:
         """The text of ``report.md``."""
-        sections = [f"# {self.name}", *self._warning_lines(), _table(self._rows()), _EXPLAINED]
+        verdict = " ".join(self.verdict.sentences())
+        sections = [f"# {self.name}", verdict, *self._warning_lines(), _table(self._rows()), _EXPLAINED]
         return "\n\n".join(sections) + "\n"
 
     def summary(self) -> str:
-        """Two or three lines for the terminal."""
-        sure = "the solver reports no uncertainty"
-        if self.place_std is not None and self.position_std is not None:
-            last, people = self.place_std.last, self.position_std.last
-            sure = f"camera ±{last:.2g} m and people ±{people:.2g} m in the last frame"
-        scale = "scale by heights alone" if self.cues is None else f"scale: {_scale(self)}"
-        drift = (
-            "" if self.odometry is not None else "\nwithout odometry the map may drift with the crowd by more than that"
-        )
-        return f"{self.travelled:.3g} m travelled in {self.frames * self.dt:.3g} s; {sure}\n{scale}{drift}"
+        """The verdict and a few figures, in lines for the terminal."""
+        lines = [*self.verdict.sentences(), f"{self.travelled:.3g} m travelled in {self.frames * self.dt:.3g} s"]
+        lines += ["scale by heights alone" if self.cues is None else f"scale: {_scale(self)}"]
+        if self.odometry is None:
+            lines += ["without odometry the map may drift with the crowd by more than that"]
+        return "\n".join(lines)
 
     def _warning_lines(self) -> list[str]:
         return ["## Warnings\n\n" + "\n".join(f"- {line}" for line in self.warnings)] if self.warnings else []
@@ -145,10 +147,11 @@ class Report:
 
 
 _EXPLAINED = """\
-σ is what the solver believes, along the worst direction, if its model of people and boxes is right. Metres come from
-people's heights, and from the camera's height where the solver trusts feet: a camera file that is off by 10 % gives a
-map that is. How fast everybody moves together is hardly seen in boxes: without odometry the whole map may drift along
-the way the crowd goes, by more than σ says, while places relative to the camera hold."""
+Seconds count from the first frame. A radius of 95 % is 1.96 standard deviations of the whole error in the plane. σ is
+the solver's standard deviation along the worst direction; it holds if the model of people and boxes does. Metres come
+from people's heights, and from the camera's height where the solver trusts feet: a camera file that is off by 10 %
+gives a map that is. How fast everybody moves together is hardly seen in boxes: without odometry the whole map may drift
+along the way the crowd goes, by more than σ, while places relative to the camera hold."""
 
 
 def _scale(report: Report) -> str:

@@ -27,7 +27,6 @@ def birdify(
     tracker: str | None = None,
     every: int | None = None,
     film: bool = False,
-    no_film: bool = False,
     overwrite: bool = False,
 ) -> None:
     """Make a map of where a camera and the people around it were, from their boxes alone, a film, or a ROS bag.
@@ -38,7 +37,7 @@ def birdify(
             people are detected and tracked first. Or a ROS bag, as bag:DIR if its name does not show it.
         camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
             camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md. Of a bag also its topic.
-        out: Folder to make: poses, positions, map.png, film.mp4, report.md.
+        out: Folder to make: report.md, map.png, poses, positions.
         odometry: Trajectory of the observer by its own measurement: TUM, EuRoC, KITTI, or CSV with a header. Of a
             bag also its topic.
         odometry_axes: Of the body that odometry is of, where its file does not show them: body (x forward, z up),
@@ -54,8 +53,7 @@ def birdify(
         weights: Of a film: file of the detector's network, for --detector yolo.
         tracker: Of a film: byte (default), or module:attribute of your own.
         every: Of a film: use only every n-th frame for the map; all are tracked.
-        film: Make a film, however long; without it films have 300 frames at most.
-        no_film: Make no film.
+        film: Make film.mp4 of the map beside the boxes, too.
         overwrite: Replace a folder that birdify made.
     """
     from vbbench.birdify.birdify import birdify as make
@@ -66,8 +64,6 @@ def birdify(
     bag = str(recording).startswith("bag:") or is_bag(recording)
     recording = Path(str(recording).removeprefix("bag:"))
     filmed = not bag and is_film(recording)
-    if film and no_film:
-        raise VbbenchError("--film and --no-film exclude each other; keep one of them")
     asked = {"detector": detector, "weights": weights, "tracker": tracker, "every": every}
     given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
     if given and not filmed:
@@ -91,7 +87,7 @@ def birdify(
         "mount": mount,
         "odometry_axes": odometry_axes,
         "solver": solver,
-        "film": True if film else (False if no_film else None),
+        "film": film,
         "overwrite": overwrite,
         "announce": announce,
     }

@@ -1,5 +1,6 @@
 """The bird's-eye view: observer, people, truth, estimate and what was given, in metres."""
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -118,9 +119,9 @@ def draw_points(axes: Axes, points: FloatArray, gid: str, **look: Any) -> None:
 
 
 def draw_lines(
-    axes: Axes, lines: FloatArray, colours: Any, width: float, zorder: float, dashes: Any = "-"
+    axes: Axes, lines: Iterable[FloatArray], colours: Any, width: float, zorder: float, dashes: Any = "-"
 ) -> LineCollection:
-    """Draw lines through points [N, M, 2] in m."""
+    """Draw N lines, each through points [M, 2] in m."""
     drawn = LineCollection(list(lines), colors=colours, linewidths=width, zorder=zorder, linestyles=dashes)
     axes.add_collection(drawn, autolim=False)
     return drawn
