@@ -76,7 +76,7 @@ def test_ellipses_are_of_two_standard_deviations() -> None:
     np.testing.assert_allclose(found["people-ellipses"].get_offsets(), estimate().positions[-1])
 
 
-def test_an_ellipse_larger_than_the_map_is_left_out() -> None:
+def test_an_ellipse_that_would_cover_the_map_is_left_out() -> None:
     wide = np.tile(np.diag([1e4, 0.01]), (FRAMES, PEOPLE, 1, 1))
     found = parts(drawn(estimate(position_covariances=wide)))
     assert len(found["people-ellipses"].get_offsets()) == 0
@@ -101,6 +101,9 @@ def test_who_is_seen_for_a_time_has_a_path_of_that_time() -> None:
     found = parts(drawn(answer, observed=seen))
     assert [len(path.vertices) for path in found["people"].get_paths()] == [50, 1]
     np.testing.assert_allclose(found["places"].get_offsets(), answer.positions[[59, 5], [1, 2]])
+    seen[70:90, 1] = seen[120:140, 1] = True  # after one second, and after three
+    found = parts(drawn(answer, observed=seen))
+    assert [len(path.vertices) for path in found["people"].get_paths()] == [70, 20, 1]
 
 
 def test_a_map_without_people_and_without_covariances_is_drawn(tmp_path: Any) -> None:

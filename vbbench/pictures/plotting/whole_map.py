@@ -35,8 +35,10 @@ _ROUND = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600)
 _MOST_MARKS = 10
 _CROWD = 60
 """So many people are drawn fainter."""
-_FILLED = 0.25
-"""Ellipses up to this share of the map are filled."""
+_FILLED, _SHOWN = 0.25, 0.5
+"""Ellipses up to these shares of the map are filled, and drawn at all."""
+_UNSEEN = 2.0
+"""Seconds without a box that a line bridges."""
 _BAR = 0.2
 """Largest share of the map's width that the scale bar takes."""
 
@@ -72,7 +74,7 @@ def plot_map(
     for spine in axes.spines.values():
         spine.set_color(style.FIELD_EDGE)
     _draw_grid(axes, low, high)
-    _draw_people(axes, answer, places)
+    _draw_people(axes, answer, places, dt)
     _draw_camera(axes, answer, dt, lost)
     _draw_words(figure, title, lines)
     _draw_legend(figure, entries, rows)
@@ -114,7 +116,7 @@ def _round_length(most: float) -> float:
     return float(max(share * power for share in (1.0, 2.0, 5.0) if share * power <= most))
 
 
-def _draw_people(axes: Axes, answer: Estimate, places: FloatArray) -> None:
+def _draw_people(axes: Axes, answer: Estimate, places: FloatArray, dt: float) -> None:
     """Everybody's path, a point at its end, and the ellipse there."""
     known = np.isfinite(places[..., 0])
     columns = np.flatnonzero(known.any(axis=0))
@@ -122,8 +124,10 @@ def _draw_people(axes: Axes, answer: Estimate, places: FloatArray) -> None:
         return
     last = len(known) - 1 - known[::-1, columns].argmax(axis=0)
     colours = np.array([to_rgba(ON_LIGHT[n % len(ON_LIGHT)]) for n in range(len(columns))])
-    paths = [places[known[:, column], column] for column in columns]
-    drawn = draw_lines(axes, paths, colours, 0.9, 2.0)
+    frames = [np.flatnonzero(known[:, column]) for column in columns]
+    parts = [np.split(seen, np.flatnonzero(np.diff(seen) * dt > _UNSEEN) + 1) for seen in frames]
+    paths = [places[part, column] for column, own in zip(columns, parts, strict=True) for part in own]
+    drawn = draw_lines(axes, paths, np.repeat(colours, [len(own) for own in parts], axis=0), 0.9, 2.0)
     drawn.set_gid("people")
     drawn.set_alpha(0.6 if len(columns) < _CROWD else 0.4)
     ends = places[last, columns]
@@ -133,13 +137,13 @@ def _draw_people(axes: Axes, answer: Estimate, places: FloatArray) -> None:
 
 
 def _draw_ellipses(axes: Axes, places: FloatArray, covariances: FloatArray, colours: FloatArray, gid: str) -> None:
-    """The 2σ ellipses of places [N, 2], filled if they are small; none that is larger than the map, and none of NaN."""
+    """The 2σ ellipses of places [N, 2] in m, filled if small; none that would cover the map, and none of NaN."""
     known = np.flatnonzero(np.isfinite(covariances).all(axis=(1, 2)) & np.isfinite(places[:, 0]))
     values, vectors = np.linalg.eigh(covariances[known])
     size = 2.0 * _SIGMAS * np.sqrt(np.maximum(values, 0.0))
     angles = np.degrees(np.arctan2(vectors[:, 1, 1], vectors[:, 0, 1]))
     span = min(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim()))
-    shown = size[:, 1] < span
+    shown = size[:, 1] < _SHOWN * span
     fill, edge = colours[known][shown], colours[known][shown]
     crowd = len(places) >= _CROWD
     fill[:, 3] = np.where(size[shown, 1] < _FILLED * span, 0.04 if crowd else 0.07, 0.0)
@@ -227,7 +231,7 @@ def _entries(answer: Estimate, lost: BoolArray) -> list[tuple[str, dict[str, Any
         ("people, to their last box", {"color": style.TRUTH, "linewidth": 1.0, "marker": "o", "markersize": 3}),
     ]
     for reported, colour, label in (
-        (answer.pose_covariances, _CAMERA, "2σ of the camera, if less than the map"),
+        (answer.pose_covariances, _CAMERA, "2σ of the camera, up to half the map"),
         (answer.position_covariances, style.TRUTH, "2σ of people there, likewise"),
     ):
         disc = {"markersize": 9, "markeredgewidth": 0.8, "markerfacecolor": to_rgba(colour, 0.12)}
