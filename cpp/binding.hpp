@@ -75,6 +75,29 @@ nb::object numpy(std::vector<T> values, const Shape& shape) {
   return nb::cast(nb::ndarray<nb::numpy, T>(data, shape.size(), shape.data(), owner));
 }
 
+/// A new array of zeros, which becomes one of NumPy.
+template <class T>
+class New {
+ public:
+  explicit New(Shape shape) : shape_(std::move(shape)) {
+    std::size_t size = 1;
+    for (const std::size_t n : shape_) size *= n;
+    values_ = std::make_unique<T[]>(size);
+  }
+  T* data() { return values_.get(); }
+  /// The array, which this no longer owns.
+  nb::object numpy() {
+    T* data = values_.get();
+    nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<T*>(p); });
+    values_.release();
+    return nb::cast(nb::ndarray<nb::numpy, T>(data, shape_.size(), shape_.data(), owner));
+  }
+
+ private:
+  Shape shape_;
+  std::unique_ptr<T[]> values_;
+};
+
 /// An argument that `array` checks, None included.
 inline auto array_arg(const char* name) { return nb::arg(name).none(); }
 

@@ -10,8 +10,8 @@ from vbbench.exchange.matching import match_boxes, match_tracks
 from vbbench.generation.tier import Observations, Sight, get_tier
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Truth
+from vbbench_generators._core import remaining, worths
 from vbbench_generators.tiers.tracking.camera_motion import carried, estimated_turns
-from vbbench_generators.tiers.tracking.kernels import remaining, worths
 from vbbench_generators.tiers.tracking.settings import get_tracking
 from vbbench_generators.tiers.tracking.tracker import CentredDetections, Tracker, from_centres
 
@@ -42,7 +42,7 @@ def tally(sight: Sight) -> Tally:
 
 
 @pytest.mark.parametrize("period", [None, 400.0], ids=["borders", "panorama"])
-def test_kernels_overlap_and_suppress_boxes_as_the_rest_of_the_package_does(period: float | None) -> None:
+def test_boxes_overlap_and_suppress_boxes_as_the_rest_of_the_package_does(period: float | None) -> None:
     rng = np.random.default_rng(4)
     boxes = rng.uniform((0.0, 0.0, 20.0, 40.0), (400.0, 100.0, 60.0, 120.0), (2, 60, 4))
     scores, width = rng.random(60), period or 0.0

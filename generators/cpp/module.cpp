@@ -1,17 +1,30 @@
 // Binding of the generators' inner loops to Python. Sizes and types of arrays are checked here; what is wrong is a
 // VbbenchError.
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "binding.hpp"
+#include "lifting.hpp"
+#include "odometry.hpp"
+#include "sights.hpp"
+#include "skyline.hpp"
 #include "social_force/march.hpp"
 #include "threads.hpp"
+#include "tracking/boxes.hpp"
+#include "tracking/filter.hpp"
+#include "views/robot.hpp"
+#include "views/vehicle.hpp"
+#include "wandering.hpp"
 
 using namespace vbbench;
 
@@ -24,12 +37,32 @@ int whole(Int value, const char* name, Int least) {
   return static_cast<int>(value);
 }
 
-double finite(const nb::dict& numbers, const char* name) {
-  double value = 0.0;
-  if (!numbers.contains(name)) refuse(std::string(name) + " is missing");
-  if (!nb::try_cast<double>(numbers[name], value) || !std::isfinite(value))
-    refuse(std::string(name) + " must be a finite number");
+template <class T>
+T entry(const nb::dict& entries, const char* name) {
+  T value{};
+  if (!entries.contains(name)) refuse(std::string(name) + " is missing");
+  if (!nb::try_cast<T>(entries[name], value)) refuse(std::string(name) + " has the wrong type");
   return value;
+}
+
+double finite(const nb::dict& numbers, const char* name) {
+  const double value = entry<double>(numbers, name);
+  if (!std::isfinite(value)) refuse(std::string(name) + " must be a finite number");
+  return value;
+}
+
+Int length(const auto& found, std::size_t axis = 0) { return static_cast<Int>(found.shape(axis)); }
+
+/// Rows of numbers as rows of what they are.
+template <class Row, class T>
+auto* rows(const Array<T>& found) {
+  return reinterpret_cast<std::conditional_t<std::is_const_v<T>, const Row*, Row*>>(found.data());
+}
+
+void check_indices(const Array<const Int>& found, std::size_t count, const char* name) {
+  for (std::size_t n = 0; n < found.size(); ++n)
+    if (found.data()[n] < 0 || found.data()[n] >= static_cast<Int>(count))
+      refuse(std::string(name) + " must be from 0 to below " + std::to_string(count));
 }
 
 // Social force ----------------------------------------------------------------------------------------------------
@@ -133,6 +166,207 @@ nb::object row_forces(const nb::object& people, const nb::object& walls, const n
   return numpy(std::move(forces.x), {2, rows.shape(1)});
 }
 
+// Tiers -----------------------------------------------------------------------------------------------------------
+
+nb::tuple sweep(const nb::object& figures, const nb::object& distances, const nb::object& half, const nb::object& top,
+                Int columns, double bottom, bool wraps) {
+  const auto in_distances = array<const double>(distances, "distances", {kAny, kAny});
+  const std::size_t frames = in_distances.shape(0), people = in_distances.shape(1);
+  const auto in_figures = array<const double>(figures, "figures", {frames, people, 3});
+  const auto in_half = array<const double>(half, "half", {kAny});
+  const auto in_top = array<const double>(top, "top", {in_half.size()});
+  if (in_half.size() == 0) refuse("half must have a step");
+  occlusion::Skyline skyline(whole(columns, "columns", 1), bottom, wraps);
+  New<double> visible({frames, people}), boxes({frames, people, 4});
+  occlusion::sweep(length(in_distances), length(in_distances, 1), rows<occlusion::Figure>(in_figures),
+                   in_distances.data(), {{in_half.data(), in_half.size()}, {in_top.data(), in_top.size()}}, skyline,
+                   visible.data(), reinterpret_cast<occlusion::Box*>(boxes.data()));
+  return nb::make_tuple(visible.numpy(), boxes.numpy());
+}
+
+void link_rows(const nb::object& numbers, double kept, double fresh) {
+  const auto found = array<double>(numbers, "numbers", {kAny, kAny});
+  link(length(found), length(found, 1), kept, fresh, found.data());
+}
+
+nb::object sights(const nb::object& there, const nb::object& relative, const nb::object& positions,
+                  const nb::object& poses, const nb::object& heights, const nb::object& mounts, const nb::object& tilt,
+                  const nb::object& amplitudes, const nb::object& phases, const nb::object& waves, double near_edge) {
+  const auto in_there = array<const Int>(there, "there", {kAny});
+  const auto in_relative = array<const double>(relative, "relative", {kAny, kAny, 2});
+  const std::size_t frames = in_relative.shape(0), people = in_relative.shape(1);
+  const auto in_positions = array<const double>(positions, "positions", {frames, people, 2});
+  const auto in_poses = array<const double>(poses, "poses", {frames, 3});
+  const auto in_heights = array<const double>(heights, "heights", {people});
+  const auto in_mounts = array<const double>(mounts, "mounts", {frames});
+  const auto in_tilt = array<const double>(tilt, "tilt", {4, frames});
+  const auto in_amplitudes = array<const double>(amplitudes, "amplitudes", {kAny});
+  const auto in_phases = array<const double>(phases, "phases", {in_amplitudes.size()});
+  const auto in_waves = array<const double>(waves, "waves", {in_amplitudes.size(), 2});
+  check_indices(in_there, frames * people, "there");
+  const field::Carriage carriage{
+      length(in_relative),
+      length(in_relative, 1),
+      in_relative.data(),
+      in_positions.data(),
+      in_poses.data(),
+      in_heights.data(),
+      in_mounts.data(),
+      in_tilt.data(),
+      {length(in_amplitudes), in_amplitudes.data(), in_phases.data(), in_waves.data()},
+      near_edge,
+  };
+  New<double> directions({in_there.size(), 2, 3});
+  field::sights(carriage, length(in_there), in_there.data(), directions.data());
+  return directions.numpy();
+}
+
+// Tracking --------------------------------------------------------------------------------------------------------
+
+nb::object worths(const nb::object& tracks, const nb::object& detections, const nb::object& scores, double least,
+                  double period) {
+  const auto in_tracks = array<const double>(tracks, "tracks", {kAny, 4});
+  const auto in_detections = array<const double>(detections, "detections", {kAny, 4});
+  const auto in_scores = array<const double>(scores, "scores", {in_detections.shape(0)});
+  New<double> worth({in_tracks.shape(0), in_detections.shape(0)});
+  tracking::worths(length(in_tracks), length(in_detections), rows<tracking::Box>(in_tracks),
+                   rows<tracking::Box>(in_detections), in_scores.data(), least, period, worth.data());
+  return worth.numpy();
+}
+
+nb::object merge_people(const nb::object& boxes, const nb::object& scores, const nb::object& truth,
+                        const nb::object& chance, double overlap, double rate, double period) {
+  const auto found = array<double>(boxes, "boxes", {kAny, 4});
+  const std::size_t count = found.shape(0);
+  const auto in_scores = array<double>(scores, "scores", {count});
+  const auto in_truth = array<const double>(truth, "true", {count, 4});
+  const auto in_chance = array<const double>(chance, "chance", {count});
+  New<bool> kept({count});
+  tracking::merge_people(length(found), rows<tracking::Box>(found), in_scores.data(), rows<tracking::Box>(in_truth),
+                         in_chance.data(), overlap, rate, period, kept.data());
+  return kept.numpy();
+}
+
+nb::object remaining(const nb::object& boxes, const nb::object& order, double overlap, double period) {
+  const auto found = array<const double>(boxes, "boxes", {kAny, 4});
+  const auto in_order = array<const Int>(order, "order", {found.shape(0)});
+  check_indices(in_order, found.shape(0), "order");
+  New<bool> kept({found.shape(0)});
+  tracking::remaining(length(found), rows<tracking::Box>(found), in_order.data(), overlap, period, kept.data());
+  return kept.numpy();
+}
+
+void move_on(const nb::object& mean, const nb::object& spread, double dt, double wander, double acceleration) {
+  const auto found = array<double>(mean, "mean", {kAny, 4, 2});
+  const auto of_it = array<double>(spread, "spread", {found.shape(0), 4, 3});
+  tracking::move_on(length(found), rows<tracking::Mean>(found), rows<tracking::Spread>(of_it), dt, wander,
+                    acceleration);
+}
+
+void take_in(const nb::object& mean, const nb::object& spread, const nb::object& boxes, double measurement,
+             double period) {
+  const auto found = array<double>(mean, "mean", {kAny, 4, 2});
+  const auto of_it = array<double>(spread, "spread", {found.shape(0), 4, 3});
+  const auto in_boxes = array<const double>(boxes, "boxes", {found.shape(0), 4});
+  tracking::take_in(length(found), rows<tracking::Mean>(found), rows<tracking::Spread>(of_it),
+                    rows<tracking::Box>(in_boxes), measurement, period);
+}
+
+// Views -----------------------------------------------------------------------------------------------------------
+
+nb::tuple look_round(const nb::object& places, const nb::object& crowd, const nb::object& ways, Int wanted,
+                     const std::array<double, 4>& limits) {
+  const auto in_places = array<const double>(places, "places", {kAny, kAny, 2});
+  const std::size_t frames = in_places.shape(0), people = in_places.shape(1);
+  const auto in_crowd = array<const bool>(crowd, "crowd", {frames, people});
+  const auto in_ways = array<const double>(ways, "ways", {kAny, frames, 3});
+  const views::People around{length(in_places), length(in_places, 1), in_places.data(), in_crowd.data()};
+  New<Int> runs({in_ways.shape(0), 2});
+  New<double> nearest({in_ways.shape(0), frames});
+  views::look_round(around, length(in_ways), in_ways.data(), wanted, {limits[0], limits[1], limits[2], limits[3]},
+                    runs.data(), nearest.data());
+  return nb::make_tuple(runs.numpy(), nearest.numpy());
+}
+
+nb::object steer(const nb::object& goals, const nb::object& start, double top_speed, double acceleration,
+                 double turn_rate, double turn_time, double lead, double step) {
+  const auto in_goals = array<const double>(goals, "goals", {kAny, 2});
+  const auto in_start = array<const double>(start, "start", {2});
+  New<double> way({in_goals.shape(0), 5});
+  views::steer(length(in_goals), in_goals.data(), in_start.data(),
+               {top_speed, acceleration, turn_rate, turn_time, lead, step}, way.data());
+  return way.numpy();
+}
+
+nb::object turn_towards(const nb::object& course, double most) {
+  const auto found = array<const double>(course, "course", {kAny});
+  New<double> yaws({found.size()});
+  views::turn_towards(length(found), found.data(), most, yaws.data());
+  return yaws.numpy();
+}
+
+// Footage ---------------------------------------------------------------------------------------------------------
+
+nb::tuple filter_readings(const nb::object& times, const nb::object& values, const nb::object& kinds,
+                          const nb::dict& noise) {
+  const auto in_times = array<const double>(times, "times", {kAny});
+  const std::size_t count = in_times.size();
+  const auto in_values = array<const double>(values, "values", {count});
+  const auto in_kinds = array<const Int>(kinds, "kinds", {count});
+  check_indices(in_kinds, odometry::kFrame + 1, "kinds");
+  const odometry::Noise expected{
+      entry<std::array<double, 3>>(noise, "readings"),
+      finite(noise, "acceleration"),
+      finite(noise, "turn_acceleration"),
+      finite(noise, "sideways"),
+      finite(noise, "bias"),
+      finite(noise, "bias_drift"),
+      entry<std::array<double, 2>>(noise, "slips"),
+      finite(noise, "slip_seconds"),
+      finite(noise, "freedom"),
+  };
+  const auto frames = static_cast<std::size_t>(
+      std::count(in_kinds.data(), in_kinds.data() + count, static_cast<Int>(odometry::kFrame)));
+  New<double> poses({frames, 3}), covariances({frames, 3, 3}), motions({frames, 3}), spreads({frames, 3, 3});
+  odometry::filter(length(in_times), in_times.data(), in_values.data(), in_kinds.data(), expected,
+                   {poses.data(), covariances.data(), motions.data(), spreads.data()});
+  return nb::make_tuple(poses.numpy(), covariances.numpy(), motions.numpy(), spreads.numpy());
+}
+
+// Lifting ---------------------------------------------------------------------------------------------------------
+
+nb::object smooth(const nb::object& known, const nb::object& noise, const nb::object& starts, double q, double dt) {
+  const auto in_known = array<const double>(known, "known", {kAny});
+  const auto in_noise = array<const double>(noise, "noise", {in_known.size()});
+  const auto in_starts = array<const Int>(starts, "starts", {kAny});
+  for (std::size_t k = 0; k + 1 < in_starts.size(); ++k)
+    if (in_starts.data()[k] < 0 || in_starts.data()[k + 1] <= in_starts.data()[k] ||
+        in_starts.data()[k + 1] > length(in_known))
+      refuse("starts must ascend, and end where known ends");
+  New<double> smoothed({in_known.size()});
+  lifting::Smoother smoother(q, dt);
+  for (std::size_t k = 0; k + 1 < in_starts.size(); ++k) {
+    const Int first = in_starts.data()[k], count = in_starts.data()[k + 1] - first;
+    smoother.smooth(count, in_known.data() + first, in_noise.data() + first, smoothed.data() + first);
+  }
+  return smoothed.numpy();
+}
+
+nb::tuple whiten(const nb::object& value, const nb::object& phi, const nb::object& weight, const nb::object& person,
+                 double between) {
+  const auto in_value = array<const double>(value, "value", {kAny});
+  const std::size_t count = in_value.size();
+  const auto in_phi = array<const double>(phi, "phi", {count});
+  const auto in_weight = array<const double>(weight, "weight", {count});
+  const auto in_person = array<const Int>(person, "person", {count});
+  const lifting::Normal normal =
+      lifting::whiten(length(in_value), in_value.data(), in_phi.data(), in_weight.data(), in_person.data(), between);
+  constexpr std::size_t terms = lifting::kTerms;
+  return nb::make_tuple(numpy(std::vector<double>(normal.matrix.begin(), normal.matrix.end()), {terms, terms}),
+                        numpy(std::vector<double>(normal.right.begin(), normal.right.end()), {terms}), normal.square,
+                        normal.log_determinant);
+}
+
 }  // namespace
 
 NB_MODULE(_core, m) {
@@ -143,4 +377,32 @@ NB_MODULE(_core, m) {
         nb::arg("substeps"), array_arg("paths"), nb::arg("threads"), nb::arg("large"), "Walks crowds, into paths.");
   m.def("row_forces", &row_forces, array_arg("people"), array_arg("walls"), nb::arg("numbers"),
         "Forces of others and of walls.");
+  m.def("sweep", &sweep, array_arg("figures"), array_arg("distances"), array_arg("half"), array_arg("top"),
+        nb::arg("columns"), nb::arg("bottom"), nb::arg("wraps"), "What shows of people whom nearer ones hide.");
+  m.def("link_rows", &link_rows, array_arg("numbers"), nb::arg("kept"), nb::arg("fresh"),
+        "Makes each row depend on the last.");
+  m.def("sights", &sights, array_arg("there"), array_arg("relative"), array_arg("positions"), array_arg("poses"),
+        array_arg("heights"), array_arg("mounts"), array_arg("tilt"), array_arg("amplitudes"), array_arg("phases"),
+        array_arg("waves"), nb::arg("near_edge"), "Directions of a tilted camera to feet and heads.");
+  m.def("worths", &worths, array_arg("tracks"), array_arg("detections"), array_arg("scores"), nb::arg("least"),
+        nb::arg("period"), "How much boxes overlap.");
+  m.def("merge_people", &merge_people, array_arg("boxes"), array_arg("scores"), array_arg("true"), array_arg("chance"),
+        nb::arg("overlap"), nb::arg("rate"), nb::arg("period"), "Pairs become one box.");
+  m.def("remaining", &remaining, array_arg("boxes"), array_arg("order"), nb::arg("overlap"), nb::arg("period"),
+        "Non-maximum suppression.");
+  m.def("move_on", &move_on, array_arg("mean"), array_arg("spread"), nb::arg("dt"), nb::arg("wander"),
+        nb::arg("acceleration"), "Predicts boxes.");
+  m.def("take_in", &take_in, array_arg("mean"), array_arg("spread"), array_arg("boxes"), nb::arg("measurement"),
+        nb::arg("period"), "Corrects boxes.");
+  m.def("look_round", &look_round, array_arg("places"), array_arg("crowd"), array_arg("ways"), nb::arg("wanted"),
+        nb::arg("limits"), "What a vehicle sees along ways.");
+  m.def("steer", &steer, array_arg("goals"), array_arg("start"), nb::arg("top_speed"), nb::arg("acceleration"),
+        nb::arg("turn_rate"), nb::arg("turn_time"), nb::arg("lead"), nb::arg("step"), "A robot's way.");
+  m.def("turn_towards", &turn_towards, array_arg("course"), nb::arg("most"), "Yaws of a head.");
+  m.def("filter_readings", &filter_readings, array_arg("times"), array_arg("values"), array_arg("kinds"),
+        nb::arg("noise"), "Where a robot was, from wheels and gyro.");
+  m.def("smooth", &smooth, array_arg("known"), array_arg("noise"), array_arg("starts"), nb::arg("q"), nb::arg("dt"),
+        "Smooths tracks.");
+  m.def("whiten", &whiten, array_arg("value"), array_arg("phi"), array_arg("weight"), array_arg("person"),
+        nb::arg("between"), "Normal equations of the harmonics of log speeds.");
 }

@@ -3,7 +3,9 @@
 Arrays are in C order, of float64, int64 where they count, and bool where they mark. Anything else is a `VbbenchError`.
 """
 
-from vbbench.geometry import FloatArray, IntArray
+from typing import Any
+
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 
 def available_threads() -> int:
     """How many threads this process may run at the same time."""
@@ -47,4 +49,153 @@ def row_forces(people: FloatArray, walls: FloatArray, numbers: dict[str, float])
     ----------
     people : [7, K] place (m), velocity (m/s), unit vector to the current goal, and distance (m) from it.
     walls, numbers : as of `march`.
+    """
+
+def sweep(
+    figures: FloatArray,
+    distances: FloatArray,
+    half: FloatArray,
+    top: FloatArray,
+    columns: int,
+    bottom: float,
+    wraps: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """What shows of people whom nearer ones hide: visible fractions [T, K], and boxes [T, K, 4] (u, v, l, width) in px.
+
+    Parameters
+    ----------
+    figures, distances : [T, K, 3] (u, row of the feet, l) in px and [T, K] in m; NaN = not there.
+    half, top : [S] of the `vbbench_generators.tiers.occlusion.Outline`.
+    columns, bottom : of the picture, in px; infinity where it ``wraps``.
+    """
+
+def link_rows(numbers: FloatArray, kept: float, fresh: float) -> None:
+    """Make each row of independent ``numbers`` [T, N] ``kept`` times the one before and ``fresh`` times itself."""
+
+def sights(
+    there: IntArray,
+    relative: FloatArray,
+    positions: FloatArray,
+    poses: FloatArray,
+    heights: FloatArray,
+    mounts: FloatArray,
+    tilt: FloatArray,
+    amplitudes: FloatArray,
+    phases: FloatArray,
+    waves: FloatArray,
+    near_edge: float,
+) -> FloatArray:
+    """Directions [N, 2, 3] (right, down, forward) of the tilted camera to feet and heads of some people.
+
+    Parameters
+    ----------
+    there : [N] who, counted through [T, K].
+    relative, positions : [T, K, 2] in m (right, forward) of the camera, and in the world.
+    poses, heights : [T, 3] (x, y, yaw) of the camera, and [K] in m.
+    mounts, tilt : [T] in m over the ground, and [4, T] cosine and sine of pitch and of roll.
+    amplitudes, phases, waves : of the `vbbench_generators.tiers.field.carriage.Ground`.
+    near_edge : of a body, in m.
+    """
+
+def worths(tracks: FloatArray, detections: FloatArray, scores: FloatArray, least: float, period: float) -> FloatArray:
+    """[N, M] how much the overlap of boxes [N, 4] and [M, 4], times the score [M] of the latter, is above ``least``.
+
+    Boxes, here and below, are (centre column, centre row, width, height) in px; ``period`` is the width of a picture
+    that closes on itself, 0 for one with borders.
+    """
+
+def merge_people(
+    boxes: FloatArray,
+    scores: FloatArray,
+    true: FloatArray,
+    chance: FloatArray,
+    overlap: float,
+    rate: float,
+    period: float,
+) -> BoolArray:
+    """Which of the detections [N, 4] remain, where some pairs of people become one box about both, in place.
+
+    Of two whose true boxes overlap by more than ``overlap`` that is so where the first's ``chance`` is below ``rate``.
+    """
+
+def remaining(boxes: FloatArray, order: IntArray, overlap: float, period: float) -> BoolArray:
+    """Non-maximum suppression: which boxes [N, 4] overlap none by more than ``overlap`` that remains, best first."""
+
+def move_on(mean: FloatArray, spread: FloatArray, dt: float, wander: float, acceleration: float) -> None:
+    """Beliefs [N, 4, 2] and their covariances [N, 4, 3] ``dt`` seconds later, in place."""
+
+def take_in(mean: FloatArray, spread: FloatArray, boxes: FloatArray, measurement: float, period: float) -> None:
+    """Beliefs [N, 4, 2] and their covariances [N, 4, 3] after boxes [N, 4] were seen, in place."""
+
+def look_round(
+    places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, limits: tuple[float, float, float, float]
+) -> tuple[IntArray, FloatArray]:
+    """What is seen along each of the ``ways`` [P, T, 3].
+
+    Parameters
+    ----------
+    places, crowd : [T, K, 2] in m of everybody, and [T, K] who is to be seen.
+    wanted : how many must be in view.
+    limits : azimuths in rad of the view's left and right border, and the farthest and nearest distance in m.
+
+    Returns
+    -------
+    [P, 2] the longest run of frames first ≤ t < last in which enough people are in view and nobody is in the way, the
+    first of several, and [P, T] the distance in m of the nearest in view, or the farthest.
+    """
+
+def steer(
+    goals: FloatArray,
+    start: FloatArray,
+    top_speed: float,
+    acceleration: float,
+    turn_rate: float,
+    turn_time: float,
+    lead: float,
+    step: float,
+) -> FloatArray:
+    """[N, 5] place x, y in m, yaw in rad, speed and turning rate of a robot at each of the steps.
+
+    Parameters
+    ----------
+    goals, start : [N, 2] and [2] in m.
+    top_speed, acceleration, turn_rate, turn_time, lead : see `vbbench_generators.views.robot.RobotModel`.
+    step : in s.
+    """
+
+def turn_towards(course: FloatArray, most: float) -> FloatArray:
+    """Yaws [N] of a head that turns towards its ``course`` [N] by at most so many rad a step."""
+
+def filter_readings(
+    times: FloatArray, values: FloatArray, kinds: IntArray, noise: dict[str, Any]
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Pose [T, 3], its covariance, and motion since the frame before with its covariance, at the T frames.
+
+    Parameters
+    ----------
+    times, values, kinds : [N] readings, ascending in time, see `vbbench_generators.footage.odometry_filter`.
+    noise : the fields of `RobotNoise` there.
+    """
+
+def smooth(known: FloatArray, noise: FloatArray, starts: IntArray, q: float, dt: float) -> FloatArray:
+    """Smoothed coordinate [M], gaps filled.
+
+    Parameters
+    ----------
+    known, noise : [M] in m and m²; NaN = a gap, never at either end of a piece.
+    starts : [K + 1] where each piece of a track begins; the last is M.
+    q : density of acceleration in m²/s³.
+    dt : seconds per frame.
+    """
+
+def whiten(
+    value: FloatArray, phi: FloatArray, weight: FloatArray, person: IntArray, between: float
+) -> tuple[FloatArray, FloatArray, float, float]:
+    """Normal equations of harmonics, weighted square sum and log determinant, people's own paces integrated out.
+
+    Parameters
+    ----------
+    value, phi, weight : [S] log speeds, directions in rad, and weights.
+    person : [S] ascending numbers.
+    between : variance of people's paces.
     """

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray, freeze
-from vbbench.kernels import kernel
+from vbbench.geometry import FloatArray, freeze
 from vbbench.sequence import Odometry
+from vbbench_generators import _core
 
 SPEED, TURN, GYRO, FRAME = 0, 1, 2, 3
 """Kinds of readings; a frame is the moment at which pose and motion are wanted."""
@@ -102,127 +102,9 @@ def filter_motion(frames: FloatArray, speed: Readings, turn: Readings, gyro: Rea
     kinds = np.repeat([SPEED, TURN, GYRO, FRAME], [*(len(one.times) for one in sources), len(frames)])
     order = np.lexsort((kinds, times))
     ordered = times[order], values[order], kinds[order]
-    poses, covariances, motions, spreads = _filter(*ordered, len(frames), RobotNoise())
+    poses, covariances, motions, spreads = _core.filter_readings(*ordered, RobotNoise()._asdict())
     motions[0], spreads[0] = np.nan, np.nan
     return RobotMotion(poses=poses, covariances=covariances, odometry=Odometry(motions=motions, covariances=spreads))
-
-
-_SIZE = 11
-_YAW, _MOVED, _V, _W, _BIAS, _SLIP, _TURN_SLIP = 2, 3, 6, 7, 8, 9, 10
-"""Places in the state: x, y, yaw; forward, left, turn; v, ω, b, s, k."""
-
-
-@kernel
-def _filter(
-    times: FloatArray, values: FloatArray, kinds: IntArray, frames: int, noise: RobotNoise
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Pose [T, 3], its covariance, and motion since the frame before with its covariance, at the readings `FRAME`."""
-    poses, covariances = np.empty((frames, 3)), np.empty((frames, 3, 3))
-    motions, spreads = np.empty((frames, 3)), np.empty((frames, 3, 3))
-    state, spread = np.zeros(_SIZE), np.zeros((_SIZE, _SIZE))
-    spread[_V, _V], spread[_W, _W], spread[_BIAS, _BIAS] = 1.0, 1.0, noise.bias**2  # up to 1 m/s and 1 rad/s or so
-    spread[_SLIP, _SLIP], spread[_TURN_SLIP, _TURN_SLIP] = noise.slips[0] ** 2, noise.slips[1] ** 2
-    frame = 0
-    for i in range(len(times)):
-        if i > 0 and times[i] > times[i - 1]:
-            spread = _predict(state, spread, times[i] - times[i - 1], noise)
-        if kinds[i] != FRAME:
-            _update(state, spread, kinds[i], values[i], noise)
-            continue
-        if frame == 0:
-            _begin_here(state, spread, 0)
-        for a in range(_MOVED):
-            poses[frame, a], motions[frame, a] = state[a], state[_MOVED + a]
-            for b in range(_MOVED):
-                covariances[frame, a, b], spreads[frame, a, b] = spread[a, b], spread[_MOVED + a, _MOVED + b]
-        _begin_here(state, spread, _MOVED)
-        frame += 1
-    return poses, covariances, motions, spreads
-
-
-@kernel
-def _predict(state: FloatArray, spread: FloatArray, dt: float, noise: RobotNoise) -> FloatArray:
-    """Move the state ``dt`` seconds on; its covariance then: F P Fᵀ + Q with F = ``change``."""
-    change = np.zeros((_SIZE, _SIZE))
-    for a in range(_SIZE):
-        change[a, a] = 1.0
-    v, w, stays = state[_V], state[_W], np.exp(-dt / noise.slip_seconds)
-    for first in range(0, _V, _MOVED):
-        yaw = state[first + 2] + 0.5 * w * dt
-        ahead, aside = dt * np.cos(yaw), dt * np.sin(yaw)
-        state[first] += v * ahead
-        state[first + 1] += v * aside
-        state[first + 2] += w * dt
-        change[first, first + 2], change[first + 1, first + 2] = -v * aside, v * ahead
-        change[first, _V], change[first + 1, _V] = ahead, aside
-        change[first, _W], change[first + 1, _W] = -0.5 * v * dt * aside, 0.5 * v * dt * ahead
-        change[first + 2, _W] = dt
-    for slip in range(_SLIP, _SIZE):
-        state[slip] *= stays
-        change[slip, slip] = stays
-    carried = _product(_product(change, spread), change.T)
-    _add_noise(state, carried, dt, stays, noise)
-    return carried
-
-
-@kernel
-def _product(first: FloatArray, second: FloatArray) -> FloatArray:
-    """The product of two matrices, with sums in one order on every machine."""
-    product = np.zeros((_SIZE, _SIZE))
-    for a in range(_SIZE):
-        for b in range(_SIZE):
-            for c in range(_SIZE):
-                product[a, b] += first[a, c] * second[c, b]
-    return product
-
-
-@kernel
-def _add_noise(state: FloatArray, spread: FloatArray, dt: float, stays: float, noise: RobotNoise) -> None:
-    """Q: random walks of v, ω and b, the renewal of the slips, and motion sideways, equal in pose and motion."""
-    spread[_V, _V] += noise.acceleration**2 * dt
-    spread[_W, _W] += noise.turn_acceleration**2 * dt
-    spread[_BIAS, _BIAS] += noise.bias_drift**2 * dt
-    for slip in range(2):
-        spread[_SLIP + slip, _SLIP + slip] += noise.slips[slip] ** 2 * (1.0 - stays * stays)
-    aside = np.zeros(_SIZE)
-    for first in range(0, _V, _MOVED):
-        aside[first], aside[first + 1] = np.sin(state[first + 2]), -np.cos(state[first + 2])
-    push = noise.sideways**2 * abs(state[_V]) * dt
-    for a in range(_SIZE):
-        for b in range(_SIZE):
-            spread[a, b] += push * aside[a] * aside[b]
-
-
-@kernel
-def _update(state: FloatArray, spread: FloatArray, kind: int, value: float, noise: RobotNoise) -> None:
-    """Take one reading in; one that lies far off counts as less certain."""
-    rate = _V if kind == SPEED else _W
-    if kind == GYRO:
-        other, by_rate, by_other = _BIAS, 1.0, 1.0
-        expected = state[_W] + state[_BIAS]
-    else:
-        other = _SLIP if kind == SPEED else _TURN_SLIP
-        by_rate, by_other = 1.0 + state[other], state[rate]
-        expected = by_rate * state[rate]
-    gain = np.empty(_SIZE)
-    for a in range(_SIZE):
-        gain[a] = spread[a, rate] * by_rate + spread[a, other] * by_other
-    certain = gain[rate] * by_rate + gain[other] * by_other
-    off, variance = value - expected, noise.readings[kind] ** 2
-    variance *= max(1.0, (noise.freedom + off * off / (certain + variance)) / (noise.freedom + 1.0))
-    for a in range(_SIZE):
-        state[a] += gain[a] / (certain + variance) * off
-        for b in range(_SIZE):
-            spread[a, b] -= gain[a] * gain[b] / (certain + variance)
-
-
-@kernel
-def _begin_here(state: FloatArray, spread: FloatArray, first: int) -> None:
-    """Set pose or motion to exactly 0."""
-    for a in range(first, first + 3):
-        state[a] = 0.0
-        for b in range(_SIZE):
-            spread[a, b], spread[b, a] = 0.0, 0.0
 
 
 STEP, WIDEST, LEAST_TURN, LEAST_LIKENESS = 0.01, 0.5, 0.03, 0.6

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.kernels import kernel
 from vbbench.scene import Scene
+from vbbench_generators import _core
 from vbbench_generators.lifting.camera import GroundCamera
 from vbbench_generators.lifting.heads import Heads
 
@@ -92,10 +92,6 @@ def _second_differences(
     return second[close], level[middle][close]
 
 
-_FIRST_SPEED_STD = 5.0
-"""Standard deviation in m/s of a velocity of which nothing is known yet."""
-
-
 def smooth(value: FloatArray, variance: FloatArray, row: IntArray, starts: IntArray, q: float, dt: float) -> FloatArray:
     """Smoothed coordinate [M], gaps filled.
 
@@ -109,57 +105,7 @@ def smooth(value: FloatArray, variance: FloatArray, row: IntArray, starts: IntAr
     """
     known, noise = np.full(starts[-1], np.nan), np.zeros(starts[-1])
     known[row], noise[row] = value, variance
-    return _smooth(known, noise, starts, q, dt)
-
-
-@kernel
-def _smooth(known: FloatArray, noise: FloatArray, starts: IntArray, q: float, dt: float) -> FloatArray:
-    result = np.empty(len(known))
-    state = np.empty((len(known), 5))
-    for k in range(len(starts) - 1):
-        _filter(known, noise, state, starts[k], starts[k + 1], q, dt)
-        _smooth_back(state, result, starts[k], starts[k + 1], q, dt)
-    return result
-
-
-@kernel
-def _filter(known: FloatArray, noise: FloatArray, state: FloatArray, first: int, end: int, q: float, dt: float) -> None:
-    """Position, velocity and their variances (pp, pv, vv) after each frame's measurement."""
-    x, v, pp, pv, vv = known[first], 0.0, noise[first], 0.0, _FIRST_SPEED_STD**2
-    for t in range(first, end):
-        if t > first:
-            x += dt * v
-            pp += dt * (2.0 * pv + dt * vv) + q * dt**3 / 3.0
-            pv += dt * vv + q * dt**2 / 2.0
-            vv += q * dt
-            if not np.isnan(known[t]):
-                total = pp + noise[t]
-                surprise = known[t] - x
-                x += pp / total * surprise
-                v += pv / total * surprise
-                vv -= pv * pv / total
-                pv *= noise[t] / total
-                pp *= noise[t] / total
-        state[t, 0], state[t, 1], state[t, 2], state[t, 3], state[t, 4] = x, v, pp, pv, vv
-
-
-@kernel
-def _smooth_back(state: FloatArray, result: FloatArray, first: int, end: int, q: float, dt: float) -> None:
-    """Rauch–Tung–Striebel recursion of the means."""
-    x, v = state[end - 1, 0], state[end - 1, 1]
-    result[end - 1] = x
-    for t in range(end - 2, first - 1, -1):
-        m, w, pp, pv, vv = state[t]
-        app = pp + dt * (2.0 * pv + dt * vv) + q * dt**3 / 3.0
-        apv = pv + dt * vv + q * dt**2 / 2.0
-        avv = vv + q * dt
-        determinant = app * avv - apv * apv
-        dx, dv = x - (m + dt * w), v - w
-        a = (avv * dx - apv * dv) / determinant
-        b = (app * dv - apv * dx) / determinant
-        x = m + (pp + dt * pv) * a + pv * b
-        v = w + (pv + dt * vv) * a + vv * b
-        result[t] = x
+    return _core.smooth(known, noise, starts, q, dt)
 
 
 _LEAST_STD = 1e-6

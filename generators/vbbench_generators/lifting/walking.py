@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.kernels import kernel
+from vbbench_generators import _core
 from vbbench_generators.lifting.camera import GroundCamera
 from vbbench_generators.lifting.heads import Heads
 
@@ -67,7 +67,7 @@ def log_likelihood(steps: Steps, g: float, pace: Pace, about: float) -> float:
     prior = np.full(2 * HARMONICS + 1, 1.0 / pace.direction**2)
     prior[0], prior[1:3] = 1.0 / _MEAN_STD**2, prior[1:3] / OPPOSITE**2
     weight = 1.0 / (pace.within**2 + variance)
-    normal, right, square, log_det = _whiten(log_speed, phi, weight, steps.person, pace.between**2)
+    normal, right, square, log_det = _core.whiten(log_speed, phi, weight, steps.person, pace.between**2)
     factor = np.linalg.cholesky(normal + np.diag(prior))
     half = np.linalg.solve(factor, right)
     log_det += 2.0 * float(np.log(np.diag(factor)).sum()) - float(np.log(prior).sum())
@@ -99,47 +99,6 @@ def _observed(steps: Steps, g: float) -> tuple[FloatArray, FloatArray, FloatArra
     along = (noise[:, 0] * cos2 + noise[:, 1] * sin2) / square
     across = (noise[:, 0] * sin2 + noise[:, 1] * cos2) / square
     return 0.5 * np.log(square) - 0.5 * (across - along), np.arctan2(forward, right), along
-
-
-@kernel
-def _whiten(
-    value: FloatArray, phi: FloatArray, weight: FloatArray, person: IntArray, between: float
-) -> tuple[FloatArray, FloatArray, float, float]:
-    """Normal equations of the harmonics, weighted square sum and log determinant, people's own paces integrated out."""
-    size = 2 * HARMONICS + 1
-    normal, right = np.zeros((size, size)), np.zeros(size)
-    row, total = np.empty(size), np.zeros(size)
-    square, log_det, mass, sums = 0.0, 0.0, 0.0, 0.0
-    for s in range(len(value)):
-        w = weight[s]
-        cos1, sin1 = np.cos(phi[s]), np.sin(phi[s])
-        row[0], cos, sin = 1.0, 1.0, 0.0
-        for n in range(HARMONICS):
-            cos, sin = cos * cos1 - sin * sin1, sin * cos1 + cos * sin1
-            row[2 * n + 1], row[2 * n + 2] = cos, sin
-        for i in range(size):
-            right[i] += w * row[i] * value[s]
-            total[i] += w * row[i]
-            for j in range(i + 1):
-                normal[i, j] += w * row[i] * row[j]
-        square += w * value[s] ** 2
-        log_det -= np.log(w)
-        mass += w
-        sums += w * value[s]
-        if s + 1 == len(value) or person[s + 1] != person[s]:
-            shared = between / (1.0 + between * mass)
-            for i in range(size):
-                right[i] -= shared * total[i] * sums
-                for j in range(i + 1):
-                    normal[i, j] -= shared * total[i] * total[j]
-            square -= shared * sums**2
-            log_det += np.log(1.0 + between * mass)
-            total[:] = 0.0
-            mass, sums = 0.0, 0.0
-    for i in range(size):
-        for j in range(i):
-            normal[j, i] = normal[i, j]
-    return normal, right, square, log_det
 
 
 _LEAST_SHARE = 0.8

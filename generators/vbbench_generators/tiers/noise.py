@@ -12,8 +12,8 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
-from vbbench.kernels import kernel
 from vbbench.parsing.numbers import Within, check_ranges
+from vbbench_generators import _core
 
 SHORTEST_BOX = 1.0
 """No box gets shorter than this, in px, by noise."""
@@ -35,16 +35,8 @@ def wandering(shape: tuple[int, ...], memory: float, dt: float, rng: np.random.G
     """
     numbers = rng.standard_normal(shape)
     kept = np.exp(-dt / memory)
-    _link(numbers.reshape(len(numbers), numbers.size // max(len(numbers), 1)), kept, np.sqrt(1.0 - kept**2))
+    _core.link_rows(numbers.reshape(len(numbers), numbers.size // max(len(numbers), 1)), kept, np.sqrt(1.0 - kept**2))
     return numbers
-
-
-@kernel
-def _link(numbers: FloatArray, kept: float, fresh: float) -> None:
-    """Make each row of ``numbers`` [T, N] depend on the one before."""
-    for t in range(1, numbers.shape[0]):
-        for n in range(numbers.shape[1]):
-            numbers[t, n] = kept * numbers[t - 1, n] + fresh * numbers[t, n]
 
 
 Bits = Annotated[int, Within(0, 32)]

@@ -12,10 +12,10 @@ from typing import Annotated
 import numpy as np
 
 from vbbench.geometry import FloatArray, wrap_angle
-from vbbench.kernels import kernel
 from vbbench.parsing.numbers import Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 from vbbench.sequence import Odometry
+from vbbench_generators import _core
 from vbbench_generators.footage.odometry_filter import Readings, filter_motion
 
 STEP = 0.005
@@ -81,34 +81,13 @@ def follow(walk: FloatArray, dt: float, rng: np.random.Generator) -> Drive:
     frames = np.asarray(dt * np.arange(len(walk)), np.float64)
     ahead = times + model.lead
     goals = np.stack([np.interp(ahead, frames, axis) for axis in walk.T], axis=-1)
-    limits = model.top_speed, model.acceleration, model.turn_rate, model.turn_time, model.lead
-    way = _steer(goals, np.ascontiguousarray(walk[0]), limits)
+    names = ("top_speed", "acceleration", "turn_rate", "turn_time", "lead")
+    way = _core.steer(goals, walk[0], **{name: getattr(model, name) for name in names}, step=STEP)
     speed, turn, gyro = sense(times, way[:, 3], way[:, 4], model, rng.normal(0.0, model.gyro_bias), rng)
     measured = filter_motion(frames, speed, turn, gyro)
     poses = way[np.rint(frames / STEP).astype(int), :3]
     poses[:, 2] = wrap_angle(poses[:, 2])
     return Drive(poses=poses, odometry=measured.odometry)
-
-
-@kernel
-def _steer(goals: FloatArray, start: FloatArray, limits: tuple[float, float, float, float, float]) -> FloatArray:
-    """[N, 5] place x, y in m, yaw in rad, speed and turning rate at each of the steps, towards ``goals`` [N, 2]."""
-    top_speed, acceleration, turn_rate, turn_time, lead = limits
-    way = np.empty((len(goals), 5))
-    x, y, speed = start[0], start[1], 0.0
-    yaw = np.arctan2(goals[0, 1] - y, goals[0, 0] - x)
-    for n in range(len(goals)):
-        dx, dy = goals[n, 0] - x, goals[n, 1] - y
-        aside = (np.arctan2(dy, dx) - yaw + np.pi) % (2.0 * np.pi) - np.pi
-        reach = np.hypot(dx, dy)
-        wanted = min(reach / lead, top_speed) * max(np.cos(aside), 0.0)
-        speed += min(max(wanted - speed, -acceleration * STEP), acceleration * STEP)
-        near = min(reach / (0.2 * lead), 1.0)  # a goal at its feet lies in no direction
-        turn = near * min(max(aside / turn_time, -turn_rate), turn_rate)
-        way[n, 0], way[n, 1], way[n, 2], way[n, 3], way[n, 4] = x, y, yaw, speed, turn
-        middle = yaw + 0.5 * turn * STEP
-        x, y, yaw = x + speed * np.cos(middle) * STEP, y + speed * np.sin(middle) * STEP, yaw + turn * STEP
-    return way
 
 
 def sense(

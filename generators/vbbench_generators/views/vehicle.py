@@ -17,11 +17,11 @@ from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Look, Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray, moved_as_one, runs_of_true
-from vbbench.kernels import kernel
 from vbbench.parsing.numbers import Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER
+from vbbench_generators import _core
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import wandering
 from vbbench_generators.views.robot import get_robot
@@ -147,7 +147,7 @@ def drive(
     away = rng.uniform(model.nearest_person, model.farthest_person)
     for _ in range(model.tries):
         ways = _lay(_draw_way(len(places), dt, model, rng), places, crowd, model, rng)
-        best, first, last = _choose(*_look_round(places, crowd, ways, wanted, _limits(camera, model)), away, model)
+        best, first, last = _choose(*_core.look_round(places, crowd, ways, wanted, _limits(camera, model)), away, model)
         if last - first >= shortest:
             return first, ways[best, first:last]
     first, last = _longest_run(people >= wanted)
@@ -202,48 +202,9 @@ def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generato
 
 
 def _limits(camera: Camera, model: VehicleModel) -> tuple[float, float, float, float]:
-    """What `_look_round` asks for: azimuths of the view's borders, and the farthest and nearest distance."""
+    """What `_core.look_round` asks for: azimuths of the view's borders, and the farthest and nearest distance."""
     left, right = (-np.pi, np.pi) if camera.view is None else camera.view
     return left, right, model.horizon, model.clearance
-
-
-@kernel
-def _look_round(
-    places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, limits: tuple[float, float, float, float]
-) -> tuple[IntArray, FloatArray]:
-    """What is seen along each of the ``ways`` [P, T, 3].
-
-    Returns [P, 2] the longest run of frames first ≤ t < last in which enough people are in view and nobody is in the
-    way, the first of several, and [P, T] the distance in m of the nearest in view, or the horizon's.
-    """
-    left, right, horizon, clearance = limits
-    all_around, narrow = right - left >= 2.0 * np.pi, max(-left, right) < 0.5 * np.pi
-    beyond = max(horizon, clearance) ** 2
-    runs, nearest = np.zeros((len(ways), 2), np.int64), np.full(ways.shape[:2], horizon)
-    for p in range(ways.shape[0]):
-        begun = 0
-        for t in range(ways.shape[1]):
-            x, y, yaw = ways[p, t]
-            sin, cos, seen, clear = np.sin(yaw), np.cos(yaw), 0, True
-            for k in range(places.shape[1]):
-                east, north = places[t, k, 0] - x, places[t, k, 1] - y
-                squared = east * east + north * north
-                if not squared < beyond:
-                    continue
-                away = np.sqrt(squared)
-                clear &= away >= clearance
-                if crowd[t, k] and away < horizon:
-                    aside, ahead = sin * east - cos * north, cos * east + sin * north
-                    if narrow and ahead <= 0.0:
-                        continue
-                    if all_around or left < np.arctan2(aside, ahead) < right:
-                        seen += 1
-                        nearest[p, t] = min(nearest[p, t], away)
-            if not clear or seen < wanted:
-                begun = t + 1
-            elif t + 1 - begun > runs[p, 1] - runs[p, 0]:
-                runs[p, 0], runs[p, 1] = begun, t + 1
-    return runs, nearest
 
 
 def _longest_run(good: BoolArray) -> tuple[int, int]:

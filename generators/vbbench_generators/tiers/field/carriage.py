@@ -10,7 +10,6 @@ import numpy as np
 
 from vbbench.generation.generator import Observer
 from vbbench.geometry import FloatArray
-from vbbench.kernels import kernel
 from vbbench_generators.tiers.field.recipe import FieldRecipe, GroundModel, MountModel, TiltModel
 from vbbench_generators.tiers.noise import wandering
 
@@ -28,15 +27,6 @@ class Ground:
     amplitudes: FloatArray
     phases: FloatArray
     waves: FloatArray
-
-
-@kernel
-def ground_at(x: float, y: float, amplitudes: FloatArray, phases: FloatArray, waves: FloatArray) -> float:
-    """Height in m of the `Ground` of these arrays at a place."""
-    height = 0.0
-    for i in range(len(amplitudes)):
-        height += amplitudes[i] * np.sin(waves[i, 0] * x + waves[i, 1] * y + phases[i])
-    return height
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 r"""Boxes of people as a carried camera sees them: tilted, at its own height, over uneven ground; exact.
 
 A person at (right X, forward Z), h tall, has the near edge of the body at ρ(X, Z), ρ = (d − δ)/d with d = √(X² + Z²)
-and the edge δ. Feet and head are D = m_t + z(camera) − z(person) and D − h below the optical centre, which is m_t over
-the ground. In the frame (right, down, forward) of the camera with pitch p and roll r a point (ρX, D, ρZ) is at
+and the edge δ, but at least a half. Feet and head are D = m_t + z(camera) − z(person) and D − h below the optical
+centre, which is m_t over the ground. In the frame (right, down, forward) of the camera with pitch p and roll r a point
+(ρX, D, ρZ) is at
 
     a = D cos p + ρZ sin p,   right = ρX cos r + a sin r,   down = a cos r − ρX sin r,   forward = ρZ cos p − D sin p,
 
@@ -15,12 +16,9 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.generation.tier import Sight
-from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
-from vbbench.kernels import kernel
-from vbbench_generators.tiers.field.carriage import Carriage, ground_at
-
-FARTHEST_EDGE = 0.5
-"""No body's near edge is nearer than this share of the way to its middle."""
+from vbbench.geometry import BoolArray, FloatArray, shorter_way
+from vbbench_generators import _core
+from vbbench_generators.tiers.field.carriage import Carriage
 
 
 def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edge: float) -> FloatArray:
@@ -38,47 +36,12 @@ def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edg
     ground = carriage.ground
     where = np.ascontiguousarray(relative), np.ascontiguousarray(truth.positions), truth.poses, truth.heights
     tilt = np.stack([np.cos(carriage.pitch), np.sin(carriage.pitch), np.cos(carriage.roll), np.sin(carriage.roll)])
-    sights = _sights(there, *where, carriage.mount, tilt, ground.amplitudes, ground.phases, ground.waves, near_edge)
+    sights = _core.sights(
+        there, *where, carriage.mount, tilt, ground.amplitudes, ground.phases, ground.waves, near_edge
+    )
     boxes = np.full((relative.shape[0] * relative.shape[1], 3), np.nan)
     boxes[there] = _about(camera.pixels(camera.to_camera(sights)), camera)
     return boxes.reshape(*relative.shape[:2], 3)
-
-
-@kernel
-def _sights(
-    there: IntArray,
-    relative: FloatArray,
-    positions: FloatArray,
-    poses: FloatArray,
-    heights: FloatArray,
-    mounts: FloatArray,
-    tilt: FloatArray,
-    amplitudes: FloatArray,
-    phases: FloatArray,
-    waves: FloatArray,
-    near_edge: float,
-) -> FloatArray:
-    """Directions [N, 2, 3] (right, down, forward) of the tilted camera to feet and heads of the people ``there`` [N].
-
-    ``there`` counts through [T, K]; ``tilt`` is [4, T] cosine and sine of pitch and of roll.
-    """
-    people, last, level = len(heights), -1, 0.0
-    sights = np.empty((len(there), 2, 3))
-    for n in range(len(there)):
-        t, k = there[n] // people, there[n] % people
-        if t != last:
-            last, level = t, mounts[t] + ground_at(poses[t, 0], poses[t, 1], amplitudes, phases, waves)
-        down = level - ground_at(positions[t, k, 0], positions[t, k, 1], amplitudes, phases, waves)
-        right, forward = relative[t, k, 0], relative[t, k, 1]
-        share = max(1.0 - near_edge / np.hypot(right, forward), FARTHEST_EDGE)
-        c, s, cr, sr = tilt[0, t], tilt[1, t], tilt[2, t], tilt[3, t]
-        for end in range(2):
-            across = c * down + s * share * forward
-            sights[n, end, 0] = cr * share * right + sr * across
-            sights[n, end, 1] = cr * across - sr * share * right
-            sights[n, end, 2] = c * share * forward - s * down
-            down -= heights[k]
-    return sights
 
 
 @dataclass(frozen=True)

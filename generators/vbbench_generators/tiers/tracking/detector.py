@@ -8,8 +8,8 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray
+from vbbench_generators import _core
 from vbbench_generators.tiers.noise import wandering
-from vbbench_generators.tiers.tracking.kernels import merge_people, remaining
 from vbbench_generators.tiers.tracking.settings import DetectorModel
 from vbbench_generators.tiers.tracking.tracker import CentredDetections
 
@@ -49,11 +49,11 @@ def detect(
         there = np.flatnonzero(~np.isnan(scores[frame]))
         found, sure = boxes[frame, there], scores[frame, there]
         true, chance = people.boxes[frame, there], merging[frame, there]
-        single = merge_people(found, sure, true, chance, model.merge_overlap, model.merge_rate, period)
+        single = _core.merge_people(found, sure, true, chance, model.merge_overlap, model.merge_rate, period)
         found = np.concatenate([found[single], alarms[frame].boxes])
         sure = np.concatenate([sure[single], alarms[frame].scores])
         order = np.argsort(-sure, kind="stable")
-        kept = order[remaining(found, order, model.suppress_overlap, period)[order]]
+        kept = order[_core.remaining(found, order, model.suppress_overlap, period)[order]]
         yield CentredDetections(found[kept], sure[kept])
 
 

@@ -20,7 +20,7 @@ import numpy as np
 
 from vbbench.exchange.detection import Detections
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench_generators.tiers.tracking.kernels import move_on, take_in, worths
+from vbbench_generators import _core
 from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
 
 Moved = Callable[[FloatArray], FloatArray]
@@ -68,14 +68,14 @@ def begin(boxes: FloatArray, settings: TrackerSettings) -> Beliefs:
 def predict(beliefs: Beliefs, dt: float, settings: TrackerSettings) -> Beliefs:
     """The beliefs ``dt`` seconds later."""
     later = Beliefs(beliefs.mean.copy(), beliefs.spread.copy())
-    move_on(later.mean, later.spread, dt, settings.wander, settings.acceleration)
+    _core.move_on(later.mean, later.spread, dt, settings.wander, settings.acceleration)
     return later
 
 
 def correct(beliefs: Beliefs, boxes: FloatArray, settings: TrackerSettings, period: float | None) -> Beliefs:
     """The beliefs after boxes [N, 4] were seen; ``period`` is the width of a picture that closes on itself."""
     better = Beliefs(beliefs.mean.copy(), beliefs.spread.copy())
-    take_in(better.mean, better.spread, boxes, settings.measurement, period or 0.0)
+    _core.take_in(better.mean, better.spread, boxes, settings.measurement, period or 0.0)
     return better
 
 
@@ -103,7 +103,9 @@ def associate(
 
     if not len(tracks) or not len(detections):
         return np.empty(0, np.int64), np.empty(0, np.int64)
-    worth = worths(tracks, detections, np.ones(len(detections)) if scores is None else scores, least, period or 0.0)
+    worth = _core.worths(
+        tracks, detections, np.ones(len(detections)) if scores is None else scores, least, period or 0.0
+    )
     rows, columns = linear_sum_assignment(worth, maximize=True)
     paired = worth[rows, columns] > 0.0
     return rows[paired].astype(np.int64), columns[paired].astype(np.int64)

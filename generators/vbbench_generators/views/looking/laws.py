@@ -21,7 +21,8 @@ from typing import Literal
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
-from vbbench.kernels import kernel
+from vbbench_generators import _core
+from vbbench_generators.tiers.noise import wandering
 from vbbench_generators.views.heading import wrapped
 from vbbench_generators.views.looking.settings import NaturalLook
 
@@ -79,8 +80,7 @@ def natural_yaws(way: Way, look: NaturalLook, rng: np.random.Generator, law: Law
     course = course + np.where(standing, _looks_around(times, look, rng), 0.0)
     if law == "glance":
         course = course + np.where(standing, 0.0, _glances(way, times, course, look, rng))
-    yaws = np.empty(len(times))
-    _turn_towards(course, look.walking.turn_rate * way.dt / steps, yaws)
+    yaws = _core.turn_towards(course, look.walking.turn_rate * way.dt / steps)
     if law == "sway":
         yaws += np.where(standing, 0.0, _sways(times, look, rng))
     yaws += look.walking.offset_std * rng.standard_normal()
@@ -164,22 +164,4 @@ def _sways(times: FloatArray, look: NaturalLook, rng: np.random.Generator) -> Fl
 
 def _unsteady(times: FloatArray, memory: float, rng: np.random.Generator) -> FloatArray:
     """[n] standard normal numbers, correlated over t in s with e^(−t/``memory``): an Ornstein–Uhlenbeck process."""
-    numbers = rng.standard_normal(len(times))
-    _remember(numbers, float(np.exp(-(times[-1] - times[0]) / max(len(times) - 1, 1) / memory)))
-    return numbers
-
-
-@kernel
-def _remember(numbers: FloatArray, kept: float) -> None:
-    """Correlate independent ``numbers`` [n] with the one before by ``kept``."""
-    for t in range(1, len(numbers)):
-        numbers[t] = kept * numbers[t - 1] + np.sqrt(1.0 - kept * kept) * numbers[t]
-
-
-@kernel
-def _turn_towards(course: FloatArray, most: float, yaws: FloatArray) -> None:
-    """Write the yaws [n] of a head that turns towards its ``course`` [n] by at most so many rad a step."""
-    yaws[0] = course[0]
-    for t in range(1, len(course)):
-        wanted = np.arctan2(np.sin(course[t] - yaws[t - 1]), np.cos(course[t] - yaws[t - 1]))
-        yaws[t] = yaws[t - 1] + min(max(wanted, -most), most)
+    return wandering((len(times),), memory, (times[-1] - times[0]) / max(len(times) - 1, 1), rng)
