@@ -101,10 +101,12 @@ def test_a_person_who_is_seen_must_be_in_the_scene_then() -> None:
         check_in_scene(here, 0, people, np.arange(5)[:, None] > 1)
     with pytest.raises(FileError, match="the scene of sequence 0 is empty"):
         check_in_scene(here, 0, people[:0])
-    rows = {"person": np.array([3, 3]), "frame": np.array([0, 4])}
+    rows = {"person": np.array([3, 3]), "frame": np.array([0, 4]), "x": np.zeros(2), "y": np.zeros(2)}
     assert [check_scene(here, 0, people, rows, least) for least in (0, 9)] == [5, 9]
     with pytest.raises(FileError, match="scene 0 has a frame far from all others"):
         check_scene(here, 0, people, rows, 10**9)
+    with pytest.raises(FileError, match="in scene 0 a person is infinitely far"):
+        check_scene(here, 0, people, rows | {"y": np.array([0.0, -np.inf])}, 0)
 
 
 def test_a_dataset_from_before_there_was_a_digest_is_read_and_said(dataset: Path) -> None:
