@@ -14,8 +14,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.geometry import FloatArray, relative_to_world, world_to_relative, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, FrameSolver, Problem
-from vbbench_baselines.cascade.crowd_graph import link
-from vbbench_baselines.cascade.reweighting import settle
+from vbbench_baselines._core import link, settle
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import Answer, Task
 

@@ -7,7 +7,6 @@ as far off if one of its poses is. ``--odometry``: solvers also get simulated od
 
 import argparse
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +15,12 @@ from joblib import Parallel, delayed
 
 from benchmarks.map_evaluation import spread_over
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, motion_between
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
 from vbbench.registry import held_out, make_solver
 from vbbench.scoring.metrics import position_error, relative_position_error, translation_error
 from vbbench.sequence import Odometry
 from vbbench.solving.runner import run_sequence
-from vbbench_baselines.common.odometry import stray
 
 PROTOCOL, FAR = "cold-start", 5.0
 """The default protocol, and the error in m from which a run counts as far off."""
@@ -75,7 +73,7 @@ class Run:
 
 def wheels(poses: FloatArray, seed: int) -> Odometry:
     """Odometry of true poses [T, 3], with noise."""
-    moved = np.array([stray(before, now, np.zeros(3))[0] for before, now in pairwise(poses)]).reshape(-1, 3)
+    moved = motion_between(poses[:-1], poses[1:])
     std = np.full(moved.shape, TURN)
     std[:, :2] = LEAST + SLIP * np.hypot(moved[:, 0], moved[:, 1])[:, None]
     noisy = moved + std * np.random.default_rng(seed).normal(size=moved.shape)

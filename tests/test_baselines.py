@@ -14,10 +14,9 @@ from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
 from vbbench.protocol import PROTOCOLS
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameSolver
-from vbbench_baselines.common.ego_motion import invert
+from vbbench_baselines._core import adapt_velocities
 from vbbench_baselines.common.motion import History
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
-from vbbench_baselines.motion_models import adapt_velocities
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 WELL_POSED = [name for name in PROTOCOLS if name != "cold-start"]
@@ -168,11 +167,6 @@ def test_social_force_equals_a_slow_one() -> None:
 def test_people_of_unknown_velocity_pull_nobody() -> None:
     velocities = np.array(((1.0, 0.0), (np.nan, np.nan)))
     np.testing.assert_array_equal(adapt_velocities(np.zeros((2, 2)), velocities, 1.0, 0.8), np.zeros((2, 2)))
-
-
-def test_invert() -> None:
-    rr, rf, ff = invert(4.0, 1.0, 2.0)
-    np.testing.assert_allclose(np.array(((rr, rf), (rf, ff))) @ ((4.0, 1.0), (1.0, 2.0)), np.eye(2), atol=1e-15)
 
 
 def test_a_solver_survives_a_world_without_any_given_pose() -> None:

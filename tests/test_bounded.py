@@ -16,8 +16,9 @@ from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import run_sequence
 from vbbench.solving.session import Session
+from vbbench_baselines._core import continue_people
 from vbbench_baselines.common.drift import RUNNING, TOP_SPEED, UNRELIABLE, Drift, held, jumped
-from vbbench_baselines.common.motion import History, Spreads, continue_people
+from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.social_force_birdifier import LiteralBirdifier, SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier

@@ -8,9 +8,10 @@ import pytest
 from tests.solver_runs import CAMERAS, run, see, walk
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.sequence import Given
+from vbbench_baselines._core import measure
 from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.motion import History
-from vbbench_baselines.common.sightings import measure, sight
+from vbbench_baselines.common.sightings import sight
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray, IntArray
+from vbbench_baselines._core import pass_messages, tabulate
 from vbbench_baselines.cascade.crowd_graph import CrowdGraph
-from vbbench_baselines.cascade.message_passing import pass_messages
-from vbbench_baselines.cascade.people import Samples, tabulate
 
 FULL = [(i, j) for i in range(5) for j in range(i)]
 CHAIN = [(i, i + 1) for i in range(4)]
@@ -61,7 +61,7 @@ def crowded(seed: int, people: int = 5, samples: int = 7) -> tuple[FloatArray, I
         size=(people, 1, 2)
     )
     energies = (np.arange(samples) - rng.uniform(0, samples, (people, 1))) ** 2 / rng.uniform(1, 10, (people, 1))
-    edges, pair = tabulate(Samples(places, energies), CrowdGraph(np.array(FULL), 1.0 / 0.5, 1.0))
+    edges, pair = tabulate(places, energies, CrowdGraph(np.array(FULL), 1.0 / 0.5, 1.0))
     return energies, edges, pair
 
 
@@ -73,3 +73,17 @@ def test_messages_come_close_on_full_graphs() -> None:
         gaps.append(total(choices, unary, edges, pair) - brute_force(unary, edges, pair))
     assert np.mean(np.array(gaps) < 1e-9) >= 0.9
     assert max(gaps) < 0.1
+
+
+@pytest.mark.parametrize(
+    ("edges", "pair", "message"),
+    [
+        ([(0, 5)], np.zeros((1, 7, 7)), "edges must be from 0 to 4, not 5"),
+        ([(-1, 0)], np.zeros((1, 7, 7)), "edges must be from 0 to 4, not -1"),
+        ([(0, 1)], np.zeros((1, 7, 6)), r"pair must have the shape \[1, 7, 7\], not \[1, 7, 6\]"),
+        ([(0, 1)], np.zeros((1, 7, 7), np.float32), "pair must be an array of float64 in C order"),
+    ],
+)
+def test_what_does_not_fit_is_refused(edges: Any, pair: Any, message: str) -> None:
+    with pytest.raises(VbbenchError, match=message):
+        pass_messages(np.zeros((5, 7)), np.array(edges), pair, 1, 0.0, 1e-3)

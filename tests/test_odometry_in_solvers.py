@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,12 +11,12 @@ from benchmarks.session_coverage import run as run_session
 from tests.solver_runs import CAMERAS, DT, problem_of, see
 from tests.test_cold_start import crossing
 from vbbench import PerspectiveCamera, Session
-from vbbench.geometry import FloatArray, wrap_angle
+from vbbench.geometry import FloatArray, motion_between, wrap_angle
 from vbbench.protocol import get_protocol
 from vbbench.sequence import Odometry, Sequence, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import run_sequence
-from vbbench_baselines.common.odometry import carried, motions_of, stray
+from vbbench_baselines.common.odometry import motions_of, told_by
 from vbbench_baselines.joint_map.batch import MapBatch
 from vbbench_baselines.joint_map.causal import MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
@@ -30,7 +29,7 @@ PRECISE = np.diag((0.01, 0.01, 0.003)) ** 2
 def measure(truth: Truth, covariance: FloatArray = PRECISE, seed: int = 0) -> Odometry:
     """Odometry of the true motion, with noise of this covariance [3, 3]; nothing of frame 0."""
     rng, poses = np.random.default_rng(seed), np.array(truth.poses)
-    moved = [stray(before, now, np.zeros(3))[0] for before, now in pairwise(poses)]
+    moved = motion_between(poses[:-1], poses[1:])
     noise = rng.multivariate_normal(np.zeros(3), covariance, len(moved))
     motions = np.concatenate((np.full((1, 3), np.nan), moved + noise))
     return Odometry(motions=motions, covariances=np.tile(covariance, (len(motions), 1, 1)))
@@ -52,11 +51,11 @@ def error(estimate: Estimate, truth: Truth) -> float:
 
 def test_a_motion_leads_to_the_pose_that_it_was_measured_from() -> None:
     before, now = np.array((1.0, -2.0, 3.0)), np.array((1.4, -1.7, -3.1))
-    moved, _ = stray(before, now, np.zeros(3))
-    after = carried(before, moved)
-    np.testing.assert_allclose(after[:2], now[:2])
-    assert wrap_angle(after[2] - now[2]) == pytest.approx(0.0)
-    np.testing.assert_allclose(stray(before, now, moved)[0], 0.0, atol=1e-12)
+    odometry = Odometry(motions=motion_between(before, now)[None], covariances=PRECISE[None])
+    told = told_by(odometry, before)
+    assert told is not None
+    np.testing.assert_allclose(told.pose[:2], now[:2])
+    assert wrap_angle(told.pose[2] - now[2]) == pytest.approx(0.0)
 
 
 def test_what_is_not_finite_was_not_measured() -> None:
@@ -108,7 +107,7 @@ def test_odometry_counts_as_much_as_its_covariance_says(make: Callable[[], Any])
     estimate = answer(make, seen(truth, replace(once, motions=motions)), "rollout")
     before, now = estimate.poses[4:6]
     if make is MapBatch:  # the causal solver has reported frame 4 before it knew
-        np.testing.assert_allclose(stray(before, now, once.motions[5])[0], 0.0, atol=0.04)
+        np.testing.assert_allclose(motion_between(before, now), once.motions[5], atol=0.04)
 
 
 @pytest.mark.parametrize("make", SOLVERS)

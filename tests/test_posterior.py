@@ -19,7 +19,8 @@ from vbbench.pictures.plotting.posterior import density_level, spread
 from vbbench.protocol import PROTOCOLS
 from vbbench.solver import LocationPosterior
 from vbbench.solving.posterior import Posterior, find_posterior
-from vbbench_baselines.common.ego_motion import Factors, location_energies
+from vbbench_baselines._core import location_energies
+from vbbench_baselines.cascade.factors import Factors
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 SEQUENCE = 3

@@ -5,8 +5,8 @@ import pytest
 
 from tests.test_ego_motion import pose_energy, random_terms
 from vbbench.geometry import FloatArray
-from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
-from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
+from vbbench_baselines._core import fit_pose, localise, pose_covariance, position_covariances
+from vbbench_baselines.cascade.factors import Factors
 
 
 def hessian(pose: FloatArray, terms: Factors, h: float = 1e-4) -> FloatArray:

@@ -13,7 +13,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.geometry import FloatArray
 from vbbench.registry import make_solver
 from vbbench.sequence import Truth
-from vbbench_baselines.cascade.crowd_graph import potential
+from vbbench_baselines._core import potential
 from vbbench_baselines.social_force_birdifier import LiteralBirdifier
 
 CAMERA = PanoramaCamera()

@@ -8,11 +8,20 @@ from scipy.optimize import approx_fprime
 
 from tests.test_ego_motion import pose_energy, random_terms
 from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
-from vbbench_baselines.cascade.crowd_graph import CrowdGraph, link, nearest, potential, pull, select
-from vbbench_baselines.cascade.message_passing import pass_messages
-from vbbench_baselines.cascade.people import descend, sample_rays
-from vbbench_baselines.cascade.reweighting import settle, weigh
-from vbbench_baselines.common.ego_motion import Factors, fit_pose, localise
+from vbbench_baselines._core import (
+    descend,
+    fit_pose,
+    link,
+    localise,
+    pass_messages,
+    potential,
+    pull,
+    sample_rays,
+    settle,
+    weigh,
+)
+from vbbench_baselines.cascade.crowd_graph import CrowdGraph, nearest, select
+from vbbench_baselines.cascade.factors import Factors
 from vbbench_baselines.motion_models import SocialForceWalk, Walkers
 
 FULL = [(i, j) for i in range(5) for j in range(i)]
@@ -144,7 +153,8 @@ def test_the_sampled_optimum_converges_to_the_closed_form() -> None:
         mean = np.sum((alone - pose[:2]) * outward, axis=1) / np.sum(outward**2, axis=1) - 1.7
         height = (deviation + mean[:, None]) ** 2 / (2 * 0.07**2)
         energies = np.sum((places - expected[:, None]) ** 2, axis=2) / (2 * std[:, None] ** 2) + height
-        choices, _ = pass_messages(energies, np.empty((0, 2), np.int64), np.empty((0, 1, 1)), 1, 0.0, 1e-3)
+        none = np.empty((0, 2), np.int64), np.empty((0, *2 * energies.shape[1:]))
+        choices, _ = pass_messages(energies, *none, 1, 0.0, 1e-3)
         best = places[np.arange(5), choices]
         gaps.append(np.max(np.linalg.norm((best - alone) / outward, axis=1)))
         assert gaps[-1] <= spacing

@@ -11,9 +11,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
-from vbbench.kernels import kernel
+from vbbench_baselines._core import adapt_velocities, continue_observer, continue_people
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, PEOPLE_SPEED, kept_velocities, standing
-from vbbench_baselines.common.motion import History, Spreads, continue_observer, continue_people
+from vbbench_baselines.common.motion import History, Spreads
 
 PATIENCE = 12.0
 """In s; an observer who saw nobody of use for longer is no longer expected to walk on as before."""
@@ -71,37 +71,6 @@ class SocialForceWalk:
         rate = walkers.dt / self.relaxation
         rate = rate / (1.0 + rate) if self.implicit else rate
         return adapt_velocities(walkers.positions, walkers.velocities, self.radius, rate) * walkers.dt
-
-
-@kernel
-def adapt_velocities(positions: FloatArray, velocities: FloatArray, radius: float, rate: float) -> FloatArray:
-    """Change of velocity rate·(w_k − v_k), w_k the mean velocity of everyone within ``radius``, including k.
-
-    Parameters
-    ----------
-    positions, velocities : [K, 2] in m and m/s; people of unknown velocity (NaN) are left out and do not change.
-    radius : in m.
-    rate : dt/η; above 1 the mean would be overshot, so it is cut there.
-
-    Returns
-    -------
-    [K, 2] in m/s.
-    """
-    change = np.zeros(velocities.shape)
-    for k in range(len(positions)):
-        if np.isnan(velocities[k, 0]):
-            continue
-        total_x, total_y, count = 0.0, 0.0, 0
-        for i in range(len(positions)):
-            dx = positions[i, 0] - positions[k, 0]
-            if not abs(dx) < radius:  # avoids most square roots in a large crowd
-                continue
-            near = np.hypot(dx, positions[i, 1] - positions[k, 1]) < radius
-            if near and not np.isnan(velocities[i, 0]):
-                total_x, total_y, count = total_x + velocities[i, 0], total_y + velocities[i, 1], count + 1
-        change[k, 0] = min(rate, 1.0) * (total_x / count - velocities[k, 0])
-        change[k, 1] = min(rate, 1.0) * (total_y / count - velocities[k, 1])
-    return change
 
 
 def expect(

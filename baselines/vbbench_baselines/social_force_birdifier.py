@@ -11,11 +11,17 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.solver import Problem
-from vbbench_baselines.cascade.crowd_graph import CrowdGraph, link, nearest
-from vbbench_baselines.cascade.message_passing import pass_messages
-from vbbench_baselines.cascade.people import descend, sample_rays, tabulate
-from vbbench_baselines.cascade.posterior import pose_energies, ray_beliefs
-from vbbench_baselines.cascade.reweighting import settle
+from vbbench_baselines._core import (
+    descend,
+    link,
+    pass_messages,
+    pose_energies,
+    ray_beliefs,
+    sample_rays,
+    settle,
+    tabulate,
+)
+from vbbench_baselines.cascade.crowd_graph import CrowdGraph, nearest
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk
 from vbbench_baselines.view_birdification import Answer, Birdifier, Task
 
@@ -85,7 +91,7 @@ class SocialForceBirdifier(Birdifier):
         crowd = task._replace(pose=pose, factors=factors.of(near), rays=task.rays[near])
         self._crowd = crowd, alone[near], weights[near]
         positions[near] = self._interact(*self._crowd)
-        # The weighted squares that touch the energy at its minimum (see `vbbench_baselines.cascade.reweighting`).
+        # The weighted squares that touch the energy at its minimum (see `reweighting.hpp`).
         stray = np.hypot(*(pose - factors.walk)[:2]) / factors.walk_std
         walk_std = factors.walk_std * (stray**2 + self.softness**2) ** 0.25
         tangent = factors._replace(std=factors.std / np.sqrt(weights), walk_std=walk_std)
@@ -94,13 +100,13 @@ class SocialForceBirdifier(Birdifier):
     def _interact(self, task: Task, alone: FloatArray, weights: FloatArray) -> FloatArray:
         """The second stage: people's places [K, 2] given the pose, starting from each person's own optimum."""
         pose, factors, rays, _ = task
-        samples = sample_rays(pose[2], alone, weights, rays, factors, self.softness, self.samples, self.spacing)
-        if self.samples == 1 or np.isinf(samples.energies[:, 1]).all():
+        samples = self.samples, self.spacing
+        places, energies = sample_rays(pose[2], alone, weights, rays, factors, self.softness, *samples)
+        if self.samples == 1 or np.isinf(energies[:, 1]).all():
             return alone
         graph = self._graph(alone)
-        felt, pair = tabulate(samples, graph)
-        choices, _ = pass_messages(samples.energies, felt, pair, self.rounds, self.damping, 1e-3)
-        valley = samples.places[np.arange(len(choices)), choices]
+        choices, _ = pass_messages(energies, *tabulate(places, energies, graph), self.rounds, self.damping, 1e-3)
+        valley = places[np.arange(len(choices)), choices]
         return descend(pose, valley, factors, self.softness, graph, self.iterations, self.tolerance)
 
     def _graph(self, alone: FloatArray) -> CrowdGraph:
@@ -118,12 +124,12 @@ class SocialForceBirdifier(Birdifier):
         (pose, factors, rays, _), alone, weights = self._crowd
         seen = ~np.isnan(alone[:, 0])
         here, terms = alone[seen], factors.of(seen)
-        found = sample_rays(pose[2], here, weights[seen], rays[seen], terms, self.softness, samples, spacing)
-        felt, pair = tabulate(found, self._graph(here))
-        beliefs = ray_beliefs(found.energies, felt, pair, self.rounds, self.damping, 1e-3)
+        places, energies = sample_rays(pose[2], here, weights[seen], rays[seen], terms, self.softness, samples, spacing)
+        felt, pair = tabulate(places, energies, self._graph(here))
+        beliefs = ray_beliefs(energies, felt, pair, self.rounds, self.damping, 1e-3)
         nearest_first = np.arange(samples)
         along = np.argsort(np.where(nearest_first % 2, nearest_first + 1, -nearest_first), kind="stable")
-        return found.places[:, along], beliefs[:, along]
+        return places[:, along], beliefs[:, along]
 
 
 @dataclass(kw_only=True)

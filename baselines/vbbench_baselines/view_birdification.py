@@ -14,17 +14,24 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, prepare, reanchor
+from vbbench_baselines._core import (
+    fit_pose,
+    localise,
+    location_energies,
+    measure,
+    pose_covariance,
+    position_covariances,
+)
+from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, reanchor
 from vbbench_baselines.cascade.crowd_graph import select
+from vbbench_baselines.cascade.factors import VAGUE, Factors
 from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
-from vbbench_baselines.common.ego_motion import VAGUE, Factors, fit_pose, localise, location_energies
 from vbbench_baselines.common.facts import CASCADE
 from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.common.odometry import SURE, Told, told_by
-from vbbench_baselines.common.sightings import measure, sight, usable
-from vbbench_baselines.common.uncertainty import pose_covariance, position_covariances
+from vbbench_baselines.common.sightings import sight, usable
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect, kept_shares
 
 EVERYBODY = 1_000_000
@@ -107,7 +114,6 @@ class Birdifier(ABC):
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
-        prepare()
         people = len(problem.tracks)
         self._camera, self._pixel_std, self._dt = problem.camera, problem.pixel_std, problem.dt
         self._covariances = problem.covariances

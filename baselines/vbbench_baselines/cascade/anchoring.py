@@ -18,10 +18,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
+from vbbench_baselines._core import fit_pose, pose_covariance
+from vbbench_baselines.cascade.factors import Factors
 from vbbench_baselines.common.drift import ASTRAY, Drift, variances
-from vbbench_baselines.common.ego_motion import Factors, fit_pose
 from vbbench_baselines.common.motion import History
-from vbbench_baselines.common.uncertainty import pose_covariance
 
 CONTRADICTED = 3.0
 """How far, beside `ASTRAY`, the pose must be off for a correction, in standard deviations of what is then left."""
@@ -76,9 +76,3 @@ def reanchor(
     drift.correct(place, yaw)
     history.correct(led, found, common.across / common.now, turn=turn)
     return found
-
-
-def prepare() -> None:
-    """Load what a correction calls: it is rare, and no frame should wait for it."""
-    nobody = Factors(np.zeros((0, 2)), np.zeros((0, 3)), np.zeros((0, 2)), np.zeros(0), np.zeros(3), 1.0)
-    pose_covariance(fit_pose(nobody, 1.0), nobody, 1.0)

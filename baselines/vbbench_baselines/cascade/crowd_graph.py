@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.kernels import kernel
 
 
 class CrowdGraph(NamedTuple):
@@ -52,60 +51,3 @@ def nearest(rays: FloatArray, most: int) -> BoolArray:
         return np.ones(len(rays), np.bool_)
     near: BoolArray = distance <= np.partition(distance, most - 1)[most - 1]
     return near
-
-
-@kernel
-def link(positions: FloatArray, reach: float, most: int) -> IntArray:
-    """Edges [E, 2], i < j, where j is among i's ``most`` nearest within ``reach`` m, or i among j's.
-
-    Positions [K, 2] in m; NaN has no neighbours. At most K·``most`` edges, so that what follows is linear in K.
-    """
-    people = len(positions)
-    linked = np.zeros((people, people), np.bool_)
-    near, ids = np.empty(most), np.empty(most, np.int64)
-    for i in range(people):
-        count = 0
-        for j in range(people):
-            dx, dy = positions[j, 0] - positions[i, 0], positions[j, 1] - positions[i, 1]
-            squared = dx * dx + dy * dy
-            if i == j or not squared < reach * reach or (count == most and squared >= near[most - 1]):
-                continue
-            slot = min(count, most - 1)
-            while slot > 0 and near[slot - 1] > squared:
-                near[slot], ids[slot] = near[slot - 1], ids[slot - 1]
-                slot -= 1
-            near[slot], ids[slot] = squared, j
-            count = min(count + 1, most)
-        for slot in range(count):
-            linked[min(i, ids[slot]), max(i, ids[slot])] = True
-    edges, e = np.empty((people * most, 2), np.int64), 0
-    for i in range(people):
-        for j in range(people):
-            if linked[i, j]:
-                edges[e, 0], edges[e, 1] = i, j
-                e += 1
-    return edges[:e]
-
-
-@kernel
-def potential(squared: float, sigma: float) -> float:
-    """V at the squared distance d² in m²."""
-    return float(np.sqrt(squared) / sigma**2 * np.exp(-0.5 * squared / sigma**2))
-
-
-@kernel
-def pull(positions: FloatArray, graph: CrowdGraph) -> FloatArray:
-    """Gradient [K, 2] in 1/m of λ Σ V over the edges, at positions [K, 2] in m."""
-    edges, strength, sigma = graph
-    gradient = np.zeros(positions.shape)
-    for e in range(len(edges)):
-        i, j = edges[e, 0], edges[e, 1]
-        dx, dy = positions[i, 0] - positions[j, 0], positions[i, 1] - positions[j, 1]
-        squared = dx * dx + dy * dy
-        distance = max(np.sqrt(squared), 1e-9)
-        slope = strength * (1.0 - squared / sigma**2) / sigma**2 * np.exp(-0.5 * squared / sigma**2) / distance
-        gradient[i, 0] += slope * dx
-        gradient[i, 1] += slope * dy
-        gradient[j, 0] -= slope * dx
-        gradient[j, 1] -= slope * dy
-    return gradient

@@ -3,12 +3,9 @@
 import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.kernels import kernel
+from vbbench_baselines._core import learn_heights
 from vbbench_baselines.common.motion import History
 from vbbench_baselines.common.sightings import Sightings
-
-FLOOR = 1e-5
-"""Least standard deviation in m of a height from one frame, so that exact data do not divide by zero."""
 
 
 class Heights:
@@ -45,31 +42,4 @@ class Heights:
         places = np.where(given[:, None], history.positions[1], expected)
         pose_std = 0.0 if history.pose_given[1] else self._pose_std
         spread = np.where(given, 0.0, std)
-        _update(self.mean, self.variance, history.poses[1], places, spread, previous, pose_std, self._limits)
-
-
-@kernel
-def _update(
-    mean: FloatArray,
-    variance: FloatArray,
-    pose: FloatArray,
-    positions: FloatArray,
-    spread: FloatArray,
-    sightings: Sightings,
-    pose_std: float,
-    limits: tuple[float, float],
-) -> None:
-    rays, sideways, stretch = sightings
-    sin, cos = np.sin(pose[2]), np.cos(pose[2])
-    for k in range(len(mean)):
-        if np.isnan(spread[k] + stretch[k]):
-            continue
-        dx, dy = positions[k, 0] - pose[0], positions[k, 1] - pose[1]
-        right, forward = dx * sin - dy * cos, dx * cos + dy * sin
-        squared = rays[k, 0] ** 2 + rays[k, 1] ** 2
-        height = (right * rays[k, 0] + forward * rays[k, 1]) / squared
-        slip = (rays[k, 0] * sideways[k, 0] + rays[k, 1] * sideways[k, 1]) / squared
-        noise = height**2 * (stretch[k] ** 2 + slip**2) + (pose_std**2 + spread[k] ** 2) / squared + FLOOR**2
-        gain = variance[k] / (variance[k] + noise)
-        mean[k] = min(max(mean[k] + gain * (height - mean[k]), limits[0]), limits[1])
-        variance[k] *= 1.0 - gain
+        learn_heights(self.mean, self.variance, history.poses[1], places, spread, previous, pose_std, *self._limits)

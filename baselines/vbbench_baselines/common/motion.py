@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.kernels import kernel
 from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate
 from vbbench_baselines.common.cold_start import begins_cold
@@ -124,62 +123,3 @@ class Spreads(NamedTuple):
     stay: float
     estimate: float
     reach: float = np.inf
-
-
-@kernel
-def continue_people(
-    positions: FloatArray, given: BoolArray, spreads: Spreads, kept: float
-) -> tuple[FloatArray, FloatArray]:
-    """Constant velocity, as far as the past is known.
-
-    Parameters
-    ----------
-    positions : [3, K, 2] at t−2, t−1 and t in m, NaN = unknown. Row t is where people are, if known.
-    given : [3, K] whether the position was given.
-    kept : κ, the share of velocities that is kept.
-
-    Returns
-    -------
-    [K, 2] expected positions in m and [K] their standard deviations in m, NaN for people with no known position.
-    """
-    people = positions.shape[1]
-    expected, std = np.empty((people, 2)), np.empty(people)
-    for k in range(people):
-        before, last, now = positions[0, k], positions[1, k], positions[2, k]
-        x, y, std[k] = np.nan, np.nan, np.nan
-        if not np.isnan(now[0]):
-            x, y, std[k] = now[0], now[1], ANCHOR_STD
-        elif np.isnan(last[0]):
-            if not np.isnan(before[0]):
-                x, y, std[k] = before[0], before[1], 2.0 * spreads.stay
-        elif np.isnan(before[0]) or np.hypot(last[0] - before[0], last[1] - before[1]) > spreads.reach:
-            x, y, std[k] = last[0], last[1], spreads.stay
-        else:
-            x, y = (1.0 + kept) * last[0] - kept * before[0], (1.0 + kept) * last[1] - kept * before[1]
-            std[k] = _total_std(given[0, k], given[1, k], spreads)
-        expected[k, 0], expected[k, 1] = x, y
-    return expected, std
-
-
-@kernel
-def continue_observer(poses: FloatArray, given: BoolArray, spreads: Spreads, kept: float) -> tuple[FloatArray, float]:
-    """The observer at constant velocity, looking where it looked: [3] pose, and the standard deviation of its place.
-
-    Poses [3, 3] at t−2, t−1, t, given [3] and the rest as for people. No known pose at all: the world's origin.
-    """
-    pose = np.empty(3)
-    for i in range(3):
-        before, last = poses[0, i], poses[1, i]
-        pose[i] = last
-        if np.isnan(last):
-            pose[i] = 0.0 if np.isnan(before) else before
-        elif i < 2 and not np.isnan(before):
-            pose[i] += kept * (last - before)
-    return pose, _total_std(given[0], given[1], spreads)
-
-
-@kernel
-def _total_std(before_given: bool, last_given: bool, spreads: Spreads) -> float:
-    """Standard deviation in m about 2x' − x'', as derived above."""
-    estimates = (0.0 if last_given else 4.0) + (0.0 if before_given else 1.0)
-    return float(np.sqrt(spreads.motion**2 + estimates * spreads.estimate**2))

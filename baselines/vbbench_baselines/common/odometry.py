@@ -10,6 +10,7 @@ the priors of the observer's walk and head, which know far less and, of a robot,
 them.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -69,11 +70,14 @@ def told_by(odometry: Odometry | None, before: FloatArray) -> Told | None:
     if odometry is None:
         return None
     newest = motions_of(odometry.motions[-1:], odometry.covariances[-1:])
-    if not measured(newest.information[0]) or np.isnan(before).any():
+    if not newest.information[0].diagonal().sum() > 0.0 or np.isnan(before).any():
         return None
     spread = odometry.covariances[-1]
     std = np.sqrt(0.5 * (spread[0, 0] + spread[1, 1]) + SMALLEST**2)
-    return Told(carried(before, newest.moved[0]), float(std), float(1.0 / (spread[2, 2] + SMALLEST**2)))
+    (x, y, yaw), (forward, left, turn) = before.tolist(), newest.moved[0].tolist()
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    pose = np.array((x + (cos * forward - sin * left), y + (sin * forward + cos * left), yaw + turn))
+    return Told(pose, float(std), float(1.0 / (spread[2, 2] + SMALLEST**2)))
 
 
 @kernel
