@@ -101,6 +101,7 @@ golden: $(VENV)/.dev
 leaderboard: $(VENV)/.dev
 	$(BIN)/vbbench leaderboard rerun --jobs 2 --update
 	$(BIN)/vbbench leaderboard check
+	$(BIN)/python docs/write_board.py
 
 wheel-test: core
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh

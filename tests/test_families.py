@@ -12,7 +12,7 @@ import pytest
 from benchmarks.families.families import families
 from benchmarks.families.places import Places
 from benchmarks.families.robot import STEP, Drive, boxes_of, correlated, crowd, robot_path, wheels, write
-from benchmarks.families.table import HEAD, Row, figure, lines
+from benchmarks.families.table import HEAD, Row, brief, figure, lines, written
 from benchmarks.real_camera.measuring import Run, Runs
 from vbbench.errors import SourceMissingError
 
@@ -98,6 +98,34 @@ def test_figures_of_a_row() -> None:
 @pytest.mark.parametrize(("value", "shown"), [(0.1234, ".123"), (1.234, "1.23"), (12.34, "12.3"), (np.nan, "–")])
 def test_figures_are_short(value: float, shown: str) -> None:
     assert figure(value) == shown
+
+
+def test_the_page_gets_a_table_of_headlines_in_place_of_its_own() -> None:
+    page = "a\n\n| family | `old` |\n|---|---:|\n| gone | 1 |\n\nb\n"
+    groups = [
+        [
+            Row(
+                family=family,
+                solver=solver,
+                plain=(1.0, 1.0, 1.0),
+                capped=(known, known, known),
+                held=(1.0, 1.0),
+                squares=(1.0, 1.0),
+                worst=(1.0, 1.0),
+                pace=1.5,
+                runs=1,
+                rate=1.0,
+            )
+            for solver in ("ground-plane", "cv")
+        ]
+        for family, known in (("robot", 0.25), ("walk", np.nan))
+    ]
+    assert written(page, brief([*groups, []])) == (
+        "a\n\n| family | `ground-plane` | `cv` |\n|---|---:|---:|\n| robot | .250 | .250 |\n"
+        "| walk | 1.50 m/s | 1.50 m/s |\n\nb\n"
+    )
+    page = (Path(__file__).parents[1] / "docs" / "families.md").read_text("utf-8")
+    assert written(page, brief(groups)) != page
 
 
 @pytest.mark.slow

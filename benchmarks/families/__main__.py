@@ -1,6 +1,6 @@
 """Solvers on every family of recordings, next to the naive ``ground-plane``, as a Markdown table.
 
-    python -m benchmarks.families map-causal vb-sf [--only robot,kitti] [--jobs 2] [--json families.json]
+    python -m benchmarks.families map-causal vb-sf [--only robot,kitti] [--jobs 2] [--json families.json] [--page FILE]
 
 A solver is a registered name or ``module:attribute``. ``--only`` takes names of families, or how they begin; ``--list``
 prints them. ``--data`` is the folder of the recordings ($VBBENCH_DATA); families whose recordings are not there are
@@ -18,7 +18,7 @@ from time import perf_counter
 
 from benchmarks.families.families import Family, families
 from benchmarks.families.places import Places
-from benchmarks.families.table import NAIVE, Row, lines
+from benchmarks.families.table import NAIVE, Row, brief, lines, written
 from benchmarks.real_camera.measuring import measure
 from vbbench.errors import SourceMissingError, VbbenchError
 from vbbench.protocol import get_protocol
@@ -72,6 +72,7 @@ def main() -> None:
     parser.add_argument("--cache", type=Path, default=Path("out/families"), help="where datasets are kept")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--json", type=Path, help="file for all figures")
+    parser.add_argument("--page", type=Path, help="page whose table of families is written again, docs/families.md")
     parser.add_argument("--smoke", action="store_true", help="the smallest size, without data")
     parser.add_argument("--list", action="store_true", help="print the names of the families")
     asked = parser.parse_args()
@@ -90,6 +91,8 @@ def main() -> None:
                 write_json(asked.json, found)
     except VbbenchError as error:
         sys.exit(f"families: {error}")
+    if asked.page is not None:
+        asked.page.write_text(written(asked.page.read_text("utf-8"), brief(found)), encoding="utf-8")
     print("\n".join(lines([list(row.cells(group[0])) for group in found for row in group])))
 
 

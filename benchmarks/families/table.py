@@ -1,5 +1,6 @@
 """Figures of a solver on a family, and the table of all of them."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 
@@ -65,6 +66,13 @@ class Row:
         """For JSON: figures that are not known are ``None``."""
         return {name: _known(value) for name, value in asdict(self).items()}
 
+    def headline(self) -> str:
+        """Capped Δx in m; capped Δx̃ where truth is relative, and the camera's speed where there is no truth."""
+        dx, _, dx_camera = self.capped
+        if not np.isnan(dx):
+            return figure(dx)
+        return f"{figure(self.pace)} m/s" if np.isnan(dx_camera) else f"{figure(dx_camera)} Δx̃"
+
     def cells(self, naive: "Row") -> Iterator[str]:
         """What stands in the table; errors have the ratio to those of ``naive`` next to them."""
         yield from (self.family, self.solver)
@@ -93,6 +101,21 @@ def lines(cells: Sequence[Sequence[str]]) -> Iterator[str]:
     yield "| " + " | ".join(HEAD) + " |"
     yield "|---" * 2 + "|---:" * (len(HEAD) - 2) + "|"
     yield from ("| " + " | ".join(row) + " |" for row in cells)
+
+
+def brief(groups: Sequence[Sequence[Row]]) -> str:
+    """The Markdown table of docs/families.md: a row a family, a column a solver, `Row.headline` in the cells."""
+    solvers = list(dict.fromkeys(row.solver for group in groups for row in group))
+    rows = [f"| family | {' | '.join(f'`{solver}`' for solver in solvers)} |", "|---|" + "---:|" * len(solvers)]
+    for group in groups:
+        cells = {row.solver: row.headline() for row in group}
+        rows += [f"| {group[0].family} | {' | '.join(cells.get(solver, '') for solver in solvers)} |"] if group else []
+    return "".join(f"{row}\n" for row in rows)
+
+
+def written(page: str, table: str) -> str:
+    """The page with this table in place of its own."""
+    return re.sub(r"(?m)^\| family \| `.*\n(?:\|.*\n)+", lambda _: table, page)
 
 
 def _known(value: object) -> object:
