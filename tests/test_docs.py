@@ -58,6 +58,13 @@ def test_links_resolve(page: Path, target: str) -> None:
     assert not anchor or anchor in anchors(path), f"{page.name} links to {target}: {path.name} has no such heading"
 
 
+def test_pages_keep_to_their_budget() -> None:
+    """In words: all pages, README and changelog; in lines: each decision."""
+    assert sum(len(page.read_text("utf-8").split()) for page in [*PAGES, ROOT / "CHANGELOG.md"]) <= 65_000
+    sections = re.split(r"(?m)^#+ .*$", (ROOT / "docs" / "decisions.md").read_text("utf-8"))
+    assert all(len([line for line in section.splitlines() if line]) <= 15 for section in sections)
+
+
 def test_pictures_are_small_and_shown() -> None:
     shown = {(page.parent / target).resolve() for page, target in links()}
     pictures = {path for path in (ROOT / "docs" / "images").iterdir() if path.suffix in (".png", ".webp")}
