@@ -7,26 +7,27 @@ the exact rays of `vbbench_renderers.raster`.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import prange
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, IntArray, freeze
-from vbbench.kernels import kernel, parallel_kernel
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench_renderers.drawing import Limbs
-from vbbench_renderers.mesh import Float32, Int32
+from vbbench_renderers.mesh import Int32
 from vbbench_renderers.raster.crowd import People, joined_library, joined_limbs
-from vbbench_renderers.raster.filling import MARGIN, STRIP, face_columns, plane_of, reaches, rows_of
-from vbbench_renderers.raster.parts import Parts, join_parts
-from vbbench_renderers.raster.placing import Placed, place
-from vbbench_renderers.rays import NEAR, Rays, camera_rays, eye_transform
+from vbbench_renderers.raster.parts import join_parts
+from vbbench_renderers.raster.placing import place
+from vbbench_renderers.rays import Rays, camera_rays, eye_transform
 
 ALL, INSIDE, ON_BORDER = range(3)
 """Columns of the counts: pixels, those inside the window, those on its border."""
 
 COARSE = 4
 """Pixels from one ray to the next where truncation is measured."""
+
+
+Window = tuple[int, int, int, int]
+"""First column and row, and last column and row, of the part of a picture that counts as inside."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,10 +98,10 @@ class Onlooker:
         return Seen(person=people, box=_boxes(found, rays), visible=visible, truncated=truncated[there])
 
     def _count(
-        self, limbs: Limbs, person: IntArray, people: int, eye: FloatArray, rays: Rays, window: Int32
+        self, limbs: Limbs, person: IntArray, people: int, eye: FloatArray, rays: Rays, window: Window
     ) -> IntArray:
-        placed = place(self._parts, limbs.mesh, limbs.transform, np.zeros(len(limbs.mesh), bool), eye, rays)
-        return count_alone(self._parts, limbs.mesh, person.astype(np.int32), people, placed, rays, window)
+        frame = place(self._parts, limbs.mesh, limbs.transform, np.zeros(len(limbs.mesh), bool), eye, rays)
+        return frame.count_alone(person.astype(np.int32), people, window)
 
     def _truncated(
         self,
@@ -120,14 +121,14 @@ class Onlooker:
         return np.asarray(1.0 - counts[:, INSIDE] / np.maximum(counts[:, ALL], 1))
 
 
-def _window(rays: Rays, left: int, top: int) -> Int32:
+def _window(rays: Rays, left: int, top: int) -> Window:
     """All of a picture but for borders; the sides of a closed picture are no border."""
     last = len(rays.side) - 1 - left
     sides = (-1, last + 1) if rays.closed else (left, last)
-    return np.array([sides[0], top, sides[1], rays.height - 1 - top], np.int32)
+    return sides[0], top, sides[1], rays.height - 1 - top
 
 
-def _wider(rays: Rays) -> tuple[Rays, Int32]:
+def _wider(rays: Rays) -> tuple[Rays, Window]:
     """Rays of a picture three times as high and, unless it is closed, as wide, one for `COARSE` x `COARSE` px."""
     width, rows = len(rays.side), -(-rays.height // COARSE)
     focal, horizon = rays.focal / COARSE, (rays.horizon + 0.5) / COARSE + rows - 0.5
@@ -159,125 +160,17 @@ def _boxes(found: IntArray, rays: Rays) -> FloatArray:
     return boxes
 
 
-@kernel
 def _find(ids: Int32, people: IntArray) -> IntArray:
     """[N, 7] pixels of each person; first and last column, first and last row; columns turned by half a picture."""
-    height, width = ids.shape
     found = np.zeros((len(people), 7), np.int64)
-    found[:, 1::2] = 1 << 30
-    found[:, 2::2] = -1
-    known, person = np.int64(-1), -1
-    for row in range(height):
-        for column in range(width):
-            if ids[row, column] < 0:
-                continue
-            if ids[row, column] != known:
-                known = np.int64(ids[row, column])
-                person = int(np.searchsorted(people, known))
-                if person == len(people) or people[person] != known:
-                    person = -1
-            if person >= 0:
-                turned = (column + width // 2) % width
-                found[person, 0] += 1
-                found[person, 1], found[person, 2] = min(found[person, 1], column), max(found[person, 2], column)
-                found[person, 3], found[person, 4] = min(found[person, 3], row), max(found[person, 4], row)
-                found[person, 5], found[person, 6] = min(found[person, 5], turned), max(found[person, 6], turned)
+    found[:, 1::2], found[:, 2::2] = 1 << 30, -1
+    row, column = np.nonzero(ids >= 0)
+    person = np.searchsorted(people, ids[row, column])
+    known = np.append(people, -1)[person] == ids[row, column]
+    row, column, person = row[known], column[known], person[known]
+    found[:, 0] = np.bincount(person, minlength=len(people))
+    width = ids.shape[1]
+    for n, values in enumerate((column, row, (column + width // 2) % width)):
+        np.minimum.at(found[:, 2 * n + 1], person, values)
+        np.maximum.at(found[:, 2 * n + 2], person, values)
     return found
-
-
-def count_alone(
-    parts: Parts, mesh: Int32, person: Int32, people: int, placed: Placed, rays: Rays, window: Int32
-) -> IntArray:
-    """[K, 3] pixels that each person covers alone.
-
-    Parameters
-    ----------
-    parts, mesh, placed : limbs, see `vbbench_renderers.raster.placing.place`.
-    person : [N] ascending, 0 … K − 1.
-    people : K.
-    rays : of the camera.
-    window : [4] first column and row, and last column and row, of the part of the picture that counts as inside.
-    """
-    strips = (len(rays.side) + STRIP - 1) // STRIP
-    counts = np.zeros((strips, people, 3), np.int64)
-    _count(parts, mesh, person, placed, rays, window, counts)
-    return np.asarray(counts.sum(axis=0))
-
-
-@parallel_kernel
-def _count(
-    parts: Parts, mesh: Int32, person: Int32, placed: Placed, rays: Rays, window: Int32, counts: IntArray
-) -> None:
-    width = len(rays.side)
-    for strip in prange((width + STRIP - 1) // STRIP):
-        begin, end = strip * STRIP, min(width, (strip + 1) * STRIP)
-        stamps = np.full((end - begin, rays.height), -1, np.int32)
-        for limb in range(len(mesh)):
-            if reaches(placed.low[limb], placed.high[limb], begin, end, width, rays.closed):
-                _count_limb(
-                    parts, mesh[limb], limb, person[limb], placed, rays, begin, end, window, stamps, counts[strip]
-                )
-
-
-@kernel
-def _count_limb(
-    parts: Parts,
-    part: int,
-    limb: int,
-    person: int,
-    placed: Placed,
-    rays: Rays,
-    begin: int,
-    end: int,
-    window: Int32,
-    stamps: Int32,
-    counts: IntArray,
-) -> None:
-    width, points = len(rays.side), placed.points
-    shift = placed.first[limb] - parts.first_vertex[part]
-    turns = (-width, 0, width) if rays.closed else (0, width, width)
-    for row in range(parts.first_triangle[part], parts.first_triangle[part + 1]):
-        a, b, c = parts.triangles[row, 0] + shift, parts.triangles[row, 1] + shift, parts.triangles[row, 2] + shift
-        low, high = face_columns(points, placed.columns, a, b, c, rays)
-        if low <= high:
-            for turn in turns:
-                first = int(max(np.ceil(low - 0.5 - MARGIN) + turn, begin))
-                last = int(min(np.floor(high - 0.5 + MARGIN) + turn, end - 1))
-                if first <= last:
-                    _count_face(
-                        points, a, b, c, placed.side[limb], rays, first, last, begin, person, window, stamps, counts
-                    )
-
-
-@kernel
-def _count_face(
-    points: Float32,
-    a: int,
-    b: int,
-    c: int,
-    side: int,
-    rays: Rays,
-    first: int,
-    last: int,
-    begin: int,
-    person: int,
-    window: Int32,
-    stamps: Int32,
-    counts: IntArray,
-) -> None:
-    """Count the pixels of a triangle on which the person was not counted before; see `filling`."""
-    seen, edges, scales, plane = plane_of(points, a, b, c, side, rays.focal)
-    if not seen or side == 0:
-        return
-    for column in range(first, last + 1):
-        top, bottom, level, fall = rows_of(edges, scales, plane, rays, column)
-        if top < bottom:
-            aside = column < window[0] or column > window[2]
-            border = column == window[0] or column == window[2]
-            for row in range(int(top), int(bottom)):
-                if stamps[column - begin, row] != person and level + fall * row <= 1.0 / NEAR:
-                    stamps[column - begin, row] = person
-                    counts[person, ALL] += 1
-                    if not aside and window[1] <= row <= window[3]:
-                        counts[person, INSIDE] += 1
-                        counts[person, ON_BORDER] += border or row == window[1] or row == window[3]

@@ -12,12 +12,12 @@ from vbbench.geometry import world_to_relative
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
+from vbbench_renderers._core import WIDEST, refine
 from vbbench_renderers.drawing import Limbs, Pattern
 from vbbench_renderers.mesh import Mesh
 from vbbench_renderers.opengl import renderer as module
 from vbbench_renderers.opengl import stage
 from vbbench_renderers.opengl.probing import OpenGLError, find_device
-from vbbench_renderers.opengl.refining import WIDEST, refine
 
 SMALL = PerspectiveCamera(width=320, height=240, focal=160.0, cx=160.0, cy=120.0)
 ROUND = PanoramaCamera(width=720, focal=720 / (2 * np.pi), cy=120.0)

@@ -1,6 +1,7 @@
-"""The raster backend: near plane, seam, nobody, observer, threads; and what its kernels promise."""
+"""The raster backend: near plane, seam, nobody, observer, threads."""
 
-import numba
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +10,7 @@ from vbbench.errors import VbbenchError
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
+from vbbench_renderers._core import shadow_heights
 from vbbench_renderers.drawing import Limbs
 from vbbench_renderers.mesh import PLAIN, Float32, Mesh
 from vbbench_renderers.raster import RasterRenderer
@@ -162,21 +164,20 @@ def test_nobody_at_all(camera: Camera) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS)
-def test_pictures_do_not_depend_on_threads_or_on_what_was_drawn_before(camera: Camera) -> None:
+def test_pictures_do_not_depend_on_threads_or_on_what_was_drawn_before(
+    camera: Camera, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rng = np.random.default_rng(2)
     scene = crowd([tuple(place) for place in rng.uniform(-6, 6, (12, 2))])
     pose = np.array([0.1, 0.2, 0.4])
     renderer = RasterRenderer(scene, seed=5)
     first = renderer.render(0, camera, pose)
-    before = numba.get_num_threads()
-    try:
-        numba.set_num_threads(1)
+    for threads in (1, 3):
+        monkeypatch.setattr("vbbench_renderers._core.available_threads", lambda threads=threads: threads)
         renderer.render(1, camera, -pose)
         second = renderer.render(0, camera, pose)
-    finally:
-        numba.set_num_threads(before)
-    for name in ("rgb", "depth", "ids"):
-        assert np.array_equal(getattr(first, name), getattr(second, name))
+        for name in ("rgb", "depth", "ids"):
+            assert np.array_equal(getattr(first, name), getattr(second, name))
 
 
 def test_a_pose_turned_by_a_pixel_turns_the_panorama_by_a_pixel() -> None:
@@ -215,3 +216,24 @@ def test_nobody_has_no_limbs() -> None:
 
     found = joined_limbs(Nobody(triangle_mesh(np.zeros((3, 3)))), 0, np.zeros(2), 640.0)
     assert len(found.mesh) == len(no_limbs().mesh) == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "problem"),
+    [
+        ("vertices", np.zeros((3, 3)), "vertices must be an array of float32 in C order"),
+        ("normals", np.zeros((2, 3), np.float32), r"normals must have the shape \[3, 3\], not \[2, 3\]"),
+        ("triangles", np.array([[0, 1, 3]], np.int32), "triangles must have their corners in their own mesh"),
+        ("first_vertex", np.array([0, 4]), "first_vertex must ascend from 0 to the number of rows"),
+    ],
+)
+def test_meshes_that_do_not_fit_are_refused(name: str, values: np.ndarray, problem: str) -> None:
+    parts = join_parts([triangle_mesh(np.eye(3, dtype=np.float32))])
+    with pytest.raises(VbbenchError, match=problem):
+        _ = replace(parts, **{name: values}).core
+
+
+def test_limbs_of_no_mesh_are_refused() -> None:
+    parts = join_parts([triangle_mesh(np.eye(3, dtype=np.float32))])
+    with pytest.raises(VbbenchError, match="mesh must be from 0 to below 1"):
+        shadow_heights(parts.core, np.ones(1, np.int32), np.zeros((1, 3, 4)), 8, 1)

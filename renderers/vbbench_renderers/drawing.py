@@ -10,6 +10,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench_renderers import _core
 from vbbench_renderers.mesh import Float32, Int32, Mesh
 
 
@@ -28,7 +29,7 @@ class Pattern(IntEnum):
     """Where z < 0."""
 
 
-RINGS_PER_M, STRIPES_ROUND, CHECKS_PER_M = 12.0, 16.0, 14.0
+RINGS_PER_M, STRIPES_ROUND, CHECKS_PER_M = _core.RINGS_PER_M, _core.STRIPES_ROUND, _core.CHECKS_PER_M
 
 SHADOW_HALF_WIDTH, SHADOW_AHEAD = 16.0, 12.0
 """Half the width (m) of the square in which people cast shadows, and how far it is ahead of a camera that looks in one

@@ -14,8 +14,9 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
+from vbbench_renderers import _core
 
-NEAR = 0.1
+NEAR = _core.NEAR
 """Surfaces nearer than this (m of depth) are not drawn."""
 
 

@@ -6,9 +6,9 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench_renderers import _core
 from vbbench_renderers.mesh import Float32, Int32, Mesh
 from vbbench_renderers.opengl.packing import COMMAND, Records
-from vbbench_renderers.opengl.refining import WIDEST
 
 FULL = 80
 """The largest number of triangles in a chunk."""
@@ -43,7 +43,7 @@ class Chunks:
     def narrow(self, eye: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
         """Whether every edge of a chunk spans so little azimuth that a panorama needs no refining."""
         near = np.hypot(*(self.spheres[:, :2] - eye[:2]).T) - self.spheres[:, 3]
-        return cast(NDArray[np.bool_], self.longest < np.tan(WIDEST) * near)
+        return cast(NDArray[np.bool_], self.longest < np.tan(_core.WIDEST) * near)
 
     def triangles_of(self, chosen: NDArray[np.bool_]) -> Int32:
         """[F, 3] the triangles of some chunks."""

@@ -6,12 +6,12 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
+from vbbench_renderers import _core
 from vbbench_renderers.drawing import Limbs, Surroundings
 from vbbench_renderers.mesh import Int32
 from vbbench_renderers.opengl import light, packing
 from vbbench_renderers.opengl.chunks import split_mesh
 from vbbench_renderers.opengl.context import is_software, make_program, uniform
-from vbbench_renderers.opengl.refining import COLUMNS, refine
 from vbbench_renderers.opengl.targets import Targets
 from vbbench_renderers.people import Walkers
 
@@ -48,7 +48,7 @@ class Stage:
         self._shadow_level = walkers.levels - 1
         self._place = packing.pack_vertices(around.mesh)
         self._chunks = split_mesh(around.mesh)
-        self._refined = np.empty((MOST_REFINED, COLUMNS + 1), np.float32)
+        self._refined = np.empty((MOST_REFINED, _core.REFINED_COLUMNS), np.float32)
         self._make_buffers()
         self._make_programs()
         self._textures = _texture_array(context, around.textures, 8.0 if self.fine_place else 1.0)
@@ -209,9 +209,9 @@ class Stage:
         eye, slope = np.array((*pose[:2], camera.mount_height)), (row + 2.0) / focal
         corners = len(self._refined) + 1
         while corners > len(self._refined):
-            corners = refine(self._place, triangles, eye, float(pose[2]), -slope, slope, self._refined)
+            corners = _core.refine(self._place, triangles, eye, float(pose[2]), -slope, slope, self._refined)
             if corners > len(self._refined):
-                self._refined, corners = np.empty((corners, COLUMNS + 1), np.float32), corners + 1
+                self._refined, corners = np.empty((corners, _core.REFINED_COLUMNS), np.float32), corners + 1
         self._fill(self._refined_vertices, self._refined[:corners])
         return corners
 

@@ -8,13 +8,14 @@ from numpy.typing import NDArray
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.scene import Scene
+from vbbench_renderers import _core
 from vbbench_renderers.drawing import Surroundings
 from vbbench_renderers.mesh import PLAIN, Float32
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.pyrender_backend.baking import bake
 from vbbench_renderers.pyrender_backend.loading import load_pyrender
 from vbbench_renderers.raster.crowd import joined_library, joined_limbs
-from vbbench_renderers.raster.light import light_table, sky_picture, srgb_table
+from vbbench_renderers.raster.light import light_table, srgb_table
 from vbbench_renderers.raster.parts import join_parts
 from vbbench_renderers.rays import NEAR, camera_rays, eye_transform
 from vbbench_renderers.surroundings import surroundings_of
@@ -79,7 +80,7 @@ class Stage:
 
     def with_sky(self, rgb: NDArray[np.uint8], empty: BoolArray, camera: Camera, pose: FloatArray) -> NDArray[np.uint8]:
         """Colours with the sky where nothing was drawn."""
-        sky = sky_picture(self._light, self._table, camera_rays(camera), eye_transform(camera, pose))
+        sky = _core.sky_picture(self._light, self._table, camera_rays(camera), eye_transform(camera, pose))
         return np.where(empty[..., None], sky, rgb)
 
     def _add_sun(self) -> None:

@@ -1,4 +1,4 @@
-"""The people of a frame as the kernels read them, with every level of detail in one library."""
+"""The people of a frame in one table, with every level of detail in one library."""
 
 from collections.abc import Sequence
 from dataclasses import fields, replace

@@ -1,18 +1,21 @@
-"""Many meshes joined in a few arrays, as the kernels read them."""
+"""Many meshes joined in a few arrays."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from vbbench.geometry import IntArray
+from vbbench_renderers import _core
 from vbbench_renderers.mesh import Float32, Int32, Mesh
 
 CHUNK = 256
 """The largest number of triangles in one piece of the surroundings."""
 
 
-class Parts(NamedTuple):
+@dataclass(frozen=True)
+class Parts:
     """M meshes.
 
     Parameters
@@ -24,7 +27,6 @@ class Parts(NamedTuple):
     triangles : [F, 3] rows of ``vertices``.
     first_vertex, first_triangle : [M + 1].
     spheres : [M, 4] centre and radius of a sphere around each mesh.
-    boxes : [M, 2, 3] lowest and highest corner of each mesh.
     """
 
     vertices: Float32
@@ -37,7 +39,11 @@ class Parts(NamedTuple):
     first_vertex: IntArray
     first_triangle: IntArray
     spheres: Float32
-    boxes: Float32
+
+    @cached_property
+    def core(self) -> _core.Meshes:
+        """The same for the functions in C++."""
+        return _core.Meshes(**vars(self))
 
 
 def join_parts(meshes: Sequence[Mesh]) -> Parts:
@@ -62,7 +68,6 @@ def join_parts(meshes: Sequence[Mesh]) -> Parts:
         first_vertex,
         first_triangle,
         np.array([_sphere(mesh, box) for mesh, box in zip(meshes, boxes, strict=True)], np.float32),
-        boxes,
     )
 
 

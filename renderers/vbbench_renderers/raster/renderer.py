@@ -1,17 +1,15 @@
-"""Backend ``raster``, without a GPU: place the limbs, fill the z-buffer, cast shadows, shade, smooth the edges."""
+"""Backend ``raster``, without a GPU: exact rays, a z-buffer and deferred shading, on all cores, in C++."""
 
 from functools import partial
-from typing import Any
 
 import numpy as np
-from numba import get_num_threads
-from numpy.typing import NDArray
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
+from vbbench_renderers import _core
 from vbbench_renderers.drawing import (
     FIXED_SHADOW_TEXELS,
     LARGEST_SHADOW_HALF_WIDTH,
@@ -21,15 +19,13 @@ from vbbench_renderers.drawing import (
     Limbs,
     Surroundings,
 )
-from vbbench_renderers.mesh import Float32, Int32
+from vbbench_renderers.mesh import Float32
 from vbbench_renderers.raster.crowd import People, joined_library, joined_limbs
-from vbbench_renderers.raster.filling import fill
 from vbbench_renderers.raster.light import light_table, srgb_table
+from vbbench_renderers.raster.looks import looks_of
 from vbbench_renderers.raster.parts import join_parts, split_mesh
 from vbbench_renderers.raster.placing import place
-from vbbench_renderers.raster.shading import Seen, looks_of, shade
 from vbbench_renderers.raster.shadows import ShadowMap, darken_contacts, draw_map
-from vbbench_renderers.raster.smoothing import finish
 from vbbench_renderers.raster.textures import build_textures
 from vbbench_renderers.rays import camera_rays, eye_transform
 from vbbench_renderers.views import assemble, drawn_natively
@@ -55,7 +51,7 @@ class RasterRenderer:
     @property
     def device(self) -> str:
         """See `vbbench.pictures.rendering.Renderer`."""
-        return f"processor, {get_num_threads()} threads (numba)"
+        return f"processor, {_core.available_threads()} threads"
 
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
         """See `vbbench.pictures.rendering.Renderer`."""
@@ -90,28 +86,20 @@ class Drawer:
         rays, eye = camera_rays(camera), eye_transform(camera, pose)
         people = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), focal, without)
         limbs = Limbs(**{k: np.concatenate([getattr(people, k), v]) for k, v in vars(self._static).items()})
-        placed = place(self._parts, limbs.mesh, limbs.transform, limbs.pattern < 0, eye, rays)
-        shape = len(rays.side), rays.height
-        seen = Seen(np.empty(shape, np.float32), np.empty(shape, np.int32), np.empty(shape, np.int32))
-        fill(self._parts, limbs.mesh, self._order(limbs, eye), placed, rays, seen.nearness, seen.limbs, seen.faces)
-        colours = np.empty((*shape, 3), np.uint8)
-        shade(
-            self._parts,
-            limbs.mesh,
+        frame_of_limbs = place(self._parts, limbs.mesh, limbs.transform, limbs.pattern < 0, eye, rays)
+        ids = np.append(scene.people, NOBODY)[limbs.person]
+        rgb, depth, owners = frame_of_limbs.draw(
+            self._order(limbs, eye),
             looks_of(limbs),
-            placed,
-            rays,
             eye,
             self._light,
             self._textures,
             self._people_shadows(people, pose, rays.closed),
             self._static_shadows,
-            seen,
             self._table,
-            colours,
+            np.append(ids, NOBODY - 1).astype(np.int32),
         )
-        ids = np.append(scene.people, NOBODY)[limbs.person]
-        return _picture(seen, np.append(ids, NOBODY - 1).astype(np.int32), colours, rays.closed)
+        return Picture(rgb=rgb, depth=depth, ids=owners)
 
     def _people_shadows(self, people: Limbs, pose: FloatArray, around: bool) -> ShadowMap:
         """Shadows near the camera, or near a point ahead of a camera that looks in one direction."""
@@ -137,14 +125,6 @@ class Drawer:
         places = (limbs.transform[:, :, :3] @ centres)[..., 0] + limbs.transform[:, :, 3]
         away = np.linalg.norm(places @ eye[:, :3].T + eye[:, 3], axis=1)
         return np.argsort(away, kind="stable").astype(np.int32)
-
-
-def _picture(seen: Seen, owners: Int32, colours: NDArray[np.uint8], closed: bool) -> Picture:
-    width, height = seen.nearness.shape
-    rgb, depth = np.empty((height, width, 3), np.uint8), np.empty((height, width), np.float32)
-    ids: NDArray[Any] = np.empty((height, width), np.int32)
-    finish(seen.nearness, seen.limbs, owners, colours, closed, rgb, depth, ids)
-    return Picture(rgb=rgb, depth=depth, ids=ids)
 
 
 def _static_limbs(first: int, count: int) -> Limbs:

@@ -1,13 +1,11 @@
 """Texture layers, pre-filtered at successively halved sizes, and how they are read."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.geometry import IntArray
-from vbbench.kernels import kernel
 from vbbench_renderers.mesh import Float32
 
 
@@ -53,35 +51,3 @@ def build_textures(layers: NDArray[np.uint8]) -> Textures:
     first = np.cumsum([0, *counts[:-1]])
     size = np.array([level.shape[1] for level in levels])
     return Textures(np.concatenate([level.reshape(-1, 3) for level in levels]), first, size, linear)
-
-
-@kernel
-def read_texture(textures: Textures, layer: int, u: float, v: float, spread: float) -> tuple[float, float, float]:
-    """The linear colour of a layer at (u, v), bilinear; row 0 of a layer is at v = 0.
-
-    ``spread`` is what a pixel covers, in texture widths; the size is taken whose texels come nearest to it.
-    """
-    level, texels = 0, spread * textures.size[0]
-    while texels > 1.5 and level < len(textures.size) - 1:
-        level, texels = level + 1, 0.5 * texels
-    size = textures.size[level]
-    x, y = (u - math.floor(u)) * size - 0.5, (v - math.floor(v)) * size - 0.5
-    left, top = math.floor(x), math.floor(y)
-    fx, fy = x - left, y - top
-    right, bottom = (left + 1 if left + 1 < size else 0), (top + 1 if top + 1 < size else 0)
-    left, top = (left if left >= 0 else size - 1), (top if top >= 0 else size - 1)
-    base = textures.first[level] + layer * size * size
-    a, b, c, d = (
-        base + top * size + left,
-        base + top * size + right,
-        base + bottom * size + left,
-        base + bottom * size + right,
-    )
-    wa, wb, wc, wd = (1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy
-    bytes_, linear = textures.texels, textures.linear
-    red = wa * linear[bytes_[a, 0]] + wb * linear[bytes_[b, 0]] + wc * linear[bytes_[c, 0]] + wd * linear[bytes_[d, 0]]
-    green = (
-        wa * linear[bytes_[a, 1]] + wb * linear[bytes_[b, 1]] + wc * linear[bytes_[c, 1]] + wd * linear[bytes_[d, 1]]
-    )
-    blue = wa * linear[bytes_[a, 2]] + wb * linear[bytes_[b, 2]] + wc * linear[bytes_[c, 2]] + wd * linear[bytes_[d, 2]]
-    return red, green, blue

@@ -1,0 +1,393 @@
+// Binding of the renderers' inner loops to Python. Sizes and types of arrays are checked here; what is wrong is a
+// VbbenchError.
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/string.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "baking.hpp"
+#include "binding.hpp"
+#include "meshes.hpp"
+#include "raster/alone.hpp"
+#include "raster/drawing.hpp"
+#include "refining.hpp"
+#include "threads.hpp"
+
+using namespace vbbench;
+using namespace vbbench::renderers;
+
+namespace {
+
+int whole(Int value, const char* name, Int least) {
+  if (value < least || value > 1'000'000'000) refuse(std::string(name) + " must be at least " + std::to_string(least));
+  return static_cast<int>(value);
+}
+
+/// A number that is an attribute.
+template <class T>
+T number(const nb::object& of, const char* name) {
+  T value{};
+  if (!nb::try_cast<T>(of.attr(name), value)) refuse(std::string(name) + " must be a number");
+  return value;
+}
+
+template <class T>
+Array<T> array_of(const nb::object& of, const char* name, const Shape& shape) {
+  return array<T>(of.attr(name), name, shape);
+}
+
+template <class T>
+void check_within(const Array<const T>& found, Int least, Int below, const char* name) {
+  const T* const end = found.data() + found.size();
+  if (std::any_of(found.data(), end, [&](T n) { return n < least || n >= below; }))
+    refuse(std::string(name) + " must be from " + std::to_string(least) + " to below " + std::to_string(below));
+}
+
+Int length(const auto& found) { return static_cast<Int>(found.shape(0)); }
+
+/// Rows of numbers as rows of what they are.
+template <class Row, class T>
+auto* rows(const Array<T>& found) {
+  return reinterpret_cast<std::conditional_t<std::is_const_v<T>, const Row*, Row*>>(found.data());
+}
+
+/// Meshes, whose indices are checked once.
+class MeshArrays {
+ public:
+  MeshArrays(const nb::object& vertices, const nb::object& normals, const nb::object& colours, const nb::object& uv,
+             const nb::object& layers, const nb::object& grain, const nb::object& triangles,
+             const nb::object& first_vertex, const nb::object& first_triangle, const nb::object& spheres)
+      : vertices_(array<const float>(vertices, "vertices", {kAny, 3})),
+        normals_(array<const float>(normals, "normals", {vertices_.shape(0), 3})),
+        colours_(array<const float>(colours, "colours", {vertices_.shape(0), 3})),
+        uv_(array<const float>(uv, "uv", {vertices_.shape(0), 2})),
+        triangles_(array<const int>(triangles, "triangles", {kAny, 3})),
+        layers_(array<const int>(layers, "layers", {triangles_.shape(0)})),
+        grain_(array<const float>(grain, "grain", {triangles_.shape(0)})),
+        spheres_(array<const float>(spheres, "spheres", {kAny, 4})),
+        first_vertex_(array<const Int>(first_vertex, "first_vertex", {spheres_.shape(0) + 1})),
+        first_triangle_(array<const Int>(first_triangle, "first_triangle", {spheres_.shape(0) + 1})) {
+    check_starts(first_vertex_, length(vertices_), "first_vertex");
+    check_starts(first_triangle_, length(triangles_), "first_triangle");
+    if (length(vertices_) > std::numeric_limits<int>::max()) refuse("vertices must be fewer");
+    for (Int part = 0; part < meshes().count; ++part)
+      for (Int n = 3 * first_triangle_.data()[part]; n < 3 * first_triangle_.data()[part + 1]; ++n)
+        if (triangles_.data()[n] < first_vertex_.data()[part] || triangles_.data()[n] >= first_vertex_.data()[part + 1])
+          refuse("triangles must have their corners in their own mesh");
+    if (layers_.size()) most_layer_ = *std::max_element(layers_.data(), layers_.data() + layers_.size());
+  }
+
+  Meshes meshes() const {
+    return {rows<Point>(vertices_),
+            rows<Point>(normals_),
+            rows<Point>(colours_),
+            rows<std::array<float, 2>>(uv_),
+            layers_.data(),
+            grain_.data(),
+            rows<Corners>(triangles_),
+            first_vertex_.data(),
+            first_triangle_.data(),
+            rows<std::array<float, 4>>(spheres_),
+            length(spheres_)};
+  }
+
+  /// The number of texture layers that triangles need.
+  int layers() const { return most_layer_ + 1; }
+
+  /// Which meshes limbs [N] have.
+  Array<const int> limbs(const nb::object& mesh) const {
+    const auto found = array<const int>(mesh, "mesh", {kAny});
+    check_within(found, 0, length(spheres_), "mesh");
+    return found;
+  }
+
+ private:
+  static void check_starts(const Array<const Int>& starts, Int end, const char* name) {
+    const Int* const last = starts.data() + starts.size() - 1;
+    if (!std::is_sorted(starts.data(), last + 1) || starts.data()[0] != 0 || *last != end)
+      refuse(std::string(name) + " must ascend from 0 to the number of rows");
+  }
+
+  Array<const float> vertices_, normals_, colours_, uv_;
+  Array<const int> triangles_, layers_;
+  Array<const float> grain_, spheres_;
+  Array<const Int> first_vertex_, first_triangle_;
+  int most_layer_ = -1;
+};
+
+/// The rays of `vbbench_renderers.rays.Rays`.
+struct RayArrays {
+  Array<const double> side, ahead;
+  Rays rays;
+
+  explicit RayArrays(const nb::object& of)
+      : side(array_of<const double>(of, "side", {kAny})), ahead(array_of<const double>(of, "ahead", {side.size()})) {
+    rays = {side.data(),
+            ahead.data(),
+            whole(static_cast<Int>(side.size()), "the width of a picture", 1),
+            whole(number<Int>(of, "height"), "height", 1),
+            number<double>(of, "focal"),
+            number<double>(of, "across"),
+            number<double>(of, "horizon"),
+            number<double>(of, "centre"),
+            number<bool>(of, "closed")};
+  }
+};
+
+/// The looks of `vbbench_renderers.raster.looks.Looks`, of N limbs.
+struct LookArrays {
+  Array<const float> colour, second_colour, gloss, normal;
+  Array<const int> pattern;
+
+  LookArrays(const nb::object& of, std::size_t limbs)
+      : colour(array_of<const float>(of, "colour", {limbs, 3})),
+        second_colour(array_of<const float>(of, "second_colour", {limbs, 3})),
+        gloss(array_of<const float>(of, "gloss", {limbs})),
+        normal(array_of<const float>(of, "normal", {limbs, 3, 3})),
+        pattern(array_of<const int>(of, "pattern", {limbs})) {}
+
+  Looks looks() const {
+    return {rows<Point>(colour), rows<Point>(second_colour), pattern.data(), gloss.data(),
+            rows<std::array<Point, 3>>(normal)};
+  }
+};
+
+/// The textures of `vbbench_renderers.raster.textures.Textures`.
+struct TextureArrays {
+  Array<const std::uint8_t> texels;
+  Array<const Int> first, size;
+  Array<const float> linear;
+  Textures textures;
+
+  TextureArrays(const nb::object& of, int layers)
+      : texels(array_of<const std::uint8_t>(of, "texels", {kAny, 3})),
+        first(array_of<const Int>(of, "first", {kAny})),
+        size(array_of<const Int>(of, "size", {first.size()})),
+        linear(array_of<const float>(of, "linear", {256})) {
+    for (std::size_t level = 0; level < first.size(); ++level) {
+      const Int width = size.data()[level], start = first.data()[level];
+      if (width < 1 || start < 0 || start + layers * width * width > length(texels))
+        refuse("texels must have every layer of every size");
+    }
+    if (first.size() == 0) refuse("first must have a size");
+    textures = {rows<std::array<std::uint8_t, 3>>(texels), first.data(), size.data(), linear.data(),
+                static_cast<Int>(first.size())};
+  }
+};
+
+/// The map of `vbbench_renderers.raster.shadows.ShadowMap`.
+struct ShadowArrays {
+  Array<const float> heights, open;
+  ShadowMap map;
+
+  explicit ShadowArrays(const nb::object& of) : heights(square(of, "heights")), open(square(of, "open")) {
+    map = {{heights.data(), static_cast<int>(heights.shape(0))},
+           {open.data(), static_cast<int>(open.shape(0))},
+           number<double>(of, "x"),
+           number<double>(of, "y"),
+           number<double>(of, "scale"),
+           number<double>(of, "slope_x"),
+           number<double>(of, "slope_y")};
+  }
+
+  static Array<const float> square(const nb::object& of, const char* name) {
+    const auto found = array_of<const float>(of, name, {kAny, kAny});
+    if (found.shape(0) != found.shape(1)) refuse(std::string(name) + " must be a square");
+    return found;
+  }
+};
+
+Light light_of(const nb::object& light) {
+  const auto found = array<const double>(light, "light", {6, 3});
+  const Vec* const row = rows<Vec>(found);
+  return {row[0], row[1], row[2], row[3], row[4], row[5][0]};
+}
+
+struct EncodingArray {
+  Array<const std::uint8_t> bytes;
+  explicit EncodingArray(const nb::object& table) : bytes(array<const std::uint8_t>(table, "table", {kAny})) {
+    if (bytes.size() < 2) refuse("table must have two bytes");
+  }
+  Encoding encode() const { return {bytes.data(), static_cast<int>(bytes.size()) - 1}; }
+};
+
+/// Limbs as a camera sees them.
+class Frame {
+ public:
+  Frame(const MeshArrays& meshes, const nb::object& mesh, const nb::object& joined, const nb::object& side,
+        const nb::object& rays, Int threads)
+      : meshes_(meshes), rays_(rays), threads_(whole(threads, "threads", 1)) {
+    const auto in_mesh = meshes.limbs(mesh);
+    const auto in_joined = array<const double>(joined, "joined", {in_mesh.size(), 3, 4});
+    const auto in_side = array<const int>(side, "side", {in_mesh.size()});
+    std::vector<int> which(in_mesh.data(), in_mesh.data() + in_mesh.size());
+    std::vector<int> sides(in_side.data(), in_side.data() + in_side.size());
+    const nb::gil_scoped_release released;
+    Team team(threads_);
+    placed_ = place(meshes.meshes(), std::move(which), std::move(sides), rows<Transform>(in_joined), rays_.rays, team);
+  }
+
+  nb::tuple draw(const nb::object& order, const nb::object& looks, const nb::object& eye, const nb::object& light,
+                 const nb::object& textures, const nb::object& people, const nb::object& fixed, const nb::object& table,
+                 const nb::object& owners) const {
+    const std::size_t limbs = placed_.mesh.size();
+    const auto in_order = array<const int>(order, "order", {limbs});
+    check_within(in_order, 0, placed_.count(), "order");
+    const LookArrays in_looks(looks, limbs);
+    const auto in_eye = array<const double>(eye, "eye", {3, 4});
+    const TextureArrays in_textures(textures, meshes_.layers());
+    const ShadowArrays in_people(people), in_fixed(fixed);
+    const EncodingArray encoding(table);
+    const auto in_owners = array<const int>(owners, "owners", {limbs + 1});
+    const Rays& rays = rays_.rays;
+    const Meshes meshes = meshes_.meshes();
+    const Looks found_looks = in_looks.looks();
+    const Light found_light = light_of(light);
+    const auto height = static_cast<std::size_t>(rays.height), width = static_cast<std::size_t>(rays.width);
+    New<std::uint8_t> rgb({height, width, 3});
+    New<float> depth({height, width});
+    New<int> ids({height, width});
+    {
+      const nb::gil_scoped_release released;
+      Team team(threads_);
+      renderers::draw({meshes, placed_, found_looks, rays, *rows<Eye>(in_eye), found_light, in_textures.textures,
+                       in_people.map, in_fixed.map, encoding.encode()},
+                      in_order.data(), in_owners.data(), {rgb.data(), depth.data(), ids.data()}, team);
+    }
+    return nb::make_tuple(rgb.numpy(), depth.numpy(), ids.numpy());
+  }
+
+  nb::object count_alone(const nb::object& person, Int people, const std::array<int, 4>& window) const {
+    const auto in_person = array<const int>(person, "person", {placed_.mesh.size()});
+    const int count = whole(people, "people", 0);
+    check_within(in_person, 0, count, "person");
+    New<Int> counts({static_cast<std::size_t>(count), 3});
+    {
+      const nb::gil_scoped_release released;
+      Team team(threads_);
+      const auto found =
+          renderers::count_alone(meshes_.meshes(), placed_, in_person.data(), count, rays_.rays, window, team);
+      std::copy(found.begin(), found.end(), reinterpret_cast<Counts*>(counts.data()));
+    }
+    return counts.numpy();
+  }
+
+ private:
+  const MeshArrays& meshes_;
+  RayArrays rays_;
+  int threads_;
+  Placed placed_;
+};
+
+nb::object shadow_heights(const MeshArrays& meshes, const nb::object& mesh, const nb::object& joined, Int texels,
+                          Int threads) {
+  const auto in_mesh = meshes.limbs(mesh);
+  const auto in_joined = array<const double>(joined, "joined", {in_mesh.size(), 3, 4});
+  const int size = whole(texels, "texels", 1), team_size = whole(threads, "threads", 1);
+  New<float> heights({static_cast<std::size_t>(size), static_cast<std::size_t>(size)});
+  {
+    const nb::gil_scoped_release released;
+    Team team(team_size);
+    cast(meshes.meshes(), length(in_mesh), in_mesh.data(), rows<Transform>(in_joined), size, heights.data(), team);
+  }
+  return heights.numpy();
+}
+
+void stain_ground(const nb::object& spots, double x, double y, double scale, const nb::object& openness) {
+  const auto in_spots = array<const double>(spots, "spots", {kAny, 4});
+  const auto found = array<float>(openness, "openness", {kAny, kAny});
+  if (found.shape(0) != found.shape(1)) refuse("openness must be a square");
+  stain(length(in_spots), rows<Spot>(in_spots), x, y, scale, static_cast<int>(found.shape(0)), found.data());
+}
+
+nb::object draw_sky(const nb::object& light, const nb::object& table, const nb::object& rays, const nb::object& eye) {
+  const RayArrays in_rays(rays);
+  const auto in_eye = array<const double>(eye, "eye", {3, 4});
+  const EncodingArray encoding(table);
+  New<std::uint8_t> picture({static_cast<std::size_t>(in_rays.rays.height), in_rays.side.size(), 3});
+  sky_picture(light_of(light), encoding.encode(), in_rays.rays, *rows<Eye>(in_eye), picture.data());
+  return picture.numpy();
+}
+
+nb::tuple bake_limbs(const MeshArrays& meshes, const nb::object& mesh, const nb::object& transform,
+                     const nb::object& looks) {
+  const auto in_mesh = meshes.limbs(mesh);
+  const auto in_transform = array<const float>(transform, "transform", {in_mesh.size(), 3, 4});
+  const LookArrays in_looks(looks, in_mesh.size());
+  const Meshes found = meshes.meshes();
+  std::size_t points = 0, triangles = 0;
+  for (std::size_t limb = 0; limb < in_mesh.size(); ++limb) {
+    const int part = in_mesh.data()[limb];
+    points += static_cast<std::size_t>(found.first_vertex[part + 1] - found.first_vertex[part]);
+    triangles += static_cast<std::size_t>(found.first_triangle[part + 1] - found.first_triangle[part]);
+  }
+  New<float> places({points, 3}), normals({points, 3}), colours({points, 3});
+  New<int> corners({triangles, 3});
+  bake(found, length(in_mesh), in_mesh.data(), rows<std::array<std::array<float, 4>, 3>>(in_transform),
+       in_looks.looks(),
+       {reinterpret_cast<Point*>(places.data()), reinterpret_cast<Point*>(normals.data()),
+        reinterpret_cast<Point*>(colours.data()), reinterpret_cast<Corners*>(corners.data())});
+  return nb::make_tuple(places.numpy(), normals.numpy(), colours.numpy(), corners.numpy());
+}
+
+Int refine(const nb::object& vertices, const nb::object& triangles, const nb::object& eye, double yaw, double low,
+           double high, const nb::object& out) {
+  const auto in_vertices = array<const float>(vertices, "vertices", {kAny, kColumns});
+  const auto in_triangles = array<const int>(triangles, "triangles", {kAny, 3});
+  check_within(in_triangles, 0, length(in_vertices), "triangles");
+  const auto in_eye = array<const double>(eye, "eye", {3});
+  const auto found = array<float>(out, "out", {kAny, kColumns + 1});
+  const Vertex* const vertex = rows<Vertex>(in_vertices);
+  Refiner refiner({*rows<Vec>(in_eye), yaw, low, high}, length(found), rows<BasedVertex>(found));
+  for (Int n = 0; n < length(in_triangles); ++n) {
+    const auto [a, b, c] = rows<Corners>(in_triangles)[n];
+    refiner.refine({vertex[a], vertex[b], vertex[c]});
+  }
+  return refiner.filled();
+}
+
+}  // namespace
+
+NB_MODULE(_core, m) {
+  m.doc() = "The renderers' inner loops in C++.";
+  m.attr("NEAR") = kNear;
+  m.attr("WIDEST") = kWidest;
+  m.attr("REFINED_COLUMNS") = kColumns + 1;
+  m.attr("RINGS_PER_M") = kRingsPerM;
+  m.attr("STRIPES_ROUND") = kStripesRound;
+  m.attr("CHECKS_PER_M") = kChecksPerM;
+  m.def("available_threads", &available_threads, "How many threads this process may run at the same time.");
+  nb::class_<MeshArrays>(m, "Meshes", "Meshes, joined.")
+      .def(nb::init<const nb::object&, const nb::object&, const nb::object&, const nb::object&, const nb::object&,
+                    const nb::object&, const nb::object&, const nb::object&, const nb::object&, const nb::object&>(),
+           array_arg("vertices"), array_arg("normals"), array_arg("colours"), array_arg("uv"), array_arg("layers"),
+           array_arg("grain"), array_arg("triangles"), array_arg("first_vertex"), array_arg("first_triangle"),
+           array_arg("spheres"));
+  nb::class_<Frame>(m, "Frame", "Limbs as a camera sees them.")
+      .def(nb::init<const MeshArrays&, const nb::object&, const nb::object&, const nb::object&, const nb::object&,
+                    Int>(),
+           nb::arg("meshes"), array_arg("mesh"), array_arg("joined"), array_arg("side"), nb::arg("rays"),
+           nb::arg("threads"), nb::keep_alive<1, 2>())
+      .def("draw", &Frame::draw, array_arg("order"), nb::arg("looks"), array_arg("eye"), array_arg("light"),
+           nb::arg("textures"), nb::arg("people"), nb::arg("fixed"), array_arg("table"), array_arg("owners"),
+           "The picture.")
+      .def("count_alone", &Frame::count_alone, array_arg("person"), nb::arg("people"), nb::arg("window"),
+           "How many pixels each person would cover alone.");
+  m.def("shadow_heights", &shadow_heights, nb::arg("meshes"), array_arg("mesh"), array_arg("joined"), nb::arg("texels"),
+        nb::arg("threads"), "Heights of limbs along the sun's rays.");
+  m.def("stain", &stain_ground, array_arg("spots"), nb::arg("x"), nb::arg("y"), nb::arg("scale"), array_arg("openness"),
+        "Darkens the ground under spots.");
+  m.def("sky_picture", &draw_sky, array_arg("light"), array_arg("table"), nb::arg("rays"), array_arg("eye"),
+        "A picture of only the sky.");
+  m.def("bake", &bake_limbs, nb::arg("meshes"), array_arg("mesh"), array_arg("transform"), nb::arg("looks"),
+        "The vertices of limbs in the world.");
+  m.def("refine", &refine, array_arg("vertices"), array_arg("triangles"), array_arg("eye"), nb::arg("yaw"),
+        nb::arg("low"), nb::arg("high"), array_arg("out"), "Divides large triangles.");
+}

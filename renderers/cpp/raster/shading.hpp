@@ -1,0 +1,124 @@
+// Colours of the surfaces in the z-buffer, once per pixel.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "../meshes.hpp"
+#include "clones.hpp"
+#include "filling.hpp"
+#include "light.hpp"
+#include "shadows.hpp"
+#include "textures.hpp"
+
+namespace vbbench::renderers {
+
+/// All that a surface's colour follows from.
+struct Shading {
+  const Meshes& meshes;
+  const Placed& placed;
+  const Looks& looks;
+  const Rays& rays;
+  const Eye& eye;
+  const Light& light;
+  const Textures& textures;
+  const ShadowMap &people, &fixed;  ///< what throws shadows
+  Encoding encode;
+};
+
+/// A normal of a limb's frame in the world.
+inline Vec turned(const std::array<Point, 3>& turn, const Vec& normal) {
+  Vec world;
+  for (int row = 0; row < 3; ++row)
+    world[row] = turn[row][0] * normal[0] + turn[row][1] * normal[1] + turn[row][2] * normal[2];
+  const double length = std::sqrt(dot(world, world)) + 1e-20;
+  return {world[0] / length, world[1] / length, world[2] / length};
+}
+
+/// A triangle, which is the same for many pixels of a column.
+struct Surface {
+  int limb = -1, number = -1;
+  Int face = 0;
+  Corners corners{};
+  std::array<Vec, 3> edges{};
+
+  void become(const Shading& s, int new_limb, int new_number) {
+    if (limb == new_limb && number == new_number) return;
+    limb = new_limb;
+    number = new_number;
+    const int part = s.placed.mesh[limb];
+    const Point* points = s.placed.points.data() + s.placed.first[limb] - s.meshes.first_vertex[part];
+    face = number + s.meshes.first_triangle[part];
+    corners = s.meshes.triangles[face];
+    const Point &a = points[corners[0]], &b = points[corners[1]], &c = points[corners[2]];
+    edges = {cross(b, c), cross(c, a), cross(a, b)};
+  }
+};
+
+/// Colour of a surface where the ray (x, up, z), `stretch` long, meets it at a depth and at a place in the world.
+inline Vec surface_colour(const Shading& s, const Surface& surface, const Vec& ray, double stretch, double depth,
+                          const Vec& towards, const Vec& world) {
+  const int limb = surface.limb, pattern = s.looks.pattern[limb], layer = s.meshes.layers[surface.face];
+  Vec weights{dot(surface.edges[0], ray), dot(surface.edges[1], ray), dot(surface.edges[2], ray)};
+  const double total = weights[0] + weights[1] + weights[2];
+  for (double& weight : weights) weight /= total;
+  Vec normal = blend(s.meshes.normals, surface.corners, weights);  // surroundings are too flat to need more
+  if (pattern >= 0) normal = turned(s.looks.normal[limb], normal);
+  const double facing = dot(normal, towards);
+  if (facing < 0.0 && pattern < 0) normal = {-normal[0], -normal[1], -normal[2]};
+  const Point& dye = dye_of(s.looks, limb, s.meshes.vertices, surface.corners, weights);
+  Vec albedo = blend(s.meshes.colours, surface.corners, weights);
+  for (int band = 0; band < 3; ++band) albedo[band] *= dye[band];
+  if (layer >= 0) {
+    const double spread =
+        depth * stretch * s.meshes.grain[surface.face] / (s.rays.focal * std::sqrt(std::max(std::abs(facing), 0.02)));
+    const auto *uv = s.meshes.uv, &a = uv[surface.corners[0]], &b = uv[surface.corners[1]], &c = uv[surface.corners[2]];
+    const double u = weights[0] * a[0] + weights[1] * b[0] + weights[2] * c[0];
+    const double v = weights[0] * a[1] + weights[1] * b[1] + weights[2] * c[1];
+    const Vec paint = s.textures.read(layer, u, v, spread);
+    for (int band = 0; band < 3; ++band) albedo[band] *= paint[band];
+  }
+  double sun = 0.0;
+  if (dot(normal, s.light.sun) > 0.0) {
+    sun = s.people.sun_at(world, normal, 0.03, 0.03);
+    if (sun > 0.0) sun *= s.fixed.sun_at(world, normal, 2.0 / s.fixed.scale, 0.06);
+  }
+  const Vec colour = lit(s.light, albedo, normal, towards, s.looks.gloss[limb], sun, s.people.sky_at(world));
+  return through_air(s.light, colour, depth * stretch);
+}
+
+/// Writes the colours [H, 3], sRGB, of a column.
+VBBENCH_WIDE VBBENCH_FLAT inline void shade_column(const Shading& s, const Buffer& buffer, int column,
+                                                   std::uint8_t* colours) {
+  const Rays& rays = s.rays;
+  const Eye& eye = s.eye;
+  const double x = rays.side[column], z = rays.ahead[column], flat = x * x + z * z;
+  Vec level, at;  // the ray's level part, and the eye, in the world
+  for (int axis = 0; axis < 3; ++axis) {
+    level[axis] = eye[0][axis] * x + eye[2][axis] * z;
+    at[axis] = -(eye[0][axis] * eye[0][3] + eye[1][axis] * eye[1][3] + eye[2][axis] * eye[2][3]);
+  }
+  Surface surface;
+  for (int row = 0; row < rays.height; ++row) {
+    const Int pixel = static_cast<Int>(column) * rays.height + row;
+    const double up = (rays.horizon - row) / rays.focal, stretch = std::sqrt(flat + up * up);
+    Vec ray, towards;
+    for (int axis = 0; axis < 3; ++axis) {
+      ray[axis] = level[axis] + eye[1][axis] * up;
+      towards[axis] = -ray[axis] / stretch;
+    }
+    Vec colour;
+    if (buffer.nearness[pixel] == 0.0f) {
+      colour = sky_colour(s.light, {-towards[0], -towards[1], -towards[2]});
+    } else {
+      surface.become(s, buffer.limbs[pixel], buffer.faces[pixel]);
+      const double depth = 1.0 / buffer.nearness[pixel];
+      const Vec world{at[0] + depth * ray[0], at[1] + depth * ray[1], at[2] + depth * ray[2]};
+      colour = surface_colour(s, surface, {x, up, z}, stretch, depth, towards, world);
+    }
+    for (const double value : colour) *colours++ = s.encode(value);
+  }
+}
+
+}  // namespace vbbench::renderers

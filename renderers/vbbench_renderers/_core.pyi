@@ -1,0 +1,125 @@
+"""The extension module: sources in ``renderers/cpp``, built by ``CMakeLists.txt``.
+
+Arrays are in C order, of float32 and int32, or float64, int64 and uint8 where it says so. Anything else is a
+`VbbenchError`.
+"""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vbbench.geometry import FloatArray, IntArray
+from vbbench_renderers.mesh import Float32, Int32
+from vbbench_renderers.raster.looks import Looks
+from vbbench_renderers.raster.shadows import ShadowMap
+from vbbench_renderers.raster.textures import Textures
+from vbbench_renderers.rays import Rays
+
+NEAR: Final[float]
+WIDEST: Final[float]
+REFINED_COLUMNS: Final[int]
+RINGS_PER_M: Final[float]
+STRIPES_ROUND: Final[float]
+CHECKS_PER_M: Final[float]
+
+def available_threads() -> int:
+    """How many threads this process may run at the same time."""
+
+class Meshes:
+    """The fields of `vbbench_renderers.raster.parts.Parts`, whose indices are checked once."""
+
+    def __init__(
+        self,
+        vertices: Float32,
+        normals: Float32,
+        colours: Float32,
+        uv: Float32,
+        layers: Int32,
+        grain: Float32,
+        triangles: Int32,
+        first_vertex: IntArray,
+        first_triangle: IntArray,
+        spheres: Float32,
+    ) -> None: ...
+
+class Frame:
+    """Limbs as a camera sees them.
+
+    Parameters
+    ----------
+    mesh : [N] which of the meshes.
+    joined : [N, 3, 4] float64, from the limb's frame to eye coordinates.
+    side : [N] the side of the triangles that is drawn: 1, −1 where they are clockwise, 0 for both.
+    rays : of the camera.
+    threads : that work; pictures do not depend on it.
+    """
+
+    def __init__(
+        self, meshes: Meshes, mesh: Int32, joined: FloatArray, side: Int32, rays: Rays, threads: int
+    ) -> None: ...
+    def draw(
+        self,
+        order: Int32,
+        looks: Looks,
+        eye: FloatArray,
+        light: FloatArray,
+        textures: Textures,
+        people: ShadowMap,
+        fixed: ShadowMap,
+        table: NDArray[np.uint8],
+        owners: Int32,
+    ) -> tuple[NDArray[np.uint8], Float32, Int32]:
+        """The picture: sRGB [H, W, 3], depth [H, W] in m and ids [H, W].
+
+        Parameters
+        ----------
+        order : [N] in which limbs are drawn; fastest when near ones come first.
+        looks : of the limbs.
+        eye : [3, 4] float64, from the world to eye coordinates.
+        light, table : `vbbench_renderers.raster.light.light_table` and ``srgb_table``.
+        textures : of the meshes.
+        people, fixed : what throws shadows.
+        owners : [N + 1] id of each limb's person, `vbbench.sequence.NOBODY` for surroundings, less for the sky.
+        """
+
+    def count_alone(self, person: Int32, people: int, window: tuple[int, int, int, int]) -> IntArray:
+        """[K, 3] pixels that each person would cover alone: all, those in a window, and those on its border.
+
+        Parameters
+        ----------
+        person : [N] 0 … K − 1, ascending.
+        people : K.
+        window : first column and row, and last column and row.
+        """
+
+def shadow_heights(meshes: Meshes, mesh: Int32, joined: FloatArray, texels: int, threads: int) -> Float32:
+    """[S, S] heights of limbs along the sun's rays; ``joined`` [N, 3, 4] float64 is to texel column, row and m."""
+
+def stain(spots: FloatArray, x: float, y: float, scale: float, openness: Float32) -> None:
+    """Darken ``openness`` [S, S], of which ``scale`` are a metre from x, y on, under spots.
+
+    ``spots`` [N, 4] float64 are place and radius in m, and how dark the middle is.
+    """
+
+def sky_picture(light: FloatArray, table: NDArray[np.uint8], rays: Rays, eye: FloatArray) -> NDArray[np.uint8]:
+    """[H, W, 3] sRGB picture of only the sky."""
+
+def bake(meshes: Meshes, mesh: Int32, transform: Float32, looks: Looks) -> tuple[Float32, Float32, Float32, Int32]:
+    """Points, normals and colours [P, 3] of limbs in the world, limb after limb, and triangles [F, 3] of points."""
+
+def refine(
+    vertices: Float32, triangles: Int32, eye: FloatArray, yaw: float, low: float, high: float, out: Float32
+) -> int:
+    """Write the corners of refined triangles, the base azimuth behind each vertex, and return how many corners.
+
+    Large triangles of a panorama are divided until no edge spans more than `WIDEST` rad.
+
+    Parameters
+    ----------
+    vertices : [V, 12] see `vbbench_renderers.opengl.packing.pack_vertices`.
+    triangles : [F, 3].
+    eye, yaw : [3] float64 in m, and heading in rad.
+    low, high : slopes (height over range) of the picture's lower and upper border; beyond them nothing is drawn.
+    out : [M, 13] filled as far as it reaches; a result beyond M asks for a longer one.
+    """
