@@ -12,7 +12,6 @@ import numpy as np
 
 from vbbench.generation.generator import Plan
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.kernels import kernel
 from vbbench.sequence import Given, SequenceData, Truth
 from vbbench.world import World
 
@@ -50,13 +49,11 @@ def _settled(data: SequenceData, order: IntArray, world: World | None) -> Sequen
         sequence=replace(
             s,
             tracks=np.arange(len(order)),
-            observations=_taken(_whole(s.observations), order),
+            observations=s.observations.take(order, axis=1),
             visible=s.visible.take(order, axis=1),
-            given=Given(poses=own, positions=_moved(_whole(given.positions), order, move), odometry=given.odometry),
+            given=Given(poses=own, positions=_moved(given.positions, order, move), odometry=given.odometry),
         ),
-        truth=Truth(
-            poses=true, positions=_moved(_whole(truth.positions), order, move), heights=truth.heights.take(order)
-        ),
+        truth=Truth(poses=true, positions=_moved(truth.positions, order, move), heights=truth.heights.take(order)),
         persons=_persons(data, order),
         world=world,
     )
@@ -69,35 +66,18 @@ def _persons(data: SequenceData, order: IntArray) -> IntArray:
     return np.broadcast_to(data.sequence.tracks.take(order), data.sequence.visible.shape)
 
 
-def _whole(values: FloatArray) -> FloatArray:
-    """The values in one piece and read-only, as kernels are compiled for."""
-    whole = np.ascontiguousarray(values)
-    whole.flags.writeable = False
-    return whole
-
-
-@kernel
-def _taken(boxes: FloatArray, order: IntArray) -> FloatArray:
-    """Boxes [T, K, 3] in this ``order`` [K] of columns."""
-    taken = np.empty(boxes.shape)
-    for t in range(boxes.shape[0]):
-        for k in range(len(order)):
-            for i in range(boxes.shape[2]):
-                taken[t, k, i] = boxes[t, order[k], i]
-    return taken
-
-
-@kernel
 def _moved(positions: FloatArray, order: IntArray, move: tuple[float, float, float, float]) -> FloatArray:
     """Positions [T, K, 2] in this ``order`` [K] of columns, as `World.positions` moves them.
 
     ``move`` is the world's x and y in m, and cosine and sine of its yaw.
     """
     east, north, across, along = move
-    moved = np.empty(positions.shape)
-    for t in range(positions.shape[0]):
-        for k in range(len(order)):
-            x, y = positions[t, order[k], 0], positions[t, order[k], 1]
-            moved[t, k, 0] = across * x - along * y + east
-            moved[t, k, 1] = along * x + across * y + north
+    moved = positions.take(order, axis=1)
+    turned = along * moved
+    moved *= across
+    x, y = moved[..., 0], moved[..., 1]
+    x -= turned[..., 1]
+    x += east
+    y += turned[..., 0]
+    y += north
     return moved
