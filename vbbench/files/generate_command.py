@@ -9,6 +9,8 @@ from vbbench.errors import VbbenchError
 
 LEAST_TRACK = 3
 """Frames of the shortest tracks where ``--least-track`` is left out."""
+OWN_ENGINE = "numba"
+"""What definitions call vbbench's own crowd engine, after what first ran it: ids of datasets stay as they are."""
 FOOTAGE_FILES = {"poses": "poses", "boxes": "boxes", "bag": "bags"}
 """The options that name files of footage which its own folder does not hold, by what they hold."""
 _WORD = re.compile(r"[\w.,:~/+-]{0,200}")
@@ -54,7 +56,7 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
         "--scenario": None if scenario.get("name") == usual else scenario.get("name"),
         "--sequences": scenario.get("sequences"),
         "--people": _people(people) if isinstance(people, list) else None,
-        "--engine": None if definition.get("engine") == "numba" else definition.get("engine"),
+        "--engine": None if definition.get("engine") == OWN_ENGINE else definition.get("engine"),
     }
 
 

@@ -64,9 +64,6 @@ struct Pairs {
 inline double exp_negative(double x) {
   const double y = (x > kUnderflow ? x : kUnderflow) * (1.0 / 256.0), z = y * y;
   double e = (1.0 + y) + z * ((0.5 + y * (1.0 / 6.0)) + z * (1.0 / 24.0 + y * (1.0 / 120.0)));
-#ifdef __GNUC__
-#pragma GCC unroll 8
-#endif
   for (int n = 0; n < 8; ++n) e *= e;
   return e;
 }

@@ -12,6 +12,7 @@ from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.generate_command import OWN_ENGINE
 from vbbench.files.tables import ODOMETRY_TABLE
 from vbbench.generation.generator import Card, Engine, Look, Observer, Options, Simulation, refuse_footage
 from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
@@ -26,8 +27,6 @@ from vbbench_generators.views.robot import follow
 from vbbench_generators.views.vehicle import draw_window, observer_definition, ride
 from vbbench_generators.views.viewing import view, walked
 
-ENGINES_IN_IDS = {"vbbench": "numba", "pysocialforce": "pysocialforce"}
-"""What the definitions of datasets call the engines, after what first ran them: their ids stay as they are."""
 REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
 SIM_SCENARIO, STREET_SCENARIO = "open", "street"
@@ -199,7 +198,7 @@ def plan_simulation(
             "generator": f"simulation/{REVISION}",
             **observer_definition(options, look),
             "limit": options.limit,
-            "engine": ENGINES_IN_IDS[asked.engine],
+            "engine": OWN_ENGINE if asked.engine == "vbbench" else asked.engine,
             "scenario": asdict(scenario),
             **tier.definition,
             **definition,
