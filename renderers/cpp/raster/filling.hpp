@@ -167,8 +167,8 @@ struct Buffer {
 };
 
 /// Draws limbs into the columns of a strip, fastest when near ones come first in the `order` [N].
-VBBENCH_WIDE VBBENCH_FLAT inline void fill(const Meshes& meshes, const Placed& placed, const int* order,
-                                           const Rays& rays, const Strip& strip, Buffer& buffer) {
+VBBENCH_WIDE_WHOLE inline void fill(const Meshes& meshes, const Placed& placed, const int* order, const Rays& rays,
+                                    const Strip& strip, Buffer& buffer) {
   const Int from = static_cast<Int>(strip.begin) * rays.height, to = static_cast<Int>(strip.end) * rays.height;
   std::fill(buffer.nearness.begin() + from, buffer.nearness.begin() + to, 0.0f);
   std::fill(buffer.limbs.begin() + from, buffer.limbs.begin() + to, static_cast<int>(placed.count()));

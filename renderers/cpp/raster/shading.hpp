@@ -89,8 +89,7 @@ inline Vec surface_colour(const Shading& s, const Surface& surface, const Vec& r
 }
 
 /// Writes the colours [H, 3], sRGB, of a column.
-VBBENCH_WIDE VBBENCH_FLAT inline void shade_column(const Shading& s, const Buffer& buffer, int column,
-                                                   std::uint8_t* colours) {
+VBBENCH_WIDE_WHOLE inline void shade_column(const Shading& s, const Buffer& buffer, int column, std::uint8_t* colours) {
   const Rays& rays = s.rays;
   const Eye& eye = s.eye;
   const double x = rays.side[column], z = rays.ahead[column], flat = x * x + z * z;

@@ -35,7 +35,7 @@ class Smoothing {
   Smoothing(const Rays& rays, const Buffer& buffer, const int* owners, const Bytes* colours, const Picture& picture)
       : rays_(rays), buffer_(buffer), owners_(owners), colours_(colours), picture_(picture) {}
 
-  VBBENCH_WIDE VBBENCH_FLAT void finish_column(int column) const {
+  VBBENCH_WIDE_WHOLE void finish_column(int column) const {
     const int width = rays_.width, height = rays_.height;
     const int left = rays_.closed ? (column + width - 1) % width : std::max(column - 1, 0);
     const int right = rays_.closed ? (column + 1) % width : std::min(column + 1, width - 1);
