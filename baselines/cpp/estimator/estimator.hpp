@@ -3,7 +3,9 @@
 
 #include <vector>
 
+#include "association.hpp"
 #include "noise.hpp"
+#include "occlusion.hpp"
 
 namespace vbbench {
 
@@ -110,6 +112,8 @@ class Estimator {
       calibration.sway_std = {c.sway_std, c.sway_std};
     }
     calibration.about = calibration.at;
+    occlusion_.start();
+    association_.start();
     odometry_ = false;
     squares_ = count_ = 0.0;
     variance_ = 1.0;
@@ -154,7 +158,14 @@ class Estimator {
     }
     add_frame(input);
     add_people(input);
+    occlusion_.mark(window_, model_, false);
     Solution solution = window_.solve(model_, rounds, least);
+    bool changed = occlusion_.mark(window_, model_, true);
+    for (const int p : association_.switched(window_, model_)) {
+      split(p);
+      changed = true;
+    }
+    if (changed) solution = window_.solve(model_, rounds, least);
     if (!window_.posterior.empty() && window_.posterior.back()[kStand] > 0.5) leave_rest(solution);
     output.converged = converged_ = solution.ended || solution.steps > 0;
     window_.weigh_boxes(model_);
@@ -340,6 +351,30 @@ class Estimator {
     return {frame.at[0] + r * std::cos(angle), frame.at[1] + r * std::sin(angle)};
   }
 
+  Person unknown_person(int column) const {
+    Person person;
+    person.column = column;
+    person.variance = variance_;
+    person.height_mean = person.log_height = std::log(recording_.height_mean);
+    person.height_std = height_std_;
+    return person;
+  }
+
+  /// The newest box of person `p` is the first of another one, who has the column from now on.
+  void split(int p) {
+    Person person = unknown_person(window_.people[p].column);
+    Node node;
+    node.seen = true;
+    node.box = window_.people[p].nodes.back().box;
+    node.at = placed(node.box, person.log_height, window_.frames.back());
+    person.first = static_cast<int>(window_.frames.size()) - 1;
+    person.nodes.push_back(node);
+    where_[person.column] = static_cast<int>(window_.people.size());
+    window_.people[p].column = -1;
+    window_.people[p].nodes.pop_back();
+    window_.people.push_back(person);
+  }
+
   void add_people(const Input& input) {
     const int newest = static_cast<int>(window_.frames.size()) - 1, columns = recording_.columns;
     Frame& frame = window_.frames[newest];
@@ -353,11 +388,7 @@ class Estimator {
       Box box;
       if (seen) box = {b[0], b[1], b[2], b[3], b[4], input.cut[k], b[2]};
       if (where_[k] < 0) {
-        Person person;
-        person.column = k;
-        person.variance = variance_;
-        person.height_mean = person.log_height = std::log(recording_.height_mean);
-        person.height_std = height_std_;
+        Person person = unknown_person(k);
         int begin = newest;
         for (int back = 1; back <= reach(newest + 1); ++back)
           if (!std::isnan(input.positions[2 * ((3 - back) * columns + k)])) begin = newest + 1 - back;
@@ -532,6 +563,8 @@ class Estimator {
   int age_ = 0;
   bool odometry_ = false, learns_ = false;
   NoiseLearner noise_;
+  Occlusion occlusion_;
+  Association association_;
   double squares_ = 0.0, count_ = 0.0, variance_ = 1.0;
 };
 

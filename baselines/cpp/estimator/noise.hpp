@@ -44,7 +44,7 @@ class NoiseLearner {
       if (chained) before = cues(window, person, i - 1, model);
       const double pixel = noise_.pixel / person.nodes[i].box.pixels;
       for (int c = 0; c < 3; ++c) {
-        if (!now[c].used || person.nodes[i].box.cut) continue;
+        if (!now[c].used || person.nodes[i].box.cut || person.nodes[i].box.hidden) continue;
         const double decided = std::max(0.05, 1.0 - person.nodes[i].leverage[c]);  // share that the fit leaves
         const double white = (c == 1 ? 2.0 : 1.0) * pixel * pixel;
         for (int s = 0; s < kShares; ++s) {

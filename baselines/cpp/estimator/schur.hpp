@@ -217,6 +217,9 @@ class Elimination {
     solve_upper(factor_, local, own.data(), &first_);
   }
 
+  /// L⁻¹ g of a gradient g by the person's own variables, in place.
+  void whiten(std::vector<double>& g) const { solve_lower(factor_, local, g.data(), &first_); }
+
   /// Share of the row's information in the person's path, given everything else.
   double leverage(const Row& row) {
     scratch_.assign(local, 0.0);

@@ -24,6 +24,7 @@ struct Box {
   double width = 0.0;     ///< rad along the row of one box height
   int cut = 0;            ///< sum of `Cut`
   double expected = 0.0;  ///< length as the last solution expects it: the scale of the foot's error
+  bool hidden = false;    ///< whether another person hides the feet
 };
 
 /// Errors of boxes: shares of the box height, correlated in time, beside white pixels.
@@ -55,6 +56,7 @@ struct BoxState {
 constexpr double kNearest = 0.2;        ///< m, no box is of anybody nearer
 constexpr double kCutTolerance = 0.03;  ///< of the log height, by which a cut box may be too tall
 constexpr double kSideFactor = 4.0;     ///< by which a column is less certain where the side is cut
+constexpr double kPartSide = 0.05;      ///< box heights by which a column is uncertain where only a part shows
 
 /// The cues of a box: q_u = (a − a' )/w, q_l = ln λ + ln(r − δ) − η, q_b = (s − h/(r − δ))/λ − c q_l,
 /// with c from the pixel noise that the length and the foot share.
@@ -90,7 +92,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   u.by[kSwayRoll] = u.by_global[kRoll] = middle * ca / box.width;
   u.by_global[kOffset] = 1.0 / box.width;
   const double wide = box.cut & kSideCut ? kSideFactor : 1.0;
-  const double u_share = wide * noise.share[0];
+  const double u_share = std::hypot(wide * noise.share[0], box.hidden ? kPartSide : 0.0);
   u.std = std::sqrt(u_share * u_share + pixel_square);
   u.correlated = u_share * u_share / (u.std * u.std);
   u.used = true;
@@ -112,7 +114,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
 
   // The foot, or the head where the feet are hidden: the end of the box that shows where it stands.
   Cue& b = cues[2];
-  const bool feet = !(box.cut & kFeetCut), head = !(box.cut & kHeadCut);
+  const bool feet = !(box.cut & kFeetCut || box.hidden), head = !(box.cut & kHeadCut);
   const double slope = feet ? box.foot : box.foot - box.length;
   const double height = std::exp(at.log_height), down = at.global[kMount] - (feet ? 0.0 : height);
   const double scale = 1.0 / box.expected, by_distance = scale * down / (rho * rho) * by_rho;

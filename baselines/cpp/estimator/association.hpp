@@ -1,0 +1,146 @@
+// Data association: whether a newest box shows the person whom its track showed before.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "window.hpp"
+
+namespace vbbench {
+
+/// Finds identity switches by the density of a box where its person is expected, against that of another nearby.
+class Association {
+ public:
+  void start() {
+    switches_ = 1.0;
+    kept_ = 100.0;
+  }
+
+  /// Indices of the people of the window whose newest boxes are more probably of another person. They are fewer than
+  /// half of those who are seen again: what surprises of most of them is the camera's motion.
+  std::vector<int> switched(const Window& window, const Model& model) {
+    std::vector<std::pair<double, int>> found;
+    int again = 0;
+    const int newest = static_cast<int>(window.frames.size()) - 1;
+    for (int p = 0; p < static_cast<int>(window.people.size()); ++p) {
+      const Person& person = window.people[p];
+      if (person.last() != newest || person.frames() < 2) continue;
+      const Node& node = person.nodes.back();
+      if (!node.seen || node.given || node.box.cut) continue;
+      ++again;
+      const double chance = surprise(window, person, model) > kDoubt ? another(window, person, model) : 0.0;
+      kept_ += 1.0;
+      if (chance > 0.5) found.emplace_back(chance, p);
+    }
+    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+    found.resize(std::min(static_cast<int>(found.size()), std::max(0, (again - 1) / 2)));
+    switches_ += static_cast<double>(found.size());
+    std::vector<int> people;
+    for (const auto& [chance, p] : found) people.push_back(p);
+    return people;
+  }
+
+ private:
+  static constexpr double kDoubt = 6.0;                  ///< squared σ from which a box is examined
+  static constexpr double kAside = 0.4, kFarther = 0.3;  ///< σ of another's place, in box heights and of the range
+  static constexpr int kRounds = 4;
+
+  /// Squares of the newest whitened residuals.
+  static double surprise(const Window& window, const Person& person, const Model& model) {
+    const int last = person.frames() - 1;
+    double sum = 0.0;
+    person_rows(person, window.frames, window.calibration, model.people, [&](const Row& row, int node) {
+      if (node == last && row.cue >= 0) sum += row.e * row.e;
+      if (node == last && row.walk) sum += row.e * row.e / (model.people.walk.sigma * model.people.walk.sigma);
+    });
+    return sum;
+  }
+
+  double another(const Window& window, const Person& person, const Model& model) {
+    const int last = person.frames() - 1, newest = static_cast<int>(window.frames.size()) - 1;
+    Layout alone;  // camera and calibration are held
+    alone.global.fill(-1);
+    alone.frames = alone.held = newest + 1;
+    Reduced nothing;
+    nothing.reset(0);
+    Person expected = person;
+    expected.nodes.back().seen = false;
+    std::vector<double> step, none;
+    for (int round = 0; round < kRounds; ++round) {
+      elimination_.reset(expected, alone, 0.0);
+      const auto add = [&](const Row& row, int) { elimination_.add(row, nothing); };
+      person_rows(expected, window.frames, window.calibration, model.people, add);
+      own_rows(expected, model.people, add);
+      elimination_.add_prior(expected, window.calibration, nothing);
+      if (!elimination_.eliminate(nothing)) return 0.0;
+      elimination_.back_substitute(none, step);
+      for (int i = 0; i <= last; ++i)
+        for (int axis = 0; axis < 2; ++axis) expected.nodes[i].at[axis] += step[2 * i + axis];
+      expected.log_height += step[elimination_.local - 2];
+      expected.own_edge += step[elimination_.local - 1];
+    }
+    expected.nodes.back().seen = true;
+    const Frame& camera = window.frames.back();
+    const Node& node = expected.nodes.back();
+    const double dx = node.at[0] - camera.at[0], dy = node.at[1] - camera.at[1], r = std::hypot(dx, dy) + 1e-9;
+    const double along = kFarther * r, aside = kAside * node.box.width * r;
+    int cues = 0;
+    double e[3], same[3][3] = {}, other[3][3] = {}, by_place[3][2] = {}, by_height[3] = {};
+    std::array<std::vector<double>, 3> spread;
+    person_rows(expected, window.frames, window.calibration, model.people, [&](const Row& row, int at) {
+      if (at != last || row.cue < 0) return;
+      e[cues] = row.e;
+      std::vector<double>& g = spread[cues];
+      g.assign(elimination_.local, 0.0);
+      for (int k = 0; k < row.count; ++k) {
+        const int i = elimination_.index_of(row.variables[k]);
+        if (i < 0) continue;
+        g[i] += row.by[k];
+        if (row.variables[k].kind == Variable::kPath && i >= 2 * last) by_place[cues][i - 2 * last] += row.by[k];
+        if (row.variables[k].kind == Variable::kHeight) by_height[cues] += row.by[k];
+      }
+      elimination_.whiten(g);
+      ++cues;
+    });
+    for (int a = 0; a < cues; ++a)
+      for (int b = 0; b < cues; ++b) {
+        same[a][b] = other[a][b] = a == b ? 1.0 : 0.0;
+        for (int i = 0; i < elimination_.local; ++i) same[a][b] += spread[a][i] * spread[b][i];
+        const double far_a = along * (by_place[a][0] * dx + by_place[a][1] * dy) / r;
+        const double far_b = along * (by_place[b][0] * dx + by_place[b][1] * dy) / r;
+        const double side_a = aside * (by_place[a][1] * dx - by_place[a][0] * dy) / r;
+        const double side_b = aside * (by_place[b][1] * dx - by_place[b][0] * dy) / r;
+        other[a][b] += far_a * far_b + side_a * side_b + square(person.height_std) * by_height[a] * by_height[b];
+      }
+    const double rate = switches_ / (switches_ + kept_), nu = model.people.noise.nu;
+    const double better = log_density(e, same, cues, nu) - log_density(e, other, cues, nu);
+    return rate / (rate + (1.0 - rate) * std::exp(std::min(better, 300.0)));
+  }
+
+  static double square(double x) { return x * x; }
+
+  /// Log density of a Student-t law with the scale matrix s, up to a constant.
+  static double log_density(const double* e, const double (&s)[3][3], int n, double nu) {
+    double l[3][3] = {}, w[3], away = 0.0, volume = 0.0;
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        double sum = s[i][j];
+        for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
+        l[i][j] = i == j ? std::sqrt(std::max(sum, 1e-12)) : sum / l[j][j];
+      }
+      double rest = e[i];
+      for (int k = 0; k < i; ++k) rest -= l[i][k] * w[k];
+      w[i] = rest / l[i][i];
+      away += w[i] * w[i];
+      volume += std::log(l[i][i]);
+    }
+    return -volume - 0.5 * (nu + n) * std::log1p(away / nu);
+  }
+
+  double switches_ = 1.0, kept_ = 100.0;
+  Elimination elimination_;
+};
+
+}  // namespace vbbench

@@ -1,0 +1,110 @@
+// Occlusion: whose feet a nearer person hides, where boxes end at what shows of people.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "window.hpp"
+
+namespace vbbench {
+
+/// Whether boxes of people whose feet are out of sight end at the outline that hides them: learned from the recording.
+class Occlusion {
+ public:
+  void start() { ending_ = whole_ = 1.0; }
+
+  /// Marks the boxes of the newest frame that end at a nearer outline. Returns whether any mark has changed. The rate
+  /// of such boxes is learned if `counts`.
+  bool mark(Window& window, const Model& model, bool counts) {
+    gather(window);
+    bool changed = false;
+    const double rate = ending_ / (ending_ + whole_);
+    for (const Outline& one : outlines_) {
+      double row;
+      if (!covered(one, row)) {
+        changed = changed || one.box->hidden;
+        one.box->hidden = false;
+        continue;
+      }
+      const BoxNoise& noise = model.people.noise;
+      const double pixel = noise.pixel / one.box->pixels, scale = one.length;
+      const double sharp = noise.share[2] * noise.share[2] + pixel * pixel;
+      const double walk = one.fresh ? kFreshSpread : model.people.walk.sigma / one.range * (one.foot / scale + 1.0);
+      const double at_feet = density((one.box->foot - one.foot) / scale, std::sqrt(sharp + walk * walk));
+      const double at_edge = density((one.box->foot - row) / scale, std::sqrt(sharp + kOutline * kOutline));
+      const double hidden = rate * at_edge / (rate * at_edge + (1.0 - rate) * at_feet + 1e-300);
+      changed = changed || one.box->hidden != (hidden > 0.5);
+      one.box->hidden = hidden > 0.5;
+      if (!counts || one.fresh || one.foot - row < 4.0 * scale * std::sqrt(sharp + walk * walk)) continue;
+      ending_ += hidden;
+      whole_ += 1.0 - hidden;
+    }
+    return changed;
+  }
+
+ private:
+  static constexpr double kBody = 0.12, kHead = 0.05, kShoulders = 0.8;  ///< outline, in heights of the person
+  static constexpr double kCore = 0.08;         ///< half the width that must be covered, in heights
+  static constexpr double kOutline = 0.03;      ///< by which an outline's border is uncertain, in heights
+  static constexpr double kFreshSpread = 0.3;   ///< of the feet of a person without a path, in heights
+  static constexpr double kTail = 1e-3;         ///< density of errors of any size
+  static constexpr int kColumns = 7;
+
+  struct Outline {
+    Box* box;
+    double azimuth, width;       ///< rad, the width of one height
+    double foot, head, length;   ///< slopes that the person's state predicts
+    double range;                ///< m
+    bool fresh;                  ///< whether this box is the first
+  };
+
+  static double density(double e, double sigma) {
+    return std::exp(-0.5 * e * e / (sigma * sigma)) / sigma + kTail;
+  }
+
+  void gather(Window& window) {
+    outlines_.clear();
+    const int newest = static_cast<int>(window.frames.size()) - 1;
+    const Frame& camera = window.frames[newest];
+    const auto& global = window.calibration.at;
+    for (Person& person : window.people) {
+      if (person.last() != newest || !person.nodes.back().seen) continue;
+      Box& box = person.nodes.back().box;
+      const auto& at = person.nodes.back().at;
+      const double dx = at[0] - camera.at[0], dy = at[1] - camera.at[1], r = std::hypot(dx, dy);
+      const double rho = std::max(r - global[kEdge], 0.3), length = std::exp(person.log_height) / rho;
+      const double pitch = global[kPitch] + camera.at[kPose], roll = global[kRoll] + camera.at[kPose + 1];
+      const double lift = -pitch * std::cos(box.azimuth) + roll * std::sin(box.azimuth);
+      const double foot = global[kMount] / rho - lift;
+      outlines_.push_back({&box, box.azimuth, box.width * length / std::max(box.length, 1e-6), foot, foot - length,
+                           length, r, person.frames() == 1});
+    }
+  }
+
+  /// Whether nearer outlines cover the feet of `one`, and the lowest row of it that shows.
+  bool covered(const Outline& one, double& row) const {
+    row = -1e9;
+    for (int i = 0; i < kColumns; ++i) {
+      const double column = one.azimuth + (2.0 * i / (kColumns - 1) - 1.0) * kCore * one.width;
+      double skyline = 1e9;
+      for (const Outline& other : outlines_) {
+        if (other.box == one.box || other.foot <= one.foot || other.range >= one.range) continue;
+        const double aside = std::abs(wrap(column - other.azimuth));
+        if (aside < kHead * other.width) {
+          skyline = std::min(skyline, other.head);
+        } else if (aside < kBody * other.width) {
+          skyline = std::min(skyline, other.foot - kShoulders * other.length);
+        }
+      }
+      if (skyline >= one.foot) return false;
+      row = std::max(row, skyline);
+    }
+    return row > one.head;
+  }
+
+  std::vector<Outline> outlines_;
+  double ending_ = 1.0, whole_ = 1.0;
+};
+
+}  // namespace vbbench
