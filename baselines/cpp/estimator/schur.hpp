@@ -220,15 +220,25 @@ class Elimination {
   /// L⁻¹ g of a gradient g by the person's own variables, in place.
   void whiten(std::vector<double>& g) const { solve_lower(factor_, local, g.data(), &first_); }
 
-  /// Share of the row's information in the person's path, given everything else.
-  double leverage(const Row& row) {
+  /// w gᵀ H⁻¹ g of a row with the gradient g by the person's own variables: how far the fit follows it; and
+  /// w gᵀ H⁻¹ g' with the gradient g' by the path alone: by how much ½ ln det H falls with the log scale of the path.
+  std::array<double, 2> leverage(const Row& row) {
     scratch_.assign(local, 0.0);
-    for (int k = 0; k < row.count; ++k)
-      if (row.variables[k].kind == Variable::kPath) scratch_[row.variables[k].index] += row.by[k];
-    solve_lower(factor_, local, scratch_.data(), &first_);
-    double sum = 0.0;
-    for (double v : scratch_) sum += v * v;
-    return row.w * sum;
+    path_.assign(local, 0.0);
+    for (int k = 0; k < row.count; ++k) {
+      const int i = index_of(row.variables[k]);
+      if (i < 0) continue;
+      scratch_[i] += row.by[k];
+      if (row.variables[k].kind == Variable::kPath) path_[i] += row.by[k];
+    }
+    whiten(scratch_);
+    whiten(path_);
+    double all = 0.0, path = 0.0;
+    for (int i = 0; i < local; ++i) {
+      all += scratch_[i] * scratch_[i];
+      path += scratch_[i] * path_[i];
+    }
+    return {row.w * all, row.w * path};
   }
 
   /// Covariance [2][2] of the place of the node, given the Cholesky factor of the reduced system.
@@ -307,7 +317,7 @@ class Elimination {
   int columns_ = 0;
   double damping_ = 0.0;
   Matrix factor_, right_;
-  std::vector<double> scratch_;
+  std::vector<double> scratch_, path_;
   std::vector<int> first_, low_, high_;
 };
 

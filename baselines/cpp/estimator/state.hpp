@@ -40,7 +40,8 @@ struct Node {
   std::array<bool, 3> box_absorbed{};
   bool walk_absorbed = false;  ///< whether the marginal prior holds its factor
   Box box;
-  std::array<double, 3> leverage{};  ///< how far each cue of the box, rather than the walk, decides where the person is
+  std::array<double, 3> leverage{};  ///< how far the person's state follows each cue of the box
+  std::array<double, 3> volume{};    ///< the same of the path alone: share of the log-determinant term
   std::array<double, 2> given_at{};
 };
 

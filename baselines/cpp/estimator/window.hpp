@@ -89,7 +89,7 @@ class Window {
       person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
         if (!row.walk || person.first + node != frame) return;
         sum[0] += row.w * row.e * row.e * person.variance;
-        sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row));
+        sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row)[0]);
       });
     }
     return sum;
@@ -99,8 +99,15 @@ class Window {
   void weigh_boxes(const Model& model) {
     for (std::size_t p = 0; p < people.size(); ++p) {
       Person& person = people[p];
+      for (Node& node : person.nodes) {
+        node.leverage.fill(0.0);
+        node.volume.fill(0.0);
+      }
       person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
-        if (row.cue >= 0) person.nodes[node].leverage[row.cue] = eliminations_[p].leverage(row);
+        if (row.cue < 0) return;
+        const std::array<double, 2> leverage = eliminations_[p].leverage(row);
+        person.nodes[node].leverage[row.cue] = leverage[0];
+        person.nodes[node].volume[row.cue] = std::max(0.0, leverage[1]);
       });
     }
   }

@@ -55,6 +55,7 @@ struct BoxState {
 
 constexpr double kNearest = 0.2;        ///< m, no box is of anybody nearer
 constexpr double kCutTolerance = 0.03;  ///< of the log height, by which a cut box may be too tall
+constexpr double kShown = 0.2, kShownStd = 0.25;  ///< −ln of the share that shows of a person who is cut, and its σ
 constexpr double kSideFactor = 4.0;     ///< by which a column is less certain where the side is cut
 constexpr double kPartSide = 0.05;      ///< box heights by which a column is uncertain where only a part shows
 
@@ -135,10 +136,10 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
     for (int i = 0; i < 5; ++i) b.by_global[i] -= coupling * l.by_global[i];
     b.q -= coupling * l.q;
     variance -= coupling * pixel_square;
-  } else {  // a cut box is no taller than its person, and may be much shorter
-    l.std = kCutTolerance;
+  } else {  // a cut box shows a share of its person, and no more than all
+    l.std = l.q > 0.0 ? kCutTolerance : kShownStd;
+    if (l.q <= 0.0) l.q += kShown;
     l.correlated = 0.0;
-    l.used = l.q > 0.0;
   }
   b.std = std::sqrt(variance);
   b.correlated = std::min(1.0, noise.share[2] * noise.share[2] / variance);

@@ -43,7 +43,7 @@ constexpr double kRestStd = 0.25, kResting = 0.25;  ///< m/s and the share of th
 /// surer of the place of a person who is nearer. Without it smaller worlds, whose people move less, are more probable.
 inline Row volume_row(const Node& node, const BoxState& at, int i, int camera) {
   constexpr double kTiny = 1e-7;  // a gradient without curvature
-  const double across = node.leverage[0], along = (node.leverage[1] + node.leverage[2]);
+  const double across = node.volume[0], along = node.volume[1] + node.volume[2];
   const double dx = at.x - at.pose[0], dy = at.y - at.pose[1], r = std::sqrt(dx * dx + dy * dy) + 1e-9;
   const double rho = std::max(r - at.global[kEdge] - at.own_edge, kNearest), by_r = across / r + along / rho;
   Row row;
