@@ -166,7 +166,7 @@ class Estimator {
       changed = true;
     }
     if (changed) solution = window_.solve(model_, rounds, least);
-    if (!window_.posterior.empty() && window_.posterior.back()[kStand] > 0.5) leave_rest(solution);
+    try_other_modes(solution);
     output.converged = converged_ = solution.ended || solution.steps > 0;
     window_.weigh_boxes(model_);
     learn_walk();
@@ -449,12 +449,28 @@ class Estimator {
     variance_ = variance;
   }
 
-  /// A descent hardly leaves a mode as narrow as standing: it is tried that the camera has moved for a few frames.
-  void leave_rest(Solution& solution) {
+  /// A descent hardly leaves a mode: it is tried that a camera that stands has moved for a few frames, and that one that
+  /// walks faster than people do is a vehicle's.
+  void try_other_modes(Solution& solution) {
+    const std::vector<Frame>& frames = window_.frames;
+    if (window_.posterior.empty() || frames.back().motion.measured) return;
+    const Modes& now = window_.posterior.back();
+    const Frame &last = frames.back(), &before = frames[frames.size() - 2];
+    const double speed = std::hypot(last.at[0] - before.at[0], last.at[1] - before.at[1]) / recording_.dt;
+    Trial trial;
+    if (now[kStand] > 0.5) {
+      trial.steps = kTried;
+      trial.out[kStand] = true;
+    } else if (now[kDrive] < 0.5 && speed > kFastWalk && model_.motion.start[kDrive] > 0.0) {
+      trial.steps = size;
+      trial.out[kFollow] = trial.out[kLoose] = trial.out[kWander] = true;
+    } else {
+      return;
+    }
     Window other = window_;
-    other.moving = kTried;
+    other.trial = trial;
     other.solve(model_, 2, least);
-    other.moving = 0;
+    other.trial = Trial();
     const Solution found = other.solve(model_, rounds, least);
     if (found.cost < solution.cost - kSurer) {
       window_ = std::move(other);

@@ -31,7 +31,7 @@ class Window {
   Modes mode_prior{};            ///< of the step into frame 1
   std::vector<Modes> posterior;  ///< of the steps into frames 1, 2, …
   int held = 0;
-  int moving = 0;  ///< newest steps in which the camera is taken not to stand
+  Trial trial;
 
   /// −ln of the posterior density, up to a constant.
   double cost(const Model& model) {
@@ -41,7 +41,7 @@ class Window {
       own_rows(person, model.people, [&](const Row& row, int) { sum += row.cost; });
       sum += Elimination::prior_cost(person, calibration);
     }
-    mode_costs(frames, model.motion, moving, costs_);
+    mode_costs(frames, model.motion, trial, costs_);
     sum += mode_posteriors(model.motion, costs_, mode_prior, posterior);
     camera_rows(frames, calibration, model.motion, std::vector<Modes>(frames.size()), model.sway_memory, held,
                 [&](const Row& row) { sum += row.cost; });
@@ -134,7 +134,7 @@ class Window {
 
   /// Removes the oldest frame: what its boxes say about people and calibration stays as marginal priors.
   void marginalise(const Model& model) {
-    mode_costs(frames, model.motion, moving, costs_);
+    mode_costs(frames, model.motion, trial, costs_);
     if (costs_.size() > 1) {
       Modes here{};
       double least = 1e300, sum = 0.0;

@@ -15,9 +15,15 @@ inline int span_of(const std::vector<Frame>& frames, int t, std::array<std::arra
   return known;
 }
 
+/// Another start of the descent: motion modes that the newest steps do not have.
+struct Trial {
+  int steps = 0;
+  std::array<bool, kModes> out{};
+};
+
 /// −ln of the density of every step of the window under every mode; steps that odometry measured say nothing.
-/// In the `moving` newest steps the camera does not stand.
-inline void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion, int moving,
+/// In the `trial.steps` newest steps the modes of `trial.out` are left out.
+inline void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion, const Trial& trial,
                        std::vector<Modes>& costs) {
   costs.clear();
   std::array<std::array<double, 3>, kSpan> poses{};
@@ -29,7 +35,9 @@ inline void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion
     }
     for (int m = 0; m < kModes; ++m)
       if (motion.start[m] == 0.0) here[m] = 1e6;
-    if (t >= static_cast<int>(frames.size()) - moving) here[kStand] += 1e3;
+    if (t >= static_cast<int>(frames.size()) - trial.steps)
+      for (int m = 0; m < kModes; ++m)
+        if (trial.out[m]) here[m] += 1e3;
     costs.push_back(here);
   }
 }

@@ -15,6 +15,8 @@ enum Mode { kStand, kDrive, kFollow, kLoose, kWander, kModes };
 
 using Modes = std::array<double, kModes>;
 
+constexpr double kFastWalk = 2.0, kRunning = 0.5;  ///< m/s: speed up to which a bearer walks, and σ beyond it
+
 /// What carries the camera, where it is given.
 enum Carrier { kUnknownCarrier, kPerson, kVehicle, kRobot };
 
@@ -72,7 +74,7 @@ struct EgoMotion {
     e.duration = dt / 0.4;
     const bool person = carrier == kUnknownCarrier || carrier == kPerson;
     const bool vehicle = carrier != kPerson;
-    e.start = {0.02, vehicle ? 0.05 : 0.0, person ? 0.25 : 0.0, person ? 0.4 : 0.0, person ? 0.28 : 0.0};
+    e.start = {0.02, vehicle ? 0.2 : 0.0, person ? 0.25 : 0.0, person ? 0.4 : 0.0, person ? 0.28 : 0.0};
     double sum = 0.0;
     for (double p : e.start) sum += p;
     for (double& p : e.start) p /= sum;
@@ -127,7 +129,15 @@ struct EgoMotion {
       cauchy(step.turn, slip[1], duration);
       return;
     }
-    // A pedestrian walks as others do, and looks along the path, or anywhere.
+    // A pedestrian walks as others do, hardly runs, and looks along the path, or anywhere.
+    const double speed = std::hypot(value_of(step.forward), value_of(step.left)) / dt;
+    if (speed > kFastWalk) {
+      using std::sqrt;
+      const T x = now[0] - before[0], y = now[1] - before[1];
+      const T faster = sqrt(x * x + y * y) - T(kFastWalk * dt);
+      const double v = value_of(faster), sigma = kRunning * dt;
+      add(faster, duration / (sigma * sigma), 0.5 * duration * v * v / (sigma * sigma));
+    }
     if (known > 2) {
       std::array<double, kReach + 1> c;
       const double scale = walk.coefficients(known - 1, c);
