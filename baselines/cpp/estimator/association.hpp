@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "window.hpp"
@@ -18,10 +17,10 @@ class Association {
     kept_ = 100.0;
   }
 
-  /// Indices of the people of the window whose newest boxes are more probably of another person. They are fewer than
-  /// half of those who are seen again: what surprises of most of them is the camera's motion.
+  /// Indices of the people of the window whose newest boxes are more probably of another person; none if they are half
+  /// of those who are seen again, since then the camera's motion is what surprises.
   std::vector<int> switched(const Window& window, const Model& model) {
-    std::vector<std::pair<double, int>> found;
+    std::vector<int> found;
     int again = 0;
     const int newest = static_cast<int>(window.frames.size()) - 1;
     for (int p = 0; p < static_cast<int>(window.people.size()); ++p) {
@@ -32,14 +31,11 @@ class Association {
       ++again;
       const double chance = surprise(window, person, model) > kDoubt ? another(window, person, model) : 0.0;
       kept_ += 1.0;
-      if (chance > 0.5) found.emplace_back(chance, p);
+      if (chance > 0.5) found.push_back(p);
     }
-    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-    found.resize(std::min(static_cast<int>(found.size()), std::max(0, (again - 1) / 2)));
+    if (2 * static_cast<int>(found.size()) >= again) found.clear();
     switches_ += static_cast<double>(found.size());
-    std::vector<int> people;
-    for (const auto& [chance, p] : found) people.push_back(p);
-    return people;
+    return found;
   }
 
  private:

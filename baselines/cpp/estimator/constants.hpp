@@ -14,7 +14,7 @@ struct Constants {
   std::array<double, 3> noise_share{0.04, 0.02, 0.04};  ///< σ of column, log height, foot, in box heights; learned [S]
   std::array<double, 3> noise_time{0.4, 3.0, 3.0};      ///< s, time over which these errors are correlated; learned [S]
   double noise_spread = 1.0;                            ///< of ln σ, how surely that is known at first [S]
-  double noise_nu = 6.0;                                ///< degrees of freedom of the errors [S]
+  double noise_nu = 10.0;                               ///< degrees of freedom of the errors [S]
   double pixel = 0.5;                                   ///< px, no border of a box is sharper [S]
   double edge = 0.22, edge_std = 0.04;                  ///< m, near edge of the source of boxes [S]
   double edge_person_std = 0.08;                        ///< m, a person's own deviation from it [S]
@@ -30,7 +30,7 @@ struct Constants {
   double walk_nu = 5.0;                       ///< degrees of freedom of the innovations [F]
   double walk_people = 20.0;                  ///< innovations as which their usual scale counts [F]
   double first_speed = 1.2;                   ///< m/s, a component of a new person's velocity [L]
-  double pace = 0.3;                          ///< 1/s, weight of the prior of walking speed [S]
+  double pace = 0.2;                          ///< 1/s, weight of the prior of walking speed [S]
   // Camera.
   std::array<double, 3> drive{0.7, 0.05, 0.04};  ///< m/s^1.5 forward and sideways, rad/s^1.5: changes of velocity [S]
   double drive_nu = 4.0;                         ///< degrees of freedom of these [S]

@@ -70,7 +70,7 @@ class Estimator {
   using Pose = std::array<double, 3>;
 
   Constants constants;
-  int size = 20, rounds = 4;
+  int size = 20, rounds = 8;
   double least = 1e-3;
 
   void start(const Recording& recording) {
@@ -160,13 +160,13 @@ class Estimator {
     add_people(input);
     occlusion_.mark(window_, model_, false);
     Solution solution = window_.solve(model_, rounds, least);
+    try_other_modes(solution);
     bool changed = occlusion_.mark(window_, model_, true);
     for (const int p : association_.switched(window_, model_)) {
       split(p);
       changed = true;
     }
     if (changed) solution = window_.solve(model_, rounds, least);
-    try_other_modes(solution);
     output.converged = converged_ = solution.ended || solution.steps > 0;
     window_.weigh_boxes(model_);
     learn_walk();
