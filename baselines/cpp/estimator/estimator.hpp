@@ -61,6 +61,9 @@ constexpr double kTurning = 0.1;      ///< rad by which a camera may turn betwee
 constexpr double kStray = 0.05;       ///< m by which people stray from their ways between key frames
 constexpr int kWalkLate = 4;          ///< frames after which an innovation counts
 constexpr double kWalkMemory = 60.0;  ///< s for which it counts
+constexpr double kBlind = 2.0;        ///< s without anybody in sight after which places that are given find the camera
+constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
+constexpr double kFastestPerson = 4.0;                           ///< m/s
 constexpr int kTried = 3;             ///< newest steps in which a camera that stands may have moved
 constexpr double kSurer = 1.0;        ///< nats by which another solution must be better
 
@@ -83,6 +86,7 @@ class Estimator {
     window_ = Window();
     behind_ = next_ = Spread{};
     age_ = 0;
+    blind_ = 0.0;
     where_.assign(recording.columns, -1);
     const Constants& c = constants;
     model_.people.walk = Walk::of(c, recording_.dt);
@@ -158,6 +162,7 @@ class Estimator {
     }
     add_frame(input);
     add_people(input);
+    if (blind_ > kBlind) relocate();
     occlusion_.mark(window_, model_, false);
     Solution solution = window_.solve(model_, rounds, least);
     try_other_modes(solution);
@@ -167,7 +172,8 @@ class Estimator {
       changed = true;
     }
     if (changed) solution = window_.solve(model_, rounds, least);
-    output.converged = converged_ = solution.ended || solution.steps > 0;
+    watch();
+    output.converged = converged_ = solution.steps > 0 && blind_ <= kBlind && is_plausible();
     window_.weigh_boxes(model_);
     learn_walk();
     if (learns_) {
@@ -349,6 +355,71 @@ class Estimator {
     const double r = std::exp(log_height) / box.length + window_.calibration.at[kEdge];
     const double angle = frame.at[2] - box.azimuth;
     return {frame.at[0] + r * std::cos(angle), frame.at[1] + r * std::sin(angle)};
+  }
+
+  /// Counts the time in which nobody is in sight; it ends with two people in a frame, or one beside odometry.
+  void watch() {
+    int seen = 0;
+    const int newest = static_cast<int>(window_.frames.size()) - 1;
+    for (const Person& person : window_.people) seen += person.last() == newest && person.nodes.back().seen;
+    const bool led = window_.frames.back().motion.measured;
+    if (led || window_.frames.back().given || seen == 0) {
+      blind_ = led || window_.frames.back().given ? 0.0 : blind_ + recording_.dt;
+    } else if (blind_ <= kBlind) {
+      blind_ = 0.0;
+    }
+  }
+
+  /// After nobody was in sight the camera is where the places given of two people or more show them: a rigid fit of
+  /// the newest frame, which is the first of a new window.
+  void relocate() {
+    const int newest = static_cast<int>(window_.frames.size()) - 1;
+    Frame& frame = window_.frames[newest];
+    double n = 0.0, mean[4] = {};  // relative forward and left, and world x and y
+    std::vector<std::array<double, 4>> pairs;
+    for (const Person& person : window_.people) {
+      const Node& node = person.nodes.back();
+      if (person.last() != newest || !node.seen || !node.given) continue;
+      const double r = std::exp(person.log_height) / node.box.length + window_.calibration.at[kEdge];
+      pairs.push_back(
+          {r * std::cos(node.box.azimuth), -r * std::sin(node.box.azimuth), node.given_at[0], node.given_at[1]});
+      for (int a = 0; a < 4; ++a) mean[a] += pairs.back()[a];
+      n += 1.0;
+    }
+    if (n < 2.0) return;
+    double same = 0.0, cross = 0.0;
+    for (double& m : mean) m /= n;
+    for (const auto& p : pairs) {
+      const double u = p[0] - mean[0], v = p[1] - mean[1], x = p[2] - mean[2], y = p[3] - mean[3];
+      same += u * x + v * y;
+      cross += u * y - v * x;
+    }
+    const double yaw = std::atan2(cross, same), c = std::cos(yaw), s = std::sin(yaw);
+    frame.at = {mean[2] - c * mean[0] + s * mean[1], mean[3] - s * mean[0] - c * mean[1], yaw, 0.0, 0.0};
+    window_.restart();
+    window_.mode_prior = model_.motion.start;
+    behind_ = next_ = Spread{};
+    blind_ = 0.0;
+    index_people();
+  }
+
+  /// Whether camera and people are as fast as such things can be.
+  bool is_plausible() const {
+    const std::vector<Frame>& frames = window_.frames;
+    const int newest = static_cast<int>(frames.size()) - 1;
+    if (newest < 1) return true;
+    const auto speed = [&](const auto& now, const auto& before) {
+      return std::hypot(now[0] - before[0], now[1] - before[1]) / recording_.dt;
+    };
+    if (speed(frames[newest].at, frames[newest - 1].at) > kFastest[recording_.carrier]) return false;
+    int people = 0, fast = 0;
+    for (const Person& person : window_.people) {
+      const int n = person.frames();
+      if (person.last() != newest || n < 2) continue;
+      ++people;
+      fast += speed(person.nodes[n - 1].at, person.nodes[n - 2].at) > kFastestPerson;
+    }
+    return 2 * fast <= people;
   }
 
   Person unknown_person(int column) const {
@@ -578,6 +649,7 @@ class Estimator {
   double height_std_ = 0.055;
   int age_ = 0;
   bool odometry_ = false, learns_ = false;
+  double blind_ = 0.0;  ///< s for which nobody was in sight
   NoiseLearner noise_;
   Occlusion occlusion_;
   Association association_;

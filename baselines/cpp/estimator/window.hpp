@@ -164,6 +164,29 @@ class Window {
     held = kHeld;
   }
 
+  /// Leaves the newest frame and who is in it; what else was known of the calibration stays.
+  void restart() {
+    const int newest = static_cast<int>(frames.size()) - 1;
+    for (std::size_t p = people.size(); p-- > 0;) {
+      Person& person = people[p];
+      if (person.last() != newest) {
+        if (person.prior.any) retire(person);
+        people.erase(people.begin() + static_cast<std::ptrdiff_t>(p));
+        continue;
+      }
+      Node last = person.nodes.back();
+      last.walk_absorbed = false;
+      last.box_absorbed.fill(false);
+      person.nodes.assign(1, last);
+      person.first = 0;
+      person.prior = MarginalPrior();
+    }
+    frames.erase(frames.begin(), frames.end() - 1);
+    frames.front().motion = Motion();
+    posterior.clear();
+    held = 0;
+  }
+
   const Layout& layout() const { return layout_; }
 
   /// Takes one step with this damping, whatever becomes of the cost; false if the system is not positive definite.
