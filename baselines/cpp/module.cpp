@@ -159,6 +159,22 @@ struct Core {
     return output.converged;
   }
 
+  void smoothed(int frame, const nb::object& pose, const nb::object& pose_covariance, const nb::object& places,
+                const nb::object& place_covariances) {
+    using Shape = std::vector<std::size_t>;
+    const std::size_t k = people();
+    if (frame < 0 || frame >= static_cast<int>(estimator.ages().size()))
+      refuse("frame must be from 0 to " + std::to_string(static_cast<int>(estimator.ages().size()) - 1));
+    const auto out_pose = array<double>(pose, "pose", Shape{3});
+    const auto out_covariance = array<double>(pose_covariance, "pose_covariance", Shape{3, 3});
+    const auto out_places = array<double>(places, "places", Shape{k, 2});
+    const auto out_spreads = array<double>(place_covariances, "place_covariances", Shape{k, 2, 2});
+    Output output{out_pose.data(), out_covariance.data(), out_places.data(), out_spreads.data(), nullptr};
+    estimator.smoothed(frame, output);
+  }
+
+  std::vector<int> ages() const { return estimator.ages(); }
+
   void forget(const nb::object& indices) {
     const std::size_t k = people();
     const auto found = array<const int>(indices, "columns", {kAny});
@@ -232,6 +248,10 @@ NB_MODULE(_core, m) {
            array_arg("motion"), array_arg("motion_covariance"), array_arg("pose"), array_arg("pose_covariance"),
            array_arg("places"), array_arg("place_covariances"), array_arg("heights"),
            "Takes a frame's boxes and what is given of it, and writes its estimate into the last five arrays.")
+      .def("smoothed", &Core::smoothed, nb::arg("frame"), array_arg("pose"), array_arg("pose_covariance"),
+           array_arg("places"), array_arg("place_covariances"),
+           "Writes the estimate of a frame of the window, by all boxes so far, into the last four arrays.")
+      .def("ages", &Core::ages, "Frames since the start of those in the window.")
       .def("forget", &Core::forget, array_arg("columns"), "From the next frame on these columns are new people.")
       .def("gradient_errors", &Core::gradient_errors,
            "Largest relative errors of the gradient by path, height, own edge, calibration and camera.")

@@ -73,7 +73,7 @@ class Estimator {
   using Pose = std::array<double, 3>;
 
   Constants constants;
-  int size = 20, rounds = 8;
+  int size = 20, rounds = 8;  // frames of the window, and steps of a solution at most
   double least = 1e-3;
 
   void start(const Recording& recording) {
@@ -86,6 +86,7 @@ class Estimator {
     window_ = Window();
     behind_ = next_ = Spread{};
     age_ = 0;
+    ages_.clear();
     blind_ = 0.0;
     where_.assign(recording.columns, -1);
     const Constants& c = constants;
@@ -144,7 +145,36 @@ class Estimator {
     for (int i = 0; i < count; ++i) where_[columns[i]] = -1;
     for (Person& person : window_.people)
       for (int i = 0; i < count; ++i)
-        if (person.column == columns[i]) person.column = -1;
+        if (person.shown == columns[i]) person.column = person.shown = -1;
+  }
+
+  /// Frames since the start of those in the window.
+  const std::vector<int>& ages() const { return ages_; }
+
+  /// The estimate of a frame of the window by all boxes so far, into arrays of which NaN marks what is not known.
+  void smoothed(int frame, Output& output) {
+    const Frame& camera = window_.frames[frame];
+    for (int a = 0; a < 3; ++a) output.pose[a] = camera.at[a];
+    Window::Covariances found;
+    const bool spread = recording_.covariances && window_.covariances(model_, frame, found);
+    const Pose held = held_pose();
+    if (spread) {
+      const Spread pose = sum(carried(behind_, held, camera.at[0], camera.at[1]), found.pose);
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b];
+    }
+    for (std::size_t p = 0; p < window_.people.size(); ++p) {
+      const Person& person = window_.people[p];
+      const int i = frame - person.first;
+      if (person.shown < 0 || i < 0 || i >= person.frames()) continue;
+      for (int a = 0; a < 2; ++a) output.positions[2 * person.shown + a] = person.nodes[i].at[a];
+      if (!spread) continue;
+      const Spread place = carried(behind_, held, person.nodes[i].at[0], person.nodes[i].at[1]);
+      double* to = output.position_covariances + 4 * person.shown;
+      to[0] = found.places[p][0] + place[0][0];
+      to[1] = to[2] = found.places[p][1] + place[0][1];
+      to[3] = found.places[p][2] + place[1][1];
+    }
   }
 
   double variance() const { return variance_; }
@@ -158,9 +188,11 @@ class Estimator {
       const Frame& next = window_.frames[kHeld];
       behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
       window_.marginalise(model_);
+      ages_.erase(ages_.begin());
       index_people();
     }
     add_frame(input);
+    ages_.push_back(age_);
     add_people(input);
     if (blind_ > kBlind) relocate();
     occlusion_.mark(window_, model_, false);
@@ -397,6 +429,7 @@ class Estimator {
     const double yaw = std::atan2(cross, same), c = std::cos(yaw), s = std::sin(yaw);
     frame.at = {mean[2] - c * mean[0] + s * mean[1], mean[3] - s * mean[0] - c * mean[1], yaw, 0.0, 0.0};
     window_.restart();
+    ages_.assign(1, age_);
     window_.mode_prior = model_.motion.start;
     behind_ = next_ = Spread{};
     blind_ = 0.0;
@@ -424,7 +457,7 @@ class Estimator {
 
   Person unknown_person(int column) const {
     Person person;
-    person.column = column;
+    person.column = person.shown = column;
     person.variance = variance_;
     person.height_mean = person.log_height = std::log(recording_.height_mean);
     person.height_std = height_std_;
@@ -590,9 +623,9 @@ class Estimator {
     }
     if (!recording_.covariances) return;
     Window::Covariances found;
-    if (!window_.covariances(model_, found)) return;
+    if (!window_.covariances(model_, newest, found)) return;
     const Pose held = held_pose();
-    const Spread pose = sum(carried(behind_, held, frame.at[0], frame.at[1]), found.newest);
+    const Spread pose = sum(carried(behind_, held, frame.at[0], frame.at[1]), found.pose);
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b];
     newest_ = pose;
@@ -645,7 +678,7 @@ class Estimator {
   Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;
   Window window_;
-  std::vector<int> where_;
+  std::vector<int> where_, ages_;
   double height_std_ = 0.055;
   int age_ = 0;
   bool odometry_ = false, learns_ = false;

@@ -57,7 +57,8 @@ struct MarginalPrior {
 
 /// A person of the window.
 struct Person {
-  int column = -1;  ///< of the solver's arrays
+  int column = -1;  ///< of the solver's arrays, −1 once its boxes are of another person
+  int shown = -1;   ///< column whose boxes the nodes hold
   int first = 0;    ///< frame of nodes[0] in the window
 
   std::vector<Node> nodes;

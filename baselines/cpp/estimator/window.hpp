@@ -112,23 +112,25 @@ class Window {
     }
   }
 
-  /// Covariances of the poses of the newest frame and of the frame that is held next, given those that are held, and of
-  /// the newest places of people, NaN where a person is not in it.
+  /// Covariances of the pose of a frame and of the frame that is held next, given those that are held, and of the places
+  /// of people in that frame, NaN where a person is not in it.
   struct Covariances {
     using Pose = std::array<std::array<double, 3>, 3>;
-    Pose newest{}, next{};
+    Pose pose{}, next{};
     std::vector<std::array<double, 3>> places;  ///< xx, xy, yy
   };
 
-  bool covariances(const Model& model, Covariances& out) {
+  bool covariances(const Model& model, int frame, Covariances& out) {
     if (!linearise(model, 0.0)) return false;
     const int size = layout_.size(), newest = static_cast<int>(frames.size()) - 1;
-    out.newest = pose_covariance(newest);
+    out.pose = pose_covariance(frame);
     out.next = pose_covariance(std::min(kHeld, newest));
     out.places.assign(people.size(), {NAN, NAN, NAN});
-    for (std::size_t p = 0; p < people.size(); ++p)
-      if (people[p].last() == newest)
-        out.places[p] = eliminations_[p].place_covariance(people[p].frames() - 1, reduced_.hessian, size);
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      const int node = frame - people[p].first;
+      if (node >= 0 && node < people[p].frames())
+        out.places[p] = eliminations_[p].place_covariance(node, reduced_.hessian, size);
+    }
     return true;
   }
 
