@@ -16,8 +16,8 @@ from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameSolver, Problem
 from vbbench.solving.runner import given_at
-from vbbench_baselines.joint_map.batch import MapBatch
-from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map import MapBatch
+from vbbench_baselines.joint_map import MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 
 FRAMES, PEOPLE, REPEATS = 40, (6, 20, 40), 2

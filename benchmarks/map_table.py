@@ -8,8 +8,8 @@ from functools import partial
 
 from benchmarks.map_evaluation import Case, Maker, evaluate
 from vbbench.protocol import PROTOCOLS
-from vbbench_baselines.joint_map.batch import MapBatch
-from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map import MapBatch
+from vbbench_baselines.joint_map import MapCausal
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 CASES = (

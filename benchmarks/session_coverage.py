@@ -13,7 +13,7 @@ from benchmarks.bench_session import DT, ODOMETRY, PIXELS, crowd
 from vbbench import Session
 from vbbench.camera import PanoramaCamera
 from vbbench.geometry import FloatArray, wrap_angle
-from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map import MapCausal
 
 INSIDE = {2: 5.991, 3: 7.815}
 """95 % quantiles of χ² with so many degrees of freedom."""

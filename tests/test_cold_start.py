@@ -17,8 +17,8 @@ from vbbench.solver import Estimate
 from vbbench.solving.runner import frames_of, run_sequence
 from vbbench_baselines.common.cold_start import FAST, STANDING, standing
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
-from vbbench_baselines.joint_map.batch import MapBatch
-from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map import MapBatch
+from vbbench_baselines.joint_map import MapCausal
 from vbbench_baselines.joint_map.measurement.boxes import GroundCheck
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier

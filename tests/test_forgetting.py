@@ -14,7 +14,7 @@ from vbbench.sequence import Sequence
 from vbbench.solver import Estimate
 from vbbench.solving.runner import frames_of
 from vbbench_baselines.extrapolation import ConstantVelocity
-from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map import MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 

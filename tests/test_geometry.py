@@ -17,7 +17,6 @@ from vbbench.camera import (
 )
 from vbbench.errors import VbbenchError
 from vbbench.geometry import relative_to_world, runs_of_true, world_to_relative, wrap_angle
-from vbbench_baselines.common.ego_motion import wrapped
 
 metres = st.floats(-100.0, 100.0)
 seeds = st.integers(0, 2**32 - 1)
@@ -205,12 +204,6 @@ def test_a_file_leaves_out_only_what_the_model_has_by_itself() -> None:
 def test_bad_cameras_are_refused(values: dict[str, object], message: str) -> None:
     with pytest.raises(VbbenchError, match=message):
         camera_from_dict(values)
-
-
-def test_kernels_wrap_angles_to_the_same_bits() -> None:
-    angles = np.concatenate([np.random.default_rng(0).normal(0.0, 20.0, 2000), [np.pi, -np.pi, 3 * np.pi, 0.0, -0.0]])
-    for angle in angles.tolist():
-        assert wrapped(angle) == float(wrap_angle(angle))
 
 
 def test_runs_of_frames_begin_where_a_mask_is_set_and_end_where_it_no_longer_is() -> None:

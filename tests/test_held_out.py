@@ -19,7 +19,7 @@ from vbbench.registry import held_out, load
 from vbbench.solver import Estimate, Problem
 from vbbench.solving import solve
 from vbbench.solving.declared import declared_facts
-from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map import MapCausal
 from vbbench_baselines.joint_map.priors.left_out import BatchWithoutEth, CausalWithoutEth, CausalWithoutHotel
 
 NAME, VARIANT, OTHER = f"{__name__}:Fitted", f"{__name__}:Variant", f"{__name__}:Other"
@@ -73,7 +73,7 @@ def test_other_splits_and_other_solvers_are_what_they_are() -> None:
 
 def test_who_makes_a_subclass_of_ours_is_run_and_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its code is not the variant's, and what the class that it is made of says of itself is not of it."""
-    ours = "from vbbench_baselines.joint_map.causal import MapCausal"
+    ours = "from vbbench_baselines.joint_map import MapCausal"
     (tmp_path / "made_of_ours.py").write_text(f"{ours}\n\n\nclass Mine(MapCausal):\n    pass\n")
     (tmp_path / "made_of_theirs.py").write_text(f"from {__name__} import Fitted\n\n\nclass Mine(Fitted):\n    pass\n")
     monkeypatch.syspath_prepend(tmp_path)

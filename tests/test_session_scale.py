@@ -7,7 +7,7 @@ import pytest
 
 from vbbench import PerspectiveCamera, Session
 from vbbench.geometry import FloatArray
-from vbbench_baselines.joint_map.causal import MapCausal
+from vbbench_baselines.joint_map import MapCausal
 from vbbench_baselines.joint_map.real_camera.settings import Settings
 
 CAMERA = PerspectiveCamera(mount_height=1.2)

@@ -54,6 +54,19 @@ class Estimator:
         heights : [K] in m.
         """
 
+    def smoothed(
+        self,
+        frame: int,
+        pose: FloatArray,
+        pose_covariance: FloatArray,
+        places: FloatArray,
+        place_covariances: FloatArray,
+    ) -> None:
+        """Write the estimate of a frame of the window, by all boxes so far, into the last four arrays."""
+
+    def ages(self) -> list[int]:
+        """Frames since the start of those in the window."""
+
     def forget(self, columns: IntArray) -> None:
         """From the next frame on these columns [M] are new people."""
 

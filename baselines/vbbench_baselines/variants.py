@@ -1,17 +1,15 @@
 """The solvers with one thing changed each: what a study needs that asks whether two datasets rank solvers alike.
 
 `vbbench reproduce transfer` ranks them. Each is named on the command line as ``vbbench_baselines.variants:NAME``, such
-as ``vbbench_baselines.variants:map-causal-heights``. No constant is changed, only what a solver is told or may use:
+as ``vbbench_baselines.variants:map-causal-window-6``. No constant is changed, only what a solver is told or may use:
 
-- ``heights``: a box tells its distance by its height, not by where its feet are (`MapCausal.feet` off).
 - ``free``: nothing is expected of the observer's own walk (``ego_prior`` off).
-- ``heads-off``: nothing is expected of how the observer's head turns.
 - ``prior-heights``: heights are not learned from given positions (``calibrate`` off).
 - ``no-force``: nobody is drawn towards the velocity of the people around (`SocialForceBirdifier.relaxation`).
 - ``alone``: nobody keeps a distance (`SocialForceBirdifier.samples`).
-- ``noise-2``, ``noise-4``: the solver is told twice or four times the noise of the boxes.
-- ``window-6``: half as many frames are solved together.
-- ``without-hotel``, ``without-eth``: the prior of how people walk that was fitted on the other recording alone.
+- ``noise-2``, ``noise-4``: the stated noise of the boxes is twice or four times the true one.
+- ``window-6``: fewer frames are solved together.
+- ``person``: a person carries the camera.
 """
 
 from collections.abc import Callable, Mapping
@@ -23,9 +21,7 @@ from vbbench.geometry import FloatArray
 from vbbench.reproduction.transfer.variants import Variant
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
-from vbbench_baselines.joint_map.batch import MapBatch
-from vbbench_baselines.joint_map.causal import MapCausal
-from vbbench_baselines.joint_map.prior import Prior, get_prior
+from vbbench_baselines.joint_map import MapBatch, MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
@@ -65,11 +61,6 @@ def _noisier(problem: Problem, times: float) -> Problem:
     return replace(problem, pixel_std=times * problem.pixel_std)
 
 
-def heads_off() -> Prior:
-    """The default prior, expecting nothing of heads."""
-    return replace(get_prior("default"), yaw_scale=float("inf"), following=(0.0, 0.0))
-
-
 Make = Callable[[], Any]
 
 
@@ -82,8 +73,6 @@ def _misinformed_batch(make: Callable[[], SequenceSolver], times: float) -> Make
 
 
 _CV, _SF = ConstantVelocityBirdifier, SocialForceBirdifier
-_HEIGHTS = partial(MapCausal, feet=False)
-_BATCH_HEIGHTS = partial(MapBatch, feet=False)
 
 FACTORIES: Mapping[str, Make] = {
     "vb-cv-free": partial(_CV, ego_prior=False),
@@ -95,23 +84,12 @@ FACTORIES: Mapping[str, Make] = {
     "vb-sf-alone": partial(_SF, samples=1),
     "vb-sf-noise-2": _misinformed(_SF, 2.0),
     "vb-sf-noise-4": _misinformed(_SF, 4.0),
-    "map-causal-free": partial(MapCausal, ego_prior=False),
-    "map-causal-heads-off": partial(MapCausal, prior=heads_off()),
-    "map-causal-without-hotel": partial(MapCausal, prior=get_prior("without-hotel")),
-    "map-causal-without-eth": partial(MapCausal, prior=get_prior("without-eth")),
     "map-causal-noise-2": _misinformed(MapCausal, 2.0),
     "map-causal-noise-4": _misinformed(MapCausal, 4.0),
-    "map-causal-heights": _HEIGHTS,
-    "map-causal-heights-free": partial(_HEIGHTS, ego_prior=False),
-    "map-causal-heights-heads-off": partial(_HEIGHTS, prior=heads_off()),
-    "map-causal-heights-without-hotel": partial(_HEIGHTS, prior=get_prior("without-hotel")),
-    "map-causal-heights-noise-2": _misinformed(_HEIGHTS, 2.0),
-    "map-causal-heights-noise-4": _misinformed(_HEIGHTS, 4.0),
-    "map-causal-heights-window-6": partial(_HEIGHTS, window=6),
-    "map-batch-heights": _BATCH_HEIGHTS,
-    "map-batch-heights-heads-off": partial(_BATCH_HEIGHTS, prior=heads_off()),
-    "map-batch-heights-noise-2": _misinformed_batch(_BATCH_HEIGHTS, 2.0),
-    "map-batch-heights-noise-4": _misinformed_batch(_BATCH_HEIGHTS, 4.0),
+    "map-causal-window-6": partial(MapCausal, size=6),
+    "map-causal-person": partial(MapCausal, carried_by="person"),
+    "map-batch-noise-2": _misinformed_batch(MapBatch, 2.0),
+    "map-batch-noise-4": _misinformed_batch(MapBatch, 4.0),
 }
 """What makes each variant."""
 
@@ -119,7 +97,7 @@ _SOLVERS = ("cv", "sf", "vb-cv", "vb-sf", "map-causal", "map-batch")
 
 
 def _relies_on_feet(name: str) -> bool:
-    return name.startswith("map-") and "heights" not in name
+    return name.startswith("map-")
 
 
 VARIANTS = {name: Variant(solver=name, feet=_relies_on_feet(name)) for name in _SOLVERS} | {

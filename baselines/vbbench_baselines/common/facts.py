@@ -16,10 +16,10 @@ TUNED: Mapping[str, str] = {**UNTUNED, "tuned_on": "Hotel, ETH, Students"}
 
 CASCADE: Mapping[str, str] = {**UNTUNED, "tuned_on": f"Hotel, ETH, Students; for cold starts also {_KITTI}"}
 
-FITTED: Mapping[str, str] = {
+DEVELOPED: Mapping[str, str] = {
     **UNTUNED,
-    "trained_on": "Hotel, ETH",
-    "tuned_on": f"Hotel, ETH, Students, {_KITTI}",
+    "trained_on": "nothing",
+    "tuned_on": f"Hotel, ETH, Students, {_KITTI}, JRDB, 2 logs of Argoverse 2, 4 scenes of nuScenes",
 }
 
 SIMULATED: Mapping[str, str] = {

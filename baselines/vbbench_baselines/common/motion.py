@@ -14,9 +14,6 @@ from vbbench.sequence import Given
 from vbbench.solver import FrameEstimate
 from vbbench_baselines.common.cold_start import begins_cold
 
-ANCHOR_STD = 1e-3
-"""Standard deviation in m of a position given at t itself."""
-
 
 class History:
     """The window of two past frames (arXiv 2111.05060, section IV) and the present one, rows t−2, t−1, t.

@@ -14,7 +14,6 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray
-from vbbench.kernels import kernel
 
 SMALLEST_BOX = 1.0
 """Boxes lower than this (px) are taken to be this high: noise must not turn a person's distance negative."""
@@ -52,25 +51,3 @@ def sight(camera: Camera, observations: FloatArray, pixel_std: float) -> Sightin
     np.maximum(boxes[..., 2], SMALLEST_BOX, out=boxes[..., 2])
     rays, shifted = camera.unproject(boxes, np.ones(()))
     return Sightings(rays, pixel_std * (shifted - rays), (np.sqrt(2.0) * pixel_std) / boxes[0, ..., 2])
-
-
-@kernel
-def measure(sightings: Sightings, heights: FloatArray, variances: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where boxes place people of known or uncertain height: mean and variance [K] in m and m².
-
-    Returns
-    -------
-    [K, 2] (right, forward) in m, and [K, 3] covariance N as (rr, rf, ff) in m².
-    """
-    rays, sideways, stretch = sightings
-    people = len(heights)
-    relative, covariance = np.empty((people, 2)), np.empty((people, 3))
-    for k in range(people):
-        along = variances[k] + (heights[k] * stretch[k]) ** 2
-        across = heights[k] ** 2
-        r, f, dr, df = rays[k, 0], rays[k, 1], sideways[k, 0], sideways[k, 1]
-        relative[k, 0], relative[k, 1] = heights[k] * r, heights[k] * f
-        covariance[k, 0] = along * r * r + across * dr * dr
-        covariance[k, 1] = along * r * f + across * dr * df
-        covariance[k, 2] = along * f * f + across * df * df
-    return relative, covariance

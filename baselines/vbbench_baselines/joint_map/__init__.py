@@ -1,1 +1,0 @@
-"""All people and frames at once: joint maximum a posteriori solvers, beyond the paper (docs/map-solver.md)."""

@@ -1,1 +1,0 @@
-"""Fitted motion priors as TOML, and how they are fitted."""
