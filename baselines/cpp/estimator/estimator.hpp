@@ -64,6 +64,7 @@ constexpr double kWalkMemory = 60.0;  ///< s for which it counts
 constexpr double kBlind = 2.0;        ///< s without anybody in sight after which places that are given find the camera
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
+constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, velocity that all have in common after a cold start
 constexpr int kTried = 3;             ///< newest steps in which a camera that stands may have moved
 constexpr double kSurer = 1.0;        ///< nats by which another solution must be better
 
@@ -86,6 +87,10 @@ class Estimator {
     window_ = Window();
     behind_ = next_ = Spread{};
     age_ = 0;
+    by_odometry_ = {};
+    odometry_spread_ = {};
+    unled_ = 0.0;
+    cold_ = false;
     ages_.clear();
     blind_ = 0.0;
     where_.assign(recording.columns, -1);
@@ -158,8 +163,9 @@ class Estimator {
     Window::Covariances found;
     const bool spread = recording_.covariances && window_.covariances(model_, frame, found);
     const Pose held = held_pose();
+    const Spread base = behind();
     if (spread) {
-      const Spread pose = sum(carried(behind_, held, camera.at[0], camera.at[1]), found.pose);
+      const Spread pose = sum(carried(behind(), held, camera.at[0], camera.at[1]), found.pose);
       for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b];
     }
@@ -169,7 +175,7 @@ class Estimator {
       if (person.shown < 0 || i < 0 || i >= person.frames()) continue;
       for (int a = 0; a < 2; ++a) output.positions[2 * person.shown + a] = person.nodes[i].at[a];
       if (!spread) continue;
-      const Spread place = carried(behind_, held, person.nodes[i].at[0], person.nodes[i].at[1]);
+      const Spread place = carried(base, held, person.nodes[i].at[0], person.nodes[i].at[1]);
       double* to = output.position_covariances + 4 * person.shown;
       to[0] = found.places[p][0] + place[0][0];
       to[1] = to[2] = found.places[p][1] + place[0][1];
@@ -186,6 +192,7 @@ class Estimator {
   void solve_key_frame(const Input& input, Output& output) {
     if (static_cast<int>(window_.frames.size()) == size) {
       const Frame& next = window_.frames[kHeld];
+      carry_odometry(next);
       behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
       window_.marginalise(model_);
       ages_.erase(ages_.begin());
@@ -395,6 +402,8 @@ class Estimator {
     const int newest = static_cast<int>(window_.frames.size()) - 1;
     for (const Person& person : window_.people) seen += person.last() == newest && person.nodes.back().seen;
     const bool led = window_.frames.back().motion.measured;
+    if (newest == 1 && static_cast<int>(ages_.size()) == 2 && ages_[0] == 0) cold_ = !window_.frames[1].given;
+    if (cold_ && newest > 0 && !led) unled_ += recording_.dt;
     if (led || window_.frames.back().given || seen == 0) {
       blind_ = led || window_.frames.back().given ? 0.0 : blind_ + recording_.dt;
     } else if (blind_ <= kBlind) {
@@ -432,7 +441,9 @@ class Estimator {
     ages_.assign(1, age_);
     window_.mode_prior = model_.motion.start;
     behind_ = next_ = Spread{};
-    blind_ = 0.0;
+    by_odometry_ = {};
+    blind_ = unled_ = 0.0;
+    cold_ = false;
     index_people();
   }
 
@@ -453,6 +464,43 @@ class Estimator {
       fast += speed(person.nodes[n - 1].at, person.nodes[n - 2].at) > kFastestPerson;
     }
     return 2 * fast <= people;
+  }
+
+  /// How the pose that is held moves with the scale and the turn of odometry, as `next` is held in its place.
+  void carry_odometry(const Frame& next) {
+    if (next.given) {
+      by_odometry_ = {};
+      return;
+    }
+    const Pose held = held_pose();
+    const double x = next.at[0] - held[0], y = next.at[1] - held[1], turn = next.at[2] - held[2];
+    if (next.motion.measured) {
+      by_odometry_[0][0] -= x;
+      by_odometry_[1][0] -= y;
+      by_odometry_[2][1] -= turn;
+    }
+    for (int g = 0; g < 2; ++g) {
+      by_odometry_[0][g] -= by_odometry_[2][g] * y;
+      by_odometry_[1][g] += by_odometry_[2][g] * x;
+    }
+  }
+
+  /// Covariance of the pose that the window's covariances are relative to.
+  Spread behind() const {
+    Spread all = behind_;
+    for (int a = 0; a < 3; ++a)
+      for (int b = 0; b < 3; ++b)
+        for (int g = 0; g < 2; ++g)
+          for (int h = 0; h < 2; ++h) all[a][b] += by_odometry_[a][g] * odometry_spread_[g][h] * by_odometry_[b][h];
+    for (int a = 0; a < 2; ++a) all[a][a] += astray();
+    return all;
+  }
+
+  /// m², how far the velocity that all have in common leads astray after a cold start: it is not observable, and the
+  /// estimate forgets it within `kFlowTime` (an Ornstein-Uhlenbeck process).
+  double astray() const {
+    const double t = unled_;
+    return 2.0 * kFlowSpeed * kFlowSpeed * kFlowTime * (t - kFlowTime * (1.0 - std::exp(-t / kFlowTime)));
   }
 
   Person unknown_person(int column) const {
@@ -624,8 +672,10 @@ class Estimator {
     if (!recording_.covariances) return;
     Window::Covariances found;
     if (!window_.covariances(model_, newest, found)) return;
+    odometry_spread_ = found.odometry;
     const Pose held = held_pose();
-    const Spread pose = sum(carried(behind_, held, frame.at[0], frame.at[1]), found.pose);
+    const Spread base = behind();
+    const Spread pose = sum(carried(base, held, frame.at[0], frame.at[1]), found.pose);
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b];
     newest_ = pose;
@@ -633,7 +683,7 @@ class Estimator {
     for (std::size_t p = 0; p < window_.people.size(); ++p) {
       const Person& person = window_.people[p];
       if (std::isnan(found.places[p][0])) continue;
-      const Spread place = carried(behind_, held, person.nodes.back().at[0], person.nodes.back().at[1]);
+      const Spread place = carried(base, held, person.nodes.back().at[0], person.nodes.back().at[1]);
       places_[p] = {found.places[p][0] + place[0][0], found.places[p][1] + place[0][1],
                     found.places[p][2] + place[1][1]};
       if (person.column < 0) continue;
@@ -675,6 +725,10 @@ class Estimator {
   bool moved_known_ = false, converged_ = true;
   int stride_ = 1;  ///< frames from one key frame to the next
   std::vector<std::array<double, 3>> places_;
+  std::array<std::array<double, 2>, 3> by_odometry_{};
+  std::array<std::array<double, 2>, 2> odometry_spread_{};
+  double unled_ = 0.0;  ///< s since a cold start in which nothing measured how the camera moves
+  bool cold_ = false;
   Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;
   Window window_;

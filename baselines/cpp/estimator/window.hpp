@@ -117,6 +117,7 @@ class Window {
   struct Covariances {
     using Pose = std::array<std::array<double, 3>, 3>;
     Pose pose{}, next{};
+    std::array<std::array<double, 2>, 2> odometry{};  ///< of the scale and turn of odometry
     std::vector<std::array<double, 3>> places;  ///< xx, xy, yy
   };
 
@@ -125,6 +126,17 @@ class Window {
     const int size = layout_.size(), newest = static_cast<int>(frames.size()) - 1;
     out.pose = pose_covariance(frame);
     out.next = pose_covariance(std::min(kHeld, newest));
+    std::array<std::vector<double>, 2> rows;
+    for (int g = 0; g < 2; ++g) {
+      rows[g].assign(size, 0.0);
+      const int column = layout_.global[kOdometryScale + g];
+      if (column < 0) continue;
+      rows[g][column] = 1.0;
+      solve_lower(reduced_.hessian, size, rows[g].data());
+    }
+    for (int a = 0; a < 2; ++a)
+      for (int b = 0; b < 2; ++b)
+        for (int i = 0; i < size; ++i) out.odometry[a][b] += rows[a][i] * rows[b][i];
     out.places.assign(people.size(), {NAN, NAN, NAN});
     for (std::size_t p = 0; p < people.size(); ++p) {
       const int node = frame - people[p].first;
