@@ -47,6 +47,7 @@ struct Core {
                                                                {"gait_time", &c.gait_time},
                                                                {"walk_nu", &c.walk_nu},
                                                                {"walk_people", &c.walk_people},
+                                                               {"walk_own", &c.walk_own},
                                                                {"first_speed", &c.first_speed},
                                                                {"pace", &c.pace},
                                                                {"drive_nu", &c.drive_nu},

@@ -28,7 +28,8 @@ struct Constants {
   double acceleration = 0.04;                ///< m²/s³, power density of acceleration [F]
   double gait_speed = 0.15, gait_time = 0.1;  ///< m/s and s, velocity noise within a stride [F]
   double walk_nu = 5.0;                       ///< degrees of freedom of the innovations [F]
-  double walk_people = 20.0;                  ///< innovations as which their usual scale counts [F]
+  double walk_people = 20.0;                  ///< innovations as which the usual scale of all counts [F]
+  double walk_own = 8.0;                      ///< the same of the scale of all for one person's [S]
   double first_speed = 1.2;                   ///< m/s, a component of a new person's velocity [L]
   double pace = 0.2;                          ///< 1/s, weight of the prior of walking speed [S]
   // Camera.

@@ -588,17 +588,24 @@ class Estimator {
         }
   }
 
-  /// The variance of people's innovations, as expectation maximisation has it.
+  /// The variance of people's innovations, as expectation maximisation has it: that of all is the prior of each one's.
   void learn_walk() {
     const int frame = static_cast<int>(window_.frames.size()) - 1 - kWalkLate;
     if (frame < 0) return;
-    const std::array<double, 2> sum = window_.innovations(model_, frame);
-    const double keep = std::exp(-recording_.dt / kWalkMemory);
-    squares_ = keep * squares_ + sum[0];
-    count_ = keep * count_ + sum[1];
-    const double variance = (constants.walk_people + squares_) / (constants.walk_people + count_);
-    for (Person& person : window_.people) person.variance = variance;
-    variance_ = variance;
+    const double keep = std::exp(-recording_.dt / kWalkMemory), own = constants.walk_own;
+    squares_ *= keep;
+    count_ *= keep;
+    for (std::size_t p = 0; p < window_.people.size(); ++p) {
+      const std::array<double, 2> sum = window_.innovations(model_, p, frame);
+      Person& person = window_.people[p];
+      person.squares += sum[0];
+      person.count += sum[1];
+      squares_ += sum[0];
+      count_ += sum[1];
+    }
+    variance_ = (constants.walk_people + squares_) / (constants.walk_people + count_);
+    for (Person& person : window_.people)
+      person.variance = (own * variance_ + person.squares) / (own + person.count);
   }
 
   /// A descent hardly leaves a mode: it is tried that a camera that stands has moved for a few frames, and that one that

@@ -80,18 +80,16 @@ class Window {
     return solution;
   }
 
-  /// Sum of squared innovations of people's paths in a frame, and how many of them the boxes decide (MacKay's γ).
-  std::array<double, 2> innovations(const Model& model, int frame) {
+  /// Sum of squared innovations of a person's path in a frame, and how many of them the boxes decide (MacKay's γ).
+  std::array<double, 2> innovations(const Model& model, std::size_t p, int frame) {
     std::array<double, 2> sum{};
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      const Person& person = people[p];
-      if (frame < person.first || frame > person.last()) continue;
-      person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
-        if (!row.walk || person.first + node != frame) return;
-        sum[0] += row.w * row.e * row.e * person.variance;
-        sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row)[0]);
-      });
-    }
+    const Person& person = people[p];
+    if (frame < person.first || frame > person.last()) return sum;
+    person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
+      if (!row.walk || person.first + node != frame) return;
+      sum[0] += row.w * row.e * row.e * person.variance;
+      sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row)[0]);
+    });
     return sum;
   }
 
