@@ -1,7 +1,7 @@
 """vb-former: frames a second of processor time on one core over people K, and how many times as fast others are.
 
-The crowd is that of `bench_real_camera`, followed from the first two frames on. The best of some runs counts; on a
-busy machine the ratios say more than the frames.
+The crowd is that of `bench_estimator` with an uncertain calibration, followed from the first two frames on. The best of
+some runs counts; on a busy machine the ratios say more than the frames.
 
     python -m benchmarks.bench_former [--people 5 20 60] [--solvers vb-sf map-causal] [--runs 5]
 """
@@ -11,7 +11,7 @@ from time import process_time
 
 import numpy as np
 
-from benchmarks.bench_real_camera import crowd
+from benchmarks.bench_estimator import crowd
 from vbbench.registry import load
 from vbbench.solver import Frame, FrameSolver
 from vbbench.solving.runner import given_at
@@ -19,11 +19,11 @@ from vbbench.solving.runner import given_at
 
 def seconds_per_frame(solver: FrameSolver, people: int, runs: int) -> float:
     """The least of ``runs`` runs, after one that compiles; the two frames that are given are not counted."""
-    problem, boxes, given = crowd(people)
-    frames = [Frame(index=t, observations=seen, given=given_at(given, t)) for t, seen in enumerate(boxes)]
+    seen = crowd(people)
+    frames = [Frame(index=t, observations=boxes, given=given_at(seen.given, t)) for t, boxes in enumerate(seen.boxes)]
     best = np.inf
     for run in range(runs + 1):
-        solver.start(problem)
+        solver.start(seen.problem)
         for frame in frames[:2]:
             solver.step(frame)
         started = process_time()

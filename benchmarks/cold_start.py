@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from joblib import Parallel, delayed
 
-from benchmarks.map_evaluation import spread_over
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, motion_between
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
@@ -84,7 +83,8 @@ def wheels(poses: FloatArray, seed: int) -> Odometry:
 
 def runs(dataset: Dataset, solver: str, case: Case, sequences: int, jobs: int) -> list[Run]:
     """The runs of a solver on about so many sequences of a dataset, by the variant that was not fitted on it."""
-    name, chosen = held_out(solver, dataset.info.sources), spread_over(dataset, sequences)
+    name = held_out(solver, dataset.info.sources)
+    chosen = range(0, len(dataset), max(round(len(dataset) / sequences), 1))
     parts = np.array_split(np.array(chosen), max(4 * jobs, 1))
     found = Parallel(n_jobs=jobs)(delayed(_some)(dataset, name, case, part) for part in parts)
     return [run for part in found for run in part]

@@ -1,6 +1,6 @@
 """How sure a session's answers are and how right: the share of truths inside the 95 % regions of its covariances.
 
-    python -m benchmarks.session_coverage [--runs 10] [--seconds 30]
+    python -m benchmarks.session_coverage [--runs 10] [--seconds 30] [--people 5 20 50]
 
 Crowds are those of `benchmarks.bench_session`, everybody as tall as the prior of heights says.
 """
@@ -45,10 +45,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Coverage of a session's covariances.")
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--seconds", type=float, default=30.0)
+    parser.add_argument("--people", type=int, nargs="+", default=[5, 20, 50])
     chosen = parser.parse_args()
     print("odometry  people   Δt m    Δx m   poses inside 95 %   positions inside 95 %")
     for odometry in (True, False):
-        for people in (5, 20, 50):
+        for people in chosen.people:
             rows = [run(people, round(chosen.seconds / DT), seed, odometry) for seed in range(chosen.runs)]
             off, away, poses, positions = np.mean(rows, axis=0)
             print(f"{'yes' if odometry else 'no':9s}{people:5d}{off:10.2f}{away:8.2f}{poses:14.0%}{positions:22.0%}")
