@@ -31,7 +31,7 @@ def run(people: int, frames: int, seed: int, odometry: bool) -> FloatArray:
         answer = session.step_observations(seen.boxes, (seen.motion, ODOMETRY) if odometry and frame else None)
         error = answer.pose - seen.pose
         error[2] = wrap_angle(error[2])
-        errors = {track: place - seen.places[track] for track, place in answer.positions.items()}
+        errors = {track: answer.positions[track] - place for track, place in seen.places.items()}
         if frame >= 2 and answer.pose_covariance is not None:
             poses.append(inside(error, answer.pose_covariance))
             positions += [inside(errors[track], answer.position_covariances[track]) for track in errors]

@@ -72,6 +72,13 @@ def test_pictures_are_small_and_shown() -> None:
     assert all(picture.stat().st_size < LARGEST_PICTURE for picture in pictures)
 
 
+def test_constants_of_the_page_are_those_of_the_code() -> None:
+    done = subprocess.run(
+        [sys.executable, ROOT / "docs" / "write_constants.py", "--check"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.parametrize("command", all_commands())
 def test_every_command_has_an_example(command: str) -> None:
     text = (ROOT / "docs" / "commands.md").read_text("utf-8")

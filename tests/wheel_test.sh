@@ -37,9 +37,8 @@ from vbbench_baselines import _core
 assert 'site-packages' in vbbench.__file__, vbbench.__file__
 assert 'site-packages' in _core.__file__, _core.__file__
 _core.Estimator()
-from vbbench_baselines.joint_map.prior import PRIORS, get_prior
-for name in PRIORS:  # files, too
-    get_prior(name)
+from vbbench_baselines.joint_map import MapCausal
+MapCausal(carried_by='robot')
 "
 published=$("$room/venv/bin/python" -c "from vbbench_leaderboards.results.folder import published_results as p; print(p())")
 "$room/venv/bin/vbbench" leaderboard check --results "$published"

@@ -1,14 +1,15 @@
 """The solvers with one thing changed each: what a study needs that asks whether two datasets rank solvers alike.
 
 `vbbench reproduce transfer` ranks them. Each is named on the command line as ``vbbench_baselines.variants:NAME``, such
-as ``vbbench_baselines.variants:map-causal-window-6``. No constant is changed, only what a solver is told or may use:
+as ``vbbench_baselines.variants:map-causal-window-6``. No constant is changed, only what a solver is given or may use:
 
 - ``free``: nothing is expected of the observer's own walk (``ego_prior`` off).
 - ``prior-heights``: heights are not learned from given positions (``calibrate`` off).
 - ``no-force``: nobody is drawn towards the velocity of the people around (`SocialForceBirdifier.relaxation`).
 - ``alone``: nobody keeps a distance (`SocialForceBirdifier.samples`).
-- ``noise-2``, ``noise-4``: the stated noise of the boxes is twice or four times the true one.
-- ``window-6``: fewer frames are solved together.
+- ``noise-2``, ``noise-4``: the stated noise of the boxes is twice or four times the true one (the joint solvers learn
+  it where the calibration is uncertain, as in this study).
+- ``window-6``: six frames are solved together.
 - ``person``: a person carries the camera.
 """
 
@@ -17,11 +18,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from vbbench.geometry import FloatArray
 from vbbench.reproduction.transfer.variants import Variant
-from vbbench.sequence import Given
-from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
-from vbbench_baselines.joint_map import MapBatch, MapCausal
+from vbbench.solver import Frame, FrameEstimate, FrameSolver, Problem
+from vbbench_baselines.ground_plane import GroundPlane
+from vbbench_baselines.joint_map import MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
@@ -31,7 +31,7 @@ NO_FORCE = 1e9
 
 @dataclass(frozen=True)
 class Misinformed:
-    """A solver of frames that is told ``times`` as much noise of the boxes as there is."""
+    """A solver that is given ``times`` as much noise of the boxes as there is."""
 
     solver: FrameSolver
     times: float
@@ -45,18 +45,6 @@ class Misinformed:
         return self.solver.step(frame)
 
 
-@dataclass(frozen=True)
-class MisinformedBatch:
-    """As `Misinformed`, of whole sequences."""
-
-    solver: SequenceSolver
-    times: float
-
-    def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
-        """See `vbbench.solver.SequenceSolver.solve`."""
-        return self.solver.solve(_noisier(problem, self.times), observations, given)
-
-
 def _noisier(problem: Problem, times: float) -> Problem:
     return replace(problem, pixel_std=times * problem.pixel_std)
 
@@ -68,15 +56,13 @@ def _misinformed(make: Callable[[], FrameSolver], times: float) -> Make:
     return lambda: Misinformed(make(), times)
 
 
-def _misinformed_batch(make: Callable[[], SequenceSolver], times: float) -> Make:
-    return lambda: MisinformedBatch(make(), times)
-
-
 _CV, _SF = ConstantVelocityBirdifier, SocialForceBirdifier
 
 FACTORIES: Mapping[str, Make] = {
     "vb-cv-free": partial(_CV, ego_prior=False),
     "vb-cv-prior-heights": partial(_CV, calibrate=False),
+    "ground-plane-noise-4": _misinformed(GroundPlane, 4.0),
+    "vb-cv-noise-2": _misinformed(_CV, 2.0),
     "vb-cv-noise-4": _misinformed(_CV, 4.0),
     "vb-sf-free": partial(_SF, ego_prior=False),
     "vb-sf-prior-heights": partial(_SF, calibrate=False),
@@ -84,24 +70,31 @@ FACTORIES: Mapping[str, Make] = {
     "vb-sf-alone": partial(_SF, samples=1),
     "vb-sf-noise-2": _misinformed(_SF, 2.0),
     "vb-sf-noise-4": _misinformed(_SF, 4.0),
-    "map-causal-noise-2": _misinformed(MapCausal, 2.0),
-    "map-causal-noise-4": _misinformed(MapCausal, 4.0),
     "map-causal-window-6": partial(MapCausal, size=6),
     "map-causal-person": partial(MapCausal, carried_by="person"),
-    "map-batch-noise-2": _misinformed_batch(MapBatch, 2.0),
-    "map-batch-noise-4": _misinformed_batch(MapBatch, 4.0),
 }
 """What makes each variant."""
 
-_SOLVERS = ("cv", "sf", "vb-cv", "vb-sf", "map-causal", "map-batch")
+_SOLVERS = (
+    "cv",
+    "sf",
+    "ground-plane",
+    "vb-cv",
+    "vb-sf",
+    "vb-sf-literal",
+    "map-causal",
+    "map-batch",
+    "vb-former",
+    "vb-former-pure",
+)
 
 
-def _relies_on_feet(name: str) -> bool:
-    return name.startswith("map-")
+def _uses_feet(name: str) -> bool:
+    return name.startswith(("map-", "vb-former"))
 
 
-VARIANTS = {name: Variant(solver=name, feet=_relies_on_feet(name)) for name in _SOLVERS} | {
-    name: Variant(solver=f"{__name__}:{name}", feet=_relies_on_feet(name)) for name in FACTORIES
+VARIANTS = {name: Variant(solver=name, feet=_uses_feet(name)) for name in _SOLVERS} | {
+    name: Variant(solver=f"{__name__}:{name}", feet=_uses_feet(name)) for name in FACTORIES
 }
 """What `vbbench.reproduction.transfer.study` ranks: the solvers as they are, and their variants."""
 

@@ -55,8 +55,8 @@ def _facts(found: SolverTable) -> Iterator[str]:
         "given, and expect the observer to walk like the others, which the text does not. Under `one-step` one given "
         "frame tells a height exactly, so that σ_h does not matter; under `sequential` who arrives late is given a "
         "place but is seen from a pose that is itself an estimate. `map-causal` and `map-batch`, no solvers of the "
-        "paper, read distances from the feet, and σ_h does not matter to them. `vb-sf-literal` is the paper to the "
-        "letter and learns no height: with σ_h = 0 it is told them all."
+        "paper, measure distances by the feet, too, and σ_h hardly matters to them. `vb-sf-literal` is the paper to "
+        "the letter and learns no height: with σ_h = 0 all are given to it."
     )
     yield (
         "`cv` and `sf` look at a box only to place somebody of whom nothing else is known. The paper's CV and SF fit "
@@ -65,10 +65,7 @@ def _facts(found: SolverTable) -> Iterator[str]:
         "`map-batch` are compared with the paper's VB-SF."
     )
     if "map-batch" in found.study.solvers:
-        yield (
-            "Under `one-step` `map-batch` has no later frame to look at and returns what `map-causal` does, so "
-            "`map-causal` runs for both."
-        )
+        yield ("Under `one-step` `map-batch` has no later frame to correct its answer by: `map-causal` runs for both.")
     if found.study.table == 3:
         yield (
             "On Shibuya `one-step` says little: boxes of heads jitter by more than people move in the 0.04 s from "

@@ -34,7 +34,7 @@ COUNTERPARTS = {
 }
 """The solvers of the tables, and whose row of the paper each is compared with; any other with its best."""
 ALIKE = {("one-step", "map-batch"): "map-causal"}
-"""Where no later frame is left to look at, the batch returns the causal answer: it is not asked for it again."""
+"""Where no later frame can correct an answer, the causal solver runs for the batch."""
 
 
 @dataclass(frozen=True, kw_only=True)

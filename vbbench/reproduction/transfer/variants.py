@@ -12,7 +12,7 @@ class Variant:
     Parameters
     ----------
     solver : a registered name, or ``module:attribute``.
-    feet : whether it trusts where people's feet are in the picture, and with that a level camera.
+    feet : whether it uses the rows of people's feet in the picture.
     """
 
     solver: str
