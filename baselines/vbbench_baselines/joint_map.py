@@ -118,33 +118,49 @@ class MapBatch:
     """
 
     facts: ClassVar[Mapping[str, str]] = DEVELOPED
-    LAG, RECENT = 40, 40
-    """Frames of the window, and frames that are solved where all poses before the last are given."""
+    LAG = 40
+    """Frames of the window."""
 
     def __init__(self, carried_by: Carrier | None = None, **constants: float) -> None:
         self._causal = MapCausal(carried_by, **{"size": self.LAG, **constants})
+        self._latest: tuple[Problem, FloatArray, FloatArray] | None = None
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `vbbench.solver.SequenceSolver.solve`."""
-        frames = len(observations)
-        known = not np.isnan(given.poses[:-1]).any()
-        first = max(0, frames - self.RECENT) if known else 0
+        if not np.isnan(given.poses[:-1]).any():
+            return self._newest(problem, observations, given)
+        self._latest = None
         self._causal.start(problem)
         answers: list[FrameEstimate] = []
         smooth: dict[int, tuple[FloatArray, ...]] = {}
-        for t in range(first, frames):
-            answers.append(
-                self._causal.step(Frame(index=t, observations=observations[t], given=given_at(given, t)))
-            )
+        for t in range(len(observations)):
+            answers.append(self._step(observations, given, t))
             ages = self._causal.ages()
-            if len(ages) == self.LAG and ages[-1] == t - first:
+            if len(ages) == self.LAG and ages[-1] == t:
                 smooth[ages[0]] = self._causal.smoothed(0)
-        causal = Estimate.of_frames(answers)
-        if known:
-            return causal if first == 0 else _after(causal, given, first)
         for index, age in enumerate(self._causal.ages()):
             smooth[age] = self._causal.smoothed(index)
-        return _corrected(causal, smooth)
+        return _corrected(Estimate.of_frames(answers), smooth)
+
+    def _newest(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
+        """The causal answer of the last frame, where all poses before are given: nothing later corrects them.
+
+        A sequence that is the one solved before and a frame is continued.
+        """
+        first = 0
+        if self._latest is not None:
+            known, seen, poses = self._latest
+            longer = known == problem and len(observations) == len(seen) + 1
+            same = longer and np.array_equal(observations[:-1], seen, equal_nan=True)
+            first = len(seen) if same and np.array_equal(given.poses[: len(seen) - 1], poses[:-1]) else 0
+        if first == 0:
+            self._causal.start(problem)
+        answers = [self._step(observations, given, t) for t in range(first, len(observations))]
+        self._latest = problem, observations.copy(), given.poses.copy()
+        return _after(Estimate.of_frames(answers[-1:]), given)
+
+    def _step(self, observations: FloatArray, given: Given, t: int) -> FrameEstimate:
+        return self._causal.step(Frame(index=t, observations=observations[t], given=given_at(given, t)))
 
 
 def _unknown(people: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -184,18 +200,19 @@ def _corrected(causal: Estimate, smooth: Mapping[int, tuple[FloatArray, ...]]) -
     )
 
 
-def _after(found: Estimate, given: Given, first: int) -> Estimate:
-    """An estimate of the frames from ``first`` on, after what is given of those before."""
-    report: dict[str, Any] = {}
-    if found.pose_covariances is not None and found.position_covariances is not None:
-        people = found.positions.shape[1]
+def _after(last: Estimate, given: Given) -> Estimate:
+    """An estimate of the last frame, after what is given of those before."""
+    before, people, report = len(given.poses) - 1, last.positions.shape[1], dict[str, Any]()
+    if last.pose_covariances is not None and last.position_covariances is not None:
         report = {
-            "pose_covariances": np.concatenate([np.full((first, 3, 3), np.nan), found.pose_covariances]),
-            "position_covariances": np.concatenate([np.full((first, people, 2, 2), np.nan), found.position_covariances]),
+            "pose_covariances": np.concatenate([np.full((before, 3, 3), np.nan), last.pose_covariances]),
+            "position_covariances": np.concatenate(
+                [np.full((before, people, 2, 2), np.nan), last.position_covariances]
+            ),
         }
     return Estimate(
-        poses=np.concatenate([given.poses[:first], found.poses]),
-        positions=np.concatenate([given.positions[:first], found.positions]),
-        heights=found.heights,
+        poses=np.concatenate([given.poses[:-1], last.poses]),
+        positions=np.concatenate([given.positions[:-1], last.positions]),
+        heights=last.heights,
         **report,
     )

@@ -25,13 +25,13 @@ struct Constants {
   double offset_std = 0.005;                 ///< rad, of the columns [S]
   double sway_std = 0.008, sway_time = 1.1;  ///< rad and s, AR(1) of pitch and roll about their means [S]
   // People.
-  double acceleration = 0.04;                ///< m²/s³, power density of acceleration [F]
+  double acceleration = 0.03;                ///< m²/s³, power density of acceleration [F]
   double gait_speed = 0.15, gait_time = 0.1;  ///< m/s and s, velocity noise within a stride [F]
   double walk_nu = 5.0;                       ///< degrees of freedom of the innovations [F]
   double walk_people = 20.0;                  ///< innovations as which the usual scale of all counts [F]
   double walk_own = 8.0;                      ///< the same of the scale of all for one person's [S]
   double first_speed = 1.2;                   ///< m/s, a component of a new person's velocity [L]
-  double pace = 0.2;                          ///< 1/s, weight of the prior of walking speed [S]
+  double pace = 0.15;                         ///< 1/s, weight of the prior of walking speed [S]
   // Camera.
   std::array<double, 3> drive{0.7, 0.05, 0.04};  ///< m/s^1.5 forward and sideways, rad/s^1.5: changes of velocity [S]
   double drive_nu = 4.0;                         ///< degrees of freedom of these [S]
