@@ -12,7 +12,6 @@ from hypothesis import settings
 
 Report = pytest.CollectReport | pytest.TestReport
 pytest_plugins = ["pytester"]
-os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")  # colours: a twentieth of compiling
 settings.load_profile("ci")  # the same examples in every run, however long one takes
 
 

@@ -90,7 +90,7 @@ def targets(place: Path, dataset: Dataset) -> Iterator[dict[str, Any]]:
     compiled = Path(messages.__file__).parent / "__pycache__"
     compiled.mkdir(exist_ok=True)
     folders = {
-        "pickles of numba": compiled,
+        "bytecode of vbbench": compiled,
         "user's folder": place,
         "dataset": dataset.folder,
         "temporary folder": tempfile.gettempdir(),
@@ -108,7 +108,7 @@ def targets(place: Path, dataset: Dataset) -> Iterator[dict[str, Any]]:
         (place / "targets.json").write_text(json.dumps(known))
         yield known
     for folder in folders.values():
-        Path(folder, "escaped.nbi").unlink(missing_ok=True)
+        Path(folder, "escaped.pyc").unlink(missing_ok=True)
 
 
 def _serve(server: socket.socket) -> None:
@@ -146,7 +146,7 @@ ATTEMPTS = [
     *("read truth by a link", "read answers of others", "read drafts", "read source files", "read keys"),
     *(
         "read dataset through root",
-        "write pickles of numba",
+        "write bytecode of vbbench",
         "write user's folder",
         "write dataset",
         "write temporary folder",

@@ -220,7 +220,6 @@ def test_submissions_merge_with_the_columns_that_any_part_has(
 ) -> None:
     for name, scheduler in (("here", None), ("there", "tcp://nowhere")):
         monkeypatch.setattr("tests.test_extras.Moody.made", 0)
-        monkeypatch.setattr("vbbench.solving.submissions._warm", set())
         solve(whole, solver, "rollout", tmp_path / name, scheduler=scheduler)
     here, there = (tables(folder) for folder in (tmp_path / "here", merge(tmp_path / "there")))
     assert here == there

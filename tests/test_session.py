@@ -25,14 +25,9 @@ SURE = 1e-4 * np.eye(3)
 
 
 def session(solver: Any = None, **options: Any) -> tuple[Session, Any]:
-    """A session and its solver, whose rehearsal is no longer in its memory."""
+    """A session and its solver."""
     solver = Watched() if solver is None else solver
-    made = Session(solver, CAMERA, DT, **options)
-    solver.frames.clear()
-    solver.starts.clear()
-    if isinstance(solver, Forgetful):
-        solver.forgotten.clear()
-    return made, solver
+    return Session(solver, CAMERA, DT, **options), solver
 
 
 def seen(*places: tuple[float, float], pose: tuple[float, ...] = (0.0, 0.0, 0.0)) -> FloatArray:

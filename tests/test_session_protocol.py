@@ -1,9 +1,6 @@
 """A session that is fed with a dataset's sequence answers as `solve` does under cold-start, whatever the solver."""
 
-import json
 import pickle
-import subprocess
-import sys
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -111,14 +108,3 @@ def test_a_copy_goes_on_as_the_original_does(dataset: Dataset, solver: str, copy
         np.testing.assert_array_equal(same.pose, answer.pose)
         for track, place in answer.positions.items():
             np.testing.assert_array_equal(same.positions[track], place)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("lower", ["0", "40"])
-def test_a_step_loads_nothing(lower: str) -> None:
-    """Kernels are loaded or compiled when a session is made, and never while the robot moves; in a new process."""
-    command = [sys.executable, "-m", "tests.late_session", lower]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    loaded, late = json.loads(done.stdout)
-    assert loaded > 5
-    assert late == []

@@ -70,7 +70,7 @@ def test_nothing_else_counts(folder: Path) -> None:
     before = source_digest("mine:Mine")
     (folder / "unrelated.py").write_text("x = 2\n")
     (folder / "deep/__pycache__").mkdir()
-    (folder / "deep/__pycache__/x.nbi").touch()
+    (folder / "deep/__pycache__/x.pyc").touch()
     (folder / "deep/.swp").touch()
     os.utime(folder / "mine.py", (1, 1))
     assert source_digest("mine:Mine") == before

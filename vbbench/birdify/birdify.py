@@ -54,7 +54,6 @@ from vbbench.registry import load, make_solver
 from vbbench.sequence import Sequence
 from vbbench.solving.provenance import hardware, solver_version
 from vbbench.solving.runner import run_sequence
-from vbbench.solving.warming import begin
 
 PROTOCOL = "cold-start"
 DATASET, SUBMISSION, RECORDING = "dataset", "submission", "recording"
@@ -210,8 +209,7 @@ def _dataset(recording: OwnRecording, folder: Path) -> Dataset:
 def _solve(dataset: Dataset, sequence: Sequence, solver: str, solving: Any, folder: Path) -> Estimate:
     """The answer of every frame, and the part of it that is scored as a submission."""
     protocol, problem = get_protocol(PROTOCOL), dataset.problem(sequence, covariances=True)
-    begin(solving, problem, sequence, protocol)  # it loads its libraries and kernels, which count no seconds
-    with threadpool_limits(1):  # of the libraries that are loaded by now
+    with threadpool_limits(1):
         answer, seconds = run_sequence(solving, problem, sequence, protocol, None)
     info = SubmissionInfo(
         solver=solver,

@@ -36,7 +36,7 @@ PARTS_A_CORE = 16
 TELLINGS = 5
 """Times that all workers are told what to do, if some leave meanwhile."""
 
-PACKAGES = ("vbbench", "numpy", "scipy", "numba")
+PACKAGES = ("vbbench", "numpy", "scipy")
 """Packages that results may depend on: all workers must have the same versions."""
 
 CERTIFICATES = {"tls_ca_file": "ca.pem", "tls_client_cert": "cert.pem", "tls_client_key": "key.pem"}

@@ -245,7 +245,7 @@ def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], 
         initargs=(os.getpid(),),
     )
     with warnings.catch_warnings():
-        # Workers that grow while they compile are replaced, which loses nothing.
+        # Workers that grow are replaced, which loses nothing.
         warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
         try:
             with _apart_from_the_terminal():

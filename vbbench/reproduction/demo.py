@@ -51,14 +51,9 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
 
 
 def _scores(dataset: Dataset, out: Path, jobs: int) -> list[Score]:
-    """Of every solver under every protocol, the protocols in order.
-
-    Processes solve the dataset with one solver each. Solvers that are alike, neighbours in the alphabet, have kernels
-    in common: they take their turns far from each other, so that processes hardly wait for what others compile.
-    """
+    """Of every solver under every protocol, the protocols in order; a process solves the dataset with one solver."""
     solvers = sorted(registered("solver"))
-    there_and_back = [*solvers[1::2], *reversed(solvers[::2])]
-    calls = [(dataset, solver, protocol, out) for protocol in PROTOCOLS for solver in there_and_back]
+    calls = [(dataset, solver, protocol, out) for protocol in PROTOCOLS for solver in solvers]
     with progress_bar(len(calls), "solve", unit="submission") as bar:
         found = {}
         for (_, solver, protocol, _), submission in zip(calls, in_parallel(_solve, calls, jobs), strict=True):

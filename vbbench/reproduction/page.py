@@ -15,7 +15,7 @@ from vbbench import __version__
 from vbbench.paper import the_paper
 from vbbench.table import Table, rewritten
 
-PACKAGES = ("numpy", "scipy", "numba", "pyarrow", "matplotlib", "opencv-python-headless")
+PACKAGES = ("numpy", "scipy", "pyarrow", "matplotlib", "opencv-python-headless")
 """Packages whose versions the page states."""
 LONG = 24
 """Rows of a table from which on it is folded."""

@@ -1,7 +1,7 @@
 """Runs a solver over a whole dataset and writes its submission."""
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,11 +30,10 @@ from vbbench.solver import FrameSolver
 from vbbench.solving.declared import declared_facts
 from vbbench.solving.groups import ranges_of_groups, separate_groups
 from vbbench.solving.isolation.grants import beside
-from vbbench.solving.isolation.remote import Remote, RemoteFrameSolver, RemoteSequenceSolver
+from vbbench.solving.isolation.remote import Remote
 from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
 from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import run_sequence
-from vbbench.solving.warming import begin, warm_up
 
 TABLES = ("poses", "positions", "heights")
 
@@ -81,7 +80,7 @@ def solve(
     out, rules = Path(out), get_protocol(protocol)
     _check_truth(dataset, rules)
     isolate = isolate or fresh_processes
-    opened = _isolated(dataset, out, scheduler) if isolate else _opened_here
+    opened = _isolated(dataset, out) if isolate else _opened_here
     sources = dataset.info.sources
     run_as = _held_out_apart(opened, solver, sources) if isolate else held_out(solver, sources)
     source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
@@ -153,12 +152,11 @@ def _opened_here(name: str) -> Opened:
     return nullcontext(make_solver(name))
 
 
-def _isolated(dataset: Dataset, out: Path, scheduler: str | None) -> Callable[[str], Opened]:
+def _isolated(dataset: Dataset, out: Path) -> Callable[[str], Opened]:
     """Opens solvers that can read neither the dataset, nor its sources, nor other solvers' answers."""
     warn_of_open_files()
     hidden = [*beside(dataset.folder), *beside(dataset.truth_folder), *beside(out), *data_folders()]
-    compiled = None if scheduler else WorkFolder(out).parts / "compiled"
-    return partial(IsolatedSolver, hidden=hidden, compiled=compiled)
+    return partial(IsolatedSolver, hidden=hidden)
 
 
 def _held_out_apart(opened: Callable[[str], Opened], solver: str, sources: frozenset[str]) -> str:
@@ -206,7 +204,7 @@ def _solve_part(
     answers: dict[int, Rows] = {}
     seconds, frames = 0.0, 0
     for group in groups:
-        with _warm_solver(dataset, name, opened, protocol, covariance, int(group[0])) as solver:
+        with opened(name) as solver, threadpool_limits(1):  # the number of threads changes rounding, and so answers
             causal = isinstance(solver, FrameSolver) or protocol.needs_truth  # otherwise it gets whole sequences
             for sequence in _read(dataset, group):
                 truth = dataset.truth(sequence) if protocol.needs_truth else None
@@ -233,32 +231,3 @@ def _read(dataset: Dataset, group: IntArray) -> Iterator[Sequence]:
     if np.array_equal(group, np.arange(group[0], group[0] + len(group))):
         return dataset.sequences(int(group[0]), int(group[0]) + len(group))
     return map(dataset.sequence, group.tolist())
-
-
-@contextmanager
-def _warm_solver(
-    dataset: Dataset, name: str, opened: Callable[[str], Opened], protocol: Protocol, covariance: bool, first: int
-) -> Iterator[Any]:
-    """The solver, warmed up and limited to one thread: the number of threads changes rounding, and so answers.
-
-    Each process is warmed up once, by a separate solver object: what the timed solver has seen, and so its answers,
-    must not depend on which process makes which part.
-    """
-    sample = dataset.sequence(first)
-    problem, longest = dataset.problem(sample, covariances=covariance), int(dataset.rows["frames"].max())
-    run = (dataset.info.id, name, protocol.name, covariance)
-    with opened(name) as solver:
-        if isinstance(solver, RemoteFrameSolver | RemoteSequenceSolver):
-            solver.is_now("warming up")
-            warm_up(solver, problem, protocol, longest)
-            solver.keep_compiled()
-        elif run not in _warm:
-            _warm.add(run)
-            warm_up(make_solver(name), problem, protocol, longest)
-        begin(solver, problem, sample, protocol)
-        with threadpool_limits(1):
-            yield solver
-
-
-_warm: set[tuple[str, str, str, bool]] = set()
-"""What this process was warmed up for: dataset, solver, protocol, and whether covariances are requested."""

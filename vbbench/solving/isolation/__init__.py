@@ -2,5 +2,5 @@
 
 `solver_process` and `remote` are the side that holds truth, `confinement` and `serving` the side that runs the solver.
 Between them go `messages`, arrays and plain JSON that the first side checks; never pickles, which would let a solver
-run code where truth is. What the solver may read is listed by `grants`; `kernel_cache` gives it what numba compiled.
+run code where truth is. What the solver may read is listed by `grants`.
 """

@@ -3,7 +3,7 @@
 import os
 import signal
 import subprocess
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from threading import Thread
 from typing import IO, Any
@@ -42,7 +42,7 @@ class Child:
         self._listener.start()
         self.working_on = "loading"
 
-    def introduced(self, keep_compiled: Callable[[], None]) -> "RemoteFrameSolver | RemoteSequenceSolver":
+    def introduced(self) -> "RemoteFrameSolver | RemoteSequenceSolver":
         """The solver to run, of the kind that the process reports."""
         facts, _ = self._receive({})
         variants = facts.get("held_out")
@@ -52,9 +52,9 @@ class Child:
         held_out = {str(source): plain(str(name), 200) for source, name in variants.items()}
         match facts.get("solver"):
             case "frame":
-                return RemoteFrameSolver(self, keep_compiled, held_out)
+                return RemoteFrameSolver(self, held_out)
             case "sequence":
-                return RemoteSequenceSolver(self, keep_compiled, held_out)
+                return RemoteSequenceSolver(self, held_out)
             case other:
                 kind = plain(str(other), 80)
                 raise VbbenchError(f"{kind} is not a solver: it has neither start and step nor solve")
@@ -149,12 +149,11 @@ class Remote:
 
     Parameters
     ----------
-    keep_compiled : see `IsolatedSolver.keep_compiled`.
     held_out : its variants by the SHA-256 of files that it was fitted on, as in `registry.held_out`.
     """
 
-    def __init__(self, child: Child, keep_compiled: Callable[[], None], held_out: dict[str, str]) -> None:
-        self._child, self.keep_compiled, self.held_out = child, keep_compiled, held_out
+    def __init__(self, child: Child, held_out: dict[str, str]) -> None:
+        self._child, self.held_out = child, held_out
 
     def is_now(self, working_on: str) -> None:
         """What it is about to do, for the messages about it; it is not told."""

@@ -15,7 +15,6 @@ from pathlib import Path
 from vbbench.errors import VbbenchWarning
 from vbbench.solving.isolation.confinement import landlock_version
 from vbbench.solving.isolation.grants import device_paths, readable_paths
-from vbbench.solving.isolation.kernel_cache import CACHES_VARIABLE, LOCATOR, keep_files, user_caches
 from vbbench.solving.isolation.remote import Child, RemoteFrameSolver, RemoteSequenceSolver, pipe_of
 from vbbench.solving.provenance import source_places
 
@@ -30,7 +29,7 @@ BOOT = (
 
 PASSED_ON = re.compile(
     r"PATH|LANG|LANGUAGE|LC_\w+|TZ|USER|LOGNAME|LD_LIBRARY_PATH|DYLD_\w+|SYSTEMROOT|WINDIR|PYTHON(HASHSEED|HOME|UTF8|"
-    r"IOENCODING|WARNINGS|NOUSERSITE)|(NUMBA|OMP|OPENBLAS|MKL|BLIS|KMP|CUDA|NVIDIA|TORCH|PYTORCH|XLA|JAX|TF)_\w+"
+    r"IOENCODING|WARNINGS|NOUSERSITE)|(OMP|OPENBLAS|MKL|BLIS|KMP|CUDA|NVIDIA|TORCH|PYTORCH|XLA|JAX|TF)_\w+"
 )
 """Names of environment variables that a solver sees: the settings of libraries."""
 
@@ -42,7 +41,6 @@ class IsolatedSolver:
     ----------
     name : registered, or ``module:attribute``; it is never imported here.
     hidden : files and folders that it must not read, besides every folder beside it that looks like a dataset.
-    compiled : folder for what numba compiles before the solver has seen any data (`keep_compiled`).
 
     Raises
     ------
@@ -50,14 +48,14 @@ class IsolatedSolver:
         If the solver cannot be loaded, fails, ends, or answers with anything but the arrays requested.
     """
 
-    def __init__(self, name: str, hidden: Sequence[Path] = (), *, compiled: Path | None = None) -> None:
-        self._name, self._hidden, self._compiled = name, [path.resolve() for path in hidden], compiled
+    def __init__(self, name: str, hidden: Sequence[Path] = ()) -> None:
+        self._name, self._hidden = name, [path.resolve() for path in hidden]
 
     def __enter__(self) -> RemoteFrameSolver | RemoteSequenceSolver:
         self._folder = Path(tempfile.mkdtemp(prefix="vbbench-solver-")).resolve()
         try:
             self._child = Child(self._name, self._start())
-            return self._child.introduced(self.keep_compiled)
+            return self._child.introduced()
         except BaseException:
             self.__exit__()
             raise
@@ -68,23 +66,12 @@ class IsolatedSolver:
             child.end()
         shutil.rmtree(self._folder, ignore_errors=True)
 
-    def keep_compiled(self) -> None:
-        """Keep what numba has compiled until now, for later processes of this solver with the same ``compiled``.
-
-        Whatever the solver has seen by now it could pass on to them this way: nothing but synthetic data.
-        """
-        if self._compiled is not None and not self._compiled.exists():
-            keep_files(self._folder / "numba", self._compiled)
-
     def _start(self) -> "subprocess.Popen[bytes]":
-        if self._compiled is not None and self._compiled.is_dir():
-            shutil.copytree(self._compiled, self._folder / "numba", symlinks=True)
-        needed = [*source_places(self._name), *map(Path, user_caches())]
         facts = {
             "name": self._name,
             "parent": os.getpid(),
             "path": [str(Path(entry or os.curdir).absolute()) for entry in sys.path],
-            "readable": readable_paths(self._hidden, needed),
+            "readable": readable_paths(self._hidden, source_places(self._name)),
             "writable": [*device_paths(), str(self._folder)],
         }
         process = subprocess.Popen(
@@ -111,9 +98,6 @@ class IsolatedSolver:
         own = {
             **dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), str(self._folder)),
             "PYTHONDONTWRITEBYTECODE": "1",
-            "NUMBA_CACHE_DIR": str(self._folder / "numba"),
-            "NUMBA_CACHE_LOCATOR_CLASSES": LOCATOR,
-            CACHES_VARIABLE: os.pathsep.join(user_caches()),
         }
         return {**passed, **own}
 

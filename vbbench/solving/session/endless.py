@@ -11,8 +11,6 @@ its covariances:
 where pose 0 is that pose and Σ_0 its covariance: an error of it shifts and turns all that follows.
 """
 
-import warnings
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,13 +20,9 @@ from vbbench.estimate import FrameEstimate, copy_of, is_credible
 from vbbench.geometry import FloatArray, IntArray, place_levers, pose_levers, relative_to_world
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import ForgettingSolver, Frame, FrameSolver, Problem
-from vbbench.solving.warming import FRAMES, synthetic_sequence
 
 SHOWN_AGAIN = 12
 """Frames from which a solver starts anew: about as many as solvers look back."""
-
-LOWER = 0.3
-"""In box heights: where boxes are higher in the picture by so much, the camera looks lower than it is told to."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,28 +187,6 @@ class EndlessRun:
             pose_covariance=answer.pose_covariance + lever @ sigma @ lever.T,
             position_covariances=positions,
         )
-
-
-def rehearse(solver: FrameSolver, problem: Problem) -> None:
-    """Let a solver answer synthetic frames: later nothing needs loading or compiling.
-
-    They come with odometry and without, of the camera as it is told and of one that looks lower, which a solver may
-    find out and answer in another way.
-    """
-    level = synthetic_sequence(problem, FRAMES)[0].observations
-    columns, people = len(problem.tracks), level.shape[1]
-    level = np.pad(level, ((0, 0), (0, max(columns - people, 0)), (0, 0)), constant_values=np.nan)
-    lower = level - LOWER * np.nanmedian(level[..., 2]) * np.array([0.0, 1.0, 0.0])
-    measured = Odometry(motions=np.zeros((1, 3)), covariances=np.eye(3)[None])
-    with warnings.catch_warnings(), suppress(VbbenchError):
-        warnings.simplefilter("ignore")
-        for observations in (level, lower):
-            for odometry in (Odometry.unmeasured(1), measured):
-                run = EndlessRun(solver, problem, np.zeros(3))
-                for boxes in observations:
-                    run.step(boxes[:columns], odometry)
-                run.forget(np.arange(1))
-                run.step(observations[-1, :columns], odometry)
 
 
 def _moved(pose: FloatArray, motion: FloatArray) -> FloatArray:

@@ -17,7 +17,7 @@ from vbbench.registry import make_solver
 from vbbench.sequence import Odometry
 from vbbench.solver import Carrier, FrameSolver, Problem, SequenceSolver
 from vbbench.solving.session.columns import Columns
-from vbbench.solving.session.endless import EndlessRun, rehearse
+from vbbench.solving.session.endless import EndlessRun
 from vbbench.solving.session.measured import (
     BoxWatch,
     FrameClock,
@@ -76,7 +76,7 @@ class Session:
     Parameters
     ----------
     solver : a registered name, ``module:attribute``, or an object with ``start`` and ``step``, which then belongs to
-        the session. It answers a few made-up frames first, so that nothing is compiled while the robot moves.
+        the session.
     camera : intrinsics, mount height and tilt.
     dt : seconds a frame.
     height_mean, height_std : prior N(μ_h, σ_h²) of a person's height, in m.
@@ -155,10 +155,8 @@ class Session:
                 box_edge=box_edge,
                 covariances=covariances,
             )
-        ready = _frame_solver(solver)
-        rehearse(ready, problem)
         self.camera = camera
-        self._solver, self._problem, self._origin = ready, problem, start
+        self._solver, self._problem, self._origin = _frame_solver(solver), problem, start
         self._patience = max(1, math.ceil(forget_after / dt))
         self.reset()
 
