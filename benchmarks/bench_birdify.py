@@ -1,10 +1,10 @@
 """`vbbench birdify` on a long recording: processor seconds of the whole command, first and best of three more.
 
-Run from the repository: ``python -m benchmarks.bench_birdify [--frames 1000] [--people 12] [--cold]``. Made-up people
-cross the view of somebody who walks, others every few seconds, with boxes as noisy as their size and a camera
-that looks a little higher than its file says. With ``--cold`` no kernel is compiled before the first run. Processor
-time, user and system, is what other work on the machine disturbs least; the last column, how many times as long as
-with the solver ``cv`` (whatever is read, written and drawn, and hardly any solving), depends least on the machine.
+Run from the repository: ``python -m benchmarks.bench_birdify [--frames 1000] [--people 12]``. Made-up people cross the
+view of somebody who walks, others every few seconds, with boxes as noisy as their size and a camera that looks a little
+higher than its file says. Processor time, user and system, is what other work on the machine disturbs least; the last
+column, how many times as long as with the solver ``cv`` (whatever is read, written and drawn, and hardly any solving),
+depends least on the machine.
 """
 
 import argparse
@@ -12,7 +12,6 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -84,14 +83,13 @@ def write_recording(folder: Path, frames: int, people: int) -> None:
     (folder / "camera.toml").write_text(CAMERA_FILE)
 
 
-def processor_seconds(folder: Path, solver: str, environment: Mapping[str, str]) -> float:
+def processor_seconds(folder: Path, solver: str) -> float:
     """Of one command, user and system."""
     command = ["birdify", "boxes.csv", "--camera", "camera.toml", "--out", "map", "--overwrite"]
     before = os.times()
     subprocess.run(
         [sys.executable, "-W", "ignore", "-m", "vbbench", *command, "--solver", solver],
         cwd=folder,
-        env={**os.environ, **environment},
         check=True,
         stdout=subprocess.DEVNULL,
     )
@@ -104,19 +102,17 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--people", type=int, default=12)
     parser.add_argument("--solver", nargs="+", default=SOLVERS)
-    parser.add_argument("--cold", action="store_true", help="the first run of each solver has no compiled kernel")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_recording(folder, options.frames, options.people)
-        print(f"{'':12s}{'first':>10s}{'warm':>10s}   times as long as {YARDSTICK}")
+        print(f"{'':12s}{'first':>10s}{'best':>10s}   times as long as {YARDSTICK}")
         yardstick = np.nan
         for solver in (YARDSTICK, *options.solver):
-            environment = {"NUMBA_CACHE_DIR": str(folder / solver.replace(":", "-"))} if options.cold else {}
-            first = processor_seconds(folder, solver, environment)
-            warm = min(processor_seconds(folder, solver, environment) for _ in range(REPEATS))
-            yardstick = warm if solver == YARDSTICK else yardstick
-            print(f"{solver:12s}{first:8.2f} s{warm:8.2f} s{warm / yardstick:8.1f}")
+            first = processor_seconds(folder, solver)
+            best = min(processor_seconds(folder, solver) for _ in range(REPEATS))
+            yardstick = best if solver == YARDSTICK else yardstick
+            print(f"{solver:12s}{first:8.2f} s{best:8.2f} s{best / yardstick:8.1f}")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,7 @@ from vbbench.solving.runner import given_at
 
 
 def seconds_per_frame(solver: FrameSolver, people: int, runs: int) -> float:
-    """The least of ``runs`` runs, after one that compiles; the two frames that are given are not counted."""
+    """The least of ``runs`` runs, the first of one more left out; the two frames that are given are not counted."""
     seen = crowd(people)
     frames = [Frame(index=t, observations=boxes, given=given_at(seen.given, t)) for t, boxes in enumerate(seen.boxes)]
     best = np.inf

@@ -5,7 +5,7 @@ does what cannot be shared (starting, handing out, writing), its workers share t
 
     scaling = seconds of one job / (seconds of the command's process + half of the workers' seconds).
 
-Each command is a process of its own, as a user starts it; compiled kernels are cached before.
+Each command is a process of its own, as a user starts it.
 Run with ``python -m benchmarks.bench_jobs [SOLVER ...]``.
 """
 
@@ -70,7 +70,7 @@ def main(solvers: Sequence[str]) -> None:
         heads = f"{'clock':>8}{'scaling':>9}  target {TARGET}"
         print(f"{'':<12}{'one job':>16}{'two jobs':>16}{'own':>8}{'workers':>9}{heads}")
         for solver in solvers:
-            spent(few, solver, room, 1)  # compiles what is not cached
+            spent(few, solver, room, 1)  # reads files into the cache of the system
             one, two = (spent(many, solver, room, jobs) for jobs in (1, 2))
             alone, together = one.own + one.workers, two.own + two.workers
             print(

@@ -92,8 +92,6 @@ def main() -> None:
     parser.add_argument("--people", type=int, default=50)
     parser.add_argument("--columns", type=int, default=128)
     options = parser.parse_args()
-    for _ in times(make_solver(options.solver), options.people, options.columns, 60):
-        pass  # compiles, or loads what was compiled
     part: list[float] = []
     print("| frames | median ms | 99 % | worst | memory, MB |")
     print("|---|---|---|---|---|")

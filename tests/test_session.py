@@ -400,8 +400,8 @@ def test_a_session_that_cannot_be_is_refused(options: dict[str, Any], message: s
 
 
 def test_the_solver_learns_what_carries_the_camera_and_where_boxes_have_their_edge() -> None:
-    solver = Watched()
-    Session(solver, CAMERA, DT, carried_by="robot", box_edge=0.45)
+    running, solver = session(carried_by="robot", box_edge=0.45)
+    running.step({1: BOX})
     assert (solver.problem.carried_by, solver.problem.box_edge) == ("robot", 0.45)
 
 
@@ -422,11 +422,9 @@ def test_an_unknown_solver_is_answered_with_the_nearest() -> None:
         Session("map-casual", CAMERA, DT)
 
 
-def test_everything_is_loaded_before_the_first_frame() -> None:
-    solver = Watched()
-    Session(solver, CAMERA, DT)
-    shown = [frame.given.odometry is not None for frame in solver.frames]
-    assert {True, False} == set(shown)
+def test_a_session_begins_with_256_columns() -> None:
+    running, solver = session()
+    running.step({1: BOX})
     assert len(solver.problem.tracks) == 256
 
 
