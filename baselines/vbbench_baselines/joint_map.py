@@ -150,7 +150,7 @@ class MapBatch:
         first = 0
         if self._latest is not None:
             known, seen, poses = self._latest
-            longer = known == problem and len(observations) == len(seen) + 1
+            longer = known is problem and len(observations) == len(seen) + 1
             same = longer and np.array_equal(observations[:-1], seen, equal_nan=True)
             first = len(seen) if same and np.array_equal(given.poses[: len(seen) - 1], poses[:-1]) else 0
         if first == 0:
