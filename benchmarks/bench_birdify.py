@@ -102,6 +102,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--people", type=int, default=12)
     parser.add_argument("--solver", nargs="+", default=SOLVERS)
+    parser.add_argument("--runs", type=int, default=REPEATS, help="of each solver")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -110,7 +111,7 @@ def main() -> None:
         yardstick = np.nan
         for solver in (YARDSTICK, *options.solver):
             first = processor_seconds(folder, solver)
-            best = min(processor_seconds(folder, solver) for _ in range(REPEATS))
+            best = min(processor_seconds(folder, solver) for _ in range(options.runs))
             yardstick = best if solver == YARDSTICK else yardstick
             print(f"{solver:12s}{first:8.2f} s{best:8.2f} s{best / yardstick:8.1f}")
 

@@ -9,6 +9,7 @@ Each command is a process of its own, as a user starts it.
 Run with ``python -m benchmarks.bench_jobs [SOLVER ...]``.
 """
 
+import argparse
 import os
 import subprocess
 import sys
@@ -62,11 +63,11 @@ def made(folder: Path, sequences: int) -> Path:
     return generate("sim", folder, options, jobs=2).folder
 
 
-def main(solvers: Sequence[str]) -> None:
+def main(solvers: Sequence[str], sequences: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         room = Path(folder)
-        few, many = made(room / "few", 8), made(room / "many", SEQUENCES)
-        print(f"Solving {SEQUENCES} sequences of sim, noisy, sequential; load {os.getloadavg()[0]:.1f} before")
+        few, many = made(room / "few", 8), made(room / "many", sequences)
+        print(f"Solving {sequences} sequences of sim, noisy, sequential; load {os.getloadavg()[0]:.1f} before")
         heads = f"{'clock':>8}{'scaling':>9}  target {TARGET}"
         print(f"{'':<12}{'one job':>16}{'two jobs':>16}{'own':>8}{'workers':>9}{heads}")
         for solver in solvers:
@@ -83,4 +84,8 @@ def main(solvers: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or SOLVERS)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("solvers", nargs="*", default=SOLVERS)
+    parser.add_argument("--sequences", type=int, default=SEQUENCES)
+    asked = parser.parse_args()
+    main(asked.solvers, asked.sequences)

@@ -19,7 +19,7 @@ from tests.slow_score import bootstrap, score_rows
 from vbbench.scoring import score
 
 STUDENTS = Crowd(scenes=2, people=425, frames=435, stay=(47, 51), seed=1)
-QUICK = Crowd(scenes=2, people=100, frames=120, stay=(46, 50), seed=1)
+QUICK = Crowd(scenes=2, people=30, frames=80, stay=(46, 50), seed=1)
 LOOPED = {"iterrows": 40, "itertuples": 400}
 """Ways to loop over the rows of a pandas table, and how many sequences are scored in each."""
 
@@ -50,5 +50,5 @@ def _seconds(function: Callable[..., Any], *arguments: Any, **options: Any) -> t
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--quick", action="store_true", help="a tenth of the size")
+    parser.add_argument("--quick", action="store_true", help="a small crowd")
     main(QUICK if parser.parse_args().quick else STUDENTS)

@@ -1,5 +1,6 @@
 """How long `vbbench --help` and `import vbbench` take, beside a bare Python: best of several, wall time."""
 
+import argparse
 import subprocess
 import sys
 import time
@@ -14,9 +15,12 @@ COMMANDS = {
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=REPEATS)
+    runs = parser.parse_args().runs
     print(f"{'':<20}{'best':>10}{'target':>10}")
     for name, (arguments, target) in COMMANDS.items():
-        best = min(_seconds(arguments) for _ in range(REPEATS))
+        best = min(_seconds(arguments) for _ in range(runs))
         wanted = "" if target is None else f"{target:.2g} s"
         missed = "  missed" if target is not None and best >= target else ""
         print(f"{name:<20}{best:>8.3f} s{wanted:>10}{missed}")
