@@ -1,6 +1,6 @@
-"""Boxes of any camera as directions and slopes, which is what they tell of people on the ground.
+"""Boxes of any camera as directions and slopes, the measurements of people on the ground.
 
-Of a person at the distance r in the direction a, who is h tall and seen from the height c, a box tells
+Of a person at the distance r in the direction a, who is h tall and seen from the height c, a box measures
 
     the direction a, the slope c/r down to the feet, and the slope h/r from head to feet,
 
@@ -8,8 +8,7 @@ as a camera without tilt would see them. What a box height of noise is in each f
 the border of the picture shows less of a person than there is.
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,13 +46,8 @@ class Bearings(NamedTuple):
     cut: IntArray
 
 
-def each(change: Callable[[Any], Any], boxes: Bearings) -> Bearings:
-    """The boxes with every field changed alike."""
-    return Bearings(*map(change, boxes))
-
-
 def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
-    """What boxes [..., 3] (u, v, l) in px tell; those that show nobody on the ground tell nothing."""
+    """The bearings of boxes [..., 3] (u, v, l) in px; NaN for those that show nobody on the ground."""
     boxes = np.where(boxes[..., 2:] > 0.0, boxes, np.nan)
     np.maximum(boxes[..., 2], SMALLEST_BOX, out=boxes[..., 2])
     both = np.array((boxes, boxes))

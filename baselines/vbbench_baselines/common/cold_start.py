@@ -90,15 +90,6 @@ class Astray:
         return self._finished + float(drift_variance(np.array(self._stretch)))
 
 
-def astray_after(waits: FloatArray) -> FloatArray:
-    """[T] variances in m² as of `Astray`, after frames that waited for so many s each."""
-    astray, variances = Astray(), np.zeros(len(waits))
-    for t, wait in enumerate(waits.tolist()):
-        astray.wait(wait)
-        variances[t] = astray.variance
-    return variances
-
-
 def add_drift(poses: FloatArray, places: FloatArray, variance: FloatArray) -> None:
     """Add what nobody can know of a crowd's common velocity to covariances, a ``variance`` [...] in each direction.
 
