@@ -70,13 +70,11 @@ class BodyModel(_Checked):
 
     Parameters
     ----------
-    nearest_edge, farthest_edge : m by which the edge of a body that decides its box is nearer than its middle: least and
-        most, a sequence has one length.
+    near_edge : m by which the edge of a body that decides its box is nearer than its middle.
     aspect : width of a box over its height.
     """
 
-    nearest_edge: Metres
-    farthest_edge: Metres
+    near_edge: Metres
     aspect: Annotated[float, Within(0.05, 5.0)]
 
 
