@@ -16,7 +16,7 @@ from joblib import Parallel, delayed
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, motion_between
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
-from vbbench.registry import held_out, make_solver
+from vbbench.registry import make_solver
 from vbbench.scoring.metrics import position_error, relative_position_error, translation_error
 from vbbench.sequence import Odometry
 from vbbench.solving.runner import run_sequence
@@ -82,11 +82,10 @@ def wheels(poses: FloatArray, seed: int) -> Odometry:
 
 
 def runs(dataset: Dataset, solver: str, case: Case, sequences: int, jobs: int) -> list[Run]:
-    """The runs of a solver on about so many sequences of a dataset, by the variant that was not fitted on it."""
-    name = held_out(solver, dataset.info.sources)
+    """The runs of a solver on about so many sequences of a dataset."""
     chosen = range(0, len(dataset), max(round(len(dataset) / sequences), 1))
     parts = np.array_split(np.array(chosen), max(4 * jobs, 1))
-    found = Parallel(n_jobs=jobs)(delayed(_some)(dataset, name, case, part) for part in parts)
+    found = Parallel(n_jobs=jobs)(delayed(_some)(dataset, solver, case, part) for part in parts)
     return [run for part in found for run in part]
 
 

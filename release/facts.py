@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from vbbench.registry import held_out, load
 from vbbench.solving.declared import declared_facts
 from vbbench_leaderboards.checks.bundled import bundled_solvers
 from vbbench_leaderboards.results.folder import published_results, result_paths
@@ -20,9 +19,7 @@ def outdated(results: Path) -> Iterator[Result]:
         result = read_result(results / path)
         if result.solver not in bundled_solvers():
             continue
-        sources = {source.sha256 for source in load("generator", result.board.split).card.sources}
-        facts = declared_facts(result.solver) | declared_facts(held_out(result.solver, sources))
-        about = replace(result.about, **facts)
+        about = replace(result.about, **declared_facts(result.solver))
         if about != result.about:
             yield replace(result, about=about)
 

@@ -11,15 +11,12 @@ from tests.solver_runs import CAMERAS, DT, problem_of, see, walk
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import get_protocol
-from vbbench.scoring.metrics import translation_error
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import frames_of, run_sequence
 from vbbench_baselines.common.cold_start import FAST, STANDING, standing
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
-from vbbench_baselines.joint_map import MapBatch
-from vbbench_baselines.joint_map import MapCausal
-from vbbench_baselines.joint_map.measurement.boxes import GroundCheck
+from vbbench_baselines.joint_map import MapBatch, MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
@@ -179,37 +176,3 @@ def test_it_counts_more_that_the_observer_stands_the_slower_it_is() -> None:
     counts = standing(np.array((0.0, FAST, 10.0)))
     np.testing.assert_allclose(counts[:2], (STANDING, 0.5 * STANDING))
     assert counts[2] < 0.05 * STANDING
-
-
-def test_feet_are_trusted_on_level_ground_only() -> None:
-    for camera in CAMERAS:
-        sequence = cold(crossing(4), camera)
-        check = GroundCheck(problem_of(sequence, camera, 1.0))
-        assert all(check.look(boxes) for boxes in sequence.observations)
-        tilted = np.array(sequence.observations)
-        tilted[..., 1] -= 0.06 * camera.focal
-        assert not GroundCheck(problem_of(sequence, camera, 1.0)).look(tilted)
-
-
-@pytest.mark.parametrize("make", [MapCausal, MapBatch])
-def test_on_sloping_ground_the_joint_solvers_do_as_well_as_by_height(make: Callable[..., Any]) -> None:
-    """Feet that mislead do no harm: a solver that never looks at them is not much better."""
-    truth = crossing(4)
-    sequence = cold(truth, CAMERAS[1])
-    tilted = np.array(sequence.observations)
-    tilted[..., 1] -= 0.06 * CAMERAS[1].focal
-    sequence = replace(sequence, observations=tilted)
-    found = answer(make, sequence, CAMERAS[1])
-    by_height = answer(lambda: make(feet=False), sequence, CAMERAS[1])
-    errors = [translation_error(estimate.poses, truth.poses).mean() for estimate in (found, by_height)]
-    assert errors[0] < 1.2 * errors[1]
-
-
-def test_a_start_that_is_given_is_as_it_was() -> None:
-    """What cold starts bring does nothing where two frames are given."""
-    truth = crossing(6)
-    sequence = see(truth, CAMERAS[0], 1.0)
-    solver = MapCausal()
-    run_sequence(solver, problem_of(sequence, CAMERAS[0], 1.0), sequence, get_protocol("rollout"), None)
-    assert solver._walk.rest == solver._walk.own_rest == 0.0
-    assert solver._walk.own_pace == solver._walk.spreads[1]

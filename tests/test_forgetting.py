@@ -64,7 +64,7 @@ def steps(solver: Any, sequence: Sequence, forgotten: dict[int, list[int]]) -> E
 
 @pytest.mark.parametrize("make", SOLVERS)
 def test_a_forgotten_column_is_as_good_as_a_new_one(make: Callable[[], Any]) -> None:
-    solvers = [MapCausal(window=BACK - GONE - 1) if make is MapCausal else make() for _ in range(2)]
+    solvers = [MapCausal(size=BACK - GONE - 1) if make is MapCausal else make() for _ in range(2)]
     reused, own = steps(solvers[0], relay(), {BACK: [0]}), steps(solvers[1], apart(relay()), {BACK: []})
     np.testing.assert_allclose(reused.poses, own.poses, atol=1e-6)
     positions = np.where(np.isnan(own.positions[:, :1]), own.positions[:, -1:], own.positions[:, :1])
@@ -95,8 +95,8 @@ def test_absent_columns_change_nothing() -> None:
         visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
         given=replace(sequence.given, positions=np.full((FRAMES, 40, 2), np.nan)),
     )
-    many = steps(MapCausal(window=8), wide, {})
-    few = steps(MapCausal(window=8), sequence, {})
+    many = steps(MapCausal(size=8), wide, {})
+    few = steps(MapCausal(size=8), sequence, {})
     np.testing.assert_array_equal(many.poses, few.poses)
     np.testing.assert_array_equal(many.positions[:, 30:36], few.positions)
 
@@ -108,5 +108,4 @@ def test_a_long_run_stays_sane_and_its_window_small() -> None:
     assert np.isfinite(poses).all()
     speed = np.hypot(*(poses[30:, :2] - poses[:-30, :2]).T) / 3.0
     assert np.median(speed) < 4.0
-    assert len(solver._rows.poses) <= solver.window
-    assert len(solver._boxes) <= solver.window
+    assert len(solver.ages()) <= 20

@@ -17,8 +17,7 @@ from vbbench.sequence import Odometry, Sequence, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import run_sequence
 from vbbench_baselines.common.odometry import told_by
-from vbbench_baselines.joint_map import MapBatch
-from vbbench_baselines.joint_map import MapCausal
+from vbbench_baselines.joint_map import MapBatch, MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 

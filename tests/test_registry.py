@@ -2,13 +2,16 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from importlib.metadata import EntryPoint
+from typing import ClassVar
 
 import pytest
 
 from vbbench import registry
 from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
+from vbbench.solving.declared import declared_facts
+from vbbench_baselines.joint_map import MapCausal
 
 
 @pytest.fixture
@@ -64,3 +67,27 @@ def test_of_two_with_one_name_the_first_counts_and_is_named(plugins: list[EntryP
     plugins += [solver("same", "math:sqrt"), solver("same", "math:cbrt")]
     with pytest.warns(VbbenchWarning, match="registered twice; math:sqrt is used"):
         assert registry.load("solver", "same").__name__ == "sqrt"
+
+
+class OfOurs(MapCausal):
+    """Made of a bundled solver."""
+
+
+class Theirs:
+    facts: ClassVar[Mapping[str, str]] = {"authors": "we"}
+
+
+class OfTheirs(Theirs):
+    pass
+
+
+class Odd:
+    facts: ClassVar[Mapping[str, str]] = {"colour": "red"}
+
+
+def test_facts_are_inherited_but_from_a_bundled_solver() -> None:
+    assert set(declared_facts("map-causal")) >= {"authors", "tuned_on"}
+    assert declared_facts(f"{__name__}:OfOurs") == {}
+    assert declared_facts(f"{__name__}:Theirs") == declared_facts(f"{__name__}:OfTheirs") == {"authors": "we"}
+    with pytest.raises(VbbenchError, match="facts must map some of authors"):
+        declared_facts(f"{__name__}:Odd")

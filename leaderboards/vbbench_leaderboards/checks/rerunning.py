@@ -18,7 +18,7 @@ from vbbench.files.submission import SubmissionInfo
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.tier import get_tier
 from vbbench.parallel.parts import in_parallel, progress_bar
-from vbbench.registry import held_out, load
+from vbbench.registry import load
 from vbbench.scoring import score
 from vbbench.solving.declared import declared_facts
 from vbbench_leaderboards.checks.bundled import REFERENCES, bundled_solvers
@@ -139,7 +139,7 @@ class Rerun:
             yield from in_parallel(_submission_in_silence, [(shop, dataset, *pair) for pair in pairs], self.jobs)
 
     def _result(self, submission: Path, dataset: Dataset, solver: str) -> Result:
-        facts = declared_facts(solver) | declared_facts(held_out(solver, dataset.info.sources))
+        facts = declared_facts(solver)
         words = {"reference": REFERENCES.get(solver, ""), "rerun_by": self.by}
         about = About.of(SubmissionInfo.read(submission), **facts, **words)
         return Result.of(score(submission, dataset.folder), submission, about, name=solver)

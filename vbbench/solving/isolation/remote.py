@@ -45,16 +45,14 @@ class Child:
     def introduced(self) -> "RemoteFrameSolver | RemoteSequenceSolver":
         """The solver to run, of the kind that the process reports."""
         facts, _ = self._receive({})
-        variants = facts.get("held_out")
-        if facts["said"] != "ready" or not isinstance(variants, dict):
-            raise self._nonsense("a greeting without its variants")
+        if facts["said"] != "ready":
+            raise self._nonsense("no greeting")
         self.working_on = "solving"
-        held_out = {str(source): plain(str(name), 200) for source, name in variants.items()}
         match facts.get("solver"):
             case "frame":
-                return RemoteFrameSolver(self, held_out)
+                return RemoteFrameSolver(self)
             case "sequence":
-                return RemoteSequenceSolver(self, held_out)
+                return RemoteSequenceSolver(self)
             case other:
                 kind = plain(str(other), 80)
                 raise VbbenchError(f"{kind} is not a solver: it has neither start and step nor solve")
@@ -145,15 +143,10 @@ def pipe_of(pipe: IO[bytes] | None) -> IO[bytes]:
 
 
 class Remote:
-    """A solver in another process, as the runner sees it.
+    """A solver in another process, as the runner sees it."""
 
-    Parameters
-    ----------
-    held_out : its variants by the SHA-256 of files that it was fitted on, as in `registry.held_out`.
-    """
-
-    def __init__(self, child: Child, held_out: dict[str, str]) -> None:
-        self._child, self.held_out = child, held_out
+    def __init__(self, child: Child) -> None:
+        self._child = child
 
     def is_now(self, working_on: str) -> None:
         """What it is about to do, for the messages about it; it is not told."""

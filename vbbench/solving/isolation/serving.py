@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from vbbench.camera import camera_from_dict
 from vbbench.errors import VbbenchError
-from vbbench.registry import make_solver, variants_of
+from vbbench.registry import make_solver
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
 from vbbench.solving.isolation.messages import TEXT_LIMIT, ClosedError, read_message, write_message
@@ -26,12 +26,11 @@ def serve(name: str, requests: IO[bytes], answers: IO[bytes]) -> None:
     """Make the solver, report its kind, and answer requests until the pipe closes."""
     try:
         solver = make_solver(name)
-        held_out = variants_of(name)
     except VbbenchError as error:
         hint = HINT if "cannot be imported" in str(error) else ""
         write_message(answers, {"said": "refused", "text": f"{error}"[:TEXT_LIMIT] + hint})
         return
-    write_message(answers, {"said": "ready", "solver": _kind(solver), "held_out": held_out})
+    write_message(answers, {"said": "ready", "solver": _kind(solver)})
     while True:
         try:
             facts, arrays = read_message(requests)
