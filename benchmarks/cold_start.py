@@ -95,11 +95,6 @@ def _some(dataset: Dataset, name: str, case: Case, indices: FloatArray) -> list[
     return [run for run in found if run is not None]
 
 
-def spread_over(dataset: Dataset, sequences: int) -> range:
-    """About so many sequences, evenly spread."""
-    return range(0, len(dataset), max(round(len(dataset) / sequences), 1))
-
-
 def row(name: str, found: list[Run]) -> str:
     """A row of the table."""
     dx, dt, rel, worst_dt, worst_dx = (

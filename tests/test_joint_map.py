@@ -177,13 +177,15 @@ def test_marginal_priors_hold_what_left_the_window(known: bool) -> None:
 
 
 def test_a_short_window_finds_about_the_poses_of_one_that_holds_all_frames() -> None:
-    scene = crowd(18, 6)
-    short, whole = (Run(6, size=size).through(scene) for size in (6, 20))
-    for one, other in zip(short, whole, strict=True):
-        np.testing.assert_allclose(one["pose"], other["pose"], atol=0.15)
-        np.testing.assert_allclose(one["places"], other["places"], atol=0.4)  # 5 to 13 m away
-    np.testing.assert_allclose(short[-1]["pose"], scene.poses[-1], atol=0.5)
-    np.testing.assert_allclose(short[-1]["places"], scene.places[-1], atol=0.5)
+    """Four seconds, of which the first two frames are held; a camera that looks along its path, as modes expect."""
+    for seed in range(3):
+        scene = crowd(18, 6, seed=seed)
+        short, whole = (Run(6, size=size).through(scene) for size in (10, 20))
+        for one, other in zip(short, whole, strict=True):
+            np.testing.assert_allclose(one["pose"], other["pose"], atol=0.1)
+            np.testing.assert_allclose(one["places"], other["places"], atol=0.15)  # 5 to 13 m away
+        np.testing.assert_allclose(short[-1]["pose"], scene.poses[-1], atol=0.5)
+        np.testing.assert_allclose(short[-1]["places"], scene.places[-1], atol=0.5)
 
 
 def test_errors_are_as_large_as_the_covariances_state() -> None:

@@ -65,6 +65,7 @@ constexpr double kBlind = 2.0;        ///< s without anybody in sight after whic
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
 constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, velocity that all have in common after a cold start
+constexpr double kVague = 0.3;        ///< m and rad: odometry that is less sure is left out
 constexpr int kTried = 3;             ///< newest steps in which a camera that stands may have moved
 constexpr double kSurer = 1.0;        ///< nats by which another solution must be better
 
@@ -89,7 +90,7 @@ class Estimator {
     age_ = 0;
     by_odometry_ = {};
     odometry_spread_ = {};
-    unled_ = 0.0;
+    unled_ = strayed_ = 0.0;
     cold_ = false;
     ages_.clear();
     blind_ = 0.0;
@@ -338,6 +339,11 @@ class Estimator {
       if (window_.people[p].column >= 0) where_[window_.people[p].column] = static_cast<int>(p);
   }
 
+  /// Whether a motion is measured well enough to replace what is expected of the camera.
+  static bool is_precise(const Spread& spread) {
+    return spread[0][0] < kVague * kVague && spread[1][1] < kVague * kVague && spread[2][2] < kVague * kVague;
+  }
+
   void add_frame(const Input& input) {
     std::vector<Frame>& frames = window_.frames;
     Frame frame;
@@ -346,7 +352,7 @@ class Estimator {
       for (int c = 0; c < 2; ++c) frame.at[kPose + c] *= model_.sway_memory;
       if (frames.size() > 1) predict(frames, frame);
     }
-    if (moved_known_ && !std::isnan(input.motion[0]) && !frames.empty()) {
+    if (moved_known_ && !std::isnan(input.motion[0]) && !frames.empty() && is_precise(moved_spread_)) {
       frame.motion.measured = information_root(moved_spread_[0].data(), frame.motion.root);
       for (int c = 0; c < 3; ++c) frame.motion.moved[c] = moved_[c];
       const std::array<double, kFrame>& last = frames.back().at;
@@ -403,7 +409,12 @@ class Estimator {
     for (const Person& person : window_.people) seen += person.last() == newest && person.nodes.back().seen;
     const bool led = window_.frames.back().motion.measured;
     if (newest == 1 && static_cast<int>(ages_.size()) == 2 && ages_[0] == 0) cold_ = !window_.frames[1].given;
-    if (cold_ && newest > 0 && !led) unled_ += recording_.dt;
+    if (cold_ && led) {  // how all move together is known again
+      strayed_ = astray();
+      unled_ = 0.0;
+    } else if (cold_ && newest > 0) {
+      unled_ += recording_.dt;
+    }
     if (led || window_.frames.back().given || seen == 0) {
       blind_ = led || window_.frames.back().given ? 0.0 : blind_ + recording_.dt;
     } else if (blind_ <= kBlind) {
@@ -442,7 +453,7 @@ class Estimator {
     window_.mode_prior = model_.motion.start;
     behind_ = next_ = Spread{};
     by_odometry_ = {};
-    blind_ = unled_ = 0.0;
+    blind_ = unled_ = strayed_ = 0.0;
     cold_ = false;
     index_people();
   }
@@ -500,7 +511,7 @@ class Estimator {
   /// estimate forgets it within `kFlowTime` (an Ornstein-Uhlenbeck process).
   double astray() const {
     const double t = unled_;
-    return 2.0 * kFlowSpeed * kFlowSpeed * kFlowTime * (t - kFlowTime * (1.0 - std::exp(-t / kFlowTime)));
+    return strayed_ + 2.0 * kFlowSpeed * kFlowSpeed * kFlowTime * (t - kFlowTime * (1.0 - std::exp(-t / kFlowTime)));
   }
 
   Person unknown_person(int column) const {
@@ -734,7 +745,8 @@ class Estimator {
   std::vector<std::array<double, 3>> places_;
   std::array<std::array<double, 2>, 3> by_odometry_{};
   std::array<std::array<double, 2>, 2> odometry_spread_{};
-  double unled_ = 0.0;  ///< s since a cold start in which nothing measured how the camera moves
+  double unled_ = 0.0;    ///< s since a cold start, or since odometry, in which nothing measured how the camera moves
+  double strayed_ = 0.0;  ///< m², how far that led astray before the last odometry
   bool cold_ = false;
   Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;
