@@ -1,4 +1,4 @@
-"""The crowd engine: agent-steps a second a core beside pysocialforce and JuPedSim, threads, and the warm-up.
+"""The crowd engine: agent-steps a second a core beside pysocialforce and JuPedSim, threads, and the first use.
 
 JuPedSim may live in an environment of its own, whose interpreter $JUPEDSIM_PYTHON names:
 
@@ -43,7 +43,7 @@ for _ in range(task["repeats"]):
 print(best)
 """
 
-WARM_UP = """
+FIRST_USE = """
 from time import perf_counter, process_time
 started, busy = perf_counter(), process_time()
 from benchmarks.bench_simulation import MODELS, crowd
@@ -142,8 +142,8 @@ def beside_jupedsim() -> None:
         print(f"  {both}; ratio {ours / theirs:.1f}x")
 
 
-def warm_up() -> None:
-    command = [sys.executable, "-c", WARM_UP]
+def first_use() -> None:
+    command = [sys.executable, "-c", FIRST_USE]
     runs = [subprocess.run(command, capture_output=True, text=True, check=True).stdout.split() for _ in range(5)]
     seconds, busy = (min(map(float, column[1:])) for column in zip(*runs, strict=True))
     spent = f"{seconds:.2f} s, of which the processor was busy {busy:.2f} s"
@@ -154,7 +154,7 @@ def main() -> None:
     beside_pysocialforce()
     threads()
     beside_jupedsim()
-    warm_up()
+    first_use()
 
 
 if __name__ == "__main__":

@@ -169,7 +169,7 @@ def _steady_clock() -> None:
 
 
 def _make_scenery(scenery: dict[str, str]) -> dict[str, Tree]:
-    """Run here, in the process that is forked later: what is imported and compiled now is so in every fork."""
+    """Run here, in the process that is forked later: what is imported now is so in every fork."""
     _keep_every_part()
     _be_the_cluster()
     _understand_each_command_once()
@@ -225,7 +225,7 @@ _rehearsed: set[str] = set()
 
 
 def _rehearse(command: Command, found: Tree) -> None:
-    """Run a command line here, once, in a folder of its own: what is imported and compiled then is so in every fork."""
+    """Run a command line here, once, in a folder of its own: what is imported then is so in every fork."""
     if isinstance(command, str) and command not in _rehearsed:
         _rehearsed.add(command)
         with _folder(found, "rehearsal") as root, redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):

@@ -87,10 +87,10 @@ def targets(place: Path, dataset: Dataset) -> Iterator[dict[str, Any]]:
     for name in ("answers of others", "drafts", "source files", "keys"):
         (place / files[name]).parent.mkdir(parents=True, exist_ok=True)
         (place / files[name]).write_text("secret")
-    compiled = Path(messages.__file__).parent / "__pycache__"
-    compiled.mkdir(exist_ok=True)
+    bytecode = Path(messages.__file__).parent / "__pycache__"
+    bytecode.mkdir(exist_ok=True)
     folders = {
-        "bytecode of vbbench": compiled,
+        "bytecode of vbbench": bytecode,
         "user's folder": place,
         "dataset": dataset.folder,
         "temporary folder": tempfile.gettempdir(),

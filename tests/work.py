@@ -17,7 +17,7 @@ class Work:
 
 
 def work_of(do: Callable[[], object]) -> Work:
-    """What ``do`` and all below it take. What is done once only, such as imports and compiling, is done before."""
+    """What ``do`` and all below it take. What is done once only, such as imports, is done before."""
     do()
     calls = 0
 

@@ -32,7 +32,7 @@ def run(
         for kind, count in share(kinds, cases):
             folder = Path(rooms.enter_context(TemporaryDirectory(prefix=f"fuzz-{kind.name}-")))
             kind.make(folder)
-            kind.read(folder)  # compiles and imports, so that no case pays for it; an honest file is read
+            kind.read(folder)  # imports, so that no case pays for it; an honest file is read
             tally.kinds[kind.name] = count
             for case in range(first, first + count):
                 try:
