@@ -11,9 +11,7 @@ import pytest
 
 from tests.test_cli import run
 from vbbench.errors import VbbenchError
-from vbbench.files.dataset import Dataset
 from vbbench.paper import COLUMNS, PROTOCOLS, SIGMA_H, SPLITS, the_paper
-from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import shown, write_report
 from vbbench.reproduction.simulated_recording import STAND_INS, SimulatedRecording
 from vbbench.reproduction.tables.solver_figure import PANELS, plot_solver_table
@@ -116,16 +114,6 @@ def test_figures_on_the_demo(found: SolverTable) -> None:
     for (protocol, solver), figures in golden.items():
         own = [found.one("demo", protocol, sigma_h, solver).summaries["dx"].frame_mean for sigma_h in (0.0, SIGMA_H)]
         assert own == pytest.approx(figures, rel=0.02, abs=2e-5)
-
-
-def test_the_batch_answers_one_step_as_the_causal_solver_does(out: Path, found: SolverTable) -> None:
-    folder = out / "demo-sigma-0.07"
-    assert not (folder / "one-step-map-batch").exists()
-    dataset = Dataset(folder / "dataset")
-    ((_, score),) = Making().scores(dataset, ["map-batch"], "one-step")
-    own = found.one("demo", "one-step", SIGMA_H, "map-batch")
-    for metric, summary in own.summaries.items():
-        assert score.summaries[metric] == summary
 
 
 @pytest.mark.slow

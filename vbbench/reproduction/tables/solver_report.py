@@ -64,8 +64,6 @@ def _facts(found: SolverTable) -> Iterator[str]:
         "`sequential`, where a straight line goes on to the end of the sequence. `vb-sf-literal`, `map-causal` and "
         "`map-batch` are compared with the paper's VB-SF."
     )
-    if "map-batch" in found.study.solvers:
-        yield ("Under `one-step` `map-batch` has no later frame to correct its answer by: `map-causal` runs for both.")
     if found.study.table == 3:
         yield (
             "On Shibuya `one-step` says little: boxes of heads jitter by more than people move in the 0.04 s from "

@@ -33,8 +33,6 @@ COUNTERPARTS = {
     "map-batch": "VB-SF",
 }
 """The solvers of the tables, and whose row of the paper each is compared with; any other with its best."""
-ALIKE = {("one-step", "map-batch"): "map-causal"}
-"""Where no later frame can correct an answer, the causal solver runs for the batch."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,17 +207,16 @@ def _measure(study: SolverTableStudy, split: str, out: Path, making: Making) -> 
 
 
 def _rows(study: SolverTableStudy, split: str, dataset: Dataset, protocol: str, making: Making) -> Iterator[SolverRow]:
-    """Every solver on a dataset; of two that answer alike (`ALIKE`) one runs for both."""
-    run_as = {solver: ALIKE.get((protocol, solver), solver) for solver in study.solvers}
-    scores = dict(making.scores(dataset, tuple(run_as.values()), protocol))
-    for solver, name in run_as.items():
+    """Every solver on a dataset."""
+    scores = dict(making.scores(dataset, study.solvers, protocol))
+    for solver in study.solvers:
         yield SolverRow(
             split=split,
             protocol=protocol,
             sigma_h=dataset.info.height_std,
             solver=solver,
-            coverage=scores[name].coverage,
-            summaries={metric: scores[name].summaries[metric] for metric in section("metrics")},
+            coverage=scores[solver].coverage,
+            summaries={metric: scores[solver].summaries[metric] for metric in section("metrics")},
         )
 
 
