@@ -1,5 +1,7 @@
 """The estimator in C++: gradients, elimination, marginal priors, what it answers, and what its binding refuses."""
 
+import pickle
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -575,3 +577,22 @@ def test_boxes_of_later_frames_help_and_come_with_covariances() -> None:
         squares.append(0.5 * np.einsum("tki,tkij,tkj->tk", off, inverse, off).mean())
     assert np.all(errors[1] < 0.95 * errors[0])
     assert 0.2 < np.mean(squares) < 2.0
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_copy_of_an_estimator_goes_on_as_it_does(known: bool) -> None:
+    scene, runs = crowd(20, 5, noise=2.0), [Run(5, known=known, covariances=True, size=8)]
+    runs[0].through(Crowd(scene.poses[:12], scene.places[:12], scene.boxes[:12]))
+    runs += [deepcopy(runs[0]), pickle.loads(pickle.dumps(runs[0]))]  # noqa: S301
+    for boxes in scene.boxes[12:]:
+        first, *others = (run.step(boxes=boxes) for run in runs)
+        for other in others:
+            for name in ("pose", "pose_covariance", "places", "place_covariances", "heights"):
+                np.testing.assert_array_equal(other[name], first[name])
+
+
+def test_a_state_of_another_version_is_refused() -> None:
+    state = Run(2).core.__getstate__()
+    for wrong in (b"", state[:-8], state + bytes(8)):
+        with pytest.raises(VbbenchError, match="the state is not that of an estimator of this version"):
+            Estimator.__new__(Estimator).__setstate__(wrong)

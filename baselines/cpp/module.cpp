@@ -198,6 +198,21 @@ struct Core {
     return window.cost(estimator.model());
   }
 
+  nb::bytes state() {
+    Writer writer;
+    writer(columns);
+    estimator.archive(writer);
+    return nb::bytes(writer.bytes.data(), writer.bytes.size());
+  }
+
+  void restore(const nb::bytes& bytes) {
+    new (this) Core();
+    Reader reader(bytes.c_str(), bytes.size());
+    reader(columns);
+    estimator.archive(reader);
+    if (!reader.good()) refuse("the state is not that of an estimator of this version");
+  }
+
   nb::dict linear_system() const {
     people();
     Window window = estimator.window();
@@ -254,6 +269,8 @@ NB_MODULE(_core, m) {
            "Writes the estimate of a frame of the window, by all boxes so far, into the last four arrays.")
       .def("ages", &Core::ages, "Frames since the start of those in the window.")
       .def("forget", &Core::forget, array_arg("columns"), "From the next frame on these columns are new people.")
+      .def("__getstate__", &Core::state, "The state as bytes.")
+      .def("__setstate__", &Core::restore, nb::arg("state"), "Makes an estimator of the state.")
       .def("gradient_errors", &Core::gradient_errors,
            "Largest relative errors of the gradient by path, height, own edge, calibration and camera.")
       .def("cost", &Core::cost, "Negative log posterior of the window, up to a constant.")

@@ -70,6 +70,12 @@ class Estimator:
     def forget(self, columns: IntArray) -> None:
         """From the next frame on these columns [M] are new people."""
 
+    def __getstate__(self) -> bytes:
+        """The state, as `__setstate__` takes it: copies go on as the original does."""
+
+    def __setstate__(self, state: bytes) -> None:
+        """Go on from a state; a `VbbenchError` if it is of another version."""
+
     def gradient_errors(self) -> list[float]:
         """Largest relative errors of the gradient by path, height, own edge, calibration and camera."""
 

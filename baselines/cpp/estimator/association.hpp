@@ -17,6 +17,11 @@ class Association {
     kept_ = 100.0;
   }
 
+  template <class Archive>
+  void archive(Archive& a) {
+    a(switches_), a(kept_);
+  }
+
   /// Indices of the people of the window whose newest boxes are more probably of another person; none if they are half
   /// of those who are seen again, since then the camera's motion is what surprises.
   std::vector<int> switched(const Window& window, const Model& model) {

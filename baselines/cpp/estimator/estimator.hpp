@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "archive.hpp"
 #include "association.hpp"
 #include "noise.hpp"
 #include "occlusion.hpp"
@@ -182,6 +183,18 @@ class Estimator {
       to[1] = to[2] = found.places[p][1] + place[0][1];
       to[3] = found.places[p][2] + place[1][1];
     }
+  }
+
+  /// Everything that later frames depend on.
+  template <class Archive>
+  void archive(Archive& a) {
+    a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
+    a(moved_known_), a(converged_), a(stride_), a(places_), a(by_odometry_), a(odometry_spread_), a(unled_);
+    a(strayed_), a(cold_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
+    a(odometry_), a(learns_), a(blind_), a(noise_), a(squares_), a(count_), a(variance_);
+    window_.archive(a);
+    occlusion_.archive(a);
+    association_.archive(a);
   }
 
   double variance() const { return variance_; }

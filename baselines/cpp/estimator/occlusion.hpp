@@ -14,6 +14,11 @@ class Occlusion {
  public:
   void start() { ending_ = whole_ = 1.0; }
 
+  template <class Archive>
+  void archive(Archive& a) {
+    a(ending_), a(whole_);
+  }
+
   /// Marks the boxes of the newest frame that end at a nearer outline. Returns whether any mark has changed. The rate
   /// of such boxes is learned if `counts`.
   bool mark(Window& window, const Model& model, bool counts) {

@@ -70,6 +70,13 @@ struct Person {
 
   int frames() const { return static_cast<int>(nodes.size()); }
   int last() const { return first + frames() - 1; }
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(column), a(shown), a(first), a(nodes), a(log_height), a(own_edge), a(height_mean), a(height_std), a(variance);
+    a(squares), a(count);
+    a(prior);
+  }
 };
 
 /// The calibration that all frames share, with its Gaussian prior.

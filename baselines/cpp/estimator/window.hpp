@@ -201,6 +201,14 @@ class Window {
 
   const Layout& layout() const { return layout_; }
 
+  /// What remains between two solutions.
+  template <class Archive>
+  void archive(Archive& a) {
+    a(frames), a(people), a(mode_prior), a(posterior), a(held);
+    a(calibration.at), a(calibration.free), a(calibration.information), a(calibration.vector), a(calibration.about);
+    a(calibration.sway_std);
+  }
+
   /// Takes one step with this damping, whatever becomes of the cost; false if the system is not positive definite.
   bool take_step(const Model& model, double damping) {
     if (!linearise(model, damping)) return false;
