@@ -25,7 +25,7 @@ struct Constants {
   double offset_std = 0.005;                 ///< rad, of the columns [S]
   double sway_std = 0.008, sway_time = 1.1;  ///< rad and s, AR(1) of pitch and roll about their means [S]
   // People.
-  double acceleration = 0.03;                ///< m²/s³, power density of acceleration [F]
+  double acceleration = 0.03;                 ///< m²/s³, power density of acceleration [F]
   double gait_speed = 0.15, gait_time = 0.1;  ///< m/s and s, velocity noise within a stride [F]
   double walk_nu = 5.0;                       ///< degrees of freedom of the innovations [F]
   double walk_people = 20.0;                  ///< innovations as which the usual scale of all counts [F]

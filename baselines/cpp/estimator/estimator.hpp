@@ -66,9 +66,9 @@ constexpr double kBlind = 2.0;        ///< s without anybody in sight after whic
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
 constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, velocity that all have in common after a cold start
-constexpr double kVague = 0.3;        ///< m and rad: odometry that is less sure is left out
-constexpr int kTried = 3;             ///< newest steps in which a camera that stands may have moved
-constexpr double kSurer = 1.0;        ///< nats by which another solution must be better
+constexpr double kVague = 0.3;                       ///< m and rad: odometry that is less sure is left out
+constexpr int kTried = 3;                            ///< newest steps in which a camera that stands may have moved
+constexpr double kSurer = 1.0;                       ///< nats by which another solution must be better
 
 class Estimator {
  public:
@@ -628,12 +628,11 @@ class Estimator {
       count_ += sum[1];
     }
     variance_ = (constants.walk_people + squares_) / (constants.walk_people + count_);
-    for (Person& person : window_.people)
-      person.variance = (own * variance_ + person.squares) / (own + person.count);
+    for (Person& person : window_.people) person.variance = (own * variance_ + person.squares) / (own + person.count);
   }
 
-  /// A descent hardly leaves a mode: it is tried that a camera that stands has moved for a few frames, and that one that
-  /// walks faster than people do is a vehicle's.
+  /// A descent hardly leaves a mode: it is tried that a camera that stands has moved for a few frames, and that one
+  /// that walks faster than people do is a vehicle's.
   void try_other_modes(Solution& solution) {
     const std::vector<Frame>& frames = window_.frames;
     if (window_.posterior.empty() || frames.back().motion.measured) return;

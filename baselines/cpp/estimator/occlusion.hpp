@@ -50,23 +50,21 @@ class Occlusion {
 
  private:
   static constexpr double kBody = 0.12, kHead = 0.05, kShoulders = 0.8;  ///< outline, in heights of the person
-  static constexpr double kCore = 0.08;         ///< half the width that must be covered, in heights
-  static constexpr double kOutline = 0.03;      ///< by which an outline's border is uncertain, in heights
-  static constexpr double kFreshSpread = 0.3;   ///< of the feet of a person without a path, in heights
-  static constexpr double kTail = 1e-3;         ///< density of errors of any size
+  static constexpr double kCore = 0.08;        ///< half the width that must be covered, in heights
+  static constexpr double kOutline = 0.03;     ///< by which an outline's border is uncertain, in heights
+  static constexpr double kFreshSpread = 0.3;  ///< of the feet of a person without a path, in heights
+  static constexpr double kTail = 1e-3;        ///< density of errors of any size
   static constexpr int kColumns = 7;
 
   struct Outline {
     Box* box;
-    double azimuth, width;       ///< rad, the width of one height
-    double foot, head, length;   ///< slopes that the person's state predicts
-    double range;                ///< m
-    bool fresh;                  ///< whether this box is the first
+    double azimuth, width;      ///< rad, the width of one height
+    double foot, head, length;  ///< slopes that the person's state predicts
+    double range;               ///< m
+    bool fresh;                 ///< whether this box is the first
   };
 
-  static double density(double e, double sigma) {
-    return std::exp(-0.5 * e * e / (sigma * sigma)) / sigma + kTail;
-  }
+  static double density(double e, double sigma) { return std::exp(-0.5 * e * e / (sigma * sigma)) / sigma + kTail; }
 
   void gather(Window& window) {
     outlines_.clear();

@@ -64,7 +64,7 @@ struct Person {
   std::vector<Node> nodes;
   double log_height = 0.54, own_edge = 0.0;
   double height_mean = 0.54, height_std = 0.055;
-  double variance = 1.0;  ///< of the innovations, in units of σ²
+  double variance = 1.0;              ///< of the innovations, in units of σ²
   double squares = 0.0, count = 0.0;  ///< of the innovations so far
   MarginalPrior prior;
 

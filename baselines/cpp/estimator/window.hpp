@@ -110,13 +110,13 @@ class Window {
     }
   }
 
-  /// Covariances of the pose of a frame and of the frame that is held next, given those that are held, and of the places
-  /// of people in that frame, NaN where a person is not in it.
+  /// Covariances of the pose of a frame and of the frame that is held next, given those that are held, and of the
+  /// places of people in that frame, NaN where a person is not in it.
   struct Covariances {
     using Pose = std::array<std::array<double, 3>, 3>;
     Pose pose{}, next{};
     std::array<std::array<double, 2>, 2> odometry{};  ///< of the scale and turn of odometry
-    std::vector<std::array<double, 3>> places;  ///< xx, xy, yy
+    std::vector<std::array<double, 3>> places;        ///< xx, xy, yy
   };
 
   bool covariances(const Model& model, int frame, Covariances& out) {
