@@ -100,16 +100,16 @@ def test_every_combination_has_a_row_in_order(found: SolverTable) -> None:
 
 
 def test_figures_on_the_demo(found: SolverTable) -> None:
-    """Golden: Δx in m over frames with heights known and unknown; who never looks, or looks at feet, does not care."""
+    """Golden: Δx in m over frames with heights known and unknown; who never looks does not care, who sees feet hardly."""
     golden = {
         ("one-step", "cv"): (0.03157, 0.03157),
         ("one-step", "vb-cv"): (0.01585, 0.01585),
-        ("one-step", "map-causal"): (0.0028, 0.0028),
-        ("one-step", "map-batch"): (0.0028, 0.0028),
+        ("one-step", "map-causal"): (0.00615, 0.00602),
+        ("one-step", "map-batch"): (0.00615, 0.00601),
         ("sequential", "cv"): (1.9214, 1.9214),
         ("sequential", "vb-cv"): (0.03948, 0.09352),
-        ("sequential", "map-causal"): (0.0062, 0.0062),
-        ("sequential", "map-batch"): (0.00303, 0.00303),
+        ("sequential", "map-causal"): (0.00991, 0.00965),
+        ("sequential", "map-batch"): (0.00401, 0.00409),
     }
     for (protocol, solver), figures in golden.items():
         own = [found.one("demo", protocol, sigma_h, solver).summaries["dx"].frame_mean for sigma_h in (0.0, SIGMA_H)]
@@ -127,11 +127,11 @@ def test_figures_on_hotel(hotel: SolverTable) -> None:
             ("one-step", "cv"): 0.08524,
             ("one-step", "vb-sf"): 0.04147,
             ("one-step", "vb-sf-literal"): 0.08173,
-            ("one-step", "map-causal"): 0.03259,
+            ("one-step", "map-causal"): 0.03443,
             ("sequential", "cv"): 0.46999,
             ("sequential", "vb-sf"): 0.14853,
             ("sequential", "vb-sf-literal"): 0.34080,
-            ("sequential", "map-causal"): 0.07181,
+            ("sequential", "map-causal"): 0.08282,
         },
         rel=0.02,
     )
