@@ -100,7 +100,7 @@ def test_every_combination_has_a_row_in_order(found: SolverTable) -> None:
 
 
 def test_figures_on_the_demo(found: SolverTable) -> None:
-    """Golden: Δx in m over frames with heights known and unknown; who never looks does not care, who sees feet hardly."""
+    """Golden: Δx in m over frames with heights known and unknown."""
     golden = {
         ("one-step", "cv"): (0.03157, 0.03157),
         ("one-step", "vb-cv"): (0.01585, 0.01585),

@@ -26,8 +26,8 @@ class MapCausal:
     Parameters
     ----------
     carried_by : what carries the camera; ``None`` for what the problem states.
-    constants : numbers of ``constants.hpp``, or ``size`` (frames of the window), ``rounds`` or ``least`` (the most steps
-        of a solution, and the fall of the cost that is the last one's).
+    constants : numbers of ``constants.hpp``, or ``size`` (frames of the window), ``rounds`` or ``least`` (the most
+        steps of a solution, and the fall of the cost that is the last one's).
 
     Raises
     ------
