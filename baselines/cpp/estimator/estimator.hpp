@@ -76,8 +76,8 @@ class Estimator {
   using Pose = std::array<double, 3>;
 
   Constants constants;
-  int size = 20, rounds = 8;  // frames of the window, and steps of a solution at most
-  double least = 1e-3;
+  int size = 20, rounds = 30;  // frames of the window, and steps of a solution at most
+  double least = 0.2;  // nats
 
   void start(const Recording& recording) {
     recording_ = recording;
