@@ -77,7 +77,7 @@ class Estimator {
 
   Constants constants;
   int size = 20, rounds = 30;  // frames of the window, and steps of a solution at most
-  double least = 0.2;  // nats
+  double least = 0.2;          // nats
 
   void start(const Recording& recording) {
     recording_ = recording;

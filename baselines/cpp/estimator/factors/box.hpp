@@ -53,11 +53,11 @@ struct BoxState {
   const double* global;  ///< `Global`
 };
 
-constexpr double kNearest = 0.2;        ///< m, no box is of anybody nearer
-constexpr double kCutTolerance = 0.03;  ///< of the log height, by which a cut box may be too tall
+constexpr double kNearest = 0.2;                  ///< m, no box is of anybody nearer
+constexpr double kCutTolerance = 0.03;            ///< of the log height, by which a cut box may be too tall
 constexpr double kShown = 0.2, kShownStd = 0.25;  ///< −ln of the share that shows of a person who is cut, and its σ
-constexpr double kSideFactor = 4.0;     ///< by which a column is less certain where the side is cut
-constexpr double kPartSide = 0.05;      ///< box heights by which a column is uncertain where only a part shows
+constexpr double kSideFactor = 4.0;               ///< by which a column is less certain where the side is cut
+constexpr double kPartSide = 0.05;  ///< box heights by which a column is uncertain where only a part shows
 
 /// The cues of a box: q_u = (a − a' )/w, q_l = ln λ + ln(r − δ) − η, q_b = (s − h/(r − δ))/λ − c q_l,
 /// with c from the pixel noise that the length and the foot share.
