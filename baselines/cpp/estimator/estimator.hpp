@@ -690,9 +690,8 @@ class Estimator {
   void answer(Output& output) {
     const Frame& frame = window_.frames.back();
     const int newest = static_cast<int>(window_.frames.size()) - 1;
-    output.pose[0] = frame.at[0];
-    output.pose[1] = frame.at[1];
-    output.pose[2] = wrap(frame.at[2]);
+    for (int c = 0; c < 3; ++c) output.pose[c] = frame.given ? frame.given_pose[c] : frame.at[c];
+    output.pose[2] = wrap(output.pose[2]);
     for (const Person& person : window_.people) {
       if (person.column < 0) continue;
       output.heights[person.column] = std::exp(person.log_height);
