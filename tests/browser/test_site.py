@@ -24,7 +24,7 @@ PAGES = {
     "tutorial": "tutorials/first-result",
     "notebook": "tutorials/notebooks/first_result",
     "commands": "commands",
-    "tables": "results",
+    "tables": "real-cameras",
     "reference": "reference/api",
 }
 SHOWN = {"light": "rgb(255, 255, 255)", "dark": "rgb(20, 24, 30)"}
