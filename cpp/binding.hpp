@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -64,6 +65,18 @@ Array<T> array(const nb::object& value, const char* name, const Shape& shape) {
     refuse(std::string(name) + " must have the shape " + shape_text(shape) + ", not " + shape_text(has));
   }
   return found;
+}
+
+/// The integer as an int that is at least `least`.
+inline int whole(std::int64_t value, const char* name, std::int64_t least) {
+  if (value < least || value > 1'000'000'000) refuse(std::string(name) + " must be at least " + std::to_string(least));
+  return static_cast<int>(value);
+}
+
+/// Rows of numbers as rows of what they are.
+template <class Row, class T>
+auto* rows(const Array<T>& found) {
+  return reinterpret_cast<std::conditional_t<std::is_const_v<T>, const Row*, Row*>>(found.data());
 }
 
 /// A new NumPy array that owns the values.

@@ -119,10 +119,11 @@ class MapBatch:
 
     facts: ClassVar[Mapping[str, str]] = DEVELOPED
     LAG = 40
-    """Frames of the window."""
+    """Frames of the window, unless ``size`` is another."""
 
     def __init__(self, carried_by: Carrier | None = None, **constants: float) -> None:
-        self._causal = MapCausal(carried_by, **{"size": self.LAG, **constants})
+        constants = {"size": self.LAG, **constants}
+        self._causal, self._size = MapCausal(carried_by, **constants), int(constants["size"])
         self._latest: tuple[Problem, FloatArray, FloatArray] | None = None
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
@@ -136,7 +137,7 @@ class MapBatch:
         for t in range(len(observations)):
             answers.append(self._step(observations, given, t))
             ages = self._causal.ages()
-            if len(ages) == self.LAG and ages[-1] == t:
+            if len(ages) == self._size and ages[-1] == t:
                 smooth[ages[0]] = self._causal.smoothed(0)
         for index, age in enumerate(self._causal.ages()):
             smooth[age] = self._causal.smoothed(index)
@@ -173,8 +174,8 @@ def _corrected(causal: Estimate, smooth: Mapping[int, tuple[FloatArray, ...]]) -
     """The ``smooth`` answers of key frames; those between are moved as the key frames next to them are."""
     keys = np.array(sorted(smooth))
     poses, spreads, places, place_spreads = (np.stack(rows) for rows in zip(*(smooth[k] for k in keys), strict=True))
-    moved = np.stack([poses[:, 0] - causal.poses[keys, 0], poses[:, 1] - causal.poses[keys, 1],
-                      wrap_angle(poses[:, 2] - causal.poses[keys, 2])], axis=-1)  # fmt: skip
+    moved = poses - causal.poses[keys]
+    moved[:, 2] = wrap_angle(moved[:, 2])
     frames = np.arange(len(causal.poses))
     correction = np.stack([np.interp(frames, keys, column) for column in moved.T], axis=-1)
     found_poses = causal.poses + correction

@@ -32,11 +32,6 @@ namespace {
 
 using Int = std::int64_t;
 
-int whole(Int value, const char* name, Int least) {
-  if (value < least || value > 1'000'000'000) refuse(std::string(name) + " must be at least " + std::to_string(least));
-  return static_cast<int>(value);
-}
-
 template <class T>
 T entry(const nb::dict& entries, const char* name) {
   T value{};
@@ -52,12 +47,6 @@ double finite(const nb::dict& numbers, const char* name) {
 }
 
 Int length(const auto& found, std::size_t axis = 0) { return static_cast<Int>(found.shape(axis)); }
-
-/// Rows of numbers as rows of what they are.
-template <class Row, class T>
-auto* rows(const Array<T>& found) {
-  return reinterpret_cast<std::conditional_t<std::is_const_v<T>, const Row*, Row*>>(found.data());
-}
 
 void check_indices(const Array<const Int>& found, std::size_t count, const char* name) {
   for (std::size_t n = 0; n < found.size(); ++n)

@@ -25,11 +25,6 @@ using namespace vbbench::renderers;
 
 namespace {
 
-int whole(Int value, const char* name, Int least) {
-  if (value < least || value > 1'000'000'000) refuse(std::string(name) + " must be at least " + std::to_string(least));
-  return static_cast<int>(value);
-}
-
 /// A number that is an attribute.
 template <class T>
 T number(const nb::object& of, const char* name) {
@@ -51,12 +46,6 @@ void check_within(const Array<const T>& found, Int least, Int below, const char*
 }
 
 Int length(const auto& found) { return static_cast<Int>(found.shape(0)); }
-
-/// Rows of numbers as rows of what they are.
-template <class Row, class T>
-auto* rows(const Array<T>& found) {
-  return reinterpret_cast<std::conditional_t<std::is_const_v<T>, const Row*, Row*>>(found.data());
-}
 
 /// Meshes, whose indices are checked once.
 class MeshArrays {

@@ -119,7 +119,7 @@ class Estimator {
       model_.people.own_edge_std = 1e-4;
       height_std_ = std::max(recording.height_std / recording.height_mean, 1e-4);
     } else {
-      model_.people.noise.pixel = std::max(model_.people.noise.pixel * 0.0 + c.pixel, 0.05);
+      model_.people.noise.pixel = std::max(c.pixel, 0.05);
       if (recording.box_std > 0.0) model_.people.noise.share.fill(recording.box_std);
       calibration.sway_std = {c.sway_std, c.sway_std};
     }
@@ -167,7 +167,7 @@ class Estimator {
     const Pose held = held_pose();
     const Spread base = behind();
     if (spread) {
-      const Spread pose = sum(carried(behind(), held, camera.at[0], camera.at[1]), found.pose);
+      const Spread pose = sum(carried(base, held, camera.at[0], camera.at[1]), found.pose);
       for (int a = 0; a < 3; ++a)
         for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b];
     }
@@ -197,7 +197,6 @@ class Estimator {
     association_.archive(a);
   }
 
-  double variance() const { return variance_; }
   const Window& window() const { return window_; }
   const Model& model() const { return model_; }
   std::array<double, 5> gradient_errors() { return window_.gradient_errors(model_); }
