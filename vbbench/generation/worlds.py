@@ -13,10 +13,9 @@ import numpy as np
 from vbbench.generation.generator import Plan
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given, SequenceData, Truth
+from vbbench.streams import Stream, random_stream
 from vbbench.world import World
 
-WORLD_STREAM = 2
-"""Spawn key of the generator of worlds, apart from the one that makes the sequence."""
 FARTHEST = 100.0
 """Most m that a scene is shifted along x and along y: far more than a scene is wide, and float32 still has 0.01 mm."""
 
@@ -29,7 +28,7 @@ def build_sequence(plan: Plan, index: int) -> SequenceData:
     data = plan.build(index)
     if data.world is not None or plan.info.truth == "none":
         return data
-    rng = np.random.default_rng(np.random.SeedSequence([plan.info.known_seed, index], spawn_key=(WORLD_STREAM,)))
+    rng = random_stream(plan.info.known_seed, index, Stream.WORLD)
     turn, shift = rng.uniform(-np.pi, np.pi), rng.uniform(-FARTHEST, FARTHEST, 2)
     order = rng.permutation(len(data.sequence.tracks))
     if plan.info.truth == "relative":  # its world is already its own: it begins where the camera does

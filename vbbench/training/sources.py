@@ -23,10 +23,8 @@ from vbbench.generation.worlds import build_sequence
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench.protocol import get_protocol
 from vbbench.sequence import NOBODY, Sequence, Truth
+from vbbench.streams import Stream, random_stream
 from vbbench.training.samples import Known, Sample, sample_of
-
-WINDOW_STREAM = 3
-"""Spawn key of the generator that draws windows, apart from those that make sequences and worlds."""
 
 CELLS_KEPT = 1 << 19
 """People times frames of the sequences that a folder's samples keep in memory, about 50 MB."""
@@ -223,8 +221,7 @@ class GeneratedSamples:
     def _window(self, sequence: Sequence) -> slice | None:
         if self._frames is None:
             return None
-        entropy = [self._plan.info.known_seed, sequence.index]
-        rng = np.random.default_rng(np.random.SeedSequence(entropy, spawn_key=(WINDOW_STREAM,)))
+        rng = random_stream(self._plan.info.known_seed, sequence.index, Stream.WINDOW)
         start = int(rng.integers(max(sequence.frames - self._frames, 0) + 1))
         return slice(start, min(start + self._frames, sequence.frames))
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from vbbench.generation.generator import Card, Options
 from vbbench.scene import Scene
+from vbbench.streams import random_stream
 from vbbench_generators.crowds.scenario import get_scenario
 from vbbench_generators.crowds.scenes import draw_crowd, walk
 from vbbench_generators.crowds.social_force.model import Model
@@ -47,7 +48,7 @@ def record_plaza(seed: int, index: int, people: int, frames: int) -> Scene:
     frames : number of frames T.
     """
     scenario = replace(get_scenario("plaza"), people=(people,), frames=frames)
-    rng = np.random.default_rng(np.random.SeedSequence([seed, index]))
+    rng = random_stream(seed, index)
     positions = walk(scenario, draw_crowd(scenario, people, Model(), rng), Model(), "vbbench")
     inside = np.abs(positions).max(axis=-1) <= HALF_SIDE
     comes = inside & ~np.concatenate([np.zeros((1, people), bool), inside[:-1]])

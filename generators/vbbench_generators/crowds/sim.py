@@ -19,6 +19,7 @@ from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, Given, Odometry, Sequence, SequenceData
+from vbbench.streams import random_stream
 from vbbench_generators.crowds.scenario import Scenario, get_scenario
 from vbbench_generators.crowds.scenes import ObservedScene, draw_scene
 from vbbench_generators.recordings.eligibility import Span
@@ -65,7 +66,7 @@ class SimulationPlan:
 
     def build(self, index: int) -> SequenceData:
         """One sequence with its scene; its random numbers follow from the seed and its index alone."""
-        rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
+        rng = random_stream(self.info.known_seed, index)
         people = self.scenario.people[index % len(self.scenario.people)]
         heights = self.heights.mean + self.heights.std * rng.standard_normal(people)
         drawn = draw_scene(

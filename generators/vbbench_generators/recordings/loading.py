@@ -12,11 +12,9 @@ from vbbench.generation.sources import locate
 from vbbench.geometry import FloatArray
 from vbbench.registry import load_all, load_registered
 from vbbench.scene import Scene
+from vbbench.streams import Stream, random_stream
 from vbbench_generators.recordings.readers.text import count_columns, read_header, read_homography, read_lines
 from vbbench_generators.recordings.recipe import DETECTED, Recipe
-
-GRID_STREAM = 3
-"""Spawn key of the generator of places within the cells of a grid, apart from all others."""
 
 FileSum = tuple[str, str]
 """A source file's path, the same on every machine, and its SHA-256."""
@@ -193,7 +191,7 @@ def off_grid(scene: Scene, grid: float, seed: int, index: int) -> Scene:
     Where boxes are exact, whole multiples would tell a solver which way the scene lies, and how far anybody walked. The
     places follow from the seed and the scene's number in the recipe alone.
     """
-    rng = np.random.default_rng(np.random.SeedSequence([seed, index], spawn_key=(GRID_STREAM,)))
+    rng = random_stream(seed, index, Stream.GRID)
     return replace(scene, positions=scene.positions + rng.uniform(-grid / 2.0, grid / 2.0, scene.positions.shape))
 
 

@@ -14,6 +14,7 @@ from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
+from vbbench.streams import Stream, random_stream
 from vbbench_generators.recordings.eligibility import Rules, Span, find_spans, observed_crowd
 from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.heading import causal_headings
@@ -22,13 +23,11 @@ from vbbench_generators.views.viewing import view, walked
 
 REVISION = 2
 """Raised whenever the same options give other observations, so that dataset ids differ too."""
-HEIGHT_STREAM = 1
-"""Spawn key of the generator of heights, apart from the one of every sequence."""
 
 
 def draw_heights(scene: Scene, number: int, seed: int, heights: Heights) -> Scene:
     """The scene with heights in m, by person, from the seed and the scene's number."""
-    rng = np.random.default_rng(np.random.SeedSequence([seed, number], spawn_key=(HEIGHT_STREAM,)))
+    rng = random_stream(seed, number, Stream.HEIGHTS)
     return scene.with_heights(heights.mean + heights.std * rng.standard_normal(len(scene.people)))
 
 
@@ -76,7 +75,7 @@ class Reprojection:
         """One sequence; its random numbers follow from the seed and its index alone."""
         span = self.spans[index]
         scene, crowd = self.scenes[span.scene], self._crowds[span.scene]
-        rng = np.random.default_rng(np.random.SeedSequence([self.info.known_seed, index]))
+        rng = random_stream(self.info.known_seed, index)
         if self.observer == "vehicle":
             span, poses = ride(scene, span, span.of(crowd), self.info.camera, rng)
         else:

@@ -12,14 +12,12 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, Sequence, SequenceData, Truth, held_persons
+from vbbench.streams import Stream, random_stream
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import Precision, wandering
 from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME, wrapped
 from vbbench_generators.views.looking.laws import LONGEST_LEAD, Law, Way, natural_yaws
 from vbbench_generators.views.looking.settings import natural_look
-
-LOOK_STREAM = 5
-"""Spawn key of the generator of natural looks, apart from the one of every sequence: boxes keep their noise."""
 
 
 def look_definition(look: Look) -> dict[str, Any]:
@@ -119,11 +117,11 @@ def walked(
     if look == "wander":
         heading = heading + WANDER_STD * wandering((len(heading),), WANDER_TIME, scene.dt, rng)
     elif look != "motion":
-        heading = _natural_heading(scene, span, look, np.random.SeedSequence(seed, spawn_key=(LOOK_STREAM,)))
+        heading = _natural_heading(scene, span, look, random_stream(*seed, Stream.LOOK))
     return np.concatenate([span.of(scene.positions)[:, span.column], wrapped(heading)[:, None]], axis=1)
 
 
-def _natural_heading(scene: Scene, span: Span, look: Look, seed: np.random.SeedSequence) -> FloatArray:
+def _natural_heading(scene: Scene, span: Span, look: Look, rng: np.random.Generator) -> FloatArray:
     """[T] in rad where the observer's head points in the frames of the span, drawn from a stream of its own."""
     reach, end = int(np.ceil(2.0 * LONGEST_LEAD / scene.dt)), span.first + len(span.counted)
     first = max(span.first - reach, 0)
@@ -136,4 +134,4 @@ def _natural_heading(scene: Scene, span: Span, look: Look, seed: np.random.SeedS
         dt=scene.dt,
     )
     law: Law | None = None if look == "natural" else cast(Law, look)
-    return natural_yaws(way, natural_look(), np.random.default_rng(seed), law)
+    return natural_yaws(way, natural_look(), rng, law)
