@@ -5,13 +5,11 @@ import json
 import shutil
 import zlib
 from dataclasses import fields, replace
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from jsonschema import Draft202012Validator
 
 from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.errors import FileError
@@ -116,23 +114,6 @@ def test_the_digest_does_not_depend_on_how_zlib_packs(results: Path) -> None:
     assert_equal(read_result(results / FILE), read_result(results / FILE))
 
 
-@pytest.mark.parametrize("schema", ["result", "dataset"])
-def test_schemas_are_sound_and_strict(schema: str) -> None:
-    text = (files("vbbench_leaderboards") / "schemas" / f"{schema}.schema.json").read_text("utf-8")
-    values = json.loads(text)
-    Draft202012Validator.check_schema(values)
-
-    def objects(part: Any) -> Any:
-        if isinstance(part, dict):
-            yield from [part] if part.get("type") == "object" else []
-            part = list(part.values())
-        if isinstance(part, list):
-            for value in part:
-                yield from objects(value)
-
-    assert all("additionalProperties" in found for found in objects(values))
-
-
 @pytest.mark.parametrize(
     ("values", "message"),
     [
@@ -151,11 +132,11 @@ def test_schemas_are_sound_and_strict(schema: str) -> None:
         ({"solver": {**SOLVER, "date": "2026-13-01"}}, r"\$\.solver\.date"),
         ({"solver": {**SOLVER, "delay": -1}}, r"\$\.solver\.delay"),
         ({"solver": {**SOLVER, "delay": "late"}}, r"\$\.solver\.delay"),
-        ({"solver": {"name": "cv"}}, r'\$\.solver: ".*" is a required property'),
+        ({"solver": {"name": "cv"}}, r"missing required field `.*` - at `\$\.solver`"),
         ({"score": {}}, r"\$\.score"),
     ],
 )
-def test_a_file_that_breaks_the_schema_is_refused_with_its_place(
+def test_a_file_that_is_of_another_form_is_refused_with_its_place(
     results: Path, values: dict[str, Any], message: str
 ) -> None:
     change(results / FILE, **values)

@@ -4,6 +4,7 @@ import html
 import json
 import re
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -22,7 +23,7 @@ from vbbench.scoring.comparison import compare
 from vbbench.scoring.metrics import METRICS, Metric, position_error, rotation_error
 from vbbench_leaderboards.page.building import site_files
 from vbbench_leaderboards.page.table import board_table
-from vbbench_leaderboards.results.sealed_json import schema_of
+from vbbench_leaderboards.results.forms import form_of
 
 NEW = {
     "degrees": Metric(
@@ -127,7 +128,7 @@ def test_boards_rank_by_it_and_show_it() -> None:
 
 @pytest.mark.usefixtures("new_metrics")
 def test_result_files_must_have_it() -> None:
-    schema = schema_of("result")["properties"]
-    assert {*NEW, "dx"} - {"seconds"} <= set(schema["score"]["properties"]["metrics"]["required"])
-    assert "seconds" in schema["score"]["properties"]["drift"]["required"]
-    assert schema["per_sequence"]["properties"]["columns"]["const"][-len(METRICS) :] == list(METRICS)
+    form = form_of("result")
+    score = get_type_hints(form)["score"]
+    assert {*NEW, "dx"} - {"seconds"} <= set(get_type_hints(score)["metrics"].__struct_fields__)
+    assert "seconds" in get_type_hints(score)["drift"].__struct_fields__

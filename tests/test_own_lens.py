@@ -117,7 +117,7 @@ def test_a_lens_model_is_named_or_follows_from_the_coefficients(table, expected,
         ("coefficients = [1.0, 2.0, 3.0]", "3 coefficients; lists of lens model 'opencv' have 4, 5, 8"),
         ("coefficients = [1.0, 2.0, 3.0, 4.0, 5.0]\nk1 = 1.0", "coefficients and k1 exclude each other"),
         ("coefficients = 1.0", "coefficients is a list"),
-        ("coefficients = ['a', 'b', 'c', 'd', 'e']", "wrong type; write a number"),
+        ("coefficients = ['a', 'b', 'c', 'd', 'e']", "wrong type; Expected `float`, got `str`"),
     ],
 )
 def test_coefficients_that_two_lens_models_may_have_are_asked_about(table, problem, tmp_path):

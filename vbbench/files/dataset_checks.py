@@ -1,17 +1,18 @@
 """Checks of a dataset's files: each key of ``dataset.json``, and whether its tables fit one another."""
 
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from msgspec import UNSET, Meta, Struct, UnsetType, ValidationError, convert, defstruct
+from msgspec.structs import asdict
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, is_printable, quoted
 from vbbench.files.tables import SCHEMAS
 from vbbench.geometry import BoolArray, IntArray
-from vbbench.solver import BOX_EDGE, CARRIERS
+from vbbench.solver import BOX_EDGE, Carrier
 
 TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "heights"))
 """Names that a table of a dataset can have; no other name is ever used in a path."""
@@ -19,7 +20,10 @@ TABLES = tuple(name for name in SCHEMAS if name not in ("poses", "positions", "h
 PUBLIC = ("sequences", "observations", "given")
 """The tables that every dataset has."""
 
-TRUTH_TABLES = {
+Known = Literal["whole", "poses", "relative", "none"]
+"""What is known of a dataset's truth: see `TRUTH_TABLES`."""
+
+TRUTH_TABLES: dict[Known, tuple[str, ...]] = {
     "whole": ("truth/scenes", "truth/people", "truth/tracks", "truth/frames", "truth/poses"),
     "poses": ("truth/frames", "truth/poses"),
     "relative": ("truth/scenes", "truth/people", "truth/tracks"),
@@ -34,172 +38,107 @@ ALWAYS = PUBLIC + TRUTH_TABLES["whole"]
 COUNTS = ("sequences", "frames", "observations", "people_min", "people_max")
 """The counts of every complete dataset."""
 
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}")
-_ID = re.compile(r"[0-9a-f]{16}")
-_SHA256 = re.compile(r"[0-9a-f]{64}")
-_LARGEST_COUNT = 1 << 53
-_LONGEST_TEXT = 1000
-
-Fault = str | None
-Check = Callable[[Any], Fault]
-
-
-def find_fault(values: Mapping[str, Any]) -> Fault:
-    """The first thing that is wrong with the object in a ``dataset.json``, by its key; ``None`` if nothing is."""
-    checks = _CHECKS | _OPTIONAL
-    for name in values:
-        if name not in checks:
-            return f"key {quoted(name)} is unknown"
-    for name, check in checks.items():
-        if name in values:
-            fault = check(values[name])
-            if fault is not None:
-                return f"key '{name}' {fault}"
-        elif name in _CHECKS:
-            return f"key '{name}' is missing"
-    tables = values["tables"]
-    missing = [name for name in TRUTH_TABLES[values.get("truth", "whole")] if name not in tables]
-    return f"key 'tables' lacks {', '.join(missing)}" if tables and missing else None
+LONGEST_TEXT = 1000
+Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}\Z")]
+Sha256 = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
+Count = Annotated[int, Meta(ge=0, le=1 << 53)]
+Spread = Annotated[float, Meta(ge=0.0, le=10.0)]
+CameraFacts = dict[str, Name | float]
+"""Kind and parameters; their ranges are checked when the camera is made."""
 
 
-def _must_be(wanted: str, is_good: Callable[[Any], object]) -> Check:
-    return lambda value: None if is_good(value) else f"is {quoted(value)}, not {wanted}"
+class Text(str):
+    """A text of 1 to 1000 characters that can be shown on one line."""
 
 
-def _text(longest: int = _LONGEST_TEXT) -> Check:
-    return _must_be(
-        f"text of 1 to {longest} printable characters",
-        lambda value: isinstance(value, str) and 0 < len(value) <= longest and is_printable(value),
-    )
+class TableFacts(Struct, forbid_unknown_fields=True):
+    """Facts about one table of a dataset."""
+
+    bytes: Count
+    rows: Count
+    sha256: Sha256
 
 
-def _like(pattern: re.Pattern[str], wanted: str) -> Check:
-    return _must_be(wanted, lambda value: isinstance(value, str) and pattern.fullmatch(value))
+class PicturesFacts(Struct, forbid_unknown_fields=True):
+    """Where the pictures of a sequence are."""
+
+    pattern: Text
+    first: Count
+    step: Annotated[int, Meta(ge=1, le=1 << 53)]
 
 
-def _number(least: float, most: float, *, above: bool = False) -> Check:
-    """A number from ``least``, or ``above`` it, to ``most``."""
+class CalibrationFacts(Struct):
+    """The summary of a calibration is for people; its other keys are for programs."""
 
-    def is_good(value: Any) -> bool:
-        known = isinstance(value, (int, float)) and not isinstance(value, bool)
-        return known and least <= value <= most and not (above and value == least)
-
-    return _must_be(f"a number {'above' if above else 'from'} {least:g} to {most:g}", is_good)
+    summary: Text
 
 
-def _whole(least: int, most: int | None = _LARGEST_COUNT) -> Check:
-    def is_good(value: Any) -> bool:
-        known = isinstance(value, int) and not isinstance(value, bool)
-        return known and value >= least and (most is None or value <= most)
-
-    return _must_be(f"a whole number from {least} on", is_good)
-
-
-def _or_null(check: Check) -> Check:
-    return lambda value: None if value is None else check(value)
-
-
-def _each_of(checks: Mapping[str, Check]) -> Check:
-    """An object with exactly these keys."""
-
-    def check(value: Any) -> Fault:
-        if not isinstance(value, dict) or set(value) != set(checks):
-            return f"is {quoted(value)}, not an object with the keys {', '.join(checks)}"
-        faults = ((name, checks[name](value[name])) for name in checks)
-        return next((f"has '{name}', which {fault}" for name, fault in faults if fault), None)
-
-    return check
+TablesFacts = defstruct(
+    "TablesFacts",
+    [(name.replace("/", "_"), TableFacts | UnsetType, UNSET) for name in TABLES],
+    rename={name.replace("/", "_"): name for name in TABLES},
+    forbid_unknown_fields=True,
+)
+CountsFacts = defstruct(
+    "CountsFacts", [(name, Count | UnsetType, UNSET) for name in COUNTS], forbid_unknown_fields=True
+)
 
 
-def _scenes(value: Any) -> Fault:
-    if not isinstance(value, list):
-        return f"is {quoted(value)}, not a list of names"
-    fault = next((fault for fault in map(_text(), value) if fault), None)
-    return f"has a name that {fault}" if fault else None
+class DatasetFacts(Struct, kw_only=True, forbid_unknown_fields=True):
+    """The object in a ``dataset.json``. The counts of a dataset in partitions are not known yet, nor its tables."""
+
+    id: Annotated[str, Meta(pattern=r"^[0-9a-f]{16}\Z")]
+    split: Name
+    title: Text
+    camera: CameraFacts
+    tier: Name
+    seed: int | None
+    dt: Annotated[float, Meta(gt=0.0, le=1000.0)]
+    height_mean: Annotated[float, Meta(gt=0.0, le=10.0)]
+    height_std: Spread
+    pixel_std: Annotated[float, Meta(ge=0.0, le=1e6)]
+    scenes: list[Text]
+    definition: dict[str, Any]
+    caution: Text | None
+    counts: CountsFacts  # type: ignore[valid-type]
+    tables: TablesFacts  # type: ignore[valid-type]
+    package_version: Annotated[str, Meta(max_length=80, pattern=r"^[ -~]*\Z")]
+    format_version: int
+    box_std: Spread = 0.0
+    tilt_std: Spread = 0.0
+    mount_height_std: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0
+    carried_by: Carrier = "unknown"
+    box_edge: Annotated[float, Meta(ge=BOX_EDGE.least, le=BOX_EDGE.most)] | UnsetType = UNSET
+    calibration: CalibrationFacts | None = None
+    cameras: Annotated[list[CameraFacts], Meta(min_length=1)] | UnsetType = UNSET
+    truth: Known = "whole"
+    pictures: list[PicturesFacts | None] | UnsetType = UNSET
+    digest: Sha256 | UnsetType = UNSET
+
+    def __post_init__(self) -> None:
+        if self.seed is not None and self.seed < 0:
+            raise ValueError(f"Expected `int` >= 0, got {quoted(self.seed)} - at `$.seed`")
+        for part, needed in (("tables", PUBLIC + TRUTH_TABLES[self.truth]), ("counts", COUNTS)):
+            given = asdict(getattr(self, part))
+            missing = [name for name in needed if given[name.replace("/", "_")] is UNSET]
+            if missing and any(value is not UNSET for value in given.values()):
+                raise ValueError(f"Object lacks {', '.join(missing)} - at `$.{part}`")
 
 
-def _camera(value: Any) -> Fault:
-    """Parameters must be numbers; kind and ranges are checked when the camera is made."""
-    if not isinstance(value, dict) or not isinstance(value.get("kind"), str):
-        return f"is {quoted(value)}, not a camera: it has a 'kind' and its parameters"
-    number = _number(-1e9, 1e9)
-    faults = ((name, number(part)) for name, part in value.items() if name != "kind")
-    return next((f"has {quoted(name)}, which {fault}" for name, fault in faults if fault), None)
+def find_fault(values: Mapping[str, Any]) -> str | None:
+    """The first fault of the object in a ``dataset.json``, with its place; ``None`` if there is none."""
+    try:
+        convert(values, DatasetFacts, dec_hook=_text)
+    except ValidationError as error:
+        return str(error)
+    return None
 
 
-def _cameras(value: Any) -> Fault:
-    if not isinstance(value, list) or not value:
-        return f"is {quoted(value)}, not a list of cameras"
-    return next((fault for fault in map(_camera, value) if fault), None)
-
-
-def _pictures(value: Any) -> Fault:
-    """One entry a sequence: null, or where its pictures are."""
-    if not isinstance(value, list):
-        return f"is {quoted(value)}, not a list"
-    check = _or_null(_each_of({"pattern": _text(), "first": _whole(0), "step": _whole(1)}))
-    return next((f"has an entry that {fault}" for fault in map(check, value) if fault), None)
-
-
-def _counts(value: Any) -> Fault:
-    """Counts may be absent: those of a dataset in partitions are not known yet."""
-    return None if value == {} else _each_of(dict.fromkeys(COUNTS, _whole(0)))(value)
-
-
-def _tables(value: Any) -> Fault:
-    if not isinstance(value, dict):
-        return f"is {quoted(value)}, not an object of tables"
-    facts = _each_of({"bytes": _whole(0), "rows": _whole(0), "sha256": _like(_SHA256, "a SHA-256 in hex")})
-    for name, given in value.items():
-        if name not in TABLES:
-            return f"has {quoted(name)}, which is the name of no table; there are {', '.join(TABLES)}"
-        fault = facts(given)
-        if fault is not None:
-            return f"has '{name}', which {fault}"
-    missing = [name for name in PUBLIC if name not in value]
-    return f"lacks {', '.join(missing)}" if value and missing else None
-
-
-def _calibration(value: Any) -> Fault:
-    """Its ``summary`` is printed; the rest is for programs."""
-    if not isinstance(value, dict):
-        return f"is {quoted(value)}, not an object"
-    fault = _text()(value.get("summary"))
-    return f"has 'summary', which {fault}" if fault else None
-
-
-_CHECKS: dict[str, Check] = {
-    "id": _like(_ID, "an id of 16 hex digits"),
-    "split": _like(_NAME, "the name of a split"),
-    "title": _text(),
-    "camera": _camera,
-    "tier": _like(_NAME, "the name of a tier"),
-    "seed": _or_null(_whole(0, None)),
-    "dt": _number(0, 1000, above=True),
-    "height_mean": _number(0, 10, above=True),
-    "height_std": _number(0, 10),
-    "pixel_std": _number(0, 1e6),
-    "scenes": _scenes,
-    "definition": _must_be("an object", lambda value: isinstance(value, dict)),
-    "caution": _or_null(_text()),
-    "counts": _counts,
-    "tables": _tables,
-    "package_version": lambda value: None if value == "" else _text(80)(value),
-    "format_version": _whole(1),
-}
-
-_OPTIONAL: dict[str, Check] = {
-    "box_std": _number(0, 10),
-    "tilt_std": _number(0, 10),
-    "mount_height_std": _number(0, 1e3),
-    "carried_by": _must_be(f"one of {', '.join(CARRIERS)}", lambda value: value in CARRIERS),
-    "box_edge": _number(BOX_EDGE.least, BOX_EDGE.most),
-    "calibration": _or_null(_calibration),
-    "cameras": _cameras,
-    "truth": _must_be(f"one of {', '.join(TRUTH_TABLES)}", lambda value: value in TRUTH_TABLES),
-    "pictures": _pictures,
-    "digest": _like(_SHA256, "a SHA-256 in hex"),
-}
+def _text(kind: type[Text], value: Any) -> Text:
+    """A `Text`, which msgspec makes by this function."""
+    if not isinstance(value, str) or not 0 < len(value) <= LONGEST_TEXT or not is_printable(value):
+        raise ValueError(f"Expected text of 1 to {LONGEST_TEXT} printable characters, got {quoted(value)}")
+    return kind(value)
 
 
 FEW_CELLS, CELLS_PER_ROW = 10**6, 5000

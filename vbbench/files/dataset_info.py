@@ -6,13 +6,13 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import pyarrow.parquet as pq
 
 from vbbench.camera import Camera, camera_from_dict, camera_to_dict
 from vbbench.errors import FileError, VbbenchError, quoted
-from vbbench.files.dataset_checks import find_fault
+from vbbench.files.dataset_checks import Known, find_fault
 from vbbench.files.generate_command import generate_command
 from vbbench.files.tables import file_sha256
 from vbbench.folders.swapping import finish_swaps
@@ -20,9 +20,6 @@ from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
 from vbbench.paper import the_paper
 from vbbench.parsing.json_text import canonical_digest, read_object
 from vbbench.solver import Carrier
-
-Known = Literal["whole", "poses", "relative", "none"]
-"""What is known of a dataset's truth; see `vbbench.files.dataset_checks.TRUTH_TABLES`."""
 
 FORMAT_VERSION = 2
 """Since 2 every sequence has a world of its own (``truth/frames``), and tracks are not numbered like people."""

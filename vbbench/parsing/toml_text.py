@@ -1,7 +1,7 @@
-"""The one reader of TOML files, strangers' and bundled ones: frozen dataclasses from their tables.
+"""Reader of all TOML files, users' and bundled ones: it makes frozen dataclasses of their tables.
 
-A key that is unknown, missing or of the wrong type is an error that names file and key and says what to write. So is a
-file that is too large to be one of settings.
+msgspec checks the type of each value. A key that is unknown, missing or of the wrong type is an error that names file,
+key and repair. So is a file that is too large to be one of settings.
 """
 
 import reprlib
@@ -14,6 +14,8 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import msgspec
 
 from vbbench.errors import FileError, suggestion
 
@@ -69,29 +71,43 @@ def _build(kind: type[T], table: Mapping[str, Any], path: Path, where: str) -> T
         if name not in table and field.default is MISSING and field.default_factory is MISSING:
             raise FileError(path, f"{where}: key '{name}' is missing; add it")
     hints = get_type_hints(kind)
-    values = {key: _value(value, hints[key], path, key) for key, value in table.items()}
-    for key, value in values.items():
-        if not _fits(value, hints[key]):
-            shown = reprlib.repr(value)
-            raise FileError(path, f"{where}: {key} = {shown} has the wrong type; {_wanted(hints[key], value)}")
-    return kind(**values)
+    return kind(**{key: _value(value, hints[key], path, where, key) for key, value in table.items()})
 
 
-def _value(value: Any, hint: Any, path: Path, key: str) -> Any:
-    """The value of a key, tables made the dataclasses that ``hint`` asks for."""
-    hint = _options(hint)[0]
+def _value(value: Any, hint: Any, path: Path, where: str, key: str) -> Any:
+    """The value of a key as `hint` wants it, with the dataclasses that it names in place of tables."""
+    hint = _options(hint)[0] if len(_options(hint)) == 1 else hint
     nested: Any = next((kind for kind in (hint, *get_args(hint)) if is_dataclass(kind)), None)
-    if nested is None:
-        return _frozen(value)
-    if get_origin(hint) is Mapping:
+    if nested is not None and get_origin(hint) is Mapping:
         if not isinstance(value, dict) or not all(isinstance(table, Mapping) for table in value.values()):
             raise FileError(path, f"[{key}] holds tables: write each as [{key}.NAME] or NAME = {{ ... }}")
         return {name: _build(nested, table, path, f"[{key}.{name}]") for name, table in value.items()}
-    if get_origin(hint) is not tuple:
-        return _build(nested, value, path, f"[{key}]") if isinstance(value, Mapping) else value
-    if not isinstance(value, list) or not all(isinstance(table, Mapping) for table in value):
-        raise FileError(path, f"these are tables in a row, each with the heading [[{key}]]: double brackets")
-    return tuple(_build(nested, table, path, f"[[{key}]]") for table in value)
+    if nested is not None and get_origin(hint) is tuple:
+        if not isinstance(value, list) or not all(isinstance(table, Mapping) for table in value):
+            raise FileError(path, f"these are tables in a row, each with the heading [[{key}]]: double brackets")
+        return tuple(_build(nested, table, path, f"[[{key}]]") for table in value)
+    if nested is not None and isinstance(value, Mapping):
+        return _build(nested, value, path, f"[{key}]")
+    try:
+        made = msgspec.convert(value, hint, builtin_types=(date,))
+    except msgspec.ValidationError as error:
+        words = [word for option in _options(hint) if get_origin(option) is Literal for word in get_args(option)]
+        advice = suggestion(str(value), words) if words else str(error)
+        if date in _options(hint):
+            advice = "write a day, YYYY-MM-DD without quotation marks"
+        raise FileError(path, f"{where}: {key} = {reprlib.repr(value)} has the wrong type; {advice}") from error
+    written = _tuples(value)
+    return written if made == written else made  # 1 stays 1: ids of datasets are digests of what is written
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _options(hint: Any) -> list[Any]:
+    """The types that a value may have; that of a key that may be missing is the one where it is there."""
+    options = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    return [option for option in options if option is not type(None)]
 
 
 def toml_table(path: Path) -> dict[str, Any]:
@@ -141,65 +157,3 @@ def _check_values(table: dict[str, Any]) -> None:
         level = [value for value in level if isinstance(value, (dict, list))]
     if level:
         raise RecursionError
-
-
-def _frozen(value: Any) -> Any:
-    return tuple(map(_frozen, value)) if isinstance(value, list) else value
-
-
-def _fits(value: Any, hint: Any) -> bool:
-    if get_origin(hint) in (Union, UnionType):
-        return any(_fits(value, option) for option in _options(hint))
-    if get_origin(hint) is Literal:
-        return value in get_args(hint)
-    if get_origin(hint) is tuple:
-        return isinstance(value, tuple) and _all_fit(value, get_args(hint))
-    if get_origin(hint) is Mapping:
-        return isinstance(value, dict) and all(_fits(item, get_args(hint)[1]) for item in value.values())
-    if hint is Any:
-        return True
-    if isinstance(value, bool) or hint is bool:
-        return isinstance(value, bool) and hint is bool
-    if hint is date:
-        return type(value) is date  # one with a time of day is a date to Python
-    return isinstance(value, (int, float) if hint is float else hint)
-
-
-def _all_fit(values: tuple[Any, ...], hints: tuple[Any, ...]) -> bool:
-    """Whether the items of a list are of the kinds of a tuple: of any length, or of just so many."""
-    if hints[-1] is Ellipsis:
-        return all(_fits(item, hints[0]) for item in values)
-    return len(values) == len(hints) and all(map(_fits, values, hints))
-
-
-_SPOKEN = {
-    str: "a text in quotation marks",
-    float: "a number",
-    int: "a whole number",
-    bool: "true or false",
-    date: "a day, YYYY-MM-DD without quotation marks",
-}
-
-
-def _wanted(hint: Any, value: Any) -> str:
-    """What to write instead of ``value``; of words the nearest is suggested."""
-    options = _options(hint)
-    words = [word for option in options if get_origin(option) is Literal for word in get_args(option)]
-    if words:
-        return suggestion(str(value), words)
-    return f"write {' or '.join(map(_kind, options))}"
-
-
-def _options(hint: Any) -> list[Any]:
-    """The kinds that a value may be of; a key that may be left out is of another kind where it stands."""
-    options = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-    return [option for option in options if option is not type(None)]
-
-
-def _kind(hint: Any) -> str:
-    """A kind of value in words."""
-    if get_origin(hint) is tuple:
-        kinds = get_args(hint)
-        count = "" if kinds[-1] is Ellipsis else f"{len(kinds)} "
-        return f"a list in [ ], of {count}values that are each {_kind(kinds[0])}"
-    return "a table" if is_dataclass(hint) or get_origin(hint) is Mapping else _SPOKEN.get(hint, str(hint))

@@ -19,16 +19,14 @@ from vbbench.registry import load, registered
 from vbbench.scoring.scored_rows import scored_rows
 from vbbench.scoring.truth import TruthRows
 from vbbench.sequence import NOBODY
+from vbbench_leaderboards.results.forms import FORMAT_VERSION
 from vbbench_leaderboards.results.sealed_json import (
-    FORMAT_VERSION,
     decode,
     encode,
     read_object,
     sealed_text,
     whole_columns,
 )
-
-SCHEMA = "dataset"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -130,9 +128,9 @@ def read_dataset(path: Path) -> BoardDataset:
     Raises
     ------
     FileError
-        If it does not keep to the schema or was changed by hand.
+        If it is of another form or was changed by hand.
     """
-    values = read_object(path, SCHEMA)
+    values = read_object(path, "dataset")
     scored = {
         name: ScoredSequences(**whole_columns(decode(block), block["columns"], path, f"$.scored.{name}"))
         for name, block in values["scored"].items()
@@ -145,7 +143,7 @@ def write_dataset(record: BoardDataset, results: Path) -> None:
     """Write a record below the folder ``results``, whole or not at all."""
     path, scored = results / record.path, {name: encode(vars(part)) for name, part in record.scored.items()}
     values = {"format_version": FORMAT_VERSION, **vars(record), "scored": scored}
-    write_text_atomically(path, sealed_text(values, path, SCHEMA))
+    write_text_atomically(path, sealed_text(values, path, "dataset"))
 
 
 def scored_sequences(dataset: Dataset, protocol: Protocol) -> ScoredSequences:

@@ -21,9 +21,9 @@ from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score
 from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
+from vbbench_leaderboards.results.forms import COUNTS, FORMAT_VERSION
 from vbbench_leaderboards.results.history import Past, grown
 from vbbench_leaderboards.results.sealed_json import (
-    FORMAT_VERSION,
     Block,
     Values,
     decode,
@@ -32,10 +32,6 @@ from vbbench_leaderboards.results.sealed_json import (
     sealed_text,
     whole_columns,
 )
-
-SCHEMA = "result"
-COUNTS = ("sequence", "scene", "first_frame", "last_frame", "frames", "positions", "posed", "placed")
-"""What a result tells of each sequence, and boards are ranked by."""
 
 LARGEST_FIGURE = 10 * LARGEST
 """No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""
@@ -135,9 +131,9 @@ def read_result(path: Path) -> Result:
     Raises
     ------
     FileError
-        If it does not keep to the schema, was changed by hand, or was scored under another version of its protocol.
+        If it is of another form, was changed by hand, or was scored under another version of its protocol.
     """
-    values = read_object(path, SCHEMA)
+    values = read_object(path, "result")
     protocol = values["protocol"].partition("/")[0]
     known = get_protocol(protocol).id
     if values["protocol"] != known:
@@ -174,10 +170,10 @@ def write_result(result: Result, results: Path, record: BoardDataset | None = No
     Raises
     ------
     FileError
-        If the result does not keep to the schema; nothing is written then.
+        If the result is of another form; nothing is written then.
     """
     path = results / result.path
-    text = sealed_text(_values(_with_history(result, path)), path, SCHEMA)
+    text = sealed_text(_values(_with_history(result, path)), path, "result")
     if record is not None and not (results / record.path).is_file():
         write_dataset(record, results)
     write_text_atomically(path, text)
@@ -192,7 +188,7 @@ def _with_history(result: Result, path: Path) -> Result:
     if not path.is_file():
         return result
     with suppress(FileError):
-        old = read_object(path, SCHEMA)
+        old = read_object(path, "result")
         solver = old["solver"]
         said = {"date": solver["date"], "version": solver["version"], "vbbench": old["made_with"]["vbbench"]}
         past = Past.of(old["score"], dataset=old["dataset"]["id"], protocol=old["protocol"], **said)

@@ -1,4 +1,4 @@
-"""JSON files of the leaderboard: checked against a published schema, sealed by a digest, with blocks of numbers.
+"""JSON files of the leaderboard: of a published form, sealed by a digest, with blocks of numbers.
 
 A block holds columns of numbers as text that is small. It is a JSON object: ``columns`` (names), ``rows`` (how many),
 ``encoding`` (how to read it) and ``data``.
@@ -10,55 +10,36 @@ import hashlib
 import json
 import zlib
 from collections.abc import Iterable, Mapping
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
+import msgspec
 import numpy as np
 
-from vbbench.errors import FileError
+from vbbench.errors import FileError, quoted
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import canonical_digest, read_json
-from vbbench.scoring.metrics import METRICS, section
-
-if TYPE_CHECKING:
-    from jsonschema_rs import Draft202012Validator
-
-FORMAT_VERSION = 2
-"""Of result files and dataset records."""
-
-ENCODING = (
-    "base64 of zlib of little-endian float32, column after column, NaN = none; "
-    "first the lowest byte of every number, then every second, third and highest byte"
-)
-
-_VERSION_PLACE = "$.format_version"
+from vbbench_leaderboards.results.forms import ENCODING, FORMAT_VERSION, LARGEST_COUNT, form_of
 
 _WIDTH = 4
 _LARGEST = 1 << 28
 """Bytes that a block may unfold to: no board is larger, and a small file must not fill the memory."""
-
-_LARGEST_COUNT = 10**9
-"""The largest number of anything that the schemas know."""
-
-_LONGEST_COMPLAINT = 160
-"""Characters of a schema's complaint that are printed."""
 
 _DEEPEST = 3
 """Objects in objects that are laid out by lines."""
 
 Values = dict[str, Any]
 Block = dict[str, Any]
+Kind = Literal["result", "dataset"]
 
 
-def read_object(path: Path, schema: str) -> Values:
-    """The object in a JSON file that keeps to the schema called ``schema`` and to its digest.
+def read_object(path: Path, kind: Kind) -> Values:
+    """The object in a JSON file that has the form of its ``kind`` and the digest of its values.
 
     Raises
     ------
     FileError
-        If it is missing, damaged, or does not keep to them; the first fault is named with its place in the file.
+        If it is missing, damaged, or is of another form; the first fault is named with its place in the file.
     """
     try:
         values = read_json(path)
@@ -68,7 +49,7 @@ def read_object(path: Path, schema: str) -> Values:
         raise FileError(path, f"cannot be read ({error}); write it again with 'vbbench leaderboard add'") from error
     if not isinstance(values, dict):
         raise FileError(path, "is not a JSON object; write it again with 'vbbench leaderboard add'")
-    _check(values, schema, path)
+    _check(values, kind, path)
     try:
         fresh = digest(values)
     except ValueError as error:
@@ -78,16 +59,16 @@ def read_object(path: Path, schema: str) -> Values:
     return values
 
 
-def sealed_text(values: Values, path: Path, schema: str) -> str:
+def sealed_text(values: Values, path: Path, kind: Kind) -> str:
     """The text of the file ``path`` that holds ``values`` and their digest.
 
     Raises
     ------
     FileError
-        If they do not keep to the schema.
+        If they are of another form.
     """
     sealed = {**values, "digest": digest(values)}
-    _check(json.loads(json.dumps(sealed)), schema, path)
+    _check(json.loads(json.dumps(sealed)), kind, path)
     return _lines(sealed) + "\n"
 
 
@@ -129,8 +110,8 @@ def whole_columns(
     """
     for name in names:
         values = columns[name]
-        if not ((values >= 0) & (values == np.floor(values)) & (values <= _LARGEST_COUNT)).all():
-            raise FileError(path, f"{place}: {name} must be whole numbers, from 0 to {_LARGEST_COUNT}")
+        if not ((values >= 0) & (values == np.floor(values)) & (values <= LARGEST_COUNT)).all():
+            raise FileError(path, f"{place}: {name} must be whole numbers, from 0 to {LARGEST_COUNT}")
     return {name: columns[name].astype(np.int64) for name in names}
 
 
@@ -165,59 +146,17 @@ def _lines(value: Any, depth: int = 0) -> str:
     return "\n".join(["{", ",\n".join(parts), f"{' ' * depth}}}"])
 
 
-def _check(values: Values, schema: str, path: Path) -> None:
+def _check(values: Values, kind: Kind, path: Path) -> None:
     """Raise FileError at the first fault; another format version explains all others and comes first."""
-    try:
-        faults = [(_place(fault.instance_path), fault.message) for fault in _validator(schema).iter_errors(values)]
-    except UnicodeEncodeError:
-        raise FileError(path, "$: a text in it has half of a surrogate pair, which UTF-8 does not have") from None
-    if not faults:
-        return
-    place, complaint = min(faults, key=lambda fault: (fault[0] != _VERSION_PLACE, *fault))
-    if place == _VERSION_PLACE:
+    version = values.get("format_version", FORMAT_VERSION)
+    if version != FORMAT_VERSION:
         raise FileError(
             path,
-            f"{place}: is {values['format_version']!r}, this vbbench reads {FORMAT_VERSION}; make it anew: "
+            f"$.format_version: is {quoted(version)}, this vbbench reads {FORMAT_VERSION}; make it anew: "
             "'vbbench leaderboard add' for a solver of your own, 'vbbench leaderboard rerun --update' for those that "
             "come with vbbench",
         )
-    if len(complaint) > _LONGEST_COMPLAINT:
-        complaint = f"...{complaint[-_LONGEST_COMPLAINT:]}"
-    raise FileError(path, f"{place}: {complaint}; see {schema}.schema.json")
-
-
-def _place(steps: Iterable[str | int]) -> str:
-    """A place in a file as JSONPath has it."""
-    return "$" + "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps)
-
-
-@cache
-def _validator(schema: str) -> "Draft202012Validator":
-    from jsonschema_rs import Draft202012Validator
-
-    return Draft202012Validator(schema_of(schema))
-
-
-def schema_of(name: str) -> Values:
-    """A published schema; that of results with the metrics that there are."""
-    values: Values = json.loads((files("vbbench_leaderboards") / "schemas" / f"{name}.schema.json").read_text("utf-8"))
-    if name == "result":
-        _require_metrics(values)
-    return values
-
-
-def _require_metrics(schema: Values) -> None:
-    """Narrow the schema of results, which allows any metrics, to those of the table."""
-    score, columns = (schema["properties"][part]["properties"] for part in ("score", "per_sequence"))
-    for part in ("metrics", "drift"):
-        score[part] = {
-            "type": "object",
-            "additionalProperties": False,
-            "required": list(section(part)),
-            "properties": {
-                name: {"$ref": "#/$defs/angleSummary" if metric.unit == "rad" else "#/$defs/summary"}
-                for name, metric in section(part).items()
-            },
-        }
-    counts = [column["const"] for column in columns["columns"]["prefixItems"]]
-    columns["columns"] = {"const": [*counts, *METRICS]}
+    try:
+        msgspec.convert(values, form_of(kind))
+    except msgspec.ValidationError as error:
+        raise FileError(path, f"{error}; see docs/files.md") from error
