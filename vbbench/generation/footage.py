@@ -8,7 +8,8 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.errors import user_mistakes
-from vbbench.files.dataset_info import Known, Pictures
+from vbbench.files.dataset_checks import Known
+from vbbench.files.dataset_info import Pictures
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.scene import Scene

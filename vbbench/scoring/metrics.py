@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from vbbench.files.dataset_info import Known
+from vbbench.files.dataset_checks import Known
 from vbbench.geometry import BoolArray, FloatArray, motion_between, wrap_angle
 
 

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from vbbench.files.dataset_checks import PUBLIC, TRUTH_TABLES
-from vbbench.files.dataset_info import DatasetInfo, Known
+from vbbench.files.dataset_checks import PUBLIC, TRUTH_TABLES, Known
+from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import ODOMETRY_TABLE, TRACK_TABLE
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray

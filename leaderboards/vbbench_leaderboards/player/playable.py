@@ -9,7 +9,8 @@ import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_info import INFO_FILE, Known
+from vbbench.files.dataset_checks import Known
+from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.submission import SUBMISSION_FILE
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
