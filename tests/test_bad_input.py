@@ -16,13 +16,13 @@ import pytest
 from tests.make_dataset import Crowd
 from tests.tiny_board import tiny_dataset
 from vbbench.cli import main
-from vbbench.cli.asking import parse_people
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.mot.text import read_mot
 from vbbench.exchange.tum import import_tum
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.archives import open_archive
 from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.options_file import parse_people
 from vbbench.parsing.numbers import Within
 from vbbench_generators.crowds.scenario import read_scenario
 from vbbench_generators.recordings.readers.crohd import parse_seqinfo

@@ -110,7 +110,7 @@ def test_people_are_of_the_class_that_the_file_shows(read: Read, counts: dict[An
 
 @pytest.mark.parametrize("counts", [{0: 2, 1: 2}, {2: 3}, {"car": 1, "bus": 2}])
 def test_classes_that_do_not_show_people_are_counted_and_refused(read: Read, counts: dict[Any, int]) -> None:
-    with pytest.raises(FileError, match=r"12 of class .*--person-class" if len(counts) > 1 else "18 of class 2"):
+    with pytest.raises(FileError, match=r"12 of class .*`person_class`" if len(counts) > 1 else "18 of class 2"):
         read("boxes.csv", classes(counts))
     chosen = next(iter(counts))
     rows = read("boxes.csv", classes(counts), person_class=chosen)

@@ -421,7 +421,9 @@ def test_an_encrypted_cluster_and_who_is_kept_out(tls: Path, single: Dataset, tm
     with started(tmp_path, tls) as secret:
         secret.open_gate()
         address = secret.of(1)
-        status, errors = ended(start("generate", SPLIT, "--out", out, "--scheduler", address, "--tls", tls))
+        options = tmp_path / "options.toml"
+        options.write_text(f'tls = "{tls}"')
+        status, errors = ended(start("generate", SPLIT, "--out", out, "--scheduler", address, "--options", options))
         assert status == 0, errors
         assert digests(merge(out)) == digests(single.folder)
         solved = solve(single, "cv", "rollout", tmp_path / "cv", scheduler=address, tls=tls)
@@ -457,11 +459,12 @@ def test_certificates_and_addresses_that_do_not_go_together(tmp_path: Path) -> N
     assert f"{folder}: the certificates cannot be used" in complaint(secret, folder)
 
 
-@pytest.mark.parametrize("command", [["generate", "demo"], ["solve", ".", "--solver", "cv"]])
-def test_certificates_without_a_cluster(
-    command: list[str], single: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    command = [str(single.folder) if word == "." else word for word in command]
-    assert main([*command, "--out", str(tmp_path / "out"), "--tls", str(tmp_path)]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not list(tmp_path.iterdir())
+def test_certificates_without_a_cluster(single: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options, out = tmp_path / "options.toml", tmp_path / "out"
+    options.write_text('tls = "certificates"')
+    generating = ["generate", "demo", "--options", str(options)]
+    solving = ["solve", str(single.folder), "--solver", "cv", "--tls", str(tmp_path)]
+    for command in (generating, solving):
+        assert main([*command, "--out", str(out)]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+        assert not out.exists()

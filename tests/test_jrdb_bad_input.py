@@ -185,7 +185,9 @@ def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     assert "did you mean" in refusal(capsys, tmp_path, root, "--sequences", files.name + "0")
     assert f"{files.name}.txt: is missing" in refusal(capsys, tmp_path, root, "--boxes", tmp_path)
     assert "jrdb is footage and does not read --poses;" in refusal(capsys, tmp_path, root, "--poses", tmp_path)
-    assert "does not read --cyclists; " in refusal(capsys, tmp_path, root, "--cyclists")
+    (tmp_path / "options.toml").write_text("cyclists = true")
+    unread = refusal(capsys, tmp_path, root, "--options", tmp_path / "options.toml")
+    assert "does not read `cyclists`; " in unread
     assert f"holds neither {files.name}.bag nor {files.name}.json" in refusal(
         capsys, tmp_path, root, "--bags", tmp_path
     )

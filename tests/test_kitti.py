@@ -117,10 +117,12 @@ def test_the_command_in_a_dataset_names_all_that_was_read(tmp_path: Path) -> Non
     training, out = write_kitti(tmp_path / "training"), tmp_path / "d"
     folders = {"--source": training, "--poses": tmp_path / "poses"}
     asked = [str(word) for pair in folders.items() for word in pair]
-    assert main(["generate", "kitti", *asked, "--cyclists", "--out", str(out)]) == 0
+    (tmp_path / "options.toml").write_text("cyclists = true")
+    asked += ["--options", str(tmp_path / "options.toml")]
+    assert main(["generate", "kitti", *asked, "--out", str(out)]) == 0
     facts = json.loads((out / "dataset.json").read_text("utf-8"))
     words = generate_command(facts, str(tmp_path / "again")).split()[1:]
-    for option, folder in folders.items():
+    for option, folder in {**folders, "--options": out / "dataset.json"}.items():
         words[words.index(option) + 1] = str(folder)
     assert main(words) == 0
     assert Dataset(tmp_path / "again").info.id == Dataset(out).info.id

@@ -160,7 +160,7 @@ def test_classes_of_trackers_are_left_out_and_counted(training: Path, people: in
 
 def test_whoever_knows_says_which_class_is_people(training: Path) -> None:
     text = with_class(mot(LABELLED, linked=True), 7)
-    with pytest.raises(FileError, match=r"600 of class 7; people are class 0 in COCO.* --person-class"):
+    with pytest.raises(FileError, match=r"600 of class 7; people are class 0 in COCO.* `person_class`"):
         read(training, text)
     recordings = read(training, text, person_class="7")
     assert figures(recordings)["detected"]["recall"] == 1.0

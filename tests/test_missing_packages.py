@@ -57,7 +57,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("moderngl", "render", ["detect", "DATA", "--sequence", "0", "--out", "OUT.txt"]),
         ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "raster"]),
         ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
-        ("pysocialforce", "pysocialforce", ["generate", "sim", "--engine", "pysocialforce", "--out", "OUT"]),
+        ("pysocialforce", "pysocialforce", ["generate", "sim", "--options", "OPTIONS", "--out", "OUT"]),
         ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),
         ("cv2", "render", ["reproduce", "figure-keypoints", "--out", "OUT"]),
         ("distributed", "dask", ["generate", "demo", "--scheduler", "tcp://127.0.0.1:1", "--out", "OUT"]),
@@ -66,7 +66,9 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_is_missing_is_one_line_that_names_the_extra(
     dataset: Path, tmp_path: Path, missing: str, extra: str, command: list[str]
 ) -> None:
-    places = {"DATA": str(dataset), "OUT": str(tmp_path / "out")}
+    options = tmp_path / "options.toml"
+    options.write_text('engine = "pysocialforce"')
+    places = {"DATA": str(dataset), "OUT": str(tmp_path / "out"), "OPTIONS": str(options)}
     done = run_without((missing,), [places.get(word, word.replace("OUT", places["OUT"])) for word in command])
     assert done.returncode == 2, done.stderr
     assert "Traceback" not in done.stderr

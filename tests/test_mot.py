@@ -323,7 +323,7 @@ def test_people_are_class_0_of_coco_or_as_stated(dataset, files, tmp_path):
         made = import_mot(coco, dataset, tmp_path / "b")
     np.testing.assert_array_equal(made.sequence(0).observations, expected)
     other = rewritten(files, number, tmp_path / "other", lambda *row: ",".join([*row, "0.9", "7", "-1"]))
-    with pytest.raises(FileError, match="--person-class"):
+    with pytest.raises(FileError, match="`person_class`"):
         import_mot(other, dataset, tmp_path / "c")
     made = import_mot(other, dataset, tmp_path / "c", person_class="7")
     np.testing.assert_array_equal(made.sequence(0).observations, expected)

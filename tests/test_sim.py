@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from vbbench.cli import main
-from vbbench.cli.asking import parse_people
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.options_file import parse_people
 from vbbench.registry import load
 from vbbench_generators.crowds import scenes as simulation
 from vbbench_generators.crowds.scenario import get_scenario, read_scenario, scenario_names
@@ -246,7 +246,8 @@ def test_the_library_has_no_other_forces(
     write: Callable[..., Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     path = write(SMALL.replace("dt = 0.4", 'dt = 0.4\nforces = "helbing-molnar"'), "mine.toml")
-    asked = ["--scenario", str(path), "--engine", "pysocialforce", "--out", str(tmp_path / "out")]
+    options = write('engine = "pysocialforce"', "options.toml")
+    asked = ["--scenario", str(path), "--options", str(options), "--out", str(tmp_path / "out")]
     assert main(["generate", "sim", *asked]) == 2
     assert "has no forces 'helbing-molnar'" in capsys.readouterr().err
 

@@ -3,6 +3,7 @@
 import json
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.exchange.mot import export_mot, import_mot
 from vbbench.files.dataset import Dataset
-from vbbench.files.generate_command import generate_command
+from vbbench.files.generate_command import options_of
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Plan, Simulation
@@ -86,28 +87,30 @@ def test_footage_is_as_it_was_seen(name: str, value: float, tmp_path: Path) -> N
 
 
 def test_a_dataset_says_how_it_is_made_again() -> None:
-    def command(tier: str, **options: object) -> str:
-        made = sim.plan(Options(tier=tier, **options))  # type: ignore[arg-type]
-        return generate_command(json.loads(made.info.to_json()), "x")
+    def made(tier: str, **options: object) -> dict[str, Any]:
+        return options_of(json.loads(sim.plan(Options(tier=tier, **options)).info.to_json()))  # type: ignore[arg-type]
 
-    assert "--tier noisy --noise 2 --" in command("noisy", noise=2.0)
-    assert "--tier noisy --noise 0.5 --" in command("noisy", noise=0.5)
+    assert made("noisy", noise=2.0)["noise"] == 2.0
+    assert made("noisy", noise=0.5)["noise"] == 0.5
     for tier in ("tracked", "field"):
-        assert "--least-track 4" in command(tier, least_track=4)
-        assert "--least-track" not in command(tier)
-    assert "--noise" not in command("noisy")
-    assert "--noise" not in command("tracked")
+        assert made(tier, least_track=4)["least_track"] == 4
+        assert "least_track" not in made(tier)
+    assert "noise" not in made("noisy")
+    assert "noise" not in made("tracked")
 
 
 def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out = tmp_path / "long"
     few = ["generate", "street", "--sequences", "1", "--people", "16", "--tier"]
-    assert main([*few, "tracked", "--least-track", "4", "--out", str(out)]) == 0
+    (tmp_path / "long.toml").write_text("least_track = 4")
+    (tmp_path / "rough.toml").write_text("noise = 2")
+    long, rough = ["--options", str(tmp_path / "long.toml")], ["--options", str(tmp_path / "rough.toml")]
+    assert main([*few, "tracked", *long, "--out", str(out)]) == 0
     assert Dataset(out).info.id == plan("tracked", least_track=4).info.id
     assert "as written" in verify(out)
-    assert main([*few, "noisy", "--noise", "2", "--out", str(tmp_path / "rough")]) == 0
+    assert main([*few, "noisy", *rough, "--out", str(tmp_path / "rough")]) == 0
     assert "tier noisy (2 px)" in capsys.readouterr().out
-    assert main([*few, "ideal", "--noise", "2", "--out", str(tmp_path / "no")]) == 2
+    assert main([*few, "ideal", *rough, "--out", str(tmp_path / "no")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 

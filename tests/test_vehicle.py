@@ -13,6 +13,7 @@ from vbbench.files.generate_command import generate_command
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Card, Options, Simulation
+from vbbench.generation.options_file import read_options
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, SequenceData
@@ -149,7 +150,9 @@ def test_a_dataset_says_who_carries_the_camera(tmp_path: Path) -> None:
     assert (definition["observer"], definition["vehicle"]["standing"]) == ("vehicle", MODEL.standing)
     assert "look" not in definition
     command = generate_command(json.loads(data.info.to_json()), "x")
-    assert "--tier field --observer vehicle --no-detector" in command
+    assert command == "vbbench generate sim --options dataset.json --out x"
+    again = read_options(data.folder, "sim").options("sim", source=None, homography=None)
+    assert sim.plan(again).info.id == data.info.id
     assert "--camera" not in command
     assert "--sigma-h" not in command
     assert "2 sequences are as written" in verify(data.folder)

@@ -111,6 +111,8 @@ def _run(arguments: list[str]) -> int:
         print(f"vbbench {__version__}")
         return 0
     commands, arguments = _chosen(COMMANDS if arguments[:1] and arguments[0] in COMMANDS else all_commands(), arguments)
+    if arguments[0] == "generate" and {"-h", "--help"} & set(arguments):
+        commands = {"generate": data.generate_of_split(arguments[1])}
     command = parse(commands, arguments)
     try:
         with plain_output():

@@ -1,13 +1,15 @@
 """Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify, card."""
 
+import inspect
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from tyro.conf import Positional
 
 from vbbench.cli.terminal import say_warning
 
-EngineName = Literal["vbbench", "pysocialforce"]
+Observer = Literal["walker", "vehicle", "robot"]
 
 
 def splits() -> None:
@@ -44,137 +46,116 @@ def generate(
     out: Path,
     source: Path | None = None,
     camera: str | None = None,
-    tier: str = "ideal",
+    tier: str | None = None,
     sigma_h: float | None = None,
-    look: Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"] | None = None,
-    observer: Literal["walker", "vehicle", "robot"] = "walker",
-    detector: bool = True,
-    noise: float | None = None,
-    least_track: int | None = None,
-    seed: int | Literal["secret"] = 0,
-    limit: int | None = None,
-    stride: int | None = None,
+    observer: Observer | None = None,
     dt: float | None = None,
     homography: Path | None = None,
     scenario: str | None = None,
     sequences: str | None = None,
     people: str | None = None,
-    engine: EngineName | None = None,
     every: int | None = None,
     longest: int | None = None,
     poses: Path | None = None,
     boxes: Path | None = None,
-    person_class: str | None = None,
     bags: Path | None = None,
-    cyclists: bool = False,
-    interpolated: bool = True,
+    seed: int | Literal["secret"] | None = None,
+    limit: int | None = None,
+    stride: int | None = None,
+    options: Path | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
-    tls: Path | None = None,
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """Make a dataset folder.
+    """Make a dataset folder; 'vbbench generate SPLIT --help' lists the options that a split reads.
 
     Args:
         split: Its name; see 'vbbench splits'.
         out: Folder to make.
         source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
-        camera: panorama (a cylinder of 360 degrees), equirectangular (a sphere), perspective (90 degrees, 1280x720), or
-            one that an installed package registers; default: the tier's (field: KITTI's), or the split's own
-            (perspective for sim, street; panorama elsewhere).
-        tier: How boxes are corrupted: ideal (exact), noisy, or another one that 'vbbench tiers' lists.
-        sigma_h: Standard deviation of people's heights in m, .07 by default; their mean is 1.70 m. Tier field has
-            heights of its own.
-        look: How the camera turns: motion (along its bearer's past motion), wander (wandering about that), natural (as
-            people's heads do: one of the laws follow, ahead, glance and sway in each sequence), or one of these laws
-            alone; default: the tier's own.
-        observer: Who carries the camera: a walker, one of the people; a vehicle that stands or drives among them; or a
-            robot that drives among them and measures its own motion (splits sim, street).
-        detector: In tier field, boxes of a detector and tracker; without it, boxes as people draw them.
-        noise: Standard deviation in px of columns, tops and bottoms of boxes in tier noisy; default: 1.
-        least_track: Fewest frames of a track that counts, in tiers tracked and field; default: 3. The paper's rule,
-            tracked in more than three frames, is 4.
-        seed: Seed of all random numbers. With --withhold-truth also: secret, a new one that cannot be guessed.
+        camera: panorama, equirectangular, perspective or a registered model; default: the tier's, or the split's.
+        tier: How boxes are corrupted; see 'vbbench tiers'; default: ideal (exact).
+        sigma_h: Standard deviation of people's heights in m; default: .07, or the tier's.
+        observer: Who carries the camera; default: a walker, one of the people.
+        dt: Seconds per frame of your own file.
+        homography: File with the 3x3 image-to-ground homography of a file in pixels, or of the camera's pictures.
+        scenario: Scenario of a simulated crowd: a name such as open, or your own TOML file.
+        sequences: Number of sequences (simulated), or names of recordings with commas between (footage).
+        people: Numbers of people, used in turn: 30, or 10:50, or 10:50:10 for steps of ten.
+        every: Only every so many frames; default: the split's own.
+        longest: Frames after which a sequence is cut; default: the split's own.
+        poses: Folder or file of the camera's poses, instead of the source's.
+        boxes: Folder or file of a detector's or tracker's boxes, instead of drawn ones.
+        bags: Folder of the robot's recordings of its wheels and IMU, or of its odometry as JSON.
+        seed: Seed of all random numbers; default: 0. With --withhold-truth also: secret, one that nobody can guess.
         limit: Make only this many sequences, from the first.
         stride: Of these, make only every so many-th.
-        dt: Seconds per frame of your own file (split custom).
-        homography: 3x3 image-to-ground homography of your own file in pixels (split custom), or of the camera's
-            pictures, instead of its calibration (splits shibuya01 and shibuya02).
-        scenario: Scenario of a simulated crowd: a name such as open or plaza, or your own TOML file (split sim).
-        sequences: Number of sequences (splits sim and street), or names of recordings with commas between (footage).
-        people: Numbers of people, used in turn: 30, or 10:50, or 10:50:10 for steps of ten (splits sim, street).
-        engine: Crowd simulator: vbbench, or the library pysocialforce (splits sim, street).
-        every: Only every so many frames of footage; default: the split's own.
-        longest: Frames after which a sequence of footage is cut; default: the split's own.
-        poses: Folder or file of the camera's poses, instead of those of the source (footage).
-        boxes: Folder or file of a detector's or tracker's boxes, KITTI's text or any form that 'birdify' reads, instead
-            of those of people who drew them (footage).
-        person_class: Class of people in these boxes, by number or name, where the file does not show it.
-        bags: Folder of the robot's recordings of its wheels and IMU, or of its odometry as JSON (split jrdb).
-        cyclists: People on bicycles count, too (split kitti).
-        interpolated: Leave out boxes that were interpolated between drawn ones (split jrdb).
+        options: TOML file of these and all other options, or a dataset.json, whose options are taken.
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
-        tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
         withhold_truth: Write the truth tables and the seed to OUT.truth; the dataset keeps their hashes.
         overwrite: Replace an existing dataset.
     """
-    from vbbench.camera import make_camera
-    from vbbench.cli.asking import as_footage, as_simulation, parse_count
     from vbbench.errors import VbbenchError
     from vbbench.files.dataset_info import describe
     from vbbench.files.withholding import secret_seed
     from vbbench.generation import generate_partitioned
     from vbbench.generation.datasets import generate as make
     from vbbench.generation.datasets import who_knows
-    from vbbench.generation.generator import FootageGenerator, Options
-    from vbbench.registry import load
+    from vbbench.generation.options_file import WrittenOptions, read_options
 
     if seed == "secret" and not withhold_truth:
         raise VbbenchError("--seed secret is for --withhold-truth; without it the seed is published")
-    if tls and scheduler is None:
-        raise VbbenchError("--tls is for a cluster; add --scheduler tls://HOST:PORT")
-    of_footage = isinstance(load("generator", split), FootageGenerator)
-    options = Options(
-        camera=None if camera is None else make_camera(camera),
-        tier=tier,
-        height_std=sigma_h,
-        look=look,
-        observer=observer,
-        detector=detector,
-        noise=noise,
-        least_track=least_track,
-        seed=secret_seed(out) if seed == "secret" else seed,
-        limit=limit,
-        stride=stride,
-        source=source,
-        dt=dt,
-        homography=homography,
-        simulation=as_simulation(
-            scenario, None if of_footage or not sequences else parse_count(sequences), people, engine
-        ),
-        footage=as_footage(
-            sequences if of_footage else None,
-            every=every,
-            longest=longest,
-            poses=poses,
-            boxes=boxes,
-            person_class=person_class,
-            bags=bags,
-            cyclists=cyclists or None,
-            interpolated=None if interpolated else False,
-        ),
-    )
+    number = secret_seed(out) if seed == "secret" else seed
+    given = {"camera": camera, "tier": tier, "sigma_h": sigma_h, "observer": observer, "dt": dt, "seed": number}
+    given |= {"scenario": scenario, "sequences": sequences, "people": people, "every": every, "longest": longest}
+    written = WrittenOptions() if options is None else read_options(options, split, seed=number)
+    written = written.with_given(**given, limit=limit, stride=stride)
+    if written.tls and scheduler is None:
+        raise VbbenchError("`tls` is for a cluster; add --scheduler tls://HOST:PORT")
+    wanted = written.options(split, source=source, homography=homography, poses=poses, boxes=boxes, bags=bags)
     if scheduler is None:
-        facts = make(split, out, options, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info
+        facts = make(split, out, wanted, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info
     else:
+        tls = None if written.tls is None else Path(written.tls)
         kept = {"withhold_truth": withhold_truth, "overwrite": overwrite}
-        facts = generate_partitioned(split, out, options, scheduler=scheduler, tls=tls, **kept)
-    doubt = who_knows(split, options.seed) if withhold_truth else None
+        facts = generate_partitioned(split, out, wanted, scheduler=scheduler, tls=tls, **kept)
+    doubt = who_knows(split, wanted.seed) if withhold_truth else None
     if doubt is not None:
         say_warning(doubt.replace("a secret seed", "--seed secret"))
     print(describe(facts))
+
+
+_READ_BY_ALL = ("out", "seed", "limit", "stride", "options", "jobs", "scheduler", "withhold_truth", "overwrite")
+_OF_OBSERVERS = ("camera", "tier", "sigma_h", "observer")
+_OF_FOOTAGE = ("source", "sequences", "every", "longest", "poses", "boxes", "bags")
+
+
+def generate_of_split(split: str) -> Callable[..., None]:
+    """`generate` with the options alone that a split reads, for its help; without a split those that most read."""
+    from vbbench.generation.generator import FootageGenerator
+    from vbbench.registry import load
+
+    own: tuple[str, ...] = (*_OF_OBSERVERS, "source")
+    if not split.startswith("-"):
+        generator = load("generator", split)
+        own = (*_OF_OBSERVERS, "source", "dt", "homography")
+        if isinstance(generator, FootageGenerator):
+            own = _OF_FOOTAGE
+        elif generator.card.people == "simulated":
+            own = (*_OF_OBSERVERS, "scenario", "sequences", "people")
+
+    def narrowed(*arguments: Any, **options: Any) -> None:
+        generate(*arguments, **options)
+
+    shown = {"split", *_READ_BY_ALL, *own}
+    signature = inspect.signature(generate)
+    kept = [parameter for name, parameter in signature.parameters.items() if name in shown]
+    narrowed.__signature__ = signature.replace(parameters=kept)  # type: ignore[attr-defined]
+    narrowed.__annotations__ = {name: hint for name, hint in generate.__annotations__.items() if name in shown}
+    narrowed.__doc__ = generate.__doc__
+    return narrowed
 
 
 def merge(folder: Positional[Path], /, out: Path | None = None, overwrite: bool = False) -> None:

@@ -72,7 +72,7 @@ def _chosen(path: Path, counts: Mapping[str, int], given: int | str | None) -> s
     if one and not zero:
         return {"1"}
     problem = f"has {_listed(counts)}; people are class 0 in COCO, 1 in MOTChallenge"
-    raise FileError(path, f"{problem}; write which one is people: --person-class N, or a name")
+    raise FileError(path, f"{problem}; write which one is people: `person_class` N, or a name")
 
 
 def _listed(counts: Mapping[str, int]) -> str:

@@ -8,11 +8,18 @@ from vbbench.camera import camera_to_dict, make_camera
 from vbbench.errors import VbbenchError
 
 LEAST_TRACK = 3
-"""Frames of the shortest tracks where ``--least-track`` is left out."""
+"""Frames of the shortest tracks where ``least_track`` is left out."""
 OWN_ENGINE = "numba"
 """What definitions call vbbench's own crowd engine, after what first ran it: ids of datasets stay as they are."""
 FOOTAGE_FILES = {"poses": "poses", "boxes": "boxes", "bag": "bags"}
 """The options that name files of footage which its own folder does not hold, by what they hold."""
+_PLACES = {"source", *FOOTAGE_FILES.values()}
+"""Options whose values are words for a file or folder of the user's."""
+_OPTIONS = (
+    *("source", "camera", "tier", "observer", "sigma_h", "dt", "scenario", "sequences"),
+    *("poses", "boxes", "bags", "people", "every", "longest", "seed", "limit", "stride"),
+)
+"""Options of the command, in the order of the line; all others stand in a file."""
 _WORD = re.compile(r"[\w.,:~/+-]{0,200}")
 
 
@@ -23,16 +30,34 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
     ----------
     facts : the values in a ``dataset.json`` of any format; whatever cannot be part of a line is left out.
     """
-    definition = _object(facts.get("definition"))
-    if "import" in definition:
+    if "import" in _object(facts.get("definition")):
         return f"vbbench import mot FOLDER --dataset DATASET --out {out}"
-    options = _of_footage(facts, definition) if "every" in definition else _of_trajectories(facts, definition)
-    seed = "secret --withhold-truth" if facts.get("seed", 0) is None else facts.get("seed", 0)
-    drawn = {} if "every" in definition and seed == 0 else {"--seed": seed}
-    part = {"--limit": definition.get("limit"), "--stride": definition.get("stride")}
-    words = [(name, _word(value)) for name, value in {**options, **drawn, **part}.items()]
-    said = [f"{name} {word}".rstrip() for name, word in words if word is not None]
+    options = options_of(facts)
+    needs_file = any(name not in _OPTIONS or isinstance(value, (dict, list)) for name, value in options.items())
+    if needs_file:
+        options = {name: value for name, value in options.items() if name in _PLACES}
+    said = [f"--{name.replace('_', '-')} {word}" for name in _OPTIONS if (word := _word(options.get(name)))]
+    if needs_file:
+        said.append("--options dataset.json")
+    if facts.get("seed", 0) is None:
+        said.append("--seed secret --withhold-truth")
     return " ".join(["vbbench generate", _word(facts.get("split")) or "SPLIT", *said, f"--out {out}"])
+
+
+def options_of(facts: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that make the dataset with these ``facts``, by name; those that may be left out are.
+
+    Parameters
+    ----------
+    facts : the values in a ``dataset.json`` of any format.
+    """
+    definition = _object(facts.get("definition"))
+    is_footage = "every" in definition
+    options = _of_footage(facts, definition) if is_footage else _of_trajectories(facts, definition)
+    seed = facts.get("seed", 0)
+    options |= {"seed": None if is_footage and seed == 0 else seed}
+    options |= {"limit": definition.get("limit"), "stride": definition.get("stride")}
+    return {name: value for name, value in options.items() if value is not None}
 
 
 def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict[str, Any]:
@@ -43,20 +68,20 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
     undetected = "detector" in definition and definition["detector"] is None
     people, usual = scenario.get("people"), {"sim": "open", "street": "street"}.get(str(split))
     return {
-        "--source": "FILE" if split == "custom" else None,
-        "--camera": _camera(_object(facts.get("camera"))),
-        "--tier": tier,
-        "--observer": definition.get("observer"),
-        "--no-detector": "" if undetected else None,
-        "--noise": None if tier != "noisy" or facts.get("pixel_std") == 1.0 else facts.get("pixel_std"),
-        "--least-track": None if least_track == LEAST_TRACK else least_track,
-        "--sigma-h": None if height_std == 0.07 or tier == "field" else height_std,
-        "--look": None if look == "motion" and tier != "field" else look,
-        "--dt": facts.get("dt") if split == "custom" else None,
-        "--scenario": None if scenario.get("name") == usual else scenario.get("name"),
-        "--sequences": scenario.get("sequences"),
-        "--people": _people(people) if isinstance(people, list) else None,
-        "--engine": None if definition.get("engine") == OWN_ENGINE else definition.get("engine"),
+        "source": "FILE" if split == "custom" else None,
+        "camera": _camera(_object(facts.get("camera")), tier),
+        "tier": tier,
+        "observer": definition.get("observer"),
+        "detector": False if undetected else None,
+        "noise": None if tier != "noisy" or facts.get("pixel_std") == 1.0 else facts.get("pixel_std"),
+        "least_track": None if least_track == LEAST_TRACK else least_track,
+        "sigma_h": None if height_std == 0.07 or tier == "field" else height_std,
+        "look": None if look == "motion" and tier != "field" else look,
+        "dt": facts.get("dt") if split == "custom" else None,
+        "scenario": None if scenario.get("name") == usual else scenario.get("name"),
+        "sequences": scenario.get("sequences"),
+        "people": _people(people) if isinstance(people, list) else None,
+        "engine": None if definition.get("engine") == OWN_ENGINE else definition.get("engine"),
     }
 
 
@@ -66,14 +91,14 @@ def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict
     classes = definition.get("classes")
     cyclists = isinstance(classes, list) and "Cyclist" in classes
     return {
-        "--source": "FOLDER",
-        "--sequences": ",".join(map(str, scenes)) if isinstance(scenes, list) else None,
-        **{f"--{option}": "FOLDER" if kind in kinds else None for kind, option in FOOTAGE_FILES.items()},
-        "--cyclists": "" if cyclists else None,
-        "--person-class": definition.get("person_class"),
-        "--no-interpolated": "" if definition.get("interpolated") is False else None,
-        "--every": definition.get("every"),
-        "--longest": definition.get("longest"),
+        "source": "FOLDER",
+        "sequences": ",".join(map(str, scenes)) if isinstance(scenes, list) else None,
+        **{option: "FOLDER" if kind in kinds else None for kind, option in FOOTAGE_FILES.items()},
+        "cyclists": cyclists or None,
+        "person_class": definition.get("person_class"),
+        "interpolated": False if definition.get("interpolated") is False else None,
+        "every": definition.get("every"),
+        "longest": definition.get("longest"),
     }
 
 
@@ -85,22 +110,22 @@ def _kinds(files: Any) -> set[str]:
     return {str(one[0]).partition("/")[0] for one in listed if isinstance(one, list) and one}
 
 
-def _camera(values: Mapping[str, Any]) -> str | None:
-    """The kind, of a camera that ``--camera`` makes; ``None`` of a tier's own."""
+def _camera(values: Mapping[str, Any], tier: Any) -> str | Mapping[str, Any] | None:
+    """The kind, of a camera that ``--camera`` makes; ``None`` of a tier's own; else its parameters."""
     try:
         usual = camera_to_dict(make_camera(str(values.get("kind", ""))))
     except VbbenchError:
         return None
-    return usual["kind"] if usual == values else None
+    return usual["kind"] if usual == values else None if tier == "field" else values
 
 
-def _people(numbers: list[Any]) -> str | None:
-    """Numbers of people as ``--people`` takes them; ``None`` if it cannot say them."""
+def _people(numbers: list[Any]) -> str | list[int] | None:
+    """Numbers of people as ``--people`` takes them, or as they are where they are no range."""
     if not numbers or not all(type(number) is int for number in numbers):
         return None
     first, last, step = numbers[0], numbers[-1], numbers[1] - numbers[0] if len(numbers) > 1 else 1
     if step < 1 or numbers != list(range(first, last + 1, step)):
-        return None
+        return numbers
     return f"{first}" if first == last else f"{first}:{last}" if step == 1 else f"{first}:{last}:{step}"
 
 
@@ -112,4 +137,4 @@ def _word(value: Any) -> str | None:
     """The value as a word of the line; ``None`` if it cannot be one."""
     text = f"{value:g}" if type(value) is float else str(value)
     spoken = value is not None and not isinstance(value, (dict, list, bool))
-    return text if spoken and (not text or _WORD.fullmatch(text) or text == "secret --withhold-truth") else None
+    return text if spoken and _WORD.fullmatch(text) else None

@@ -139,5 +139,5 @@ def look(sight: Sight, recipe: FieldRecipe, outline: Outline, rng: np.random.Gen
 field_tier = Field(
     name="field",
     summary="A camera as real as footage: tilted and swaying over uneven ground, with boxes cut off at its borders, of "
-    "a detector and tracker, or as people draw them (--no-detector).",
+    "a detector and tracker, or as people draw them (`detector = false`).",
 )

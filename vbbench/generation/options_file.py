@@ -1,0 +1,176 @@
+"""Options of a generator as a file or a command line writes them, and the `Options` that they make."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from vbbench.camera import camera_from_dict, make_camera
+from vbbench.errors import FileError, VbbenchError, quoted
+from vbbench.files.dataset_info import INFO_FILE
+from vbbench.files.generate_command import options_of
+from vbbench.generation.footage import FootageOptions
+from vbbench.generation.generator import MOST_PEOPLE, Engine, FootageGenerator, Look, Observer, Options, Simulation
+from vbbench.parsing.json_text import read_object
+from vbbench.parsing.toml_text import from_table, read_toml
+from vbbench.registry import load
+
+AS_THEY_ARE = ("tier", "look", "observer", "detector", "noise", "least_track", "seed", "limit", "stride", "dt")
+"""Options that `Options` has under the same names."""
+SIMULATED = ("scenario", "sequences", "people", "engine")
+"""Options of a simulated crowd."""
+OF_FOOTAGE = ("sequences", "every", "longest", "person_class", "cyclists", "interpolated")
+"""Options of footage that a file may have; ``poses``, ``boxes`` and ``bags`` are paths, for the command line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WrittenOptions:
+    """The keys of a file of options, in TOML; ``None`` leaves an option to the split and its tier.
+
+    All but these are as in `Options`, `Simulation` and `FootageOptions`.
+
+    Parameters
+    ----------
+    camera : name of a registered model, or a table of its ``kind`` and parameters.
+    sigma_h : standard deviation in m of people's heights.
+    sequences : number of simulated sequences, or names of recordings, in one text with commas between or as a list.
+    people : a number of people, a list of them, or a text such as ``10:50:10``.
+    tls : folder of a cluster's certificates, from the folder of the file.
+    """
+
+    camera: str | Mapping[str, Any] | None = None
+    tier: str | None = None
+    sigma_h: float | None = None
+    look: Look | None = None
+    observer: Observer | None = None
+    detector: bool | None = None
+    noise: float | None = None
+    least_track: int | None = None
+    seed: int | None = None
+    limit: int | None = None
+    stride: int | None = None
+    dt: float | None = None
+    scenario: str | None = None
+    sequences: int | str | tuple[str, ...] | None = None
+    people: int | str | tuple[int, ...] | None = None
+    engine: Engine | None = None
+    every: int | None = None
+    longest: int | None = None
+    person_class: str | None = None
+    cyclists: bool | None = None
+    interpolated: bool | None = None
+    tls: str | None = None
+
+    def with_given(self, **given: Any) -> "WrittenOptions":
+        """These options, with those of a command line that are not ``None`` in place of the file's."""
+        return replace(self, **{name: value for name, value in given.items() if value is not None})
+
+    def options(self, split: str, *, source: Path | None, homography: Path | None, **paths: Path | None) -> Options:
+        """The options of a generator.
+
+        Parameters
+        ----------
+        split : what the options are for.
+        source, homography : as in `Options`.
+        paths : ``poses``, ``boxes`` and ``bags``, as in `FootageOptions`.
+
+        Raises
+        ------
+        VbbenchError
+            If the split is unknown, or a value is none of its option.
+        """
+        is_footage = isinstance(load("generator", split), FootageGenerator)
+        return Options(
+            camera=self._camera(),
+            source=source,
+            homography=homography,
+            height_std=self.sigma_h,
+            simulation=self._simulation(is_footage),
+            footage=self._footage(is_footage, paths),
+            **self._set(
+                "tier", "look", "observer", "detector", "noise", "least_track", "seed", "limit", "stride", "dt"
+            ),
+        )
+
+    def _set(self, *names: str) -> dict[str, Any]:
+        """Those of the options that are not ``None``."""
+        return {name: value for name in names if (value := getattr(self, name)) is not None}
+
+    def _camera(self) -> Any:
+        if isinstance(self.camera, Mapping):
+            return camera_from_dict(dict(self.camera))
+        return None if self.camera is None else make_camera(self.camera)
+
+    def _simulation(self, is_footage: bool) -> Simulation | None:
+        asked = self._set(*SIMULATED)
+        if is_footage:
+            asked.pop("sequences", None)
+        if "sequences" in asked:
+            asked["sequences"] = parse_count(str(self.sequences))
+        if "people" in asked:
+            asked["people"] = self.people if isinstance(self.people, tuple) else parse_people(str(self.people))
+        return Simulation(**asked) if asked else None
+
+    def _footage(self, is_footage: bool, paths: Mapping[str, Path | None]) -> FootageOptions | None:
+        asked = {**self._set(*OF_FOOTAGE), **{name: path for name, path in paths.items() if path is not None}}
+        if not is_footage:
+            asked.pop("sequences", None)
+        if "sequences" in asked and not isinstance(self.sequences, tuple):
+            asked["sequences"] = tuple(name.strip() for name in str(self.sequences).split(",") if name.strip())
+            if not asked["sequences"]:
+                raise VbbenchError(f"no recording is named in '{self.sequences}'; name some, with commas between")
+        return FootageOptions(**asked) if asked else None
+
+
+def read_options(path: Path, split: str, *, seed: int | None = None) -> WrittenOptions:
+    """The options of a TOML file, or those that made the dataset whose ``dataset.json`` it is.
+
+    Parameters
+    ----------
+    path : the file, or the folder of the dataset.
+    split : what they are for.
+    seed : in place of the file's; that of a dataset may be withheld.
+
+    Raises
+    ------
+    VbbenchError
+        If the file is not valid, is of another split, or its seed is withheld and none is given.
+    """
+    folder = path if path.is_dir() else path.parent
+    if not path.is_dir() and path.name != INFO_FILE:
+        read = read_toml(path, WrittenOptions, "options of generate")
+        return read if read.tls is None else replace(read, tls=str(folder / read.tls))
+    facts = read_object(folder / INFO_FILE, "generate the dataset again")
+    if facts.get("split") != split:
+        raise FileError(folder / INFO_FILE, f"is of the split {quoted(facts.get('split'))}, not of {split}")
+    if facts.get("seed") is None and seed is None:
+        raise FileError(folder / INFO_FILE, "its seed is withheld; add --seed")
+    known = {field.name for field in fields(WrittenOptions)}
+    made = {name: value for name, value in options_of(facts).items() if name in known}
+    return from_table(made, WrittenOptions, folder / INFO_FILE, "definition")
+
+
+def parse_count(text: str) -> int:
+    """A number of sequences; raises VbbenchError if it is none."""
+    if not re.fullmatch(r"-?[0-9]{1,9}", text):
+        raise VbbenchError(
+            f"a number of sequences is a whole number, not '{text}'; only footage has recordings with names"
+        )
+    return int(text)
+
+
+def parse_people(text: str) -> tuple[int, ...]:
+    """Numbers of people from ``K``, ``A:B`` (both ends included) or ``A:B:STEP``.
+
+    Raises
+    ------
+    VbbenchError
+        If it is none of these, or no crowd.
+    """
+    form = re.fullmatch(r"([0-9]{1,9})(?::([0-9]{1,9})(?::([0-9]{1,9}))?)?", text)
+    first, last, step = (int(form[1]), int(form[2] or form[1]), int(form[3] or 1)) if form else (0, 0, 1)
+    if not 2 <= first <= last <= MOST_PEOPLE or step < 1:
+        wanted = f"a number from 2 to {MOST_PEOPLE:,}, A:B, or A:B:STEP such as 10:50:10"
+        raise VbbenchError(f"numbers of people are {wanted}, not '{text}'")
+    return tuple(range(first, last + 1, step))
