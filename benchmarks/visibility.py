@@ -12,12 +12,10 @@ from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, IntArray, freeze
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
-from vbbench_renderers.drawing import Limbs
-from vbbench_renderers.mesh import Int32
-from vbbench_renderers.raster.crowd import People, joined_library, joined_limbs
-from vbbench_renderers.raster.parts import join_parts
-from vbbench_renderers.raster.placing import place
-from vbbench_renderers.rays import Rays, camera_rays, eye_transform
+from vbbench_renderers.meshes import Int32, Limbs, join_parts
+from vbbench_renderers.people import Walkers
+from vbbench_renderers.raster import place
+from vbbench_renderers.views import Rays, camera_rays, eye_transform
 
 ALL, INSIDE, ON_BORDER = range(3)
 """Columns of the counts: pixels, those inside the window, those on its border."""
@@ -69,9 +67,9 @@ class Onlooker:
     people : its bodies, as drawn: `vbbench_renderers.people.Walkers` with the renderer's seed.
     """
 
-    def __init__(self, scene: Scene, people: People) -> None:
+    def __init__(self, scene: Scene, people: Walkers) -> None:
         self._scene, self._people = scene, people
-        self._parts = join_parts(joined_library(people))
+        self._parts = join_parts(people.meshes)
 
     def look(
         self, picture: Picture, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None
@@ -85,7 +83,7 @@ class Onlooker:
         """
         rays, eye = camera_rays(camera), eye_transform(camera, pose)
         without = None if observer is None else self._scene.column_of(observer)
-        limbs = joined_limbs(self._people, frame, np.asarray(pose[:2], np.float64), camera.focal, without)
+        limbs = self._people.limbs(frame, np.asarray(pose[:2], np.float64), camera.focal, without=without)
         columns, person = np.unique(limbs.person, return_inverse=True)
         alone = self._count(limbs, person, len(columns), eye, rays, _window(rays, 0, 0))
         there = alone[:, ALL] > 0
@@ -100,7 +98,7 @@ class Onlooker:
     def _count(
         self, limbs: Limbs, person: IntArray, people: int, eye: FloatArray, rays: Rays, window: Window
     ) -> IntArray:
-        frame = place(self._parts, limbs.mesh, limbs.transform, np.zeros(len(limbs.mesh), bool), eye, rays)
+        frame = place(self._parts, limbs, np.zeros(len(limbs.mesh), bool), eye, rays)
         return frame.count_alone(person.astype(np.int32), people, window)
 
     def _truncated(
@@ -114,7 +112,7 @@ class Onlooker:
         """Share of their pixels that some people have outside, in a larger and coarser picture."""
         if not cut.any():
             return np.empty(0)
-        chosen = Limbs(**{name: values[cut[person]] for name, values in vars(limbs).items()})
+        chosen = limbs.of(cut[person])
         rows = (np.cumsum(cut) - 1)[person[cut[person]]]
         wider, window = _wider(rays)
         counts = self._count(chosen, rows, int(cut.sum()), eye, wider, window)

@@ -11,7 +11,6 @@ from vbbench.cli import main
 
 OPTIONAL = (
     "cv2",
-    "moderngl",
     "trimesh",
     "pyrender",
     "pysocialforce",
@@ -54,7 +53,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("missing", "extra", "command"),
     [
         ("cv2", "render", ["render", "DATA", "--sequence", "0", "--out", "OUT.mp4"]),
-        ("moderngl", "render", ["detect", "DATA", "--sequence", "0", "--out", "OUT.txt"]),
+        ("trimesh", "render", ["detect", "DATA", "--sequence", "0", "--out", "OUT.txt"]),
         ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "raster"]),
         ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
         ("pysocialforce", "pysocialforce", ["generate", "sim", "--options", "OPTIONS", "--out", "OUT"]),

@@ -231,7 +231,7 @@ def build(
             vbbench.
         work: Folder of 'leaderboard rerun', for the films of its sequences; default: out/leaderboard, if it exists.
         sequences: Maximum number of sequences of a split that can be played.
-        pictures: Renderer (auto, moderngl, raster, ...) of what the observer sees behind the boxes; slow, so the
+        pictures: Renderer (auto, raster, ...) of what the observer sees behind the boxes; slow, so the
             pictures are kept in the work folder. For 'footage': small copies of the pictures that the camera took;
             mind their licence before you publish the page.
         date: As of when a challenge's page shows its phases, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.

@@ -12,12 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "baking.hpp"
 #include "binding.hpp"
 #include "meshes.hpp"
 #include "raster/alone.hpp"
 #include "raster/drawing.hpp"
-#include "refining.hpp"
 #include "threads.hpp"
 
 using namespace vbbench;
@@ -111,7 +109,7 @@ class MeshArrays {
   int most_layer_ = -1;
 };
 
-/// The rays of `vbbench_renderers.rays.Rays`.
+/// The rays of `vbbench_renderers.views.Rays`.
 struct RayArrays {
   Array<const double> side, ahead;
   Rays rays;
@@ -130,7 +128,7 @@ struct RayArrays {
   }
 };
 
-/// The looks of `vbbench_renderers.raster.looks.Looks`, of N limbs.
+/// The looks of `vbbench_renderers.raster.Looks`, of N limbs.
 struct LookArrays {
   Array<const float> colour, second_colour, gloss, normal;
   Array<const int> pattern;
@@ -148,7 +146,7 @@ struct LookArrays {
   }
 };
 
-/// The textures of `vbbench_renderers.raster.textures.Textures`.
+/// The textures of `vbbench_renderers.raster.Textures`.
 struct TextureArrays {
   Array<const std::uint8_t> texels;
   Array<const Int> first, size;
@@ -171,7 +169,7 @@ struct TextureArrays {
   }
 };
 
-/// The map of `vbbench_renderers.raster.shadows.ShadowMap`.
+/// The map of `vbbench_renderers.raster.ShadowMap`.
 struct ShadowArrays {
   Array<const float> heights, open;
   ShadowMap map;
@@ -296,62 +294,11 @@ void stain_ground(const nb::object& spots, double x, double y, double scale, con
   stain(length(in_spots), rows<Spot>(in_spots), x, y, scale, static_cast<int>(found.shape(0)), found.data());
 }
 
-nb::object draw_sky(const nb::object& light, const nb::object& table, const nb::object& rays, const nb::object& eye) {
-  const RayArrays in_rays(rays);
-  const auto in_eye = array<const double>(eye, "eye", {3, 4});
-  const EncodingArray encoding(table);
-  New<std::uint8_t> picture({static_cast<std::size_t>(in_rays.rays.height), in_rays.side.size(), 3});
-  sky_picture(light_of(light), encoding.encode(), in_rays.rays, *rows<Eye>(in_eye), picture.data());
-  return picture.numpy();
-}
-
-nb::tuple bake_limbs(const MeshArrays& meshes, const nb::object& mesh, const nb::object& transform,
-                     const nb::object& looks) {
-  const auto in_mesh = meshes.limbs(mesh);
-  const auto in_transform = array<const float>(transform, "transform", {in_mesh.size(), 3, 4});
-  const LookArrays in_looks(looks, in_mesh.size());
-  const Meshes found = meshes.meshes();
-  std::size_t points = 0, triangles = 0;
-  for (std::size_t limb = 0; limb < in_mesh.size(); ++limb) {
-    const int part = in_mesh.data()[limb];
-    points += static_cast<std::size_t>(found.first_vertex[part + 1] - found.first_vertex[part]);
-    triangles += static_cast<std::size_t>(found.first_triangle[part + 1] - found.first_triangle[part]);
-  }
-  New<float> places({points, 3}), normals({points, 3}), colours({points, 3});
-  New<int> corners({triangles, 3});
-  bake(found, length(in_mesh), in_mesh.data(), rows<std::array<std::array<float, 4>, 3>>(in_transform),
-       in_looks.looks(),
-       {reinterpret_cast<Point*>(places.data()), reinterpret_cast<Point*>(normals.data()),
-        reinterpret_cast<Point*>(colours.data()), reinterpret_cast<Corners*>(corners.data())});
-  return nb::make_tuple(places.numpy(), normals.numpy(), colours.numpy(), corners.numpy());
-}
-
-Int refine(const nb::object& vertices, const nb::object& triangles, const nb::object& eye, double yaw, double low,
-           double high, const nb::object& out) {
-  const auto in_vertices = array<const float>(vertices, "vertices", {kAny, kColumns});
-  const auto in_triangles = array<const int>(triangles, "triangles", {kAny, 3});
-  check_within(in_triangles, 0, length(in_vertices), "triangles");
-  const auto in_eye = array<const double>(eye, "eye", {3});
-  const auto found = array<float>(out, "out", {kAny, kColumns + 1});
-  const Vertex* const vertex = rows<Vertex>(in_vertices);
-  Refiner refiner({*rows<Vec>(in_eye), yaw, low, high}, length(found), rows<BasedVertex>(found));
-  for (Int n = 0; n < length(in_triangles); ++n) {
-    const auto [a, b, c] = rows<Corners>(in_triangles)[n];
-    refiner.refine({vertex[a], vertex[b], vertex[c]});
-  }
-  return refiner.filled();
-}
-
 }  // namespace
 
 NB_MODULE(_core, m) {
   m.doc() = "The renderers' inner loops in C++.";
   m.attr("NEAR") = kNear;
-  m.attr("WIDEST") = kWidest;
-  m.attr("REFINED_COLUMNS") = kColumns + 1;
-  m.attr("RINGS_PER_M") = kRingsPerM;
-  m.attr("STRIPES_ROUND") = kStripesRound;
-  m.attr("CHECKS_PER_M") = kChecksPerM;
   m.def("available_threads", &available_threads, "How many threads this process may run at the same time.");
   nb::class_<MeshArrays>(m, "Meshes", "Meshes, joined.")
       .def(nb::init<const nb::object&, const nb::object&, const nb::object&, const nb::object&, const nb::object&,
@@ -373,10 +320,4 @@ NB_MODULE(_core, m) {
         nb::arg("threads"), "Heights of limbs along the sun's rays.");
   m.def("stain", &stain_ground, array_arg("spots"), nb::arg("x"), nb::arg("y"), nb::arg("scale"), array_arg("openness"),
         "Darkens the ground under spots.");
-  m.def("sky_picture", &draw_sky, array_arg("light"), array_arg("table"), nb::arg("rays"), array_arg("eye"),
-        "A picture of only the sky.");
-  m.def("bake", &bake_limbs, nb::arg("meshes"), array_arg("mesh"), array_arg("transform"), nb::arg("looks"),
-        "The vertices of limbs in the world.");
-  m.def("refine", &refine, array_arg("vertices"), array_arg("triangles"), array_arg("eye"), nb::arg("yaw"),
-        nb::arg("low"), nb::arg("high"), array_arg("out"), "Divides large triangles.");
 }

@@ -10,24 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_renderers.mesh import Float32, Int32
-from vbbench_renderers.raster.looks import Looks
-from vbbench_renderers.raster.shadows import ShadowMap
-from vbbench_renderers.raster.textures import Textures
-from vbbench_renderers.rays import Rays
+from vbbench_renderers.meshes import Float32, Int32
+from vbbench_renderers.raster import Looks, ShadowMap, Textures
+from vbbench_renderers.views import Rays
 
 NEAR: Final[float]
-WIDEST: Final[float]
-REFINED_COLUMNS: Final[int]
-RINGS_PER_M: Final[float]
-STRIPES_ROUND: Final[float]
-CHECKS_PER_M: Final[float]
 
 def available_threads() -> int:
     """How many threads this process may run at the same time."""
 
 class Meshes:
-    """The fields of `vbbench_renderers.raster.parts.Parts`, whose indices are checked once."""
+    """The fields of `vbbench_renderers.meshes.Parts`, whose indices are checked once."""
 
     def __init__(
         self,
@@ -77,7 +70,7 @@ class Frame:
         order : [N] in which limbs are drawn; fastest when near ones come first.
         looks : of the limbs.
         eye : [3, 4] float64, from the world to eye coordinates.
-        light, table : `vbbench_renderers.raster.light.light_table` and ``srgb_table``.
+        light, table : `vbbench_renderers.raster.light_table` and ``srgb_table``.
         textures : of the meshes.
         people, fixed : what throws shadows.
         owners : [N + 1] id of each limb's person, `vbbench.sequence.NOBODY` for surroundings, less for the sky.
@@ -100,26 +93,4 @@ def stain(spots: FloatArray, x: float, y: float, scale: float, openness: Float32
     """Darken ``openness`` [S, S], of which ``scale`` are a metre from x, y on, under spots.
 
     ``spots`` [N, 4] float64 are place and radius in m, and how dark the middle is.
-    """
-
-def sky_picture(light: FloatArray, table: NDArray[np.uint8], rays: Rays, eye: FloatArray) -> NDArray[np.uint8]:
-    """[H, W, 3] sRGB picture of only the sky."""
-
-def bake(meshes: Meshes, mesh: Int32, transform: Float32, looks: Looks) -> tuple[Float32, Float32, Float32, Int32]:
-    """Points, normals and colours [P, 3] of limbs in the world, limb after limb, and triangles [F, 3] of points."""
-
-def refine(
-    vertices: Float32, triangles: Int32, eye: FloatArray, yaw: float, low: float, high: float, out: Float32
-) -> int:
-    """Write the corners of refined triangles, the base azimuth behind each vertex, and return how many corners.
-
-    Large triangles of a panorama are divided until no edge spans more than `WIDEST` rad.
-
-    Parameters
-    ----------
-    vertices : [V, 12] see `vbbench_renderers.opengl.packing.pack_vertices`.
-    triangles : [F, 3].
-    eye, yaw : [3] float64 in m, and heading in rad.
-    low, high : slopes (height over range) of the picture's lower and upper border; beyond them nothing is drawn.
-    out : [M, 13] filled as far as it reaches; a result beyond M asks for a longer one.
     """

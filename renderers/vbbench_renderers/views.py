@@ -1,29 +1,33 @@
-"""Pictures assembled from perspective views: panoramas that a backend cannot draw itself, and any other camera.
+"""The rays of a camera, one through the centre of each pixel, and pictures assembled from perspective views.
 
-Every backend draws pinholes, tilted or not. A picture of any other camera is cut into regions that pinholes see, each
-is drawn somewhat finer than it is wanted, and its pixels are looked up in the directions that the camera says.
+Eye coordinates are (right, up, forward) in m from the camera, tilted with it. The ray of pixel (column, row) is
+(side[column], (horizon − row) / focal, ahead[column]), scaled so that its parameter is the depth of a `Picture`.
+It is separable for pinholes and upright cylinders: (side, ahead) = ((u − cx) / f, 1) or (sin φ, cos φ), with
+u = column + ½. So in one column of either picture the edges of a triangle are straight and its inverse depth is linear
+in the row. A picture of any other camera is cut into regions that pinholes see, each is drawn somewhat finer than it
+is wanted, and its pixels are looked up in the directions of the camera model.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 
 from vbbench.camera import Camera, PerspectiveCamera
+from vbbench.errors import VbbenchError
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.pictures.rendering import Picture
 from vbbench.sequence import NOBODY
-from vbbench_renderers.mesh import Float32
-from vbbench_renderers.rays import camera_rays
+from vbbench_renderers import _core
+from vbbench_renderers.meshes import Float32
 
-AROUND = 6
-"""Views that make a panorama."""
-FINER = 2.0
-"""Ratio of the focal lengths of the views and the panorama."""
-FINER_THAN_ANY = 1.5
-"""The same of the views that make a picture of any model, over the most px per rad that it has anywhere."""
+NEAR = _core.NEAR
+"""Surfaces nearer than this (m of depth) are not drawn."""
+FINER = 1.5
+"""px per rad of the views, over the most that the picture has anywhere."""
 MOST_PIXELS = 4.0
 """No more px per rad are taken from a picture than so many times its focal length; some have no limit at borders."""
 SPARE = 2
@@ -32,6 +36,66 @@ STEEP = 1.5
 """Pitch in rad of the views up and down."""
 SIDES = ((0.0, 0.0), (0.5 * np.pi, 0.0), (np.pi, 0.0), (-0.5 * np.pi, 0.0), (0.0, STEEP), (0.0, -STEEP))
 """Turn clockwise and pitch in rad of the views that together see everything."""
+
+
+class Rays(NamedTuple):
+    """Rays of a W x H picture.
+
+    Parameters
+    ----------
+    side, ahead : [W] horizontal parts.
+    focal : of the rows, in px.
+    across : of the columns, in px; unused in a panorama.
+    horizon : row of the horizon of a level camera, counted between pixel centres.
+    centre : column of the optical axis in px; unused in a panorama.
+    height : H, in px.
+    closed : whether the picture closes on itself.
+    """
+
+    side: FloatArray
+    ahead: FloatArray
+    focal: float
+    across: float
+    horizon: float
+    centre: float
+    height: int
+    closed: bool
+
+
+def camera_rays(camera: Camera) -> Rays:
+    """The rays of a camera's picture.
+
+    Raises
+    ------
+    VbbenchError
+        If it is neither a pinhole nor an upright cylinder.
+    """
+    width, height = camera.picture_size
+    u = np.arange(width, dtype=np.float64) + 0.5
+    if camera.cylinder is not None:
+        focal, row = map(float, camera.cylinder)
+        azimuth = 2.0 * np.pi * u / width - np.pi
+        return Rays(np.sin(azimuth), np.cos(azimuth), focal, 0.0, row - 0.5, 0.0, height, True)
+    if camera.intrinsics is not None:
+        (across, _, cx), (_, focal, cy) = camera.intrinsics[:2].tolist()
+        return Rays((u - cx) / across, np.ones(width), focal, across, cy - 0.5, cx, height, False)
+    raise VbbenchError(f"the rays of a '{camera.kind}' camera are not in columns")
+
+
+def eye_transform(camera: Camera, pose: FloatArray) -> FloatArray:
+    """[3, 4] from the world to the eye coordinates of a camera at a pose (x, y, yaw)."""
+    x, y, yaw = (float(value) for value in pose)
+    turn = np.array([[np.sin(yaw), -np.cos(yaw), 0.0], [0.0, 0.0, 1.0], [np.cos(yaw), np.sin(yaw), 0.0]])
+    tilt = tilt_of(camera)
+    if not np.array_equal(tilt, np.eye(3)):
+        upwards = np.array([1.0, -1.0, 1.0])
+        turn = (upwards[:, None] * tilt * upwards) @ turn
+    return np.column_stack([turn, -turn @ np.array([x, y, camera.mount_height])])
+
+
+def tilt_of(camera: Camera) -> FloatArray:
+    """[3, 3] the camera's right, down and forward as rows, in the frame of a level camera."""
+    return camera.to_camera(np.eye(3)).T
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +109,7 @@ class View:
     rows, columns : [M] and [N] of the picture; the view fills what is ``wanted`` where they cross.
     wanted : [M, N] which pixels those are.
     x, y : [M, N] its places (px, 0 at the centre of the first pixel) that are seen through them.
-    stretch : [M, N] or [N] horizontal range over depth.
+    stretch : [M, N] horizontal range over depth.
     """
 
     camera: PerspectiveCamera
@@ -82,42 +146,12 @@ def assemble(camera: Camera, pose: FloatArray, shoot: Callable[[Camera, FloatArr
 
 @lru_cache(maxsize=4)
 def views_of(camera: Camera) -> list[View]:
-    """The views that together are a camera's picture."""
-    return _around(camera) if camera.cylinder is not None else _any(camera)
-
-
-def _around(camera: Camera) -> list[View]:
-    """Views side by side, each of some columns of an upright cylinder."""
-    rays = camera_rays(camera)
-    azimuth = np.arctan2(rays.side, rays.ahead)
-    nearest = np.round(azimuth * AROUND / (2.0 * np.pi)).astype(int)
-    slope = (rays.horizon - np.arange(rays.height)) / rays.focal
-    focal, half = FINER * rays.focal, np.pi / AROUND
-    width = 2 * int(np.ceil(focal * np.tan(half) + SPARE))
-    reach = [focal * bound / np.cos(half) + SPARE for bound in (slope.max(), -slope.min())]
-    above, below = (int(np.ceil(max(part, SPARE))) for part in reach)
-    views = []
-    for index in range(AROUND):
-        turn = 2.0 * np.pi * (index - AROUND // 2 + 1) / AROUND
-        columns = np.flatnonzero((nearest - (index - AROUND // 2 + 1)) % AROUND == 0)
-        away = azimuth[columns] - turn
-        x = np.broadcast_to(width / 2 + focal * np.tan(away) - 0.5, (len(slope), len(columns)))
-        y = above - focal * slope[:, None] / np.cos(away) - 0.5
-        view = PerspectiveCamera(width=width, height=above + below, focal=focal, cx=width / 2, cy=above,
-                                 mount_height=camera.mount_height)  # fmt: skip
-        views.append(View(camera=view, turn=turn, rows=np.arange(rays.height), columns=columns,
-                          wanted=np.ones(x.shape, bool), x=np.ascontiguousarray(x, np.float32),
-                          y=y.astype(np.float32), stretch=1.0 / np.cos(away)))  # fmt: skip
-    return views
-
-
-def _any(camera: Camera) -> list[View]:
-    """Views to all sides, up and down, as far as pixels look there."""
+    """The views that together are a camera's picture: to all sides, up and down, as far as pixels look there."""
     width, height = camera.picture_size
     places = np.stack(np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5), axis=-1)
     ways = camera.to_level(camera.directions(places))
     ways = ways / np.linalg.norm(ways, axis=-1, keepdims=True)
-    focal = FINER_THAN_ANY * min(_density(ways), MOST_PIXELS * camera.focal)
+    focal = FINER * min(_density(ways), MOST_PIXELS * camera.focal)
     axes = np.array([[np.cos(up) * np.sin(turn), -np.sin(up), np.cos(up) * np.cos(turn)] for turn, up in SIDES])
     nearest = np.where(np.isfinite(ways[..., 0]), np.argmax(ways @ axes.T, axis=-1), -1)
     return [_view(camera, ways, nearest == side, focal, *SIDES[side]) for side in np.unique(nearest[nearest >= 0])]

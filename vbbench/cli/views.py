@@ -106,7 +106,7 @@ def render(
         folder: The dataset, of any split.
         sequence: Number of the sequence.
         out: An .mp4 file, or a folder for one PNG file per frame; an interrupted one is continued.
-        backend: Renderer: moderngl, pyrender, raster or module:attribute of your own; auto: the best that works.
+        backend: Renderer: raster (auto), pyrender or module:attribute of your own.
         footage: Show the pictures that the camera itself took, or a plain ground where there are none; no renderer, and
             no truth, is needed.
         estimate: Submission to draw over the truth.
@@ -154,7 +154,7 @@ def view(
         sequence: Number of the sequence.
         estimate: Submissions to show beside the truth.
         out: The .rrd file to write; default: named after split and sequence.
-        backend: Render every frame, with depth and ids, by auto, moderngl, pyrender, raster or module:attribute of
+        backend: Render every frame, with depth and ids, by auto, pyrender, raster or module:attribute of
             your own. Default: no pictures.
         footage: Record the pictures that the camera itself took.
         truth: Folder with the truth tables, if they are not in the dataset.

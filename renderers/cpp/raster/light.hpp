@@ -76,19 +76,4 @@ inline Vec sky_colour(const Light& light, const Vec& direction) {
 /// From the world to eye coordinates.
 using Eye = std::array<std::array<double, 4>, 3>;
 
-/// [H, W, 3] sRGB picture of only the sky.
-inline void sky_picture(const Light& light, const Encoding& encode, const Rays& rays, const Eye& eye,
-                        std::uint8_t* picture) {
-  for (int row = 0; row < rays.height; ++row) {
-    for (int column = 0; column < rays.width; ++column) {
-      const double x = rays.side[column], up = (rays.horizon - row) / rays.focal, z = rays.ahead[column];
-      const double length = std::sqrt(x * x + up * up + z * z);
-      Vec direction;
-      for (int axis = 0; axis < 3; ++axis)
-        direction[axis] = (eye[0][axis] * x + eye[2][axis] * z + eye[1][axis] * up) / length;
-      for (const double value : sky_colour(light, direction)) *picture++ = encode(value);
-    }
-  }
-}
-
 }  // namespace vbbench::renderers

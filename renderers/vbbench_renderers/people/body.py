@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.meshes import Mesh
 from vbbench_renderers.people.loft import ALONG_X, Detail, Section, finish, loft, turned
 from vbbench_renderers.people.measures import HIPS, JOINT_CAPS, LIMBS, PALM, SHOES, SOLE, THUMB, TORSOS
 

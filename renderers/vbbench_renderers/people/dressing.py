@@ -3,7 +3,7 @@
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.drawing import Pattern
+from vbbench_renderers.meshes import Pattern
 from vbbench_renderers.people import palette
 from vbbench_renderers.people.body import MID_TORSO
 from vbbench_renderers.people.looks import Look, crown_of

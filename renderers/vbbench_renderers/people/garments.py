@@ -8,7 +8,7 @@ import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.meshes import Mesh
 from vbbench_renderers.people.body import NECKLINE
 from vbbench_renderers.people.loft import Detail, Section, finish, loft
 from vbbench_renderers.people.measures import TORSOS

@@ -9,7 +9,7 @@ import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.meshes import Mesh
 from vbbench_renderers.people.loft import ALONG_X, Section, close_grid, finish, loft, turned
 
 CROWN = 0.218

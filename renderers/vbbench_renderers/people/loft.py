@@ -7,7 +7,7 @@ import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.mesh import PLAIN, Mesh
+from vbbench_renderers.meshes import PLAIN, Mesh
 
 LEVELS = 3
 """Levels of detail, the finest first."""

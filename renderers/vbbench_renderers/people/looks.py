@@ -4,11 +4,11 @@ from dataclasses import dataclass, field, fields
 from functools import cache
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_renderers.drawing import Pattern
-from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.meshes import Mesh, Pattern
 from vbbench_renderers.people.body import body_meshes
 from vbbench_renderers.people.garments import garment_meshes
 from vbbench_renderers.people.head import head_meshes
+from vbbench_renderers.people.loft import LEVELS
 
 Triple = tuple[float, float, float]
 ONE: Triple = (1.0, 1.0, 1.0)
@@ -105,12 +105,12 @@ NAMES = tuple(_MAKERS)
 
 
 @cache
-def library(level: int) -> tuple[Mesh, ...]:
-    """The meshes of a level, in the order of `NAMES`."""
-    return tuple(make(level) for make in _MAKERS.values())
+def library() -> tuple[Mesh, ...]:
+    """The meshes of all levels, the finest first, each in the order of `NAMES`."""
+    return tuple(make(level) for level in range(LEVELS) for make in _MAKERS.values())
 
 
 @cache
 def top_of(name: str) -> float:
     """Height in m of the highest point of a mesh in its own frame."""
-    return float(library(0)[NAMES.index(name)].vertices[:, 2].max())
+    return float(library()[NAMES.index(name)].vertices[:, 2].max())

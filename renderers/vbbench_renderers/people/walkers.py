@@ -6,8 +6,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
-from vbbench_renderers.drawing import Limbs
-from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.meshes import Limbs
 from vbbench_renderers.people.dressing import make_look
 from vbbench_renderers.people.gait import Feet, Moment, moment_at, place_feet
 from vbbench_renderers.people.loft import LEVELS
@@ -30,6 +29,8 @@ class Walkers:
     """
 
     levels = LEVELS
+    meshes = library()
+    """The limb meshes of all levels of detail, the finest level first."""
 
     def __init__(self, scene: Scene, seed: int) -> None:
         heights = np.where(np.isnan(scene.heights), USUAL_HEIGHT, scene.heights)
@@ -41,10 +42,6 @@ class Walkers:
         self._paths = trace_paths(scene, heights, self._style.stride, self._style.start)
         self._parts = _PartTable(self.looks)
 
-    def library(self, level: int) -> tuple[Mesh, ...]:
-        """The limb meshes of a level of detail, 0 the finest; an index means the same limb at every level."""
-        return library(level)
-
     def feet(self, frame: float) -> Feet:
         """Where the feet are at a frame."""
         return self._feet(moment_at(self._paths, frame))
@@ -54,28 +51,21 @@ class Walkers:
         moment = moment_at(self._paths, frame)
         return moment.person, pose_bones(moment, self._feet(moment), self._style.of(moment.person))
 
-    def limbs(
-        self, frame: float, eye: FloatArray, focal: float = 640.0, *, without: int | None = None
-    ) -> list[tuple[int, Limbs]]:
-        """The limbs to draw, by level of detail.
+    def limbs(self, frame: float, eye: FloatArray, focal: float = 640.0, *, without: int | None = None) -> Limbs:
+        """The limbs to draw; their meshes are of `meshes`.
 
         Parameters
         ----------
         frame : frame of the scene; fractions lie in between.
         eye : [2] where the camera is, in m.
-        focal : its focal length in px, which with the distance says how large a person shows.
-        without : column of somebody who is not drawn.
+        focal : its focal length in px, which with the distance gives the size of a person in the picture.
+        without : column of a person who is not drawn.
         """
         people, bones = self.bones(frame)
         if without is not None:
             people, bones = people[people != without], bones[people != without]
         distance = np.hypot(*(bones[:, 0, :2, 3] - eye).T)
-        level = np.searchsorted(NEAR, distance * (NEAR_FOCAL / focal))
-        return [
-            (at, self._parts.placed(people[level == at], bones[level == at], at))
-            for at in range(self.levels)
-            if np.any(level == at)
-        ]
+        return self._parts.placed(people, bones, np.searchsorted(NEAR, distance * (NEAR_FOCAL / focal)))
 
     def _feet(self, moment: Moment) -> Feet:
         style = self._style.of(moment.person)
@@ -98,19 +88,20 @@ class _PartTable:
         self.second = np.array([part.second for part in parts], dtype=np.float32).reshape(-1, 3)
         self.pattern = np.array([part.pattern for part in parts], dtype=np.int32)
         self.gloss = np.array([part.gloss for part in parts], dtype=np.float32)
-        self.row = np.full(len(looks), -1, dtype=np.int64)
 
-    def placed(self, people: IntArray, bones: FloatArray, level: int) -> Limbs:
-        """The limbs of some people [N], whose bones [N, 18, 3, 4] are given, at a level of detail."""
-        self.row[:] = -1
-        self.row[people] = np.arange(len(people))
-        chosen = np.flatnonzero((self.row[self.person] >= 0) & (self.coarsest >= level))
-        bone = bones[self.row[self.person[chosen]], self.bone[chosen]]
+    def placed(self, people: IntArray, bones: FloatArray, level: IntArray) -> Limbs:
+        """The limbs of some people [N], whose bones [N, 18, 3, 4] are given, at their levels of detail [N]."""
+        row = np.full(int(self.person.max(initial=-1)) + 1, -1, dtype=np.int64)
+        row[people] = np.arange(len(people))
+        owner = row[self.person]
+        chosen = np.flatnonzero((owner >= 0) & (self.coarsest >= np.append(level, LEVELS)[owner]))
+        owner = owner[chosen]
+        bone = bones[owner, self.bone[chosen]]
         transform = np.empty((len(chosen), 3, 4), dtype=np.float32)
         transform[..., :3] = bone[..., :3] * self.scale[chosen]
         transform[..., 3] = bone[..., 3] + (bone[..., :3] @ self.offset[chosen])[..., 0]
         return Limbs(
-            mesh=self.mesh[chosen],
+            mesh=(self.mesh[chosen] + len(NAMES) * level[owner]).astype(np.int32),
             transform=transform,
             colour=self.colour[chosen],
             second_colour=self.second[chosen],

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.drawing import Pattern
+from vbbench_renderers.meshes import Pattern
 from vbbench_renderers.people.looks import Part, Triple
 from vbbench_renderers.people.palette import linear
 from vbbench_renderers.people.skeleton import Bone

@@ -6,8 +6,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
-from vbbench_renderers.drawing import Sky, Surroundings
-from vbbench_renderers.mesh import join_meshes
+from vbbench_renderers.meshes import Sky, Surroundings, join_meshes
 from vbbench_renderers.surroundings.ground import ground_mesh, ground_tone
 from vbbench_renderers.surroundings.houses import house_meshes
 from vbbench_renderers.surroundings.layers import textures

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.mesh import Float32, Mesh
+from vbbench_renderers.meshes import Float32, Mesh
 from vbbench_renderers.surroundings.shapes import Quads, boxes, join, place, quads, smooth_mesh, tube
 
 PAINTS = [

@@ -141,13 +141,7 @@ def _windows(
 
 
 def _panes(
-    front: Front,
-    x0: FloatArray,
-    x1: FloatArray,
-    low: FloatArray,
-    high: FloatArray,
-    y: float,
-    rng: np.random.Generator,
+    front: Front, x0: FloatArray, x1: FloatArray, low: FloatArray, high: FloatArray, y: float, rng: np.random.Generator
 ) -> Quads:
     """Pictures of windows at depth y, m, darker at the head."""
     number = rng.choice(4, len(x0), p=[0.3, 0.25, 0.1, 0.35])

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.meshes import Mesh
 from vbbench_renderers.surroundings.cars import car
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.panes import quarter

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench_renderers.mesh import Mesh, join_meshes
+from vbbench_renderers.meshes import Mesh, join_meshes
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, KERB, PAVEMENT, ROADWAY, TO_PARK, Plot, Site
 from vbbench_renderers.surroundings.shapes import quads, smooth_mesh, turned

@@ -6,7 +6,7 @@ A house is built in the frame of its front: x to the right, y away from the walk
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.meshes import Mesh
 from vbbench_renderers.surroundings.facade import Front, balconies, plain_floors, upper_floors
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.layout import Plot

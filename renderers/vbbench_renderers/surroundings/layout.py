@@ -118,12 +118,7 @@ def _skyline(site: Site, rng: np.random.Generator) -> list[Plot]:
 
 
 def _row(
-    site: Site,
-    rng: np.random.Generator,
-    start: tuple[float, float],
-    yaw: float,
-    length: float,
-    scale: float = 1.0,
+    site: Site, rng: np.random.Generator, start: tuple[float, float], yaw: float, length: float, scale: float = 1.0
 ) -> list[Plot]:
     """Houses side by side, from the left as seen from the front, with an alley here and there."""
     plots: list[Plot] = []

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vbbench_renderers.mesh import Mesh, join_meshes
+from vbbench_renderers.meshes import Mesh, join_meshes
 from vbbench_renderers.surroundings.furniture import FEET, THINGS
 from vbbench_renderers.surroundings.ground import Tone, dark_spot, surface
 from vbbench_renderers.surroundings.layout import FAR_PAVEMENT, PAVEMENT, ROADWAY, TO_PARK, Site

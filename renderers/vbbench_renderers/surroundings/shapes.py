@@ -13,7 +13,7 @@ import trimesh
 from numpy.typing import ArrayLike
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_renderers.mesh import PLAIN, Mesh
+from vbbench_renderers.meshes import PLAIN, Mesh
 
 SPREAD = 0.104
 """The largest width of a part of an object over its distance, rad: its corners may be projected on a cylinder."""

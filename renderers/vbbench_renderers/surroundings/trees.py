@@ -3,7 +3,7 @@
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.mesh import Mesh, join_meshes
+from vbbench_renderers.meshes import Mesh, join_meshes
 from vbbench_renderers.surroundings.layers import TILE, Layer
 from vbbench_renderers.surroundings.shapes import boxes, icosphere, smooth_mesh, tube
 

@@ -40,11 +40,10 @@ def extents(walkers: Walkers, frame: float, eye: tuple[float, float]) -> tuple[F
     """Lowest and highest corner [K, 3] of everybody."""
     count = len(walkers.looks)
     low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
-    for level, limbs in walkers.limbs(frame, np.array(eye)):
-        meshes = walkers.library(level)
-        for mesh, transform, k in zip(limbs.mesh, limbs.transform, limbs.person, strict=True):
-            points = meshes[mesh].vertices @ transform[:, :3].T + transform[:, 3]
-            low[k], high[k] = np.minimum(low[k], points.min(axis=0)), np.maximum(high[k], points.max(axis=0))
+    limbs = walkers.limbs(frame, np.array(eye))
+    for mesh, transform, k in zip(limbs.mesh, limbs.transform, limbs.person, strict=True):
+        points = walkers.meshes[mesh].vertices @ transform[:, :3].T + transform[:, 3]
+        low[k], high[k] = np.minimum(low[k], points.min(axis=0)), np.maximum(high[k], points.max(axis=0))
     return low, high
 
 
@@ -175,8 +174,7 @@ def test_seed_zero_and_any_id_are_fine() -> None:
 
 @pytest.mark.parametrize("level", range(Walkers.levels))
 def test_meshes_are_closed_and_their_normals_point_outwards(level: int) -> None:
-    meshes = Walkers(scene_of(straight()), 0).library(level)
-    assert len(meshes) == len(NAMES)
+    meshes = Walkers.meshes[len(NAMES) * level : len(NAMES) * (level + 1)]
     for name, mesh in zip(NAMES, meshes, strict=True):
         solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
         assert solid.is_watertight, name
@@ -192,7 +190,7 @@ def test_meshes_are_closed_and_their_normals_point_outwards(level: int) -> None:
 def test_triangles_stay_within_the_budget() -> None:
     walkers = Walkers(scene_of(straight(60)), 0)
     for level, most in enumerate(MOST_TRIANGLES):
-        size = [len(mesh.triangles) for mesh in walkers.library(level)]
+        size = [len(mesh.triangles) for mesh in walkers.meshes[len(NAMES) * level :]]
         totals = [
             sum(size[NAMES.index(part.mesh)] for part in look.parts if part.coarsest >= level) for look in walkers.looks
         ]
@@ -201,10 +199,9 @@ def test_triangles_stay_within_the_budget() -> None:
 
 def test_the_level_of_detail_follows_the_distance() -> None:
     walkers = Walkers(scene_of(np.array([[[3.0, 0.0], [12.0, 0.0], [40.0, 0.0]]] * 3)), 0)
-    batches = walkers.limbs(1, np.zeros(2))
-    assert [(level, set(limbs.person)) for level, limbs in batches] == [(0, {0}), (1, {1}), (2, {2})]
-    far = walkers.limbs(1, np.zeros(2), 229.0)  # the same people look smaller
-    assert [(level, set(limbs.person)) for level, limbs in far] == [(1, {0}), (2, {1, 2})]
+    for focal, levels in ((640.0, {(0, 0), (1, 1), (2, 2)}), (229.0, {(0, 1), (1, 2), (2, 2)})):
+        limbs = walkers.limbs(1, np.zeros(2), focal)
+        assert set(zip(limbs.person.tolist(), (limbs.mesh // len(NAMES)).tolist(), strict=True)) == levels
 
 
 def test_the_absent_and_the_one_with_the_camera_are_not_drawn() -> None:
@@ -212,16 +209,13 @@ def test_the_absent_and_the_one_with_the_camera_are_not_drawn() -> None:
     positions[:20, 1] = np.nan
     positions[40:, 2] = np.nan
     walkers = Walkers(scene_of(positions), 0)
-    drawn = [
-        {int(k) for _, limbs in walkers.limbs(frame, np.zeros(2), without=0) for k in limbs.person}
-        for frame in (10, 19.5, 30, 39.5, 50)
-    ]
+    drawn = [set(walkers.limbs(frame, np.zeros(2), without=0).person.tolist()) for frame in (10, 19.5, 30, 39.5, 50)]
     assert drawn == [{2, 3}, {2, 3}, {1, 2, 3}, {1, 3}, {1, 3}]
 
 
 def test_nobody_is_no_limbs() -> None:
-    assert Walkers(scene_of(np.empty((5, 0, 2))), 0).limbs(2, np.zeros(2)) == []
-    assert Walkers(scene_of(np.full((5, 2, 2), np.nan)), 0).limbs(2, np.zeros(2)) == []
+    for positions in (np.empty((5, 0, 2)), np.full((5, 2, 2), np.nan)):
+        assert len(Walkers(scene_of(positions), 0).limbs(2, np.zeros(2)).mesh) == 0
 
 
 @pytest.mark.parametrize("frame", [-1, 5, 5.5])

@@ -8,16 +8,12 @@ import pytest
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.pictures.rendering import Picture
+from vbbench.registry import registered
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
 from vbbench_renderers._core import shadow_heights
-from vbbench_renderers.drawing import Limbs
-from vbbench_renderers.mesh import PLAIN, Float32, Mesh
-from vbbench_renderers.raster import RasterRenderer
-from vbbench_renderers.raster.crowd import joined_limbs, no_limbs
-from vbbench_renderers.raster.parts import join_parts, split_mesh
-from vbbench_renderers.raster.renderer import Drawer
-from vbbench_renderers.raster.textures import build_textures, linear_to_srgb, srgb_to_linear
+from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, join_parts, split_mesh
+from vbbench_renderers.raster import Drawer, RasterRenderer, build_textures, linear_to_srgb, srgb_to_linear
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
 
 AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
@@ -50,28 +46,19 @@ class Solids:
     levels = 1
 
     def __init__(self, mesh: Mesh) -> None:
-        self._mesh = mesh
+        self.meshes = (mesh,)
 
-    def library(self, level: int) -> tuple[Mesh, ...]:
-        return (self._mesh,)
-
-    def limbs(self, frame: int, eye: object, focal: float, *, without: int | None = None) -> list[tuple[int, Limbs]]:
+    def limbs(self, frame: int, eye: object, focal: float, *, without: int | None = None) -> Limbs:
         colour, number = np.ones((1, 3), np.float32), np.zeros(1, np.int32)
-        transform = np.eye(3, 4, dtype=np.float32)[None]
-        return [
-            (
-                0,
-                Limbs(
-                    mesh=number,
-                    transform=transform,
-                    colour=colour,
-                    second_colour=colour,
-                    pattern=number,
-                    gloss=np.zeros(1, np.float32),
-                    person=number,
-                ),
-            )
-        ]
+        return Limbs(
+            mesh=number,
+            transform=np.eye(3, 4, dtype=np.float32)[None],
+            colour=colour,
+            second_colour=colour,
+            pattern=number,
+            gloss=np.zeros(1, np.float32),
+            person=number,
+        )
 
 
 def draw(corners: list[list[float]], camera: Camera, pose: np.ndarray = ORIGIN) -> Picture:
@@ -207,15 +194,8 @@ def test_smaller_textures_keep_the_light() -> None:
     assert np.allclose(srgb_to_linear(linear_to_srgb(values)), values, atol=1e-5)
 
 
-def test_nobody_has_no_limbs() -> None:
-    class Nobody(Solids):
-        def limbs(
-            self, frame: int, eye: object, focal: float, *, without: int | None = None
-        ) -> list[tuple[int, Limbs]]:
-            return []
-
-    found = joined_limbs(Nobody(triangle_mesh(np.zeros((3, 3)))), 0, np.zeros(2), 640.0)
-    assert len(found.mesh) == len(no_limbs().mesh) == 0
+def test_all_renderers_are_registered() -> None:
+    assert {"auto", "pyrender", "raster"} <= set(registered("renderer"))
 
 
 @pytest.mark.parametrize(

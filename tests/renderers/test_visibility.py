@@ -43,11 +43,10 @@ def look(
 def vertices_of(scene: Scene, frame: int, focal: float) -> dict[int, Any]:
     """All vertices of everybody's body in the world, by id."""
     walkers, found = Walkers(scene, 0), {}
-    for level, limbs in walkers.limbs(frame, ORIGIN[:2], focal):
-        library = walkers.library(level)
-        for mesh, transform, person in zip(limbs.mesh, limbs.transform.astype(np.float64), limbs.person, strict=True):
-            placed = library[mesh].vertices @ transform[:, :3].T + transform[:, 3]
-            found.setdefault(int(scene.people[person]), []).append(placed)
+    limbs = walkers.limbs(frame, ORIGIN[:2], focal)
+    for mesh, transform, person in zip(limbs.mesh, limbs.transform.astype(np.float64), limbs.person, strict=True):
+        placed = walkers.meshes[mesh].vertices @ transform[:, :3].T + transform[:, 3]
+        found.setdefault(int(scene.people[person]), []).append(placed)
     return {person: np.concatenate(parts) for person, parts in found.items()}
 
 

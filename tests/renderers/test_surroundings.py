@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from vbbench.scene import Scene
-from vbbench_renderers.drawing import Surroundings
-from vbbench_renderers.mesh import Mesh
+from vbbench_renderers.meshes import Mesh, Surroundings
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
 from vbbench_renderers.surroundings.layers import TILE, Layer, textures
 from vbbench_renderers.surroundings.panes import HALF, windows
