@@ -378,7 +378,7 @@ def test_a_folder_is_whole_or_not_there(folder, tmp_path):
     with pytest.raises(VbbenchError, match="exists and is not a folder that birdify made"):
         birdify(*arguments, tmp_path / "mine", solver="cv", overwrite=True)
     birdify(*arguments, tmp_path / "map", solver=FAST)
-    with pytest.raises(VbbenchError, match="set overwrite to replace it"):
+    with pytest.raises(VbbenchError, match=r"set .overwrite. to replace it"):
         birdify(*arguments, tmp_path / "map", solver=FAST)
     with pytest.warns(VbbenchWarning, match=r"\d+% of the boxes are not where their person is on the map"):
         birdify(*arguments, tmp_path / "map", solver="cv", overwrite=True)

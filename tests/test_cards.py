@@ -367,7 +367,7 @@ def test_the_command_writes_cards_and_replaces_none_unasked(
 ) -> None:
     monkeypatch.chdir(copy.parent)
     assert main(["card", "d"]) == 2
-    assert "d/README.md: exists; add --overwrite to replace it" in capsys.readouterr().err
+    assert "d/README.md: exists; set --overwrite to replace it" in capsys.readouterr().err
     assert main(["card", "d", "--creator", "A Lab", "--overwrite"]) == 0
     assert capsys.readouterr().out.splitlines() == ["d/README.md", "d/croissant.json"]
     assert "**By whom?** A Lab." in (copy / README).read_text("utf-8")

@@ -115,7 +115,7 @@ def test_withheld_truth_lies_beside_and_serves_from_there(tmp_path: Path) -> Non
 
 
 def test_what_is_in_the_way_is_left_alone(copy: Path, tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match="set overwrite"):
+    with pytest.raises(VbbenchError, match=r"set .overwrite"):
         generate("demo", copy, options())
     foreign = tmp_path / "mine"
     foreign.mkdir()

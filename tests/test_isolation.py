@@ -393,7 +393,7 @@ def test_nothing_is_left_in_the_temporary_folder(
 
 @pytest.mark.slow
 def test_modules_where_the_user_stands_do_not_pass_for_installed_ones(dataset: Dataset, tmp_path: Path) -> None:
-    for name in ("tyro", "tqdm", "pyarrow", "joblib"):
+    for name in ("tqdm", "pyarrow", "joblib"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('imported where truth is')\n")
     shutil.copy(Path(__file__).with_name("hostile_solvers.py"), tmp_path / "hostile.py")
     command = [sys.executable, "-P", "-m", "vbbench", "solve", str(dataset.folder), "--solver", "hostile:Honest"]

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.test_cli import run
+from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.reproduction.keypoints.figure import NAME, keypoints_csv, keypoints_report, keypoints_values

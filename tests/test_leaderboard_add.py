@@ -65,7 +65,7 @@ def test_a_result_is_replaced_only_when_asked(
     assert add(capsys, *arguments)[0] == 0
     status, out, err = add(capsys, *arguments, "--reference", "new")
     assert (status, out) == (2, "")
-    assert "cv.json exists; add --overwrite to replace it" in err
+    assert "cv.json exists; set --overwrite to replace it" in err
     assert add(capsys, *arguments, "--reference", "new", "--overwrite")[0] == 0
     assert read_result(tmp_path / "results" / FILE).about.reference == "new"
 

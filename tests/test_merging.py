@@ -108,7 +108,7 @@ def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkey
 
 def test_what_is_in_the_way_is_left_alone(whole: Dataset, spread: Path, tmp_path: Path) -> None:
     again = {"scheduler": "tcp://nowhere"}
-    with pytest.raises(VbbenchError, match="set overwrite"):
+    with pytest.raises(VbbenchError, match=r"set .overwrite"):
         generate_partitioned("demo", spread, Options(limit=3), **again)  # type: ignore[arg-type]
     (tmp_path / "mine").mkdir()
     with pytest.raises(VbbenchError, match="exists and is not a merged folder"):

@@ -252,7 +252,7 @@ def test_results_beside_the_exported_folders_are_what_counts(dataset, files, tmp
 def test_another_file_is_another_dataset_and_the_same_file_the_same(dataset, files, tmp_path):
     first = import_mot(files, dataset, tmp_path / "a").info.id
     assert import_mot(files, dataset, tmp_path / "b").info.id == first
-    with pytest.raises(VbbenchError, match="set overwrite"):
+    with pytest.raises(VbbenchError, match=r"set .overwrite"):
         import_mot(files, dataset, tmp_path / "a")
     folder = shutil.copytree(files, tmp_path / "files")
     path = folder / f"sequence-{fullest(dataset):06d}" / "gt" / "gt.txt"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.test_cli import run
+from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Options, Plan
 from vbbench.generation.thinning import thinned

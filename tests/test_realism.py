@@ -11,8 +11,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from numpy.typing import ArrayLike
 
+from tests.cli.test_cli import run
 from tests.make_dataset import Crowd, write_dataset
-from tests.test_cli import run
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options

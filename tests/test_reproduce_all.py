@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
-from tests.test_cli import run
+from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.paper import the_paper
 from vbbench.reproduction.everything import DONE, PAGE, reproduce_all

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.test_cli import run
+from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.report import shown, write_report
@@ -156,7 +156,7 @@ def test_another_definition_is_refused_unless_it_may_overwrite(tmp_path: Path) -
     out = tmp_path / "out"
     measure_sigma(SMALL, out)
     other = SigmaStudy(**{**vars(SMALL), "seed": 1})
-    with pytest.raises(VbbenchError, match=r"is dataset \w{16}, wanted is \w{16}; .* set overwrite to replace it"):
+    with pytest.raises(VbbenchError, match=r"is dataset \w{16}, wanted is \w{16}; .* set .overwrite. to replace it"):
         measure_sigma(other, out)
     assert measure_sigma(other, out, Making(overwrite=True)).study == other
 
@@ -166,7 +166,7 @@ def test_an_answer_to_something_else_is_refused(tmp_path: Path) -> None:
     measure_sigma(SMALL, out)
     info = dataset_folder(out, 0.07).with_name("one-step-vb-cv") / "submission.json"
     info.write_text(info.read_text("utf-8").replace('"solver": "vb-cv"', '"solver": "cv"'), "utf-8")
-    with pytest.raises(VbbenchError, match=r"is of cv .*; wanted is vb-cv .*set overwrite"):
+    with pytest.raises(VbbenchError, match=r"is of cv .*; wanted is vb-cv .*set .overwrite."):
         measure_sigma(SMALL, out)
 
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.cli.test_cli import run
 from tests.jrdb_recording import Robot as MadeRobot
 from tests.jrdb_recording import recording
 from tests.kitti_files import Drive, write_kitti
-from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import FootagePlan
 from vbbench.geometry import FloatArray, moved_as_one

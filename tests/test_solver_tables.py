@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.test_cli import run
+from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.paper import COLUMNS, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.reproduction.report import shown, write_report

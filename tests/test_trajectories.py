@@ -9,8 +9,8 @@ import pytest
 from matplotlib.colors import to_hex
 
 from tests import jrdb_recording
+from tests.cli.test_cli import run
 from tests.kitti_files import write_kitti
-from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify

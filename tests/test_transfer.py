@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.cli.test_cli import run
 from tests.kitti_files import write_kitti
 from tests.solver_runs import CAMERAS, problem_of, see, walk
-from tests.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.protocol import get_protocol

@@ -92,7 +92,7 @@ def test_other_truth_is_refused_by_name(
     for command in (
         ["score", str(answer), "--dataset", str(challenge)],
         ["compare", str(answer), str(answer), "--dataset", str(challenge)],
-        ["solve", str(challenge), "--solver", "cv", "--out", str(tmp_path / "one-step")],
+        ["solve", str(challenge), "--solver", "cv", "--protocol", "one-step", "--out", str(tmp_path / "one-step")],
         ["verify", str(challenge)],
     ):
         assert main([*command, *asked]) == 2

@@ -92,7 +92,7 @@ def test_another_command_after_a_kill_keeps_to_the_rules(room: Path, tmp_path: P
     for _ in stopped_at_every_step(command, lambda: put(room, out.parent)):
         stands = out.exists() or (out.parent / "out.partial" / JOURNAL).exists()
         if stands:
-            with pytest.raises(VbbenchError, match="exists; set overwrite"):
+            with pytest.raises(VbbenchError, match=r"exists; set .overwrite"):
                 generate("demo", out, OTHER)
         else:
             generate("demo", out, OTHER)

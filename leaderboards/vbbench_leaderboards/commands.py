@@ -5,15 +5,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
-from tyro.conf import Positional
-
 RESULTS = Path("leaderboards/results")
 WORK = Path("out/leaderboard")
 Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
 
 
 def add(
-    submission: Positional[Path],
+    submission: Path,
     /,
     dataset: Path,
     truth: Path | None = None,
@@ -75,7 +73,7 @@ def add(
 
 
 def try_(
-    solver: Positional[str],
+    solver: str,
     /,
     board: str = "sim/sequential-field",
     out: Path | None = None,
@@ -104,7 +102,7 @@ def try_(
         _say(out / "index.html")
 
 
-def template(folder: Positional[Path], /) -> None:
+def template(folder: Path, /) -> None:
     """Make a folder with templates for a solver, in Python and in another language, and with instructions.
 
     Args:

@@ -67,7 +67,7 @@ def add(
     board = Board(split=opened.info.split, tier=opened.info.tier, protocol=info.protocol)
     path = results / board.key / f"{solver}.json"
     if path.exists() and not overwrite:
-        raise VbbenchError(f"{path} exists; set overwrite to replace it, or give another `name`")
+        raise VbbenchError(f"{path} exists; set `overwrite` to replace it, or give another `name`")
     _check_sums(opened)
     result = Result.of(score(submission, dataset, truth), submission, About.of(info, **about), name=solver)
     return write_result(result, results, record or BoardDataset.of(opened))
@@ -89,7 +89,11 @@ def _check_sums(dataset: Dataset) -> None:
     for name, facts in dataset.info.tables.items():
         path = dataset.table_path(name)
         if not path.is_file():
-            advice = "name the folder that holds it" if name.startswith("truth/") else "generate the dataset again"
+            advice = (
+                "name the folder that holds it with `truth`"
+                if name.startswith("truth/")
+                else "generate the dataset again"
+            )
             raise FileError(path, f"the file is missing; {advice}")
         if file_sha256(path) != facts["sha256"]:
             raise FileError(path, "its SHA-256 is not the one in dataset.json; a result needs the published truth")

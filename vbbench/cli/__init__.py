@@ -7,14 +7,14 @@ Results go to stdout, everything else to stderr. Exit status: 0 success, 2 the u
 import errno
 import os
 import sys
+import textwrap
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from vbbench import __version__
 from vbbench.cli import birdify, data, evaluation, exchange, reproduce, reproduce_figures, reproduce_tables, views
-from vbbench.cli.mistakes import in_options
-from vbbench.cli.parsing import parse
+from vbbench.cli.parsing import columns, first_sentence, in_options, parse
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, one_line
@@ -66,6 +66,11 @@ def all_commands() -> dict[str, Callable[..., Any]]:
     return {**COMMANDS, **plugin_commands(COMMANDS)}
 
 
+DESCRIPTION = (
+    "Data, solvers and trusted numbers for view birdification. Start with: vbbench demo",
+    "'vbbench COMMAND --help' lists the options of a command, 'vbbench GROUP --help' its commands.",
+)
+
 UNWRITABLE = {
     *(errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.EISDIR, errno.ELOOP, errno.ENAMETOOLONG),
     *(errno.ENOSPC, errno.EDQUOT, errno.EFBIG),
@@ -110,38 +115,80 @@ def _run(arguments: list[str]) -> int:
     if arguments == ["--version"]:
         print(f"vbbench {__version__}")
         return 0
-    commands, arguments = _chosen(COMMANDS if arguments[:1] and arguments[0] in COMMANDS else all_commands(), arguments)
-    if arguments[0] == "generate" and {"-h", "--help"} & set(arguments):
-        commands = {"generate": data.generate_of_split(arguments[1])}
-    command = parse(commands, arguments)
+    if not arguments:
+        raise VbbenchError("which command? 'vbbench --help' lists them")
+    if arguments[0] in ("-h", "--help"):
+        print(_overview(all_commands()))
+        return 0
+    if arguments[0].startswith("-"):
+        raise UnknownNameError("option", arguments[0], ("--help", "--version"))
+    commands = COMMANDS if arguments[0] in COMMANDS else all_commands()
+    group = {name: function for name, function in commands.items() if name.startswith(f"{arguments[0]} ")}
+    if arguments[0] not in commands and arguments[1:2] in (["-h"], ["--help"]) and group:
+        print(_listing(group))
+        return 0
+    name, rest = _named(commands, group, arguments)
+    if name == "generate" and {"-h", "--help"} & set(rest):
+        commands = {"generate": data.generate_of_split(rest[0])}
+    command = parse(commands, [name, *rest])
     try:
         with plain_output():
             return command() or 0
     except VbbenchError as error:
-        say(in_options(str(error), commands[arguments[0]], of_file=isinstance(error, FileError)))
+        say(in_options(str(error), commands[name], of_file=isinstance(error, FileError)))
         return 2
 
 
-def _chosen(
-    commands: dict[str, Callable[..., Any]], arguments: list[str]
-) -> tuple[dict[str, Callable[..., Any]], list[str]]:
-    """The commands to parse for, one unless help is wanted; and the arguments, a name of two words as one."""
-    if not arguments:
-        raise VbbenchError("which command? 'vbbench --help' lists them")
-    if arguments[0] in ("-h", "--help") or arguments[0].startswith("--tyro-"):
-        return commands, arguments
-    if arguments[0] in commands:
-        return {arguments[0]: commands[arguments[0]]}, arguments
-    if arguments[0].startswith("-"):
-        raise UnknownNameError("option", arguments[0], ("--help", "--version"))
-    group = {name: function for name, function in commands.items() if name.startswith(f"{arguments[0]} ")}
-    if group and arguments[1:] and arguments[1] in ("-h", "--help"):
-        return group, arguments[1:]
-    if group and len(arguments) == 1:
+def _named(
+    commands: Mapping[str, Callable[..., Any]], group: Mapping[str, Any], arguments: list[str]
+) -> tuple[str, list[str]]:
+    """The command that the first word, or the first two of a ``group``, name; and what follows."""
+    first, *rest = arguments
+    if first in commands:
+        return first, rest
+    if group and not rest:
         known = ", ".join(sorted(name.partition(" ")[2] for name in group))
-        raise VbbenchError(f"'{arguments[0]}' wants one of {known}; see 'vbbench {arguments[0]} --help'")
+        raise VbbenchError(f"'{first}' wants one of {known}; see 'vbbench {first} --help'")
     name = " ".join(arguments[:2])
     if name not in commands:
-        first_words = {name.partition(" ")[0] for name in commands}
-        raise UnknownNameError("command", name if group else arguments[0], group or first_words)
-    return {name: commands[name]}, [name, *arguments[2:]]
+        raise UnknownNameError("command", name if group else first, group or {each.split()[0] for each in commands})
+    return name, rest[1:]
+
+
+_HEADINGS = {
+    "vbbench.cli.data": "datasets",
+    "vbbench.cli.evaluation": "solvers",
+    "vbbench.cli.views": "pictures",
+    "vbbench.cli.birdify": "boxes and films",
+    "vbbench.cli.exchange": "boxes and films",
+}
+"""Headings of the overview by the module of a command; groups of commands are the last."""
+
+
+def _overview(commands: Mapping[str, Callable[..., Any]]) -> str:
+    """The help of the whole program: each command on a line, and each group of commands."""
+    sections: dict[str, dict[str, str]] = {heading: {} for heading in _HEADINGS.values()}
+    for name, function in commands.items():
+        first, _, second = name.partition(" ")
+        if second:
+            known = sections.setdefault("groups of commands", {})
+            known[first] = f"{known[first]}, {second}" if first in known else second
+        else:
+            heading = _HEADINGS.get(function.__module__, "other commands")
+            sections.setdefault(heading, {})[first] = first_sentence(function)
+    lines = ["usage: vbbench COMMAND ...", "", *DESCRIPTION]
+    for heading, entries in sections.items():
+        lines += ["", f"{heading}:", *_rows(entries)] if entries else []
+    return "\n".join(lines)
+
+
+def _listing(group: Mapping[str, Callable[..., Any]]) -> str:
+    """The help of a group of commands."""
+    first = next(iter(group)).partition(" ")[0]
+    entries = {name.partition(" ")[2]: first_sentence(function) for name, function in group.items()}
+    return "\n".join([f"usage: vbbench {first} NAME ...", "", *_rows(entries)])
+
+
+def _rows(entries: Mapping[str, str]) -> Iterator[str]:
+    for name, text in entries.items():
+        yield f"  {name:18} {textwrap.shorten(text, columns() - 21, placeholder=' …')}"

@@ -3,13 +3,11 @@
 from pathlib import Path
 from typing import Any, Literal
 
-from tyro.conf import Positional
-
 from vbbench.cli.views import announce
 
 
 def birdify(
-    recording: Positional[Path],
+    recording: Path,
     /,
     out: Path,
     camera: Path | None = None,

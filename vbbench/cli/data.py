@@ -5,8 +5,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
-from tyro.conf import Positional
-
 from vbbench.cli.terminal import say_warning
 
 Observer = Literal["walker", "vehicle", "robot"]
@@ -26,7 +24,7 @@ def tiers() -> None:
     print(describe_tiers())
 
 
-def fetch(names: Positional[tuple[str, ...]], /) -> None:
+def fetch(names: tuple[str, ...], /) -> None:
     """Download the source files of splits into $VBBENCH_DATA or the user's cache folder, and check their SHA-256.
 
     The same command continues an interrupted download.
@@ -41,7 +39,7 @@ def fetch(names: Positional[tuple[str, ...]], /) -> None:
 
 
 def generate(
-    split: Positional[str],
+    split: str,
     /,
     out: Path,
     source: Path | None = None,
@@ -158,7 +156,7 @@ def generate_of_split(split: str) -> Callable[..., None]:
     return narrowed
 
 
-def merge(folder: Positional[Path], /, out: Path | None = None, overwrite: bool = False) -> None:
+def merge(folder: Path, /, out: Path | None = None, overwrite: bool = False) -> None:
     """Merge the partitions that generate or solve made with --scheduler.
 
     Args:
@@ -172,7 +170,7 @@ def merge(folder: Positional[Path], /, out: Path | None = None, overwrite: bool 
 
 
 def info(
-    folder: Positional[Path],
+    folder: Path,
     /,
     json: bool = False,
     realism: bool = False,
@@ -206,7 +204,7 @@ def info(
     print(realism_json(report, picture) if json else f"{describe_realism(report)}\n{picture}")
 
 
-def verify(folder: Positional[Path], /, truth: Path | None = None) -> None:
+def verify(folder: Path, /, truth: Path | None = None) -> None:
     """Check every checksum and invariant of a dataset.
 
     Args:
@@ -219,7 +217,7 @@ def verify(folder: Positional[Path], /, truth: Path | None = None) -> None:
 
 
 def card(
-    folder: Positional[Path],
+    folder: Path,
     /,
     creator: str | None = None,
     url: str | None = None,
@@ -252,7 +250,7 @@ def card(
 
 
 def parts(
-    folder: Positional[Path],
+    folder: Path,
     /,
     by: Literal["time", "recording", "seed"] | None = None,
     test: str | None = None,

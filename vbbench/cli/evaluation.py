@@ -3,8 +3,6 @@
 from pathlib import Path
 from typing import Literal
 
-from tyro.conf import Positional
-
 from vbbench.table import Format
 
 ProtocolName = Literal["one-step", "sequential", "rollout", "cold-start"]
@@ -22,11 +20,11 @@ def solvers(json: bool = False) -> None:
 
 
 def solve(
-    folder: Positional[Path],
+    folder: Path,
     /,
     solver: str,
     out: Path,
-    protocol: ProtocolName = "one-step",
+    protocol: ProtocolName = "sequential",
     truth: Path | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
@@ -73,7 +71,7 @@ def solve(
     )
 
 
-def check(submission: Positional[Path], /, dataset: Path) -> None:
+def check(submission: Path, /, dataset: Path) -> None:
     """Check everything about a submission that needs no truth, and list every fault.
 
     Args:
@@ -87,7 +85,7 @@ def check(submission: Positional[Path], /, dataset: Path) -> None:
 
 
 def score(
-    submissions: Positional[tuple[Path, ...]],
+    submissions: tuple[Path, ...],
     /,
     dataset: Path,
     truth: Path | None = None,
@@ -131,8 +129,8 @@ def score(
 
 
 def compare(
-    submission_a: Positional[Path],
-    submission_b: Positional[Path],
+    submission_a: Path,
+    submission_b: Path,
     /,
     dataset: Path,
     truth: Path | None = None,

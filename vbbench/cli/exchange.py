@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
-from tyro.conf import OmitArgPrefixes, Positional
-
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.views import announce
 from vbbench.exchange.heads.settings import HeadOptions
 
 
-def export_csv(folder: Positional[Path], /, out: Path) -> None:
+def export_csv(folder: Path, /, out: Path) -> None:
     """Write a dataset's boxes and given positions as CSV, for programs that cannot read Parquet; truth is left out.
 
     Args:
@@ -22,9 +20,7 @@ def export_csv(folder: Positional[Path], /, out: Path) -> None:
     print(export(Dataset(folder), out))
 
 
-def export_tum(
-    folder: Positional[Path], /, out: Path, submission: Path | None = None, truth: Path | None = None
-) -> None:
+def export_tum(folder: Path, /, out: Path, submission: Path | None = None, truth: Path | None = None) -> None:
     """Write poses as TUM trajectory files, one per sequence.
 
     Args:
@@ -39,9 +35,7 @@ def export_tum(
     print(export_dataset_tum(Dataset(folder, truth), out, submission))
 
 
-def import_tum(
-    files: Positional[Path], /, dataset: Path, out: Path, solver: str, protocol: ProtocolName = "sequential"
-) -> None:
+def import_tum(files: Path, /, dataset: Path, out: Path, solver: str, protocol: ProtocolName = "sequential") -> None:
     """Make a submission's poses from a folder of TUM trajectory files.
 
     Args:
@@ -58,7 +52,7 @@ def import_tum(
 
 
 def export_mot(
-    folder: Positional[Path],
+    folder: Path,
     /,
     out: Path,
     sequence: int | None = None,
@@ -68,7 +62,7 @@ def export_mot(
     seed: int = 0,
     truth: Path | None = None,
     heads: bool = False,
-    photo: OmitArgPrefixes[HeadOptions] = HeadOptions(),  # noqa: B008  frozen
+    photo: HeadOptions = HeadOptions(),  # noqa: B008  frozen
 ) -> None:
     """Write boxes, and rendered pictures, as one MOTChallenge folder per sequence; or boxes of heads.
 
@@ -104,7 +98,7 @@ def export_mot(
 
 
 def import_mot(
-    files: Positional[Path],
+    files: Path,
     /,
     dataset: Path,
     out: Path,
@@ -147,7 +141,7 @@ def import_mot(
 
 
 def detect(
-    folder: Positional[Path],
+    folder: Path,
     /,
     sequence: int,
     out: Path,

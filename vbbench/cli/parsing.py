@@ -1,21 +1,67 @@
-"""From the functions behind commands to options with help, and from arguments to a call."""
+"""Options and help from the functions behind commands, and a call from arguments; argparse does the work.
 
-import contextlib
-import functools
+Positional-only parameters are arguments and all others options, as are the fields of a parameter that is a dataclass. A
+docstring is the help: what stands before ``Args:``, and a text for each parameter after it.
+"""
+
+import argparse
 import inspect
-import io
-import sys
-from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, Union, get_origin, get_type_hints
+import re
+import shutil
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import partial
+from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
-from vbbench.cli.mistakes import check_options, explain
-from vbbench.errors import VbbenchError
+from vbbench.errors import UnknownNameError, VbbenchError, quoted, suggestion
 
-DESCRIPTION = "Data, solvers and trusted numbers for view birdification. Start with: vbbench demo --out demo"
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """An argument or option of a command.
+
+    Parameters
+    ----------
+    parameter, field : parameter of the function, and the field of its dataclass where it is one.
+    kind : its type.
+    default : `inspect.Parameter.empty` where it is required.
+    help : what it is, in words.
+    positional : whether it is an argument.
+    """
+
+    parameter: str
+    field: str = ""
+    kind: Any
+    default: Any
+    help: str
+    positional: bool = False
+
+    @property
+    def option(self) -> str:
+        """The option's name; of what is on, that of the option that turns it off."""
+        return f"--{'no-' * (self.default is True)}{(self.field or self.parameter).replace('_', '-')}"
+
+    @property
+    def required(self) -> bool:
+        """Whether it must be given."""
+        return self.default is inspect.Parameter.empty
+
+    @property
+    def shown_default(self) -> str:
+        """The default in words; "" where there is none, or it says nothing."""
+        if self.required or self.default in (None, (), "") or isinstance(self.default, bool):
+            return ""
+        items = self.default if isinstance(self.default, tuple) else (self.default,)
+        return f" (default: {' '.join(map(str, items))})"
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise VbbenchError(f"{message.removeprefix('argument ')}; see '{self.prog} --help'")
 
 
 def parse(commands: Mapping[str, Callable[..., Any]], arguments: Sequence[str]) -> Callable[[], Any]:
-    """The call that the arguments ask for, one of ``commands``.
+    """The call that the arguments ask for: the name of one of ``commands``, then its arguments and options.
 
     Raises
     ------
@@ -24,66 +70,170 @@ def parse(commands: Mapping[str, Callable[..., Any]], arguments: Sequence[str]) 
     SystemExit
         When help was asked for and printed.
     """
-    import tyro
-
-    name = next((argument for argument in arguments[:1] if argument in commands), "")
-    if name:
-        check_options(name, commands[name], arguments[1:])
-    complaints = io.StringIO()
-    try:
-        with contextlib.redirect_stderr(complaints):
-            call: Callable[[], Any] = tyro.cli(
-                _subcommands(commands),
-                prog="vbbench",
-                description=DESCRIPTION,
-                args=arguments,
-                config=(
-                    *(tyro.conf.FlagCreatePairsOff, tyro.conf.DisallowNone),
-                    tyro.conf.PositionalMetavarFromFieldName,
-                ),
-            )
-    except SystemExit as stop:
-        if stop.code:
-            raise VbbenchError(explain(complaints.getvalue(), name, commands.get(name))) from None
-        sys.stdout.flush()
-        raise
-    return call
+    name, *given = arguments
+    function = commands[name]
+    parameters = list(parameters_of(function))
+    parser = _parser(name, function, parameters)
+    values = vars(parser.parse_intermixed_args(list(_spelled(name, parameters, given))))
+    positional: list[Any] = []
+    options: dict[str, Any] = {}
+    for each in parameters:
+        value = values.get(each.parameter if each.positional else each.option, each.default)
+        value = tuple(value) if isinstance(value, list) else value
+        if each.positional:
+            positional.append(value)
+        elif each.field:
+            options.setdefault(each.parameter, {})[each.field] = value
+        else:
+            options[each.parameter] = value
+    hints = get_type_hints(function)
+    made = {key: hints[key](**value) if is_dataclass(hints[key]) else value for key, value in options.items()}
+    return partial(function, *positional, **made)
 
 
-def _subcommands(commands: Mapping[str, Callable[..., Any]]) -> Any:
-    """A type with a member for each command, as of `tyro.extras.subcommand_cli_from_dict`.
+def parameters_of(function: Callable[..., Any]) -> Iterator[Parameter]:
+    """Every argument and option of a command."""
+    hints, texts = get_type_hints(function), _sections(function)[1]
+    for name, parameter in inspect.signature(function).parameters.items():
+        kind: Any = hints[name]
+        if is_dataclass(kind):
+            inner, words = get_type_hints(kind), _sections(kind)[1]
+            for each in fields(kind):
+                default = inspect.Parameter.empty if each.default is MISSING else each.default
+                text = words.get(each.name, "")
+                yield Parameter(parameter=name, field=each.name, kind=inner[each.name], default=default, help=text)
+        else:
+            positional = parameter.kind is parameter.POSITIONAL_ONLY
+            default = () if positional and get_origin(kind) is tuple else parameter.default
+            yield Parameter(parameter=name, kind=kind, default=default, help=texts.get(name, ""), positional=positional)
 
-    Its members are `object` where that has `Any`, for which tyro imports typeguard (0.06 s).
-    """
-    import tyro
 
-    members = [
-        Annotated[object, tyro.conf.subcommand(name=name, constructor=_deferred(function))]
-        for name, function in commands.items()
-    ]
-    return Union[(*members, Annotated[None, tyro.conf.Suppress])]
+def first_sentence(function: Callable[..., Any]) -> str:
+    """The first sentence of a command's help, on one line."""
+    return re.split(r"(?<=[.])\s", " ".join(_sections(function)[0].split()), maxsplit=1)[0]
 
 
-def _deferred(function: Callable[..., Any]) -> Callable[..., Callable[[], Any]]:
-    """Parse now, run later, so that the command's own output is not taken for tyro's messages.
+def columns() -> int:
+    """Width of the terminal, within what is read with ease."""
+    return max(60, min(shutil.get_terminal_size().columns, 120))
 
-    ``--help`` does not show trivial defaults such as None.
-    """
-    import tyro
 
-    @functools.wraps(function)
-    def parsed(*arguments: Any, **options: Any) -> Callable[[], Any]:
-        return functools.partial(function, *arguments, **options)
+def _sections(documented: Any) -> tuple[str, dict[str, str]]:
+    """What a docstring says before ``Args:``, and of each parameter."""
+    head, _, rest = (inspect.getdoc(documented) or "").partition("\nArgs:\n")
+    entries = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", rest, re.MULTILINE)
+    return head.strip(), {name: " ".join(text.split()) for name, text in entries}
 
-    hints, kinds = get_type_hints(function, include_extras=True), get_type_hints(function)
-    signature = inspect.signature(function)
-    for name, parameter in signature.parameters.items():
-        silent = parameter.default in ((), None) or isinstance(parameter.default, bool)
-        if silent or (parameter.default is parameter.empty and get_origin(kinds[name]) is tuple):
-            hints[name] = Annotated[hints[name], tyro.conf.arg(help_behavior_hint="")]
-    del parsed.__wrapped__  # tyro would use its signature
-    parsed.__annotations__ = hints
-    parsed.__signature__ = signature.replace(  # type: ignore[attr-defined]
-        parameters=[each.replace(annotation=hints[name]) for name, each in signature.parameters.items()]
+
+def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parameter]) -> _Parser:
+    prog = f"vbbench {name}"
+    parser = _Parser(
+        prog=prog,
+        add_help=False,
+        allow_abbrev=False,
+        formatter_class=lambda prog: argparse.RawDescriptionHelpFormatter(prog, max_help_position=22, width=columns()),
     )
-    return parsed
+    groups = {title: parser.add_argument_group(title) for title in ("arguments", "required", "options")}
+    usage = [prog]
+    for each in parameters:
+        reads, metavar, count = _type(each.kind)
+        text = f"{each.help}{each.shown_default}".replace("%", "%%")
+        shape: dict[str, Any] = {"type": reads, "help": text, "default": argparse.SUPPRESS}
+        if count:
+            shape["nargs"] = count
+        if each.positional:
+            metavar = each.parameter.upper().replace("_", "-")
+            groups["arguments"].add_argument(each.parameter, metavar=metavar, **shape)
+            usage.append(f"[{metavar} ...]" if count else metavar)
+            continue
+        title = "required" if each.required else f"{each.parameter} options" if each.field else "options"
+        group = groups.setdefault(title, groups.get(title) or parser.add_argument_group(title))
+        if each.kind is bool:
+            group.add_argument(
+                each.option,
+                dest=each.option,
+                action=f"store_{str(not each.default).lower()}",
+                **{key: shape[key] for key in ("help", "default")},
+            )
+            continue
+        group.add_argument(each.option, dest=each.option, metavar=metavar, required=each.required, **shape)
+        if each.required:
+            usage.append(f"{each.option} {metavar}")
+    groups["options"].add_argument("-h", "--help", action="help", help="show this and exit")
+    parser.usage, parser.description = " ".join([*usage, "[options]"]), _sections(function)[0].replace("%", "%%")
+    return parser
+
+
+def _spelled(name: str, parameters: Iterable[Parameter], given: Iterable[str]) -> Iterator[str]:
+    """The arguments, options with hyphens for underscores; raises UnknownNameError for an option that there is not."""
+    known = [each.option for each in parameters if not each.positional] + ["--help"]
+    for argument in given:
+        if not argument.startswith("--") or argument == "--":
+            yield argument
+            continue
+        option, equals, value = argument.partition("=")
+        option = option.replace("_", "-")
+        if option not in known:
+            raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], known)
+        yield f"{option}{equals}{value}"
+
+
+def _type(kind: Any) -> tuple[Callable[[str], Any], str, str | int | None]:
+    """What reads a value of a type, the value's name in help, and how many values there are."""
+    if get_origin(kind) is tuple:
+        inner, *others = get_args(kind)
+        reads, metavar, _ = _type(inner)
+        return reads, metavar, "*" if others == [...] else 1 + len(others)
+    options = [each for each in get_args(kind) if each is not type(None)] if not _is_plain(kind) else [kind]
+    if len(options) == 1 and not _is_plain(options[0]):
+        return _type(options[0])
+    names = [f"{{{','.join(get_args(each))}}}" if get_origin(each) is Literal else each.__name__ for each in options]
+    return partial(_read, options), "|".join(name if name[0] == "{" else name.upper() for name in names), None
+
+
+def _is_plain(kind: Any) -> bool:
+    return (isinstance(kind, type) and get_origin(kind) is None) or get_origin(kind) is Literal
+
+
+_NUMBERS = {int: "a whole number", float: "a number"}
+
+
+def _read(kinds: Sequence[Any], text: str) -> Any:
+    """The text as the first of ``kinds`` that it is of."""
+    wanted: list[str] = []
+    for kind in kinds:
+        if get_origin(kind) is Literal:
+            if text in get_args(kind):
+                return text
+            wanted.append(suggestion(text, get_args(kind)))
+        elif kind in _NUMBERS:
+            try:
+                return kind(text)
+            except ValueError:
+                wanted.append(f"must be {_NUMBERS[kind]}")
+        else:
+            return kind(text)
+    if len(wanted) == 1 and not wanted[0].startswith("must"):
+        raise argparse.ArgumentTypeError(f"cannot be {quoted(text)}; {wanted[0]}")
+    raise argparse.ArgumentTypeError(f"{' or '.join(wanted)}, not {quoted(text)}")
+
+
+_NAMED = (
+    r"`(\w+)(?:=True)?`",
+    r"(?:^|(?<=[:;] ))(\w+)(?= (?:must (?:not )?be\b|is a number of\b))",
+)
+"""How messages of the library name a parameter; by the second also what stands in a file under the same name."""
+
+_ALIASES = {"height_std": "sigma_h"}
+"""Parameters of the library whose options have other names."""
+
+
+def in_options(message: str, function: Callable[..., Any], *, of_file: bool = False) -> str:
+    """A message of the library for users of a command, with its options: ``--limit`` for ``limit``.
+
+    What a message ``of_file`` says that values must be is of the file's.
+    """
+    options = {each.field or each.parameter: each.option for each in parameters_of(function) if not each.positional}
+    for pattern in _NAMED[:1] if of_file else _NAMED:
+        message = re.sub(pattern, lambda found: options.get(_ALIASES.get(found[1], found[1]), found[0]), message)
+    return message

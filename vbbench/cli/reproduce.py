@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from tyro.conf import OmitArgPrefixes
-
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.showing import making, show
 from vbbench.reproduction.work import Work
@@ -19,7 +17,7 @@ def everything(
     bags: Path | None = None,
     motsynth: Path | None = None,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
 ) -> None:
     """Make every table and figure of the paper, and one page that shows them all beside what the paper prints.
 
@@ -56,7 +54,7 @@ def transfer(
     solver: tuple[str, ...] = (),
     limit: int = 60,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Say how alike tier field and KITTI rank solvers: a table, every number as JSON, and a picture.

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from tyro.conf import OmitArgPrefixes
-
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.showing import making, show
 from vbbench.reproduction.work import Work
@@ -17,7 +15,7 @@ def figure_sigma(
     tier: str = "ideal",
     sequences: int = 500,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make a table and a picture of errors on split sim by number of people, for several spreads of heights.
@@ -62,7 +60,7 @@ def figure_keypoints(
     kitti: Path | None = None,
     poses: Path | None = None,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make tables and pictures of camera poses from static points at a distance, beside those from people.
@@ -103,7 +101,7 @@ def figure_posterior(
     split: str = "eth",
     every: int = 1,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Draw posteriors of observer and people, their entropy by number of people and directions, and the worst cases.
@@ -134,7 +132,7 @@ def figure_robot(
     tier: str = "field",
     solver: tuple[str, ...] = (),
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make tables and pictures of how far a camera drifts whose motion nobody tells: of a simulated robot, KITTI, JRDB.
@@ -180,7 +178,7 @@ def figure_trajectories(
     jrdb: Path | None = None,
     motsynth: Path | None = None,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make one sheet with an example of every split: true and estimated trajectories of people and observer.

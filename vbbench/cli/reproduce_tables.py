@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-from tyro.conf import OmitArgPrefixes
-
 from vbbench.cli.showing import making, show
 from vbbench.reproduction.work import Work
 
@@ -13,7 +11,7 @@ def table1(
     split: tuple[str, ...] = ("sim", "hotel", "eth", "students", "shibuya01", "shibuya02", "street", "motsynth"),
     motsynth: Path | None = None,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make a table and a picture of sequences, frames and people of every split, beside the paper's.
@@ -41,7 +39,7 @@ def table2(
     every: int = 1,
     seed: int = 0,
     source: Path | None = None,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make the paper's Table 2: every solver on Hotel, ETH and Students, under one-step and sequential.
@@ -66,7 +64,7 @@ def table3(
     every: int | None = None,
     seed: int = 0,
     source: Path | None = None,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make the paper's Table 3: every solver on Shibuya, or on simulated crowds where CroHD is missing.
@@ -110,7 +108,7 @@ def table4(
     jitter: tuple[float, ...] = (0.0, 1.0, 2.0, 4.0),
     sequences: int | None = None,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make tables and a picture of errors on split street with centre lines and with tracked boxes, beside the paper's.
@@ -136,7 +134,7 @@ def readings(
     split: tuple[str, ...] = ("hotel", "eth", "students"),
     every: int = 1,
     seed: int = 0,
-    work: OmitArgPrefixes[Work] = Work(),  # noqa: B008  frozen
+    work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
     """Make a table and a picture of the errors under every reading of the paper, beside the paper's.

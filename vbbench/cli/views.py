@@ -3,15 +3,13 @@
 from pathlib import Path
 from typing import Literal
 
-from tyro.conf import Positional
-
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.terminal import say
 from vbbench.errors import one_line
 
 
 def plot(
-    folder: Positional[Path],
+    folder: Path,
     /,
     sequence: int,
     out: Path,
@@ -49,7 +47,7 @@ def plot(
 
 
 def plot_errors(
-    folder: Positional[Path],
+    folder: Path,
     /,
     estimate: tuple[Path, ...],
     out: Path,
@@ -87,7 +85,7 @@ def plot_errors(
 
 
 def render(
-    folder: Positional[Path],
+    folder: Path,
     /,
     sequence: int,
     out: Path,
@@ -137,7 +135,7 @@ def render(
 
 
 def view(
-    folder: Positional[Path],
+    folder: Path,
     /,
     sequence: int,
     estimate: tuple[Path, ...] = (),

@@ -252,7 +252,7 @@ class Dataset:
         if self.info.truth == "none":
             raise VbbenchError(f"{self.folder} is footage of which no truth was ever measured")
         if not self.has_truth:
-            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it (truth)")
+            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it with `truth`")
 
     def _facts(self, index: int) -> dict[str, Any]:
         """The row of ``sequences.parquet``."""

@@ -26,7 +26,7 @@ def answer_rows(sequence: Sequence, protocol: Protocol, estimate: Estimate, cova
         If covariances are wanted and not reported.
     """
     if covariance and estimate.pose_covariances is None and estimate.position_covariances is None:
-        raise VbbenchError("the solver reports no covariances; solve without covariance")
+        raise VbbenchError("the solver reports no covariances; leave `covariance` out")
     tables = {
         "poses": _pose_rows(sequence, estimate, covariance),
         "positions": _position_rows(sequence, protocol, estimate, covariance),

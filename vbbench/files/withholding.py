@@ -45,7 +45,7 @@ def check_truth_free(kept: Path, overwrite: bool) -> None:
     if not kept.is_dir() or any(path.name != SEED_FILE and path.suffix != ".parquet" for path in kept.iterdir()):
         raise VbbenchError(f"{kept} exists and is not a withheld truth; move it or choose another folder")
     if not overwrite:
-        raise VbbenchError(f"{kept} exists and may be the only copy of a truth; set overwrite to replace it")
+        raise VbbenchError(f"{kept} exists and may be the only copy of a truth; set `overwrite` to replace it")
 
 
 def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
@@ -64,7 +64,7 @@ def check_truth(info: DatasetInfo, truth: Path) -> None:
     for name, facts in info.truth_tables.items():
         path = truth / name
         if not path.is_file():
-            raise FileError(path, "this truth table is missing; name the folder that holds all of them")
+            raise FileError(path, "this truth table is missing; name the folder that holds all of them with `truth`")
         if path.stat().st_size != facts["bytes"] or file_sha256(path) != facts["sha256"]:
             raise FileError(path, f"is not the truth of dataset {info.id}: its SHA-256 is not the published one")
     if (truth / SEED_FILE).is_file() and info.with_seed(read_seed(truth / SEED_FILE)).id != info.id:

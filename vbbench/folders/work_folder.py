@@ -178,4 +178,4 @@ def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
     if not any((place / marker).is_file() for place in (folder, folder / PARTITIONED)):
         raise VbbenchError(f"{folder} exists and is not a {what}; choose another folder or remove it")
     if not overwrite:
-        raise VbbenchError(f"{folder} exists; set overwrite to replace it")
+        raise VbbenchError(f"{folder} exists; set `overwrite` to replace it")

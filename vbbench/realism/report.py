@@ -75,7 +75,7 @@ def dataset_scenes(dataset: Dataset) -> Iterator[Scene]:
         raise VbbenchError(f"{dataset.folder}: where people really are was never measured, and so not how they walk")
     path = dataset.table_path("truth/scenes")
     if not path.is_file():
-        raise VbbenchError(f"{dataset.folder} has no truth; name the folder that holds it (truth)")
+        raise VbbenchError(f"{dataset.folder} has no truth; name the folder that holds it with `truth`")
     table = SequenceTable(path, "truth/scenes", "scene")
     wanted = np.unique(dataset.rows["scene"])
     for start in range(0, len(wanted), SCENES_AT_ONCE):

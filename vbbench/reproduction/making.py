@@ -17,7 +17,7 @@ from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve, solver_version
 
-OTHERWISE = "choose another folder, or set overwrite to replace it"
+OTHERWISE = "choose another folder, or set `overwrite` to replace it"
 
 
 @dataclass(frozen=True, kw_only=True)

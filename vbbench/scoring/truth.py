@@ -42,7 +42,7 @@ class TruthRows:
             place = dataset.table_path(TRUTH_TABLES[self.known][-1])
             raise VbbenchError(
                 f"the truth of {dataset.folder} is not available ({place} is missing); "
-                "name the folder that holds it (truth)"
+                "name the folder that holds it with `truth`"
             )
         self._rows = dataset.rows
         tables = {name: dataset.table_path(name) for name in TRUTH_TABLES[self.known]}

@@ -107,7 +107,7 @@ def _check_truth(dataset: Dataset, rules: Protocol) -> None:
     if rules.needs_truth and not dataset.has_truth:
         raise VbbenchError(
             f"'{rules.name}' needs truth while solving; use sequential, rollout or cold-start, "
-            "or name the folder that holds it (truth)"
+            "or name the folder that holds it with `truth`"
         )
 
 

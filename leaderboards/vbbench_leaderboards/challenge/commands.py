@@ -5,10 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from tyro.conf import Positional
 
-
-def new(folder: Positional[Path], /) -> None:
+def new(folder: Path, /) -> None:
     """Make a folder for a challenge, with a commented challenge.toml to fill in.
 
     Args:
@@ -19,7 +17,7 @@ def new(folder: Positional[Path], /) -> None:
     _say(start(folder))
 
 
-def generate(folder: Positional[Path], /, jobs: int = 1) -> None:
+def generate(folder: Path, /, jobs: int = 1) -> None:
     """Make the secret set that challenge.toml describes: FOLDER/data, and its truth and seed in FOLDER/data.truth.
 
     Args:
@@ -33,7 +31,7 @@ def generate(folder: Positional[Path], /, jobs: int = 1) -> None:
     make(folder, lambda words: parse({"generate": data.generate}, [*words, "--jobs", str(jobs)])())
 
 
-def bundle(folder: Positional[Path], /, out: Path, archive: bool = False) -> None:
+def bundle(folder: Path, /, out: Path, archive: bool = False) -> None:
     """Make what participants get: the data without truth, their card, licence, rules and commands.
 
     Args:
@@ -47,7 +45,7 @@ def bundle(folder: Positional[Path], /, out: Path, archive: bool = False) -> Non
         _say(path)
 
 
-def check(submission: Positional[Path], /, challenge: Path) -> None:
+def check(submission: Path, /, challenge: Path) -> None:
     """Check everything about a submission to a challenge that needs no truth, as its organiser will.
 
     Args:
@@ -59,7 +57,7 @@ def check(submission: Positional[Path], /, challenge: Path) -> None:
     _say(check_for_participant(submission, challenge))
 
 
-def accept(submission: Positional[Path], /, challenge: Path, team: str, date: str = "") -> None:
+def accept(submission: Path, /, challenge: Path, team: str, date: str = "") -> None:
     """Take a team's submission into a challenge, or refuse it and say why; both are kept in its log.
 
     Args:
@@ -74,7 +72,7 @@ def accept(submission: Positional[Path], /, challenge: Path, team: str, date: st
     _say(take(challenge, submission, team, parse_moment(date)).text())
 
 
-def status(folder: Positional[Path], /, date: str = "") -> None:
+def status(folder: Path, /, date: str = "") -> None:
     """Say which phase is open, what each team has handed in, and who leads.
 
     Args:
@@ -88,7 +86,7 @@ def status(folder: Positional[Path], /, date: str = "") -> None:
     _say(status_text(Organiser(folder), parse_moment(date)))
 
 
-def close(folder: Positional[Path], /, date: str = "") -> None:
+def close(folder: Path, /, date: str = "") -> None:
     """Score the hidden part, once the last phase has closed, and say who won.
 
     Args:

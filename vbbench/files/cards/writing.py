@@ -62,7 +62,7 @@ def card_dataset(folder: Path | str, publisher: Publisher | None = None, *, over
     DatasetInfo.read(folder)
     for name in (README, CROISSANT):
         if (folder / name).exists() and not overwrite:
-            raise FileError(folder / name, "exists; set overwrite to replace it")
+            raise FileError(folder / name, "exists; set `overwrite` to replace it")
     return write_cards(folder, publisher)
 
 

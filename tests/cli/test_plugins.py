@@ -62,9 +62,7 @@ def test_a_broken_one_is_a_warning_that_names_it(
     installed: Any, capsys: pytest.CaptureFixture[str], value: str, name: str, reason: str
 ) -> None:
     installed(**{name: value})
-    with pytest.raises(SystemExit) as stopped:
-        main(["--help"])
-    assert stopped.value.code == 0
+    assert main(["--help"]) == 0
     captured = capsys.readouterr()
     assert "generate" in captured.out
     assert captured.err.startswith("vbbench: warning: ")
@@ -81,5 +79,5 @@ def test_the_leaderboard_is_such_a_package() -> None:
 def test_help_of_a_group_lists_its_commands_alone() -> None:
     command = [sys.executable, "-m", "vbbench", "leaderboard", "--help"]
     text = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    assert "leaderboard rerun" in text
+    assert "\n  rerun " in text
     assert "generate" not in text
