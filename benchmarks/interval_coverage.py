@@ -17,8 +17,7 @@ import numpy as np
 
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.scoring.block_bootstrap import block_means
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.block_bootstrap import Timeline, block_means
 
 
 @dataclass(frozen=True, kw_only=True)

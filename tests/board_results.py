@@ -8,8 +8,7 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS, section
-from vbbench.scoring.scorecard import PerSequence
-from vbbench.scoring.statistics import summarise
+from vbbench.scoring.scorecard import PerSequence, summarise
 from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences
 from vbbench_leaderboards.results.result import Board, Result

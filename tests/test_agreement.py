@@ -5,7 +5,7 @@ import pytest
 
 from vbbench.geometry import FloatArray
 from vbbench.reproduction.transfer.agreement import Errors, agreement, alike, regret, separated, spearman
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.block_bootstrap import Timeline
 
 NOBODY = np.zeros(4, bool)
 

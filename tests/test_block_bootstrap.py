@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.scoring.block_bootstrap import block_means, block_shares
-from vbbench.scoring.timeline import Timeline, autocorrelation, optimal_length, residuals
+from vbbench.scoring.block_bootstrap import (
+    Timeline,
+    autocorrelation,
+    block_means,
+    block_shares,
+    optimal_length,
+    residuals,
+)
 
 RANDOM = np.random.default_rng(5)
 ONE_SCENE = np.zeros(200, int)

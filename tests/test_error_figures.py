@@ -24,9 +24,8 @@ from vbbench.pictures.plotting.looks import solver_looks
 from vbbench.pictures.replay import load_replay
 from vbbench.pictures.solver_colours import ON_LIGHT, solver_colour
 from vbbench.scoring import score
-from vbbench.scoring.error_tables import ErrorTables, error_tables
-from vbbench.scoring.errors_in_time import errors_in_time
-from vbbench.scoring.statistics import known
+from vbbench.scoring.error_tables import ErrorTables, error_tables, errors_in_time
+from vbbench.scoring.scorecard import known
 
 SEQUENCE = 3
 CAUTION = "made up for tests. " + "Every word of this must be readable on the picture, however long it is. " * 6

@@ -22,7 +22,7 @@ from vbbench.files.sequence_tables import RowBound, SequenceTable
 from vbbench.files.submission import Faults, SubmissionInfo, read_info
 from vbbench.protocol import get_protocol
 from vbbench.scoring import score
-from vbbench.scoring.checking import check_submission
+from vbbench.scoring.answers import check_submission
 from vbbench.solver import Problem
 from vbbench.solving.runner import run_sequence
 
@@ -262,7 +262,7 @@ from pathlib import Path
 resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
 from vbbench.errors import SubmissionError
 from vbbench.files.dataset import Dataset
-from vbbench.scoring.checking import check_submission
+from vbbench.scoring.answers import check_submission
 try:
     check_submission(sys.argv[1], Dataset(sys.argv[2]))
 except SubmissionError as error:

@@ -29,11 +29,10 @@ from vbbench.generation.generator import Options
 from vbbench.protocol import get_protocol
 from vbbench.solver import Problem
 from vbbench.solving import solve
-from vbbench.solving.isolation import messages, solver_process
-from vbbench.solving.isolation.confinement import landlock_version
-from vbbench.solving.isolation.grants import beside, readable_paths
+from vbbench.solving.isolation import messages, remote
+from vbbench.solving.isolation.confinement import beside, landlock_version, readable_paths
 from vbbench.solving.isolation.messages import MessageError, read_message, write_message
-from vbbench.solving.isolation.solver_process import IsolatedSolver
+from vbbench.solving.isolation.remote import IsolatedSolver
 from vbbench.solving.runner import run_sequence
 
 SECRET = b"truth"
@@ -317,7 +316,7 @@ def test_rules_keep_around_what_is_hidden(tmp_path: Path, monkeypatch: pytest.Mo
 
 @pytest.mark.slow
 def test_where_files_stay_open_it_is_said(monkeypatch: pytest.MonkeyPatch, dataset: Dataset, tmp_path: Path) -> None:
-    monkeypatch.setattr(solver_process, "landlock_version", lambda: 0)
+    monkeypatch.setattr(remote, "landlock_version", lambda: 0)
     with pytest.warns(VbbenchWarning, match="this system cannot keep files from an isolated solver"):
         solve(dataset, "cv", "rollout", tmp_path / "out", isolate=True)
 

@@ -16,8 +16,7 @@ from vbbench.errors import VbbenchError
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import BoolArray
-from vbbench.training.cuts import GAP, SHARES, find_cuts
-from vbbench.training.splitting import NAMES, official_lists, parts, recording_names
+from vbbench.training.splitting import GAP, NAMES, SHARES, find_cuts, official_lists, parts, recording_names
 
 RECIPES = Path(__file__).parents[1] / "generators" / "vbbench_generators" / "recipes"
 DT = 0.4

@@ -46,8 +46,7 @@ from vbbench.reproduction.posterior.walking import (
     spreads,
 )
 from vbbench.reproduction.report import write_report
-from vbbench.scoring.block_bootstrap import block_means
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.block_bootstrap import Timeline, block_means
 from vbbench.solving.posterior import find_posterior
 
 STUDY = PosteriorStudy(split="demo", every=25)

@@ -11,7 +11,7 @@ import pytest
 from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Options, Plan
-from vbbench.generation.thinning import thinned
+from vbbench.generation.planning import thinned
 from vbbench.paper import BEST, the_paper
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.readings import study as readings

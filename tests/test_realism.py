@@ -18,10 +18,19 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
-from vbbench.realism.drawing import plot_realism, plot_realism_to_file
-from vbbench.realism.histogram import BINS, Axis, Histogram
-from vbbench.realism.report import Realism, dataset_scenes, describe_realism, measure_realism
-from vbbench.realism.walking import Walking, walking_statistics
+from vbbench.realism.report import (
+    BINS,
+    Axis,
+    Histogram,
+    Realism,
+    Walking,
+    dataset_scenes,
+    describe_realism,
+    measure_realism,
+    plot_realism,
+    plot_realism_to_file,
+    walking_statistics,
+)
 from vbbench.scene import Scene
 
 NAN = [np.nan, np.nan]

@@ -10,7 +10,7 @@ import pytest
 
 from vbbench import registry
 from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
-from vbbench.solving.declared import declared_facts
+from vbbench.solving.submissions import declared_facts
 from vbbench_baselines.joint_map import MapCausal
 
 

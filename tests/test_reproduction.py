@@ -23,9 +23,8 @@ from vbbench.reproduction.sigma.study import (
     measure_sigma,
 )
 from vbbench.scoring import score
-from vbbench.scoring.block_bootstrap import block_means
+from vbbench.scoring.block_bootstrap import Timeline, block_means
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.timeline import Timeline
 
 SOLVERS = tuple(compared_solvers())
 AS_IT_IS, PRIOR, FREE = SOLVERS

@@ -14,7 +14,7 @@ from vbbench.geometry import world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_positions
 from vbbench.sequence import Given, Odometry, Sequence, Truth
 from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
-from vbbench.solving.isolation.solver_process import IsolatedSolver
+from vbbench.solving.isolation.remote import IsolatedSolver
 from vbbench.solving.runner import run_sequence
 
 FRAMES, PEOPLE = 8, 5

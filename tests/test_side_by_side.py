@@ -14,9 +14,9 @@ from tests.make_dataset import Crowd, write_dataset
 from tests.test_table import check_latex
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
+from vbbench.scoring.comparison import score_several
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scores import score
-from vbbench.scoring.side_by_side import score_several
 from vbbench.table import Format
 
 HOSTILE = "a|b **c** \\input{x} 5%"

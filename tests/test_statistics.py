@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from vbbench.protocol import PROTOCOLS, get_protocol
+from vbbench.scoring.block_bootstrap import Timeline
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.statistics import Summary, mean_of_groups, summarise
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.scorecard import Summary, mean_of_groups, summarise
 
 APART = Timeline.of(np.arange(40), np.zeros(40, int), np.full(40, 19))
 CAPPED = get_protocol("sequential")

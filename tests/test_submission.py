@@ -15,7 +15,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.protocol import get_protocol
 from vbbench.scoring import score
-from vbbench.scoring.checking import check_submission
+from vbbench.scoring.answers import check_submission
 from vbbench.scoring.scored_rows import scored_rows
 
 

@@ -16,7 +16,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation.datasets import write_dataset
 from vbbench.generation.generator import FootagePlan, Options
-from vbbench.generation.thinning import single
+from vbbench.generation.planning import single
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
 from vbbench.registry import load

@@ -11,7 +11,7 @@ from vbbench.camera import Camera
 from vbbench.files.dataset import Dataset
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Observer, Options
-from vbbench.generation.thinning import thinned
+from vbbench.generation.planning import thinned
 from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.protocol import arrivals_given
 from vbbench.registry import load

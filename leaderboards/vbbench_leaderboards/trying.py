@@ -10,7 +10,7 @@ from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.generation import generate
 from vbbench.protocol import PROTOCOLS
 from vbbench.solving import solve
-from vbbench.solving.declared import declared_facts
+from vbbench.solving.submissions import declared_facts
 from vbbench_leaderboards.results.about import NEEDED, NOBODY_YET
 from vbbench_leaderboards.results.boards import source
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path

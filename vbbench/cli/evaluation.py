@@ -79,7 +79,7 @@ def check(submission: Path, /, dataset: Path) -> None:
         dataset: The dataset that it answers; its truth is not read.
     """
     from vbbench.files.dataset import Dataset
-    from vbbench.scoring.checking import check_submission
+    from vbbench.scoring.answers import check_submission
 
     print(check_submission(submission, Dataset(dataset)).table())
 
@@ -106,8 +106,8 @@ def score(
         per_sequence: CSV file to write with one row per sequence of one submission.
     """
     from vbbench.errors import VbbenchError
+    from vbbench.scoring.comparison import SideBySide, score_several
     from vbbench.scoring.scores import score as judge
-    from vbbench.scoring.side_by_side import SideBySide, score_several
 
     if not submissions:
         raise VbbenchError("which submission? give one folder or more, see 'vbbench score --help'")

@@ -1,12 +1,17 @@
 """Realism report: how the people of a dataset walk, beside recorded people. It reports and does not judge."""
 
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+from scipy.spatial.distance import cdist
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
@@ -14,9 +19,263 @@ from vbbench.files.dataset_info import DatasetInfo, describe, summary
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.generation.generator import Generator, Options
 from vbbench.generation.sources import is_here
-from vbbench.realism.walking import COLLISION, SHORTEST_PATH, Walking, walking_statistics
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting.saving import save_picture
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
 from vbbench.registry import load
 from vbbench.scene import Scene
+
+BINS = 1000
+"""Bins per axis: a quantile is off by at most one of them, 0.1 % of the axis."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What is counted: its name, its unit ("" for none), and the upper end of its bins, which start at 0."""
+
+    name: str
+    unit: str
+    upper: float
+
+    @property
+    def edges(self) -> FloatArray:
+        """[BINS + 1] edges of the bins."""
+        return np.linspace(0.0, self.upper, BINS + 1)
+
+    @property
+    def title(self) -> str:
+        """The name with its unit."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Histogram:
+    """Counts of samples ≥ 0.
+
+    Parameters
+    ----------
+    axis : what the samples are.
+    counts : [BINS + 1] samples in each bin, the last one for all beyond the axis.
+    total : sum of the samples.
+    least, most : the extreme samples; ∞ and −∞ without any.
+    """
+
+    axis: Axis
+    counts: IntArray
+    total: float = 0.0
+    least: float = np.inf
+    most: float = -np.inf
+
+    @staticmethod
+    def of(axis: Axis, samples: ArrayLike = ()) -> "Histogram":
+        """Count samples ≥ 0 of any shape."""
+        values = np.asarray(samples, dtype=np.float64).ravel()
+        inside = np.histogram(values, bins=BINS, range=(0.0, axis.upper))[0]
+        return Histogram(
+            axis=axis,
+            counts=np.append(inside, len(values) - inside.sum()),
+            total=float(values.sum()),
+            least=float(values.min(initial=np.inf)),
+            most=float(values.max(initial=-np.inf)),
+        )
+
+    def __add__(self, other: "Histogram") -> "Histogram":
+        return Histogram(
+            axis=self.axis,
+            counts=self.counts + other.counts,
+            total=self.total + other.total,
+            least=min(self.least, other.least),
+            most=max(self.most, other.most),
+        )
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return int(self.counts.sum())
+
+    @property
+    def mean(self) -> float:
+        """Exact mean of the samples; NaN without any."""
+        return self.total / self.count if self.count else np.nan
+
+    def quantile(self, share: float) -> float:
+        """The value below which lies that share of the samples, to one bin; NaN without any.
+
+        Ranks between two samples are interpolated, as `numpy.quantile` does. Samples are spread evenly over their bin.
+        """
+        if not self.count:
+            return np.nan
+        rank = share * (self.count - 1)
+        below, above = self._at_rank(int(rank)), self._at_rank(int(np.ceil(rank)))
+        return below + (rank - int(rank)) * (above - below)
+
+    def density(self, edges: FloatArray) -> FloatArray:
+        """[M − 1] share of all samples per unit of the axis, between ascending edges [M]."""
+        below = np.interp(edges, self.axis.edges, np.append(0, np.cumsum(self.counts[:-1])))
+        return np.asarray(np.diff(below) / np.diff(edges) / max(self.count, 1))
+
+    def to_json(self) -> dict[str, Any]:
+        """Figures and bins; without samples figures are null."""
+        quantiles = {name: self.quantile(share) for name, share in (("median", 0.5), ("p5", 0.05), ("p95", 0.95))}
+        return {
+            "unit": self.axis.unit,
+            "count": self.count,
+            **{name: value if self.count else None for name, value in {"mean": self.mean, **quantiles}.items()},
+            "bin_width": self.axis.upper / BINS,
+            "bins": self.counts[:-1].tolist(),
+            "beyond": int(self.counts[-1]),
+        }
+
+    def _at_rank(self, rank: int) -> float:
+        """The sample of that rank from 0, if the samples of a bin are spread evenly over it."""
+        upto = np.cumsum(self.counts)
+        place = int(np.searchsorted(upto, rank, side="right"))
+        edges = np.append(self.axis.edges, max(self.most, self.axis.upper))
+        share = (rank - (upto[place] - self.counts[place]) + 0.5) / self.counts[place]
+        return float(np.clip(edges[place] + share * (edges[place + 1] - edges[place]), self.least, self.most))
+
+
+COLLISION = 0.4
+"""Two people nearer than this, in m, collide."""
+SHORTEST_PATH = 1.0
+"""Walks along a shorter path, in m, have no efficiency: for people who stand, jitter decides it."""
+
+SPEED = Axis("speed", "m/s", 5.0)
+NEAREST = Axis("nearest distance", "m", 20.0)
+ACCELERATION = Axis("acceleration", "m/s²", 10.0)
+EFFICIENCY = Axis("path efficiency", "", 1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walking:
+    """Statistics of scenes; those of more scenes are their sum.
+
+    A walk is one uninterrupted stay of a person in a scene.
+
+    Parameters
+    ----------
+    scenes : number of scenes.
+    person_frames, person_seconds : how long people are present, summed over them.
+    collisions, collision_seconds : pairs of people nearer than `COLLISION`, counted in each frame, and their time.
+    short_walks : walks left out of the path efficiency, being shorter than `SHORTEST_PATH`.
+    speed : between frames that follow one another, in m/s.
+    nearest_distance : from each person in each frame to the nearest other one, in m.
+    acceleration : second difference over three frames that follow one another, divided by dt², in m/s².
+    path_efficiency : net displacement divided by path length, of each walk.
+    """
+
+    scenes: int = 0
+    person_frames: int = 0
+    person_seconds: float = 0.0
+    collisions: int = 0
+    collision_seconds: float = 0.0
+    short_walks: int = 0
+    speed: Histogram = field(default_factory=lambda: Histogram.of(SPEED))
+    nearest_distance: Histogram = field(default_factory=lambda: Histogram.of(NEAREST))
+    acceleration: Histogram = field(default_factory=lambda: Histogram.of(ACCELERATION))
+    path_efficiency: Histogram = field(default_factory=lambda: Histogram.of(EFFICIENCY))
+
+    def __add__(self, other: "Walking") -> "Walking":
+        return Walking(**{name: value + getattr(other, name) for name, value in vars(self).items()})
+
+    @property
+    def dt(self) -> float:
+        """Seconds per frame, the mean if scenes differ; NaN without people."""
+        return self.person_seconds / self.person_frames if self.person_frames else np.nan
+
+    @property
+    def collisions_a_minute(self) -> float:
+        """Colliding pairs, counted in each frame, per person-minute; it grows with the frame rate."""
+        return 60.0 * self.collisions / self.person_seconds if self.person_seconds else np.nan
+
+    @property
+    def collision_seconds_a_minute(self) -> float:
+        """Seconds that pairs collide per person-minute, independent of the frame rate."""
+        return 60.0 * self.collision_seconds / self.person_seconds if self.person_seconds else np.nan
+
+    @property
+    def distributions(self) -> tuple[Histogram, ...]:
+        """The four histograms."""
+        return self.speed, self.nearest_distance, self.acceleration, self.path_efficiency
+
+    def to_json(self) -> dict[str, Any]:
+        """All figures and bins."""
+        there = self.person_frames > 0
+        return {
+            "dt": self.dt if there else None,
+            "scenes": self.scenes,
+            "person_frames": self.person_frames,
+            "person_minutes": self.person_seconds / 60.0,
+            "collisions": {
+                "limit": COLLISION,
+                "pair_frames": self.collisions,
+                "per_person_minute": self.collisions_a_minute if there else None,
+                "seconds_per_person_minute": self.collision_seconds_a_minute if there else None,
+            },
+            "short_walks": self.short_walks,
+            **{h.axis.name.replace(" ", "_"): h.to_json() for h in self.distributions},
+        }
+
+
+def walking_statistics(scenes: Iterable[Scene]) -> Walking:
+    """Measure scenes one by one; memory does not grow with their number."""
+    return sum((_of_scene(scene) for scene in scenes), Walking())
+
+
+def _of_scene(scene: Scene) -> Walking:
+    nearest, collisions = _neighbours(scene.positions, scene.present)
+    efficiency, short = _path_efficiency(scene.positions, scene.present)
+    velocity = np.diff(scene.positions, axis=0) / scene.dt
+    acceleration = np.diff(velocity, axis=0) / scene.dt
+    there = int(scene.present.sum())
+    return Walking(
+        scenes=1,
+        person_frames=there,
+        person_seconds=there * scene.dt,
+        collisions=collisions,
+        collision_seconds=collisions * scene.dt,
+        short_walks=short,
+        speed=Histogram.of(SPEED, _lengths(velocity)),
+        nearest_distance=Histogram.of(NEAREST, nearest),
+        acceleration=Histogram.of(ACCELERATION, _lengths(acceleration)),
+        path_efficiency=Histogram.of(EFFICIENCY, efficiency),
+    )
+
+
+def _lengths(vectors: FloatArray) -> FloatArray:
+    """Lengths of those vectors [..., 2] that are known."""
+    lengths = np.hypot(vectors[..., 0], vectors[..., 1])
+    return lengths[~np.isnan(lengths)]
+
+
+def _neighbours(positions: FloatArray, present: BoolArray) -> tuple[FloatArray, int]:
+    """Distance in m of everybody in every frame to the nearest other one, and the number of colliding pairs."""
+    nearest, collisions = [np.empty(0)], 0
+    for people, there in zip(positions, present, strict=True):
+        if there.sum() < 2:
+            continue
+        apart = cdist(people[there], people[there])
+        np.fill_diagonal(apart, np.inf)
+        nearest.append(apart.min(axis=1))
+        collisions += int(np.sum(apart < COLLISION)) // 2
+    return np.concatenate(nearest), collisions
+
+
+def _path_efficiency(positions: FloatArray, present: BoolArray) -> tuple[FloatArray, int]:
+    """Net displacement divided by path length of each walk that is long enough, and how many are not."""
+    absent = np.zeros((1, present.shape[1]), dtype=np.bool_)
+    earlier, later = np.vstack([absent, present[:-1]]), np.vstack([present[1:], absent])
+    first, last = (np.flatnonzero((present & ~beside).T) for beside in (earlier, later))
+    if not len(first):
+        return np.empty(0), 0
+    steps = np.diff(positions, axis=0, prepend=positions[:1])
+    path = np.add.reduceat(np.nan_to_num(np.hypot(steps[..., 0], steps[..., 1])).T.ravel(), first)
+    points = positions.transpose(1, 0, 2).reshape(-1, 2)
+    net = np.linalg.norm(points[last] - points[first], axis=1)
+    long_enough = path >= SHORTEST_PATH
+    return np.minimum(net[long_enough] / path[long_enough], 1.0), int(np.sum(~long_enough))
+
 
 REFERENCES = ("students", "eth-15fps")
 """Recorded splits to compare with; not `eth`, whose file is 1.67 times too fast."""
@@ -140,3 +399,69 @@ def _rows(walkings: list[Walking]) -> Iterator[tuple[str, list[str]]]:
 
 def _number(value: float) -> str:
     return "–" if np.isnan(value) else f"{value:.3f}"
+
+
+_SIZE = (11.0, 7.4)
+_PARTS: Rectangles = {
+    "speed": (0.75, 3.75, 4.7, 2.45),
+    "nearest distance": (6.15, 3.75, 4.7, 2.45),
+    "acceleration": (0.75, 0.6, 4.7, 2.45),
+    "path efficiency": (6.15, 0.6, 4.7, 2.45),
+}
+_COLOURS = (style.ESTIMATE, style.GIVEN, style.INK, style.TRUTH)
+_LINES = ("-", "--", ":", "-.")
+_STEPS = 60
+"""Most steps of a line over its panel."""
+_WALK_STEPS = 25
+"""The same for path efficiency: there are few walks."""
+_REACH = 0.95
+"""Share of the samples of every source that a panel holds at least."""
+_FLOOR = 0.01
+"""Least density shown on a logarithmic scale."""
+
+
+def plot_realism(report: Realism) -> Figure:
+    """Draw the four distributions of every source of the report."""
+    figure = lay_out(_SIZE, _PARTS)
+    columns = zip(*(walking.distributions for walking in report.columns.values()), strict=True)
+    for axes, histograms in zip(figure.axes, columns, strict=True):
+        _draw_panel(axes, histograms, list(report.columns))
+    facts = [f"every panel holds {_REACH:.0%} of each source, or more"]
+    facts += [f"{name} not available" for name in report.missing]
+    legend = next(axes for axes in figure.axes if axes.get_label() == NEAREST.name)
+    title = f"How people walk: {report.info.split} beside recordings"
+    draw_heading(figure, 0.75, title, ";  ".join(facts), legend)
+    return figure
+
+
+def plot_realism_to_file(report: Realism, out: Path | str) -> Path:
+    """Draw the report into a PNG, PDF or SVG file; see `save_picture`."""
+    save_picture(plot_realism(report), out)
+    return Path(out)
+
+
+def _draw_panel(axes: Axes, histograms: tuple[Histogram, ...], headings: list[str]) -> None:
+    axis, edges = histograms[0].axis, _edges(histograms)
+    if axis is NEAREST:
+        label = f"collision: under {COLLISION:g} m"
+        axes.axvspan(0.0, COLLISION, color=style.TRUTH_FAINT, label=label, gid="collision")
+    for histogram, heading, colour, line in zip(histograms, headings, cycle(_COLOURS), cycle(_LINES), strict=False):
+        look: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.4, "label": heading, "gid": heading}
+        axes.stairs(histogram.density(edges), edges, baseline=None, **look)
+    axes.set_xlim(0.0, edges[-1])
+    axes.set_xlabel(axis.title, fontsize=style.TEXT_SIZE)
+    axes.set_ylabel(f"share of samples per {axis.unit}" if axis.unit else "density of walks", fontsize=style.TEXT_SIZE)
+    if axis in (ACCELERATION, EFFICIENCY):  # a linear scale would show the peak alone
+        axes.set_yscale("log", nonpositive="clip")
+        axes.set_ylim(bottom=_FLOOR)
+    else:
+        axes.set_ylim(bottom=0.0)
+
+
+def _edges(histograms: tuple[Histogram, ...]) -> FloatArray:
+    """Edges of the steps, which are edges of bins, as far as the panel reaches."""
+    axis, bin_width = histograms[0].axis, histograms[0].axis.upper / BINS
+    far = max((h.quantile(_REACH) for h in histograms if h.count), default=axis.upper)
+    bins = BINS if axis is EFFICIENCY else min(max(int(np.ceil(far / bin_width)), _STEPS), BINS)
+    step = -(-bins // (_WALK_STEPS if axis is EFFICIENCY else _STEPS))
+    return np.arange(0, bins + step, step).clip(max=BINS) * bin_width

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from vbbench.errors import FileError, SubmissionError
 from vbbench.estimate import LARGEST, is_credible
 from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_rows import OBSERVER
 from vbbench.files.submission import SUBMISSION_FILE, Faults, SubmissionInfo, read_info
 from vbbench.files.submission_tables import SubmissionTable, open_table
 from vbbench.files.tables import FALLBACK
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import PROTOCOLS, START_FRAMES, Protocol, get_protocol
-from vbbench.scoring.scored_rows import ScoredRows, rows_by_number, scored_rows
-from vbbench.scoring.truth import TruthRows
-from vbbench.scoring.units import other_readings
+from vbbench.scoring.metrics import other_readings
+from vbbench.scoring.scored_rows import ScoredRows, TruthRows, rows_by_number, scored_rows
 from vbbench.sequence import NOBODY
 
 Arrays = dict[str, NDArray[Any]]
@@ -268,3 +268,67 @@ class CheckedSubmission:
                 file, columns = self._read(name, first, last)
                 problem = f"the dataset has sequences 0 to {len(self.dataset) - 1}; remove the row"
                 self.faults.add_rows(file, problem, columns, np.ones(len(columns["sequence"]), dtype=bool))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Share:
+    """How many of the rows that are scored a submission has."""
+
+    there: int
+    wanted: int
+
+    def __str__(self) -> str:
+        return f"{self.there} of {self.wanted}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checked:
+    """A submission without a fault.
+
+    Parameters
+    ----------
+    info, dataset, protocol : the submission's facts, the dataset it answers, and how it was solved.
+    poses, positions : rows that must be there. Boxes of nobody are among them, which are not scored: only truth tells.
+    """
+
+    info: SubmissionInfo
+    dataset: DatasetInfo
+    protocol: Protocol
+    poses: Share
+    positions: Share
+
+    def table(self) -> str:
+        """What was checked, for people."""
+        info, data = self.info, self.dataset
+        lines = [
+            f"{f'{info.solver} {info.version}'.strip()} on {data.split} ({data.camera.kind}, {data.tier}, {data.id}), "
+            f"{self.protocol.id}: no fault",
+            f"{self.poses} poses and {self.positions} positions that must be answered; "
+            f"missing rows: {info.failure_policy}",
+        ]
+        if self.poses.there < self.poses.wanted or self.positions.there < self.positions.wanted:
+            lines.append("A missing row counts as the last one known of the same person in the same sequence.")
+        return "\n".join(lines)
+
+
+def check_submission(submission: Path | str, dataset: Dataset) -> Checked:
+    """Check a submission without truth; rows of false alarms, which are never scored, are then required as well.
+
+    Raises
+    ------
+    SubmissionError
+        With every fault, if there is any.
+    """
+    checked = CheckedSubmission(Path(submission), dataset, None)
+    parts = [
+        [answers.posed.sum(), len(answers.posed), answers.placed.sum(), len(answers.placed)]
+        for _, answers in checked.chunks()
+    ]
+    posed, poses, placed, positions = (int(sum(column)) for column in zip(*parts, strict=True))
+    return Checked(
+        info=checked.info,
+        dataset=dataset.info,
+        protocol=checked.protocol,
+        poses=Share(there=posed, wanted=poses),
+        positions=Share(there=placed, wanted=positions),
+    )

@@ -2,7 +2,7 @@
 
 import io
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,13 +14,176 @@ from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.protocol import Protocol
-from vbbench.scoring.block_bootstrap import is_enough
+from vbbench.scoring.block_bootstrap import Timeline, block_means, is_enough
 from vbbench.scoring.metrics import METRICS, Metric, section
-from vbbench.scoring.score_columns import NONE
-from vbbench.scoring.statistics import Summary
-from vbbench.scoring.timeline import Timeline
-from vbbench.table import csv_text
+from vbbench.table import best, csv_text, decimals
+
+NAN = float("nan")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """One metric over a split.
+
+    Parameters
+    ----------
+    capped : mean over sequences of min(figure, cap of the protocol): the headline, by which boards rank.
+    failure_rate : share of the sequences with a figure above the protocol's limit; NaN where it sets none.
+    median, p95, mean, std : over the sequences' figures as they are.
+    capped_ci95, ci95 : 95 % intervals of ``capped`` and ``mean`` by a block bootstrap over time; NaN where the
+        sequences are too few or too long for one.
+    frame_mean, frame_std : over all frames of all sequences.
+    blocks : how many blocks the sequences' time has.
+    """
+
+    capped: float = NAN
+    capped_ci95: tuple[float, float] = (NAN, NAN)
+    failure_rate: float = NAN
+    median: float = NAN
+    mean: float = NAN
+    ci95: tuple[float, float] = (NAN, NAN)
+    std: float = NAN
+    p95: float = NAN
+    frame_mean: float = NAN
+    frame_std: float = NAN
+    blocks: float = NAN
+
+    def to_dict(self) -> dict[str, object]:
+        """The summary, with ``None`` for NaN, as JSON needs it."""
+        return {
+            name: [finite_or_none(end) for end in value] if isinstance(value, tuple) else finite_or_none(value)
+            for name, value in vars(self).items()
+        }
+
+
+def summarise(
+    timeline: Timeline, protocol: Protocol, sequences: Mapping[str, FloatArray], frames: Mapping[str, FloatArray]
+) -> dict[str, Summary]:
+    """Summary of each metric.
+
+    Parameters
+    ----------
+    timeline : when the sequences were.
+    protocol : whose caps and limits hold.
+    sequences : metric → [N] one figure per sequence, NaN where it has none.
+    frames : metric → [F] one figure per frame, NaN likewise.
+    """
+    plain, capped = np.stack(list(sequences.values()), axis=1), capped_figures(protocol.caps, sequences)
+    block = timeline.block_length(capped)
+    means = block_means(timeline, np.concatenate([capped, plain], axis=1), block)
+    bounds = [protocol.caps.get(name, np.inf) for name in sequences]
+    largest = np.concatenate([bounds, np.max(np.nan_to_num(plain), axis=0)])
+    intervals = [(low, high) for low, high in means.positive_interval(largest).tolist()]
+    return {
+        name: Summary(
+            capped=float(means.mean[m]),
+            capped_ci95=intervals[m],
+            ci95=intervals[m + len(sequences)],
+            failure_rate=_failure_rate(figures, protocol.failures.get(name)),
+            blocks=means.blocks,
+            **_plain(figures, known(frames[name])),
+        )
+        for m, (name, figures) in enumerate((name, known(values)) for name, values in sequences.items())
+    }
+
+
+def capped_figures(caps: Mapping[str, float], sequences: Mapping[str, FloatArray]) -> FloatArray:
+    """[N, M] the figures [N] of M metrics, none above the metric's cap."""
+    return np.stack([np.minimum(values, caps.get(name, np.inf)) for name, values in sequences.items()], axis=1)
+
+
+def mean_of_groups(group: IntArray, values: FloatArray, groups: int) -> FloatArray:
+    """Mean of values [R] over rows of the same group number [R] → [groups]; NaN for an empty group."""
+    count = np.bincount(group, minlength=groups)
+    mean = np.full(groups, np.nan)
+    np.divide(np.bincount(group, values, groups), count, out=mean, where=count > 0)
+    return mean
+
+
+def known(values: FloatArray) -> FloatArray:
+    """The values that are not NaN."""
+    return values[~np.isnan(values)]
+
+
+def _failure_rate(figures: FloatArray, limit: float | None) -> float:
+    """Share of the figures, in float32 as result files have them, that are above the limit."""
+    return NAN if limit is None or not len(figures) else float(np.mean(figures.astype(np.float32) > limit))
+
+
+def _plain(figures: FloatArray, frames: FloatArray) -> dict[str, float]:
+    if not len(figures):
+        return {}
+    return {
+        "median": float(np.median(figures)),
+        "mean": float(np.mean(figures)),
+        "std": float(np.std(figures)),
+        "p95": float(np.quantile(figures, 0.95)),
+        "frame_mean": float(np.mean(frames)),
+        "frame_std": float(np.std(frames)),
+    }
+
+
+Values = Mapping[str, Any]
+
+NONE = "–"
+_SUMMARIES = ("median", "mean", "p95", "std", "frame_mean", "failure_rate")
+
+SHOWN_HEAD = (*(metric.label for metric in section("metrics").values()), "failed", "coverage", "µs/frame")
+"""Heads of the columns for people."""
+
+VALUES_HEAD = (
+    *("sequences", "coverage", "seconds_per_frame"),
+    *(f"{name}{part}" for name in METRICS for part in ("", "_low", "_high", *(f"_{one}" for one in _SUMMARIES))),
+)
+"""Names of the columns for programs: a metric's capped mean goes by the metric's name."""
+
+
+def shown_cells(scores: Sequence[Values], groups: Sequence[object] = ()) -> list[list[str]]:
+    """Cells [score][column] of `SHOWN_HEAD`: capped means with their intervals; each group's best in bold."""
+    columns = [_errors([score["metrics"][name] for score in scores], groups) for name in section("metrics")]
+    failed = [score["metrics"]["dx"]["failure_rate"] for score in scores]
+    columns.append(best([NONE if rate is None else f"{rate:.1%}" for rate in failed], failed, groups))
+    columns.append([f"{score['coverage']:.2%}".replace("100.00%", "100%") for score in scores])
+    seconds = [score["seconds_per_frame"] for score in scores]
+    columns.append([NONE if one is None else f"{1e6 * one:.0f}" for one in seconds])
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def value_cells(score: Values) -> list[object]:
+    """Cells of `VALUES_HEAD`: numbers in the unit of the metric, ``None`` where there is none."""
+    cells: list[object] = [score["sequences"], score["coverage"], score["seconds_per_frame"]]
+    for name, metric in METRICS.items():
+        figures = score[metric.section][name]
+        cells += [figures["capped"], *figures["capped_ci95"], *(figures[one] for one in _SUMMARIES)]
+    return cells
+
+
+def ranking_fact(protocol: Protocol) -> str:
+    """What the columns for people hold."""
+    cap, turn, lost = protocol.caps["dx"], protocol.caps["dr"], protocol.failures["dx"]
+    return (
+        f"Capped means, by which boards rank: over sequences, of min(error, {cap:g} m or {turn:g} rad), with 95 % "
+        f"intervals. Failed: sequences with a mean Δx above {lost:g} m. The best of a column is marked; 'vbbench "
+        "compare' tells whether a difference is settled."
+    )
+
+
+def _errors(figures: Sequence[Values], groups: Sequence[object]) -> list[str]:
+    """A metric's column."""
+    values = [one["capped"] for one in figures]
+    digits = decimals([value for value in values if value is not None])
+    return best([_with_interval(one, digits) for one in figures], values, groups)
+
+
+def _with_interval(figures: Values, digits: int) -> str:
+    low, high = figures["capped_ci95"]
+    if figures["capped"] is None:
+        return NONE
+    value = f"{figures['capped']:.{digits}f}"
+    return value if low is None else f"{value} ({low:.{digits}f}–{high:.{digits}f})"
+
 
 if TYPE_CHECKING:
     import pandas

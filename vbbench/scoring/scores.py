@@ -9,13 +9,10 @@ import numpy as np
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.scoring.answers import Answers, CheckedSubmission
-from vbbench.scoring.checking import check_submission
+from vbbench.scoring.answers import Answers, CheckedSubmission, check_submission
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.scorecard import PerSequence, Score, join_figures
-from vbbench.scoring.scored_rows import ScoredRows
-from vbbench.scoring.statistics import mean_of_groups, summarise
-from vbbench.scoring.truth import TruthRows
+from vbbench.scoring.scorecard import PerSequence, Score, join_figures, mean_of_groups, summarise
+from vbbench.scoring.scored_rows import ScoredRows, TruthRows
 
 
 def score(

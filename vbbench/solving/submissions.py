@@ -1,6 +1,6 @@
 """Runs a solver over a whole dataset and writes its submission."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
@@ -24,16 +24,32 @@ from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
 from vbbench.parallel.parts import Part, Work, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
-from vbbench.registry import make_solver
+from vbbench.registry import load, make_solver, own_words
 from vbbench.sequence import Sequence
 from vbbench.solver import FrameSolver
-from vbbench.solving.declared import declared_facts
-from vbbench.solving.groups import ranges_of_groups, separate_groups
-from vbbench.solving.isolation.grants import beside
-from vbbench.solving.isolation.remote import Remote
-from vbbench.solving.isolation.solver_process import IsolatedSolver, warn_of_open_files
+from vbbench.solving.isolation.confinement import beside
+from vbbench.solving.isolation.remote import IsolatedSolver, Remote, warn_of_open_files
 from vbbench.solving.provenance import hardware, solver_version, source_digest
-from vbbench.solving.runner import run_sequence
+from vbbench.solving.runner import ranges_of_groups, run_sequence, separate_groups
+
+FACTS = ("authors", "code", "trained_on", "tuned_on")
+"""Keys of ``facts``: those of ``submission.json`` that only the solver's makers know."""
+
+
+def declared_facts(solver: str) -> dict[str, str]:
+    """The attribute ``facts`` of the class called ``solver``, by key; what a class of vbbench's says is not yours.
+
+    Raises
+    ------
+    VbbenchError
+        If it is not a mapping of these keys to text, or the solver cannot be imported.
+    """
+    found = own_words(load("solver", solver), "facts")
+    sound = isinstance(found, Mapping) and all(isinstance(text, str) for text in found.values())
+    if not sound or set(found) - set(FACTS):
+        raise VbbenchError(f"solver '{solver}': facts must map some of {', '.join(FACTS)} to text")
+    return dict(found)
+
 
 TABLES = ("poses", "positions", "heights")
 

@@ -20,7 +20,7 @@ READ_BY_ALL = frozenset({"source", "seed", "limit", "sequences", "every", "longe
 """Options, and options of footage, that every split of footage reads."""
 
 _ELSEWHERE = frozenset({"footage", "stride"})
-"""Options that are no split's: one holds others, and `vbbench.generation.thinning` refuses the other for footage."""
+"""Options that are no split's: one holds others, and `vbbench.generation.planning` refuses the other for footage."""
 
 _IN_PARTS = {"simulation": "`scenario`, `people` or `engine`"}
 """Options that messages name by what they hold."""

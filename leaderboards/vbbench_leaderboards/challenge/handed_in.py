@@ -15,8 +15,7 @@ from vbbench.files.tables import file_sha256
 from vbbench.folders.locks import NO_LINKS
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.geometry import wrap_angle
-from vbbench.scoring.answers import OR_HOLD, CheckedSubmission
-from vbbench.scoring.checking import Checked, check_submission
+from vbbench.scoring.answers import OR_HOLD, Checked, CheckedSubmission, check_submission
 from vbbench_leaderboards.challenge.definition import Challenge
 
 FILES = (SUBMISSION_FILE, "poses.parquet", "positions.parquet", "poses.csv", "positions.csv")

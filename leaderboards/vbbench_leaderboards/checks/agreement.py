@@ -14,8 +14,7 @@ from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.block_bootstrap import Means, block_means
 from vbbench.scoring.metrics import section
-from vbbench.scoring.scorecard import PerSequence
-from vbbench.scoring.statistics import capped_figures
+from vbbench.scoring.scorecard import PerSequence, capped_figures
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.result import Result
 

@@ -11,7 +11,7 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.statistics import known, summarise
+from vbbench.scoring.scorecard import known, summarise
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.result import Result
 

@@ -20,7 +20,7 @@ from vbbench.generation.tier import get_tier
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.registry import load
 from vbbench.scoring import score
-from vbbench.solving.declared import declared_facts
+from vbbench.solving.submissions import declared_facts
 from vbbench_leaderboards.checks.bundled import REFERENCES, bundled_solvers
 from vbbench_leaderboards.checks.judging import Judge, Outcome
 from vbbench_leaderboards.checks.making import Workshop

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from vbbench.errors import UnknownNameError
 from vbbench.protocol import get_protocol
-from vbbench.scoring.score_columns import SHOWN_HEAD, VALUES_HEAD, ranking_fact, shown_cells, value_cells
+from vbbench.scoring.scorecard import SHOWN_HEAD, VALUES_HEAD, ranking_fact, shown_cells, value_cells
 from vbbench.table import Table, csv_text, unmarked
 from vbbench_leaderboards.exports.bibtex import bibliography
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC

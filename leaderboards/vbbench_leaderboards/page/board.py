@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vbbench.files.dataset_info import truth_sha256
-from vbbench.scoring.statistics import known
+from vbbench.scoring.scorecard import known
 from vbbench_leaderboards.charts.distribution import Spread, distribution
 from vbbench_leaderboards.charts.scatter import Point, scatter
 from vbbench_leaderboards.charts.svg import Series

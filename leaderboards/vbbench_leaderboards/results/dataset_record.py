@@ -16,8 +16,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
 from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
-from vbbench.scoring.scored_rows import scored_rows
-from vbbench.scoring.truth import TruthRows
+from vbbench.scoring.scored_rows import TruthRows, scored_rows
 from vbbench.sequence import NOBODY
 from vbbench_leaderboards.results.forms import FORMAT_VERSION
 from vbbench_leaderboards.results.sealed_json import (

@@ -16,10 +16,9 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
-from vbbench.scoring.block_bootstrap import block_means
+from vbbench.scoring.block_bootstrap import Timeline, block_means
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.statistics import capped_figures
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.scorecard import capped_figures
 from vbbench_leaderboards.results.result import Result
 
 LEVEL = 0.05

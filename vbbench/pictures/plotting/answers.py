@@ -20,7 +20,7 @@ from vbbench.pictures.plotting.looks import Look, solver_looks
 from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.pictures.plotting.table import ROW, draw_table
 from vbbench.pictures.replay import Answer, Replay
-from vbbench.scoring.errors_in_time import ErrorsInTime
+from vbbench.scoring.error_tables import ErrorsInTime
 from vbbench.scoring.metrics import section
 
 _MOST_PATHS = 16  # of people in all answers together that one map can hold

@@ -1,6 +1,6 @@
 """Errors of submissions in one figure: over time, how often they stay below a bound, and their spread.
 
-Every number drawn is one that `vbbench.scoring.errors_in_time` counts; `vbbench.scoring.error_tables` writes them.
+Every number drawn is one that `vbbench.scoring.error_tables` counts; `vbbench.scoring.error_tables` writes them.
 """
 
 from collections.abc import Sequence as Several
@@ -18,8 +18,7 @@ from vbbench.pictures.plotting.looks import Look, solver_looks
 from vbbench.pictures.plotting.saving import check_ending, save_picture
 from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.pictures.plotting.table import ROW, draw_table
-from vbbench.scoring.error_tables import FEW, ErrorTables, Kind
-from vbbench.scoring.errors_in_time import cumulative, outside_whiskers, over_time, spread
+from vbbench.scoring.error_tables import FEW, ErrorTables, Kind, cumulative, outside_whiskers, over_time, spread
 from vbbench.scoring.metrics import METRICS
 
 _WIDTHS: dict[Kind, float] = {"over-time": 4.6, "cumulative": 3.0, "spread": 3.0}  # inches, several kinds side by side

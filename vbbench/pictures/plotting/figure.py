@@ -21,7 +21,7 @@ from vbbench.pictures.plotting.saving import check_ending, save_picture
 from vbbench.pictures.plotting.style import Rectangles, distance_colours, lay_out
 from vbbench.pictures.replay import Replay, load_replay
 from vbbench.protocol import START_FRAMES
-from vbbench.scoring.errors_in_time import ErrorsInTime, errors_in_time
+from vbbench.scoring.error_tables import ErrorsInTime, errors_in_time
 from vbbench.sequence import Sequence
 
 _STACKED_SIZE = (11.0, 7.056)

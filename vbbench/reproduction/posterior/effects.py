@@ -11,8 +11,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.reproduction.transfer.agreement import LEVEL, Errors, Estimate
-from vbbench.scoring.block_bootstrap import block_means
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.block_bootstrap import Timeline, block_means
 
 RESAMPLES = 400
 SEED = 20231119

@@ -31,7 +31,7 @@ from vbbench.reproduction.posterior.measuring import (
     reported_rows,
 )
 from vbbench.reproduction.posterior.walking import Example, Walking, pick_examples, walking_of
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.block_bootstrap import Timeline
 
 SPLIT = "eth"
 SOLVER = "vb-sf"

@@ -16,13 +16,13 @@ from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Generator, Options
-from vbbench.generation.thinning import thinned
+from vbbench.generation.planning import thinned
 from vbbench.paper import BEST, HEADLINE, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.registry import load
 from vbbench.reproduction.asked import check_every
 from vbbench.reproduction.making import Making
 from vbbench.scoring.metrics import section
-from vbbench.scoring.statistics import Summary
+from vbbench.scoring.scorecard import Summary
 
 Heights = Literal["known", "learned", "prior"]
 """Everybody has the mean height; heights follow from given positions; nothing but N(μ_h, σ_h²) is known."""

@@ -18,7 +18,7 @@ from vbbench.reproduction.making import Making, submission_folder
 from vbbench.reproduction.robot.drift import LENGTHS, Drift, dead_reckoning, distances, drift
 from vbbench.reproduction.robot.silent import CameraAlone
 from vbbench.reproduction.robot.study import Entrant, Recording, RobotStudy
-from vbbench.scoring.statistics import Summary
+from vbbench.scoring.scorecard import Summary
 from vbbench.sequence import Sequence, Truth
 
 JRDB_MISSING = (

@@ -5,7 +5,7 @@ from functools import cached_property
 
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import ODOMETRY_TABLE
-from vbbench.generation.derived import DerivedPlan
+from vbbench.generation.planning import DerivedPlan
 from vbbench.sequence import Given, SequenceData
 
 

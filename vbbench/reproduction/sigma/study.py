@@ -19,8 +19,7 @@ from vbbench.registry import load
 from vbbench.reproduction.asked import check_names
 from vbbench.reproduction.making import Making
 from vbbench.scoring.block_bootstrap import block_means
-from vbbench.scoring.scorecard import PerSequence, Score
-from vbbench.scoring.statistics import known
+from vbbench.scoring.scorecard import PerSequence, Score, known
 
 SPLIT = "sim"
 SIGMAS = (0.0, 0.01, 0.03, 0.05, 0.07)

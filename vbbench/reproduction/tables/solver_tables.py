@@ -21,7 +21,7 @@ from vbbench.reproduction.at_hand import how_to_get
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.simulated_recording import STAND_INS, SimulatedRecording, record_crowd
 from vbbench.scoring.metrics import section
-from vbbench.scoring.statistics import Summary
+from vbbench.scoring.scorecard import Summary
 
 COUNTERPARTS = {
     "cv": "CV",

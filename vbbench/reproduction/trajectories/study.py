@@ -9,7 +9,7 @@ import numpy as np
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Plan
-from vbbench.generation.thinning import single
+from vbbench.generation.planning import single
 from vbbench.pictures.replay import Replay, load_replay
 from vbbench.registry import registered
 from vbbench.reproduction.asked import check_names

@@ -19,8 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
-from vbbench.scoring.block_bootstrap import block_means
-from vbbench.scoring.timeline import Timeline
+from vbbench.scoring.block_bootstrap import Timeline, block_means
 
 RESAMPLES = 2000
 SEED = 20231119

@@ -9,8 +9,8 @@ import numpy as np
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.generation.derived import DerivedPlan
 from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.planning import DerivedPlan
 from vbbench.protocol import arrivals_given
 from vbbench.sequence import NOBODY, SequenceData, Truth, held_persons
 

@@ -9,7 +9,7 @@ from vbbench.reproduction.report import Report
 from vbbench.reproduction.tables.table4.picture import plot_table4
 from vbbench.reproduction.tables.table4.study import LEAST_TRACK, SPLIT, Table4
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.statistics import Summary
+from vbbench.scoring.scorecard import Summary
 from vbbench.table import Table
 
 NAME = "table4"

@@ -16,7 +16,7 @@ from vbbench.paper import COLUMNS, PROTOCOLS
 from vbbench.registry import load
 from vbbench.reproduction.making import Making
 from vbbench.reproduction.tables.table4.inputs import Counts, Input, LinkedByTruth, count
-from vbbench.scoring.statistics import Summary
+from vbbench.scoring.scorecard import Summary
 from vbbench.sequence import NOBODY
 
 SPLIT = "street"
