@@ -52,9 +52,9 @@ class Association {
   static double surprise(const Window& window, const Person& person, const Model& model) {
     const int last = person.frames() - 1;
     double sum = 0.0;
-    person_rows(person, window.frames, window.calibration, model.people, [&](const Row& row, int node) {
-      if (node == last && row.cue >= 0) sum += row.e * row.e;
-      if (node == last && row.walk) sum += row.e * row.e / (model.people.walk.sigma * model.people.walk.sigma);
+    person_rows(person, window.frames, window.calibration, model.people, [&](const Row& row) {
+      if (row.node == last && row.cue >= 0) sum += row.e * row.e;
+      if (row.node == last && row.walk) sum += row.e * row.e / (model.people.walk.sigma * model.people.walk.sigma);
     });
     return sum;
   }
@@ -62,16 +62,16 @@ class Association {
   double another(const Window& window, const Person& person, const Model& model) {
     const int last = person.frames() - 1, newest = static_cast<int>(window.frames.size()) - 1;
     Layout alone;  // camera and calibration are held
-    alone.global.fill(-1);
     alone.frames = alone.held = newest + 1;
     Reduced nothing;
-    nothing.reset(0);
+    nothing.reset(kGlobals);
     Person expected = person;
     expected.nodes.back().seen = false;
-    std::vector<double> step, none;
+    std::vector<double> step;
+    const std::vector<double> none(kGlobals, 0.0);
     for (int round = 0; round < kRounds; ++round) {
       elimination_.reset(expected, alone, 0.0);
-      const auto add = [&](const Row& row, int) { elimination_.add(row, nothing); };
+      const auto add = [&](const Row& row) { elimination_.add(row, nothing); };
       person_rows(expected, window.frames, window.calibration, model.people, add);
       own_rows(expected, model.people, add);
       elimination_.add_prior(expected, window.calibration, nothing);
@@ -90,19 +90,18 @@ class Association {
     int cues = 0;
     double e[3], same[3][3] = {}, other[3][3] = {}, by_place[3][2] = {}, by_height[3] = {};
     std::array<std::vector<double>, 3> spread;
-    person_rows(expected, window.frames, window.calibration, model.people, [&](const Row& row, int at) {
-      if (at != last || row.cue < 0) return;
+    person_rows(expected, window.frames, window.calibration, model.people, [&](const Row& row) {
+      if (row.node != last || row.cue < 0) return;
       e[cues] = row.e;
       std::vector<double>& g = spread[cues];
       g.assign(elimination_.local, 0.0);
-      for (int k = 0; k < row.count; ++k) {
-        const int i = elimination_.index_of(row.variables[k]);
-        if (i < 0) continue;
-        g[i] += row.by[k];
-        if (row.variables[k].kind == Variable::kPath && i >= 2 * last) by_place[cues][i - 2 * last] += row.by[k];
-        if (row.variables[k].kind == Variable::kHeight) by_height[cues] += row.by[k];
-      }
-      elimination_.whiten(g);
+      row.each(0, [&](const Variable& v, double by) {
+        const int i = elimination_.index_of(v);
+        if (i >= 0) g[i] += by;
+      });
+      for (int a = 0; a < 2; ++a) by_place[cues][a] = row.by[kSlotPlace + a];
+      by_height[cues] = row.by[kSlotHeight];
+      elimination_.whiten(g.data());
       ++cues;
     });
     for (int a = 0; a < cues; ++a)

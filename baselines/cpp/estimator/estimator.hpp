@@ -43,16 +43,14 @@ struct Output {
 
 /// Lower triangular R with Rᵀ R = C⁻¹.
 inline bool information_root(const double* c, std::array<std::array<double, 3>, 3>& root) {
-  Matrix l(3, 3);
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) l[i][j] = c[3 * i + j] + (i == j ? 1e-12 : 0.0);
-  if (!cholesky(l, 3)) return false;
-  for (int c2 = 0; c2 < 3; ++c2) {  // columns of L⁻¹, of which Σ⁻¹ = L⁻ᵀ L⁻¹; rows of L⁻¹ whiten
-    double unit[3] = {0.0, 0.0, 0.0};
-    unit[c2] = 1.0;
-    solve_lower(l, 3, unit);
-    for (int r = 0; r < 3; ++r) root[r][c2] = unit[r];
+  Matrix u(3, kLane), inverse(3, kLane);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) u[i][j] = c[3 * i + j] + (i == j ? 1e-12 : 0.0);
+    inverse[i][i] = 1.0;
   }
+  if (!cholesky(u[0], 3, kLane)) return false;
+  solve_lower(u[0], 3, kLane, inverse[0], kLane);  // C⁻¹ = U⁻¹ U⁻ᵀ
+  for (int i = 0; i < 3; ++i) std::copy_n(inverse[i], 3, root[i].begin());
   return true;
 }
 
@@ -279,7 +277,7 @@ class Estimator {
     for (int k = 0; k < columns; ++k) {
       const double* b = input.boxes + 5 * k;
       if (std::isnan(b[0])) continue;
-      const Box box{b[0], b[1], b[2], b[3], b[4], input.cut[k], b[2]};
+      const Box box = Box::of(b, input.cut[k]);
       if (where_[k] < 0 || window_.people[where_[k]].last() != newest) {
         const double height = where_[k] < 0 ? std::log(recording_.height_mean) : window_.people[where_[k]].log_height;
         const std::array<double, 2> at = placed(box, height, frame);
@@ -561,7 +559,7 @@ class Estimator {
         given = given || !std::isnan(input.positions[2 * ((3 - back) * columns + k)]);
       if (!seen && !given) continue;
       Box box;
-      if (seen) box = {b[0], b[1], b[2], b[3], b[4], input.cut[k], b[2]};
+      if (seen) box = Box::of(b, input.cut[k]);
       if (where_[k] < 0) {
         Person person = unknown_person(k);
         int begin = newest;

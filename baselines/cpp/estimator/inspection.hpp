@@ -78,18 +78,22 @@ inline DenseSystem dense_system(const Window& window, const Model& model) {
   out.information.assign(static_cast<std::size_t>(n) * n, 0.0);
   out.gradient.assign(n, 0.0);
   out.free = columns.free(window);
-  const auto add = [&](const Row& row, int person) {
-    out.residuals.push_back(row.e);
-    out.weights.push_back(row.w);
-    const std::size_t begin = out.jacobian.size();
-    out.jacobian.resize(begin + n, 0.0);
-    for (int k = 0; k < row.count; ++k) out.jacobian[begin + columns.of(window, person, row.variables[k])] += row.by[k];
+  const auto add = [&](double e, double w) {
+    out.residuals.push_back(e);
+    out.weights.push_back(w);
+    out.jacobian.resize(out.jacobian.size() + n, 0.0);
+    return out.jacobian.size() - n;
   };
   const int people = static_cast<int>(window.people.size());
   for (int p = 0; p < people; ++p) {
     const Person& person = window.people[p];
-    person_rows(person, window.frames, window.calibration, model.people, [&](const Row& row, int) { add(row, p); });
-    own_rows(person, model.people, [&](const Row& row, int) { add(row, p); });
+    const auto add_row = [&](const Row& row) {
+      const std::size_t begin = add(row.e, row.w);
+      row.each(person.first,
+               [&](const Variable& v, double by) { out.jacobian[begin + columns.of(window, p, v)] += by; });
+    };
+    person_rows(person, window.frames, window.calibration, model.people, add_row);
+    own_rows(person, model.people, add_row);
     if (!person.prior.any) continue;
     double off[kPrior];
     int at[kPrior];
@@ -113,7 +117,11 @@ inline DenseSystem dense_system(const Window& window, const Model& model) {
     }
   }
   camera_rows(window.frames, window.calibration, model.motion, window.posterior, model.sway_memory, window.held,
-              [&](const Row& row) { add(row, -1); });
+              [&](const CameraRow& row) {
+                const std::size_t begin = add(row.e, row.w);
+                for (int k = 0; k < row.count; ++k)
+                  out.jacobian[begin + columns.of(window, -1, row.variables[k])] += row.by[k];
+              });
   const Calibration& calibration = window.calibration;
   for (int a = 0; a < kGlobals; ++a) {
     out.gradient[columns.global(a)] -= calibration.vector[a];

@@ -80,11 +80,9 @@ class NoiseLearner {
  private:
   static std::array<Cue, 3> cues(const Window& window, const Person& person, int i, const Model& model) {
     const Node& node = person.nodes[i];
-    const Frame& camera = window.frames[person.first + i];
-    return box_cues(node.box,
-                    {node.at[0], node.at[1], person.log_height, person.own_edge, camera.at.data(),
-                     camera.at.data() + kPose, window.calibration.at.data()},
-                    model.people.noise);
+    const BoxState at(node.at[0], node.at[1], person.log_height, person.own_edge,
+                      window.frames[person.first + i].at.data(), window.calibration.at.data());
+    return box_cues(node.box, at, model.people.noise);
   }
 
   double nu_ = 6.0, dt_ = 0.4;

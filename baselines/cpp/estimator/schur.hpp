@@ -8,67 +8,147 @@
 
 namespace vbbench {
 
-/// Columns of the reduced system: globals that are free, then the free frames in order.
+/// Columns of the reduced system: globals, then the frames that are not held, in order.
 struct Layout {
-  std::array<int, kGlobals> global{};  ///< −1: fixed
-  int globals = 0, held = 0, frames = 0, unknowns = kFrame;
+  int held = 0, frames = 0, unknowns = kFrame;
 
-  int size() const { return globals + (frames - held) * unknowns; }
+  int size() const { return kGlobals + std::max(0, frames - held) * unknowns; }
   int camera(int index) const {  ///< of frame component `index`; −1 where it is held or fixed
     const int frame = index / kFrame, component = index % kFrame;
     if (frame < held || component >= unknowns) return -1;
-    return globals + (frame - held) * unknowns + component;
+    return begin(frame) + component;
   }
-  int of(const Variable& v) const {
-    if (v.kind == Variable::kShared) return global[v.index];
-    if (v.kind == Variable::kCamera) return camera(v.index);
-    return -1;
-  }
+  int begin(int frame) const { return kGlobals + std::max(0, frame - held) * unknowns; }
+  int of(const Variable& v) const { return v.kind == Variable::kShared ? v.index : camera(v.index); }
 };
 
-/// H and −gradient of the reduced system.
+/// The reduced system: its first line holds −gradient, those below the upper half of H, or of its Cholesky factor.
 struct Reduced {
-  Matrix hessian;  ///< lower half
-  std::vector<double> vector;
+  Matrix lines;
+  int size = 0;
+  Matrix rows;  ///< of one person, while it is eliminated
+  std::vector<int> high;
 
-  void reset(int size) {
-    hessian.reset(size, size);
-    vector.assign(size, 0.0);
+  void reset(int unknowns) {
+    size = unknowns;
+    lines.reset(1 + size, padded(1 + size) + kLane);
   }
-  void add(const Row& row, const Layout& layout) {
-    int columns[24];
-    double by[24];
-    int count = 0;
-    for (int k = 0; k < row.count; ++k) {
-      const int column = layout.of(row.variables[k]);
-      if (column >= 0) {
-        columns[count] = column;
-        by[count++] = row.by[k];
+  double& gradient(int column) { return lines[0][1 + column]; }
+  double& hessian(int row, int column) { return lines[1 + row][1 + column]; }  ///< row ≤ column
+  const double* factor() const { return lines[1] + 1; }
+
+  void add(const CameraRow& row, const Layout& layout) {
+    for (int a = 0; a < row.count; ++a) {
+      const int i = layout.of(row.variables[a]);
+      if (i < 0) continue;
+      gradient(i) -= row.w * row.e * row.by[a];
+      for (int b = 0; b < row.count; ++b) {
+        const int j = layout.of(row.variables[b]);
+        if (i <= j) hessian(i, j) += row.w * row.by[a] * row.by[b];
       }
     }
-    for (int a = 0; a < count; ++a) {
-      vector[columns[a]] -= row.w * row.e * by[a];
-      for (int b = 0; b < count; ++b)
-        if (columns[b] <= columns[a]) hessian[columns[a]][columns[b]] += row.w * by[a] * by[b];
-    }
   }
+
+  /// Takes an unknown out: its step is 0.
+  void fix(int column) {
+    for (int i = 0; i < column; ++i) hessian(i, column) = 0.0;
+    std::fill_n(&hessian(column, column), size - column, 0.0);
+    hessian(column, column) = 1.0;
+    gradient(column) = 0.0;
+  }
+  bool factorise() { return cholesky(lines[1] + 1, size, lines.cols()); }
 };
 
-/// The local system of one person: A x = b + B c, of which L Lᵀ = A and X = L⁻¹ [b | B] remain after elimination.
+constexpr int kDense = 1 + kGlobals;  ///< columns that all rows of a person may have
+static_assert(kDense % kLane == 0);
+
+/// Lines −= Xᵀ X for rows X [count][stride], whose columns are zero but for the first kDense and those from `low` to
+/// `high` of a row. Rows are taken eight at a time.
+VBBENCH_WIDE_WHOLE inline void subtract_products(const double* x, int count, int stride, int low, const int* high,
+                                                 double* lines) {
+  constexpr int kBlock = 8;
+  const bool joined = low / kLane * kLane == kDense;
+  for (int begin = 0; begin < count; begin += kBlock) {
+    const int block = std::min(kBlock, count - begin);
+    const double* rows[kBlock];
+    double by[kBlock];
+    int end = low;
+    for (int k = 0; k < block; ++k) {
+      rows[k] = x + static_cast<std::ptrdiff_t>(begin + k) * stride;
+      end = std::max(end, high[begin + k]);
+    }
+    for (int a = 0; a < end; a = a + 1 == kDense ? low : a + 1) {
+      for (int k = 0; k < block; ++k) by[k] = rows[k][a];
+      double* line = lines + static_cast<std::ptrdiff_t>(a) * stride;
+      if (a < kDense && !joined) subtract_rows(line, rows, by, block, a, kDense);
+      subtract_rows(line, rows, by, block, joined ? a : std::max(a, low), end);
+    }
+  }
+}
+
+constexpr int kBand = 2 * kReach + 2;  ///< rows of a column of a person's path, its own one included
+
+/// X = L⁻¹ X of rows X [path + 2][stride] as above. L has `columns` [path][kBand + 2] and `own` at their end.
+VBBENCH_WIDE_WHOLE inline void substitute_rows(const double* columns, const double* own, int path, double* x,
+                                               int stride, int low, const int* high) {
+  const bool joined = low / kLane * kLane == kDense;
+  for (int i = 0; i < path + 2; ++i) {
+    double* row = x + static_cast<std::ptrdiff_t>(i) * stride;
+    for (int begin = i < path ? std::max(0, i - kBand + 2 - i % 2) : 0; begin < std::min(i, path); begin += 8) {
+      const int count = std::min(8, std::min(i, path) - begin);
+      const double* rows[8];
+      double by[8];
+      for (int k = 0; k < count; ++k) {
+        const int j = begin + k;
+        rows[k] = x + static_cast<std::ptrdiff_t>(j) * stride;
+        by[k] = columns[j * (kBand + 2) + (i < path ? i - j : kBand + i - path)];
+      }
+      if (!joined) subtract_rows(row, rows, by, count, 0, kDense);
+      subtract_rows(row, rows, by, count, joined ? 0 : low, high[i]);
+    }
+    if (i == path + 1) {
+      const double* height = row - stride;
+      subtract_rows(row, &height, own + 1, 1, 0, high[i]);
+    }
+    const double scale = 1.0 / (i < path ? columns[i * (kBand + 2)] : own[2 * (i - path)]);
+    for (int c = 0; c < high[i]; ++c) row[c] *= scale;
+  }
+}
+
+/// A row of a box as elimination takes it.
+struct BoxRow {
+  double w = 0.0;
+  std::array<double, kSlots> by{};
+};
+
+/// The upper half of Σ w by byᵀ of four rows, [kSlots][kSlots]; what is left of the diagonal's lane is not set.
+VBBENCH_WIDE_WHOLE inline void add_squares(const BoxRow* rows, double* __restrict out) {
+  for (int a = 0; a < kSlotEnd; ++a) {
+    double by[4];
+    for (int r = 0; r < 4; ++r) by[r] = rows[r].w * rows[r].by[a];
+    double* __restrict line = out + a * kSlots;
+    for (int c = a / kLane * kLane; c < kSlots; ++c)
+      line[c] = by[0] * rows[0].by[c] + by[1] * rows[1].by[c] + by[2] * rows[2].by[c] + by[3] * rows[3].by[c];
+  }
+}
+
+/// The local system of one person: A x = b + B c, of which the factor L Lᵀ = A remains after elimination.
+///
+/// Columns of A and L hold the rows below their diagonal within the reach of a walk, then those of the two own numbers.
 class Elimination {
  public:
   int local = 0;  ///< 2 · nodes + 2
 
   void reset(const Person& person, const Layout& layout, double damping) {
     local = 2 * person.frames() + 2;
+    first_ = person.first;
     layout_ = &layout;
-    columns_ = 1 + layout.size();
     damping_ = damping;
-    factor_.reset(local, local);
-    right_.reset(local, columns_);
-    first_.assign(local, local);
-    low_.assign(local, columns_);
-    high_.assign(local, 1 + layout.globals);
+    pending_ = 0;
+    columns_.assign(local - 2, Column{});
+    own_ = {};
+    sides_.assign(local - 2, Side{});
+    own_sides_.reset(2, 1 + layout.size());
   }
 
   int index_of(const Variable& v) const {
@@ -79,40 +159,40 @@ class Elimination {
   }
 
   void add(const Row& row, Reduced& reduced) {
-    int inner[24], outer[24], inners = 0, outers = 0;
-    double by_inner[24], by_outer[24];
-    for (int k = 0; k < row.count; ++k) {
-      const int i = index_of(row.variables[k]);
-      if (i >= 0) {
-        inner[inners] = i;
-        by_inner[inners++] = row.by[k];
-        continue;
-      }
-      const int column = layout_->of(row.variables[k]);
-      if (column >= 0) {
-        outer[outers] = column;
-        by_outer[outers++] = row.by[k];
-      }
+    if (row.of_box) {
+      if (pending_ > 0 && pending_node_ != row.node) add_boxes(reduced);
+      pending_node_ = row.node;
+      BoxRow& box = boxes_[pending_++];
+      box.w = row.w;
+      box.by = row.by;
+      box.by[kSlotResidual] = -row.e;
+      return;
     }
-    for (int a = 0; a < inners; ++a) {
-      const int i = inner[a];
-      const double weighted = row.w * by_inner[a];
-      double* line = factor_[i];
-      for (int b = 0; b < inners; ++b) {
-        if (inner[b] > i) continue;
-        line[inner[b]] += weighted * by_inner[b];
-        first_[i] = std::min(first_[i], inner[b]);
+    if (row.walk) {
+      for (int j = 0; j <= row.reach; ++j) {
+        const int newer = 2 * (row.node - j) + row.axis;
+        const double weighted = row.w * row.chain[j];
+        sides_[newer][0] -= weighted * row.e;
+        for (int k = j; k <= row.reach; ++k) columns_[newer - 2 * (k - j)][2 * (k - j)] += weighted * row.chain[k];
       }
-      double* right = right_[i];
-      right[0] -= weighted * row.e;
-      for (int b = 0; b < outers; ++b) add_right(i, right, 1 + outer[b], weighted * by_outer[b]);
+      return;
     }
-    for (int a = 0; a < outers; ++a) {
-      const double weighted = row.w * by_outer[a];
-      reduced.vector[outer[a]] -= weighted * row.e;
-      double* line = reduced.hessian[outer[a]];
-      for (int b = 0; b < outers; ++b)
-        if (outer[b] <= outer[a]) line[outer[b]] += weighted * by_outer[b];
+    if (row.node < 0) {
+      for (int i = 0; i < 2; ++i) {
+        const double by = row.by[kSlotHeight + i];
+        own_sides_[i][0] -= row.w * row.e * by;
+        own_[2 * i] += row.w * by * by;
+      }
+      return;
+    }
+    for (int a = 0; a < 2 + 2 * row.reach; ++a) {  // places: the newest, then the one before
+      const double weighted = row.w * row.by[a];
+      const int i = 2 * row.node + (a < 2 ? a : a - 4);
+      sides_[i][0] -= weighted * row.e;
+      for (int b = 0; b < 2 + 2 * row.reach; ++b) {
+        const int j = 2 * row.node + (b < 2 ? b : b - 4);
+        if (j <= i) columns_[j][i - j] += weighted * row.by[b];
+      }
     }
   }
 
@@ -132,23 +212,20 @@ class Elimination {
       } else if (a < kPriorPlaces + 2) {
         inner[a] = local - 2 + a - kPriorPlaces;
       } else {
-        outer[a] = layout_->global[a - kPriorPlaces - 2];
+        outer[a] = a - kPriorPlaces - 2;
       }
     }
     for (int a = 0; a < kPrior; ++a) {
       if (inner[a] >= 0) {
-        right_[inner[a]][0] += gradient[a];
+        side(inner[a])[0] += gradient[a];
         for (int b = 0; b < kPrior; ++b) {
-          if (inner[b] >= 0 && inner[b] <= inner[a]) {
-            factor_[inner[a]][inner[b]] += prior.information[a][b];
-            first_[inner[a]] = std::min(first_[inner[a]], inner[b]);
-          }
-          if (outer[b] >= 0) right_[inner[a]][1 + outer[b]] += prior.information[a][b];
+          if (inner[b] >= 0 && inner[b] <= inner[a]) at(inner[a], inner[b]) += prior.information[a][b];
+          if (outer[b] >= 0 && outer[b] < kBoxGlobals) side(inner[a])[1 + outer[b]] += prior.information[a][b];
         }
       } else if (outer[a] >= 0) {
-        reduced.vector[outer[a]] += gradient[a];
+        reduced.gradient(outer[a]) += gradient[a];
         for (int b = 0; b < kPrior; ++b)
-          if (outer[b] >= 0 && outer[b] <= outer[a]) reduced.hessian[outer[a]][outer[b]] += prior.information[a][b];
+          if (outer[b] >= outer[a]) reduced.hessian(outer[a], outer[b]) += prior.information[a][b];
       }
     }
   }
@@ -180,145 +257,278 @@ class Elimination {
     return sum;
   }
 
-  /// Factorises, and subtracts Xᵀ X from the reduced system. False if A is not positive definite.
+  /// Factorises, and subtracts Bᵀ A⁻¹ B from the reduced system. False if A is not positive definite.
   bool eliminate(Reduced& reduced) {
-    for (int i = 0; i < local; ++i) factor_[i][i] += damping_ * factor_[i][i] + 1e-9;
-    if (!cholesky(factor_, local, &first_)) return false;
-    const int globals = 1 + layout_->globals;
-    for (int i = 0; i < local; ++i) {
-      double* row = right_[i];
-      for (int k = first_[i]; k < i; ++k) {
-        const double l = factor_[i][k];
-        if (l == 0.0) continue;
-        const double* other = right_[k];
-        low_[i] = std::min(low_[i], low_[k]);
-        high_[i] = std::max(high_[i], high_[k]);
-        for (int c = 0; c < globals; ++c) row[c] -= l * other[c];
-        for (int c = low_[k]; c < high_[k]; ++c) row[c] -= l * other[c];
+    if (pending_ > 0) add_boxes(reduced);
+    const int path = local - 2;
+    for (int i = 0; i < local; ++i) at(i, i) += damping_ * at(i, i) + 1e-9;
+    for (int j = 0; j < path; ++j) {
+      Column& column = columns_[j];
+      if (!(column[0] > 0.0)) return false;
+      const double scale = 1.0 / std::sqrt(column[0]);
+      for (double& value : column) value *= scale;
+      for (int m = 1; m < std::min(kBand, path - j); ++m) {
+        const double by = column[m];
+        Column& other = columns_[j + m];
+        for (int k = m; k < kBand; ++k) other[k - m] -= by * column[k];
+        for (int k = kBand; k < kBand + 2; ++k) other[k] -= by * column[k];
       }
-      const double scale = 1.0 / factor_[i][i];
-      for (int c = 0; c < globals; ++c) row[c] *= scale;
-      for (int c = low_[i]; c < high_[i]; ++c) row[c] *= scale;
+      own_[0] -= column[kBand] * column[kBand];
+      own_[1] -= column[kBand] * column[kBand + 1];
+      own_[2] -= column[kBand + 1] * column[kBand + 1];
     }
-    subtract(reduced, globals);
+    if (!(own_[0] > 0.0)) return false;
+    own_[0] = std::sqrt(own_[0]);
+    own_[1] /= own_[0];
+    own_[2] -= own_[1] * own_[1];
+    if (!(own_[2] > 0.0)) return false;
+    own_[2] = std::sqrt(own_[2]);
+    substitute(reduced);
     return true;
   }
 
   /// The step of the person's own variables, given that of the reduced ones.
   void back_substitute(const std::vector<double>& step, std::vector<double>& own) const {
-    own.assign(local, 0.0);
-    for (int i = 0; i < local; ++i) {
-      const double* row = right_[i];
-      double sum = row[0];
-      for (int c = 0; c < layout_->globals; ++c) sum -= row[1 + c] * step[c];
-      for (int c = low_[i]; c < high_[i]; ++c) sum -= row[c] * step[c - 1];
+    own.resize(local);
+    const int path = local - 2;
+    for (int i = 0; i < path; ++i) {
+      const Side& side = sides_[i];
+      double sum = side[0];
+      for (int g = 0; g < kBoxGlobals; ++g) sum -= side[1 + g] * step[g];
+      const Span span = frames_about(i / 2);
+      for (int k = 0; k < span.count; ++k) sum -= side[span.slot + k] * step[span.column + k];
       own[i] = sum;
     }
-    solve_upper(factor_, local, own.data(), &first_);
+    for (int i = 0; i < 2; ++i) {
+      double sum = own_sides_[i][0];
+      for (int c = 1; c < own_sides_.cols(); ++c) sum -= own_sides_[i][c] * step[c - 1];
+      own[path + i] = sum;
+    }
+    solve(own.data(), 0);
   }
 
   /// L⁻¹ g of a gradient g by the person's own variables, in place.
-  void whiten(std::vector<double>& g) const { solve_lower(factor_, local, g.data(), &first_); }
-
-  /// w gᵀ H⁻¹ g of a row with the gradient g by the person's own variables: how far the fit follows it; and
-  /// w gᵀ H⁻¹ g' with the gradient g' by the path alone: by how much ½ ln det H falls with the log scale of the path.
-  std::array<double, 2> leverage(const Row& row) {
-    scratch_.assign(local, 0.0);
-    path_.assign(local, 0.0);
-    for (int k = 0; k < row.count; ++k) {
-      const int i = index_of(row.variables[k]);
-      if (i < 0) continue;
-      scratch_[i] += row.by[k];
-      if (row.variables[k].kind == Variable::kPath) path_[i] += row.by[k];
+  void whiten(double* g, int begin = 0) const {
+    const int path = local - 2;
+    for (int j = begin; j < path; ++j) {
+      const Column& column = columns_[j];
+      const double value = g[j] /= column[0];
+      for (int k = 1; k < std::min(kBand, path - j); ++k) g[j + k] -= value * column[k];
+      g[path] -= value * column[kBand];
+      g[path + 1] -= value * column[kBand + 1];
     }
-    whiten(scratch_);
-    whiten(path_);
+    g[path] /= own_[0];
+    g[path + 1] = (g[path + 1] - own_[1] * g[path]) / own_[2];
+  }
+
+  /// Computes A⁻¹ where L is not zero (the equations of Takahashi), of which leverages are made.
+  void invert() {
+    const int path = local - 2;
+    inverse_.resize(path);
+    own_inverse_[2] = 1.0 / (own_[2] * own_[2]);
+    own_inverse_[1] = -own_[1] / own_[0] * own_inverse_[2];
+    own_inverse_[0] = (1.0 / own_[0] - own_[1] * own_inverse_[1]) / own_[0];
+    for (int j = path - 1; j >= 0; --j) {
+      const Column& l = columns_[j];
+      Column sum{};
+      for (int k = 1; k < std::min(kBand, path - j); ++k) {
+        const Column& z = inverse_[j + k];
+        const double by = l[k];
+        double here = z[0] * by + z[kBand] * l[kBand] + z[kBand + 1] * l[kBand + 1];
+        for (int t = k + 1; t < kBand; ++t) {
+          sum[t] += by * z[t - k];
+          here += l[t] * z[t - k];
+        }
+        sum[k] += here;
+        sum[kBand] += by * z[kBand];
+        sum[kBand + 1] += by * z[kBand + 1];
+      }
+      sum[kBand] += own_inverse_[0] * l[kBand] + own_inverse_[1] * l[kBand + 1];
+      sum[kBand + 1] += own_inverse_[1] * l[kBand] + own_inverse_[2] * l[kBand + 1];
+      const double scale = 1.0 / l[0];
+      double rest = scale;
+      Column& z = inverse_[j];
+      for (int k = 1; k < kBand + 2; ++k) {
+        z[k] = -sum[k] * scale;
+        rest -= l[k] * z[k];
+      }
+      z[0] = rest * scale;
+    }
+  }
+
+  /// w gᵀ A⁻¹ g of a row with the gradient g by the person's own variables: how far the fit follows it; and
+  /// w gᵀ A⁻¹ g' with the gradient g' by the path alone: by how much ½ ln det H falls with the log scale of the path.
+  /// `invert` comes first.
+  std::array<double, 2> leverage(const Row& row) const {
+    int index[kReach + 4], count = 0;
+    double by[kReach + 4];
+    row.each(first_, [&](const Variable& v, double value) {
+      const int i = index_of(v);
+      if (i < 0) return;
+      index[count] = i;
+      by[count++] = value;
+    });
     double all = 0.0, path = 0.0;
-    for (int i = 0; i < local; ++i) {
-      all += scratch_[i] * scratch_[i];
-      path += scratch_[i] * path_[i];
+    for (int a = 0; a < count; ++a) {
+      double sum = 0.0;
+      for (int b = 0; b < count; ++b) sum += by[b] * inverse(index[a], index[b]);
+      all += by[a] * sum;
+      if (index[a] < local - 2) path += by[a] * sum;
     }
     return {row.w * all, row.w * path};
   }
 
-  /// Covariance [2][2] of the place of the node, given the Cholesky factor of the reduced system.
-  std::array<double, 3> place_covariance(int node, const Matrix& reduced_factor, int size) const {
-    double own[2][2] = {}, through[2][2] = {};
-    std::vector<double> unit(local), row(size);
-    std::vector<std::vector<double>> rows;
-    std::vector<std::vector<double>> units;
+  /// Covariance xx, xy, yy of the place of the node where what is reduced is known; and Bᵀ A⁻¹ of the place, into two
+  /// columns of `through` [size][stride].
+  std::array<double, 3> place_covariance(int node, double* through, int stride) {
+    double own[2][2] = {};
     for (int axis = 0; axis < 2; ++axis) {
-      std::fill(unit.begin(), unit.end(), 0.0);
-      unit[2 * node + axis] = 1.0;
-      solve_lower(factor_, local, unit.data(), &first_);  // L⁻¹ e
-      std::fill(row.begin(), row.end(), 0.0);
-      for (int i = 2 * node; i < local; ++i) {
-        const double u = unit[i];
-        if (u == 0.0) continue;
-        const double* right = right_[i];
-        for (int c = 0; c < layout_->globals; ++c) row[c] += u * right[1 + c];
-        for (int c = low_[i]; c < high_[i]; ++c) row[c - 1] += u * right[c];
-      }
-      solve_lower(reduced_factor, size, row.data());
-      rows.push_back(row);
-      units.push_back(unit);
+      scratch_.assign(local, 0.0);
+      scratch_[2 * node + axis] = 1.0;
+      solve(scratch_.data(), 2 * node);
+      for (int a = 0; a < 2; ++a) own[axis][a] = scratch_[2 * node + a];
+      for (int i = 0; i < local - 2; ++i) add_through(i, scratch_[i], through + axis, stride);
+      for (int i = 0; i < 2; ++i)
+        for (int c = 1; c < own_sides_.cols(); ++c)
+          through[static_cast<std::ptrdiff_t>(c - 1) * stride + axis] += own_sides_[i][c] * scratch_[local - 2 + i];
     }
-    for (int a = 0; a < 2; ++a)
-      for (int b = 0; b <= a; ++b) {
-        for (int i = 0; i < local; ++i) own[a][b] += units[a][i] * units[b][i];
-        for (int i = 0; i < size; ++i) through[a][b] += rows[a][i] * rows[b][i];
-      }
-    return {own[0][0] + through[0][0], own[1][0] + through[1][0], own[1][1] + through[1][1]};
+    return {own[0][0], own[0][1], own[1][1]};
   }
 
  private:
-  void add_right(int i, double* right, int column, double value) {
-    right[column] += value;
-    if (column > layout_->globals) {
-      low_[i] = std::min(low_[i], column);
-      high_[i] = std::max(high_[i], column + 1);
+  static constexpr int kAbout = 1 + kBoxGlobals;  ///< where in a side the frames begin: before, at, after the node
+  using Column = std::array<double, kBand + 2>;
+  using Side = std::array<double, (kAbout + 3 * kFrame + 3) / 4 * 4>;  ///< −gradient, globals, frames
+
+  /// A at row i and column j ≤ i.
+  double& at(int i, int j) {
+    const int path = local - 2;
+    if (j >= path) return own_[i - path + j - path];
+    return columns_[j][i < path ? i - j : kBand + i - path];
+  }
+  double inverse(int i, int j) const {
+    const int path = local - 2, low = std::min(i, j), high = std::max(i, j);
+    if (low >= path) return own_inverse_[low - path + high - path];
+    return inverse_[low][high < path ? high - low : kBand + high - path];
+  }
+  double* side(int i) { return i < local - 2 ? sides_[i].data() : own_sides_[i - local + 2]; }
+
+  /// The frames of the sides of a node that are not held: where they are there, and in the reduced system.
+  struct Span {
+    int slot, column, count;
+  };
+  Span frames_about(int node) const {
+    const int frame = first_ + node, from = std::max(frame - 1, layout_->held);
+    const int to = std::min(frame + 2, layout_->frames);
+    return {kAbout + layout_->unknowns * (from - frame + 1), layout_->begin(from),
+            std::max(0, to - from) * layout_->unknowns};
+  }
+  void add_through(int i, double by, double* through, int stride) const {
+    const Span span = frames_about(i / 2);
+    for (int g = 0; g < kBoxGlobals; ++g) through[static_cast<std::ptrdiff_t>(g) * stride] += sides_[i][1 + g] * by;
+    for (int k = 0; k < span.count; ++k)
+      through[static_cast<std::ptrdiff_t>(span.column + k) * stride] += sides_[i][span.slot + k] * by;
+  }
+
+  /// Adds the rows of the boxes of a node, which have the same variables.
+  void add_boxes(Reduced& reduced) {
+    for (; pending_ < 4; ++pending_) boxes_[pending_].w = 0.0;
+    pending_ = 0;
+    double squares[kSlots * kSlots];
+    add_squares(boxes_.data(), squares);
+    const auto line = [&](int slot) { return squares + slot * kSlots; };
+    const int i = pending_node_, frame = first_ + i, unknowns = layout_->unknowns;
+    // Pieces of a line that the reduced system has, with their columns there.
+    struct Piece {
+      int slot, column, count;
+    };
+    const Piece pieces[3] = {{kSlotResidual, 0, kAbout},
+                             {kSlotCameraBefore, 1 + layout_->begin(frame - 1), frame > layout_->held ? unknowns : 0},
+                             {kSlotCamera, 1 + layout_->begin(frame), frame >= layout_->held ? unknowns : 0}};
+    for (int p = 0; p < 3; ++p)
+      for (int k = 0; k < pieces[p].count; ++k) {
+        const double* from = line(pieces[p].slot + k);
+        double* to = reduced.lines[pieces[p].column + k];
+        for (int q = p; q < 3; ++q)
+          for (int c = q == p ? k : 0; c < pieces[q].count; ++c) to[pieces[q].column + c] += from[pieces[q].slot + c];
+      }
+    for (int a = 0; a < 2; ++a) {
+      const double *place = line(kSlotPlace + a), *own = line(kSlotHeight + a);
+      Side& side = sides_[2 * i + a];
+      for (int c = 0; c < kAbout; ++c) side[c] += place[kSlotResidual + c];
+      for (int c = 0; c < unknowns; ++c) {
+        side[kAbout + c] += place[kSlotCameraBefore + c];
+        side[kAbout + unknowns + c] += place[kSlotCamera + c];
+      }
+      Column& column = columns_[2 * i + a];
+      for (int b = a; b < 2; ++b) {
+        column[b - a] += place[kSlotPlace + b];
+        own_[a + b] += own[kSlotHeight + b];
+      }
+      for (int b = 0; b < 2; ++b) column[kBand + b] += place[kSlotHeight + b];
+      for (const Piece& piece : pieces)
+        for (int c = 0; c < piece.count; ++c) own_sides_[a][piece.column + c] += own[piece.slot + c];
+    }
+    if (i == 0) return;
+    for (int a = 0; a < 2; ++a) {
+      const double* place = line(kSlotPlaceBefore + a);
+      Side& side = sides_[2 * i - 2 + a];
+      for (int c = 0; c < kAbout; ++c) side[c] += place[kSlotResidual + c];
+      for (int c = 0; c < unknowns; ++c) {
+        side[kAbout + unknowns + c] += place[kSlotCameraBefore + c];
+        side[kAbout + 2 * unknowns + c] += place[kSlotCamera + c];
+      }
+      Column& column = columns_[2 * i - 2 + a];
+      for (int b = a; b < 2; ++b) column[b - a] += place[kSlotPlaceBefore + b];
+      for (int b = 0; b < 2; ++b) {
+        column[2 + b - a] += line(kSlotPlace + b)[kSlotPlaceBefore + a];
+        column[kBand + b] += place[kSlotHeight + b];
+      }
     }
   }
 
-  /// S −= Xᵀ X, four rows of X at a time.
-  void subtract(Reduced& reduced, int globals) {
-    for (int i = 0; i < local; i += 4) {
-      const int rows = std::min(4, local - i);
-      int low = columns_, high = globals;
-      const double* x[4];
-      static const std::vector<double> nothing(4096, 0.0);
-      for (int r = 0; r < 4; ++r) {
-        x[r] = r < rows ? right_[i + r] : nothing.data();
-        if (r < rows) {
-          low = std::min(low, low_[i + r]);
-          high = std::max(high, high_[i + r]);
-        }
-      }
-      const double *x0 = x[0], *x1 = x[1], *x2 = x[2], *x3 = x[3];
-      const auto line = [&](int a) {
-        const double a0 = x0[a], a1 = x1[a], a2 = x2[a], a3 = x3[a];
-        reduced.vector[a - 1] -= a0 * x0[0] + a1 * x1[0] + a2 * x2[0] + a3 * x3[0];
-        double* target = reduced.hessian[a - 1];
-        for (int c = 1; c < std::min(globals, a + 1); ++c)
-          target[c - 1] -= a0 * x0[c] + a1 * x1[c] + a2 * x2[c] + a3 * x3[c];
-        for (int c = low; c <= a; ++c) target[c - 1] -= a0 * x0[c] + a1 * x1[c] + a2 * x2[c] + a3 * x3[c];
-      };
-      for (int a = 1; a < globals; ++a) {
-        const double a0 = x0[a], a1 = x1[a], a2 = x2[a], a3 = x3[a];
-        reduced.vector[a - 1] -= a0 * x0[0] + a1 * x1[0] + a2 * x2[0] + a3 * x3[0];
-        double* target = reduced.hessian[a - 1];
-        for (int c = 1; c <= a; ++c) target[c - 1] -= a0 * x0[c] + a1 * x1[c] + a2 * x2[c] + a3 * x3[c];
-      }
-      for (int a = low; a < high; ++a) line(a);
+  /// X = L⁻¹ [b | B], and H −= Xᵀ X.
+  void substitute(Reduced& reduced) {
+    const int path = local - 2, stride = reduced.lines.cols(), width = 1 + reduced.size;
+    const int low = 1 + layout_->begin(first_);
+    Matrix& x = reduced.rows;
+    x.reset(local, stride);
+    std::vector<int>& high = reduced.high;
+    high.assign(local, width);
+    for (int i = 0; i < path; ++i) {
+      const Span span = frames_about(i / 2);
+      std::copy_n(sides_[i].begin(), kAbout, x[i]);
+      std::copy_n(sides_[i].begin() + span.slot, span.count, x[i] + 1 + span.column);
+      high[i] = std::max(low, 1 + span.column + span.count);
+    }
+    for (int i = 0; i < 2; ++i) std::copy_n(own_sides_[i], width, x[path + i]);
+    substitute_rows(columns_[0].data(), own_.data(), path, x[0], stride, low, high.data());
+    subtract_products(x[0], local, stride, low, high.data(), reduced.lines[0]);
+  }
+
+  /// Solves L Lᵀ x = b in place, where the first `begin` of b are zero.
+  void solve(double* x, int begin) const {
+    whiten(x, begin);
+    const int path = local - 2;
+    x[path + 1] /= own_[2];
+    x[path] = (x[path] - own_[1] * x[path + 1]) / own_[0];
+    for (int j = path - 1; j >= 0; --j) {
+      const Column& column = columns_[j];
+      double sum = x[j] - column[kBand] * x[path] - column[kBand + 1] * x[path + 1];
+      for (int k = 1; k < std::min(kBand, path - j); ++k) sum -= column[k] * x[j + k];
+      x[j] = sum / column[0];
     }
   }
 
   const Layout* layout_ = nullptr;
-  int columns_ = 0;
+  int first_ = 0, pending_ = 0, pending_node_ = -1;
   double damping_ = 0.0;
-  Matrix factor_, right_;
-  std::vector<double> scratch_, path_;
-  std::vector<int> first_, low_, high_;
+  std::array<BoxRow, 4> boxes_;
+  std::vector<Column> columns_, inverse_;
+  std::array<double, 3> own_{}, own_inverse_{};  ///< of height and own edge: the lower half
+  std::vector<Side> sides_;
+  Matrix own_sides_;
+  std::vector<double> scratch_;
 };
 
 }  // namespace vbbench

@@ -1,7 +1,6 @@
 // A window of frames with the people in it, and how it is solved: Levenberg–Marquardt on the reduced system.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "factors/camera.hpp"
@@ -37,14 +36,16 @@ class Window {
   double cost(const Model& model) {
     double sum = 0.0;
     for (const Person& person : people) {
-      person_rows(person, frames, calibration, model.people, [&](const Row& row, int) { sum += row.cost; });
-      own_rows(person, model.people, [&](const Row& row, int) { sum += row.cost; });
-      sum += Elimination::prior_cost(person, calibration);
+      CostSum of_person;
+      const auto add = [&](const Row& row) { of_person.add(row); };
+      person_rows(person, frames, calibration, model.people, add);
+      own_rows(person, model.people, add);
+      sum += of_person.sum() + Elimination::prior_cost(person, calibration);
     }
     mode_costs(frames, model.motion, trial, costs_);
     sum += mode_posteriors(model.motion, costs_, mode_prior, posterior);
     camera_rows(frames, calibration, model.motion, std::vector<Modes>(frames.size()), model.sway_memory, held,
-                [&](const Row& row) { sum += row.cost; });
+                [&](const CameraRow& row) { sum += row.cost; });
     return sum + calibration_cost();
   }
 
@@ -59,7 +60,7 @@ class Window {
         continue;
       }
       ++solution.steps;
-      const Saved before = save();
+      save();
       apply();
       const double now = cost(model);
       if (std::isfinite(now) && now <= solution.cost + 1e-9) {
@@ -71,7 +72,7 @@ class Window {
           break;
         }
       } else {
-        restore(before);
+        restore();
         damping = std::max(10.0 * damping, 1e-4);
         if (damping > 1e4) break;
       }
@@ -85,15 +86,15 @@ class Window {
     std::array<double, 2> sum{};
     const Person& person = people[p];
     if (frame < person.first || frame > person.last()) return sum;
-    person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
-      if (!row.walk || person.first + node != frame) return;
+    person_rows(person, frames, calibration, model.people, [&](const Row& row) {
+      if (!row.walk || person.first + row.node != frame) return;
       sum[0] += row.w * row.e * row.e * person.variance;
       sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row)[0]);
     });
     return sum;
   }
 
-  /// Leverages of all boxes at the last linearisation.
+  /// Leverages of all boxes at the last linearisation; those of innovations can be had then, too.
   void weigh_boxes(const Model& model) {
     for (std::size_t p = 0; p < people.size(); ++p) {
       Person& person = people[p];
@@ -101,11 +102,12 @@ class Window {
         node.leverage.fill(0.0);
         node.volume.fill(0.0);
       }
-      person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
+      eliminations_[p].invert();
+      person_rows(person, frames, calibration, model.people, [&](const Row& row) {
         if (row.cue < 0) return;
         const std::array<double, 2> leverage = eliminations_[p].leverage(row);
-        person.nodes[node].leverage[row.cue] = leverage[0];
-        person.nodes[node].volume[row.cue] = std::max(0.0, leverage[1]);
+        person.nodes[row.node].leverage[row.cue] = leverage[0];
+        person.nodes[row.node].volume[row.cue] = std::max(0.0, leverage[1]);
       });
     }
   }
@@ -121,25 +123,42 @@ class Window {
 
   bool covariances(const Model& model, int frame, Covariances& out) {
     if (!linearise(model, 0.0)) return false;
-    const int size = layout_.size(), newest = static_cast<int>(frames.size()) - 1;
-    out.pose = pose_covariance(frame);
-    out.next = pose_covariance(std::min(kHeld, newest));
-    std::array<std::vector<double>, 2> rows;
-    for (int g = 0; g < 2; ++g) {
-      rows[g].assign(size, 0.0);
-      const int column = layout_.global[kOdometryScale + g];
-      if (column < 0) continue;
-      rows[g][column] = 1.0;
-      solve_lower(reduced_.hessian, size, rows[g].data());
+    const int newest = static_cast<int>(frames.size()) - 1, next = std::min(kHeld, newest);
+    // Columns of the unknowns that are wanted: two poses, odometry, places; then U⁻ᵀ of these.
+    const int places = 8, count = padded(places + 2 * static_cast<int>(people.size()));
+    Matrix wanted(layout_.size(), count);
+    const auto want = [&](int unknown, int column) {
+      if (unknown >= 0) wanted[unknown][column] = 1.0;
+    };
+    for (int c = 0; c < 3; ++c) {
+      want(layout_.camera(kFrame * frame + c), c);
+      want(layout_.camera(kFrame * next + c), 3 + c);
     }
-    for (int a = 0; a < 2; ++a)
-      for (int b = 0; b < 2; ++b)
-        for (int i = 0; i < size; ++i) out.odometry[a][b] += rows[a][i] * rows[b][i];
+    for (int g = 0; g < 2; ++g) want(kOdometryScale + g, 6 + g);
     out.places.assign(people.size(), {NAN, NAN, NAN});
     for (std::size_t p = 0; p < people.size(); ++p) {
       const int node = frame - people[p].first;
       if (node >= 0 && node < people[p].frames())
-        out.places[p] = eliminations_[p].place_covariance(node, reduced_.hessian, size);
+        out.places[p] = eliminations_[p].place_covariance(node, wanted[0] + places + 2 * p, count);
+    }
+    for (int g = 0; g < kGlobals; ++g)
+      if (!calibration.free[g]) std::fill_n(wanted[g], count, 0.0);
+    solve_lower(reduced_.factor(), layout_.size(), reduced_.lines.cols(), wanted[0], count);
+    for (int i = 0; i < layout_.size(); ++i) {
+      const double* row = wanted[i];
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b) {
+          out.pose[a][b] += row[a] * row[b];
+          out.next[a][b] += row[3 + a] * row[3 + b];
+        }
+      for (int a = 0; a < 2; ++a)
+        for (int b = 0; b < 2; ++b) out.odometry[a][b] += row[6 + a] * row[6 + b];
+      for (std::size_t p = 0; p < people.size(); ++p) {
+        const double x = row[places + 2 * p], y = row[places + 2 * p + 1];
+        out.places[p][0] += x * x;
+        out.places[p][1] += x * y;
+        out.places[p][2] += y * y;
+      }
     }
     return true;
   }
@@ -235,16 +254,15 @@ class Window {
     std::array<double, kGlobals> global{};
     for (std::size_t p = 0; p < people.size(); ++p) {
       path[p].assign(2 * people[p].frames(), 0.0);
-      const auto add = [&](const Row& row, int) {
-        for (int k = 0; k < row.count; ++k) {
-          const double g = row.w * row.e * row.by[k];
-          const Variable& v = row.variables[k];
+      const auto add = [&](const Row& row) {
+        row.each(people[p].first, [&](const Variable& v, double by) {
+          const double g = row.w * row.e * by;
           if (v.kind == Variable::kPath) path[p][v.index] += g;
           if (v.kind == Variable::kHeight) height[p] += g;
           if (v.kind == Variable::kOwn) own[p] += g;
           if (v.kind == Variable::kShared) global[v.index] += g;
           if (v.kind == Variable::kCamera) camera[v.index] += g;
-        }
+        });
       };
       person_rows(people[p], frames, calibration, model.people, add);
       own_rows(people[p], model.people, add);
@@ -265,7 +283,7 @@ class Window {
         }
       }
     }
-    camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held, [&](const Row& row) {
+    camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held, [&](const CameraRow& row) {
       for (int k = 0; k < row.count; ++k) {
         if (row.variables[k].kind == Variable::kCamera) camera[row.variables[k].index] += row.w * row.e * row.by[k];
         if (row.variables[k].kind == Variable::kShared) global[row.variables[k].index] += row.w * row.e * row.by[k];
@@ -294,33 +312,26 @@ class Window {
   }
 
  private:
-  struct Saved {
-    std::vector<Frame> frames;
-    std::vector<Person> people;
-    std::array<double, kGlobals> global;
-  };
-  Saved save() const { return {frames, people, calibration.at}; }
-  void restore(const Saved& saved) {
-    frames = saved.frames;
-    people = saved.people;
-    calibration.at = saved.global;
-  }
-
-  Covariances::Pose pose_covariance(int frame) const {
-    const int size = layout_.size();
-    std::array<std::vector<double>, 3> rows;
-    for (int c = 0; c < 3; ++c) {
-      rows[c].assign(size, 0.0);
-      const int column = layout_.camera(kFrame * frame + c);
-      if (column < 0) continue;
-      rows[c][column] = 1.0;
-      solve_lower(reduced_.hessian, size, rows[c].data());
+  /// Visits every number that a step changes.
+  template <class Visit>
+  void each_number(Visit&& visit) {
+    for (Frame& frame : frames)
+      for (double& value : frame.at) visit(value);
+    for (Person& person : people) {
+      for (Node& node : person.nodes)
+        for (double& value : node.at) visit(value);
+      visit(person.log_height);
+      visit(person.own_edge);
     }
-    Covariances::Pose pose{};
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b)
-        for (int i = 0; i < size; ++i) pose[a][b] += rows[a][i] * rows[b][i];
-    return pose;
+    for (double& value : calibration.at) visit(value);
+  }
+  void save() {
+    saved_.clear();
+    each_number([&](double& value) { saved_.push_back(value); });
+  }
+  void restore() {
+    std::size_t i = 0;
+    each_number([&](double& value) { value = saved_[i++]; });
   }
 
   double calibration_cost() const {
@@ -338,8 +349,6 @@ class Window {
 
   /// Builds the reduced system at the present state and factorises it; false if it is not positive definite.
   bool linearise(const Model& model, double damping) {
-    layout_.globals = 0;
-    for (int g = 0; g < kGlobals; ++g) layout_.global[g] = calibration.free[g] ? layout_.globals++ : -1;
     layout_.frames = static_cast<int>(frames.size());
     layout_.held = held;
     layout_.unknowns = calibration.sway_std[0] > 0.0 ? kFrame : kPose;
@@ -349,47 +358,46 @@ class Window {
     for (std::size_t p = 0; p < people.size(); ++p) {
       Elimination& elimination = eliminations_[p];
       elimination.reset(people[p], layout_, damping);
-      const auto add = [&](const Row& row, int) { elimination.add(row, reduced_); };
+      const auto add = [&](const Row& row) { elimination.add(row, reduced_); };
       person_rows(people[p], frames, calibration, model.people, add);
       own_rows(people[p], model.people, add);
       elimination.add_prior(people[p], calibration, reduced_);
       if (!elimination.eliminate(reduced_)) return false;
     }
     camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held,
-                [&](const Row& row) { reduced_.add(row, layout_); });
+                [&](const CameraRow& row) { reduced_.add(row, layout_); });
     for (int a = 0; a < kGlobals; ++a) {
-      const int column = layout_.global[a];
-      if (column < 0) continue;
+      if (!calibration.free[a]) continue;
       double gradient = calibration.vector[a];
       for (int b = 0; b < kGlobals; ++b) {
-        if (layout_.global[b] < 0) continue;
+        if (!calibration.free[b]) continue;
         gradient -= calibration.information[a][b] * (calibration.at[b] - calibration.about[b]);
-        if (layout_.global[b] <= column) reduced_.hessian[column][layout_.global[b]] += calibration.information[a][b];
+        if (b >= a) reduced_.hessian(a, b) += calibration.information[a][b];
       }
-      reduced_.vector[column] += gradient;
+      reduced_.gradient(a) += gradient;
     }
-    for (int i = 0; i < size; ++i) reduced_.hessian[i][i] += damping * std::abs(reduced_.hessian[i][i]) + 1e-9;
-    return cholesky(reduced_.hessian, size);
+    for (int g = 0; g < kGlobals; ++g)
+      if (!calibration.free[g]) reduced_.fix(g);
+    for (int i = 0; i < size; ++i) reduced_.hessian(i, i) += damping * std::abs(reduced_.hessian(i, i)) + 1e-9;
+    return reduced_.factorise();
   }
 
   /// Takes the step of the linearised system.
   void apply() {
-    const int size = layout_.size();
-    std::vector<double> step = reduced_.vector;
-    solve_lower(reduced_.hessian, size, step.data());
-    solve_upper(reduced_.hessian, size, step.data());
+    step_.assign(reduced_.lines[0] + 1, reduced_.lines[0] + 1 + layout_.size());
+    solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
     for (std::size_t p = 0; p < people.size(); ++p) {
       Person& person = people[p];
-      eliminations_[p].back_substitute(step, own_);
+      eliminations_[p].back_substitute(step_, own_);
       for (int i = 0; i < person.frames(); ++i)
         for (int axis = 0; axis < 2; ++axis) person.nodes[i].at[axis] += own_[2 * i + axis];
       person.log_height += own_[eliminations_[p].local - 2];
       person.own_edge += own_[eliminations_[p].local - 1];
     }
     for (int t = held; t < layout_.frames; ++t)
-      for (int c = 0; c < layout_.unknowns; ++c) frames[t].at[c] += step[layout_.camera(kFrame * t + c)];
+      for (int c = 0; c < layout_.unknowns; ++c) frames[t].at[c] += step_[layout_.camera(kFrame * t + c)];
     for (int g = 0; g < kGlobals; ++g)
-      if (layout_.global[g] >= 0) calibration.at[g] += step[layout_.global[g]];
+      if (calibration.free[g]) calibration.at[g] += step_[g];
   }
 
   /// Moves what the factors of node 0 say into the person's marginal prior.
@@ -405,30 +413,25 @@ class Window {
       if (v.kind == Variable::kShared && calibration.free[v.index]) return 4 + kPriorPlaces + v.index;
       return -1;
     };
-    const auto add = [&](const Row& row, int) {
-      int at[24], count = 0;
-      double by[24];
-      for (int k = 0; k < row.count; ++k) {
-        const int i = index(row.variables[k]);
-        if (i >= 0) {
-          at[count] = i;
-          by[count++] = row.by[k];
-        }
-      }
+    const auto add = [&](const Row& row) {
+      int at[kSlots], count = 0;
+      double by[kSlots];
+      row.each(person.first, [&](const Variable& v, double value) {
+        const int i = index(v);
+        if (i < 0 || value == 0.0) return;
+        at[count] = i;
+        by[count++] = value;
+      });
       for (int a = 0; a < count; ++a) {
         g[at[a]] -= row.w * row.e * by[a];
         for (int b = 0; b < count; ++b) h[at[a]][at[b]] += row.w * by[a] * by[b];
       }
     };
     std::array<bool, 3> chained{};
-    person_rows(person, frames, calibration, model.people, [&](const Row& row, int node) {
-      bool leaves = false;
-      for (int k = 0; k < row.count; ++k)
-        leaves = leaves || (row.variables[k].kind == Variable::kPath && row.variables[k].index < 2);
-      if (leaves) {
-        add(row, node);
-        if (row.cue >= 0 && node == 1) chained[row.cue] = true;
-      }
+    person_rows(person, frames, calibration, model.people, [&](const Row& row) {
+      if (row.node > row.reach) return;
+      add(row);
+      if (row.cue >= 0 && row.node == 1) chained[row.cue] = true;
     });
     own_rows(person, model.people, add);
     if (person.prior.any) {
@@ -473,19 +476,16 @@ class Window {
   void retire(const Person& person) {
     const MarginalPrior& prior = person.prior;
     constexpr int kOwn = kPriorPlaces + 2;
-    Matrix own(kOwn, kOwn);
+    Matrix own(kOwn, padded(kOwn)), x(kOwn, kGlobals + 1);
     for (int i = 0; i < kOwn; ++i) {
-      for (int j = 0; j <= i; ++j) own[i][j] = prior.information[i][j];
+      for (int j = 0; j < kOwn; ++j) own[i][j] = prior.information[i][j];
       own[i][i] += 1e-6;
+      for (int c = 0; c < kGlobals; ++c) x[i][c] = prior.information[i][kOwn + c];
+      x[i][kGlobals] = prior.vector[i];
     }
-    if (!cholesky(own, kOwn)) return;
-    std::array<std::array<double, kGlobals + 1>, kOwn> x;
-    for (int c = 0; c <= kGlobals; ++c) {
-      double column[kOwn];
-      for (int i = 0; i < kOwn; ++i) column[i] = c < kGlobals ? prior.information[i][kOwn + c] : prior.vector[i];
-      solve_lower(own, kOwn, column);
-      for (int i = 0; i < kOwn; ++i) x[i][c] = column[i];
-    }
+    if (!cholesky(own[0], kOwn, own.cols())) return;
+    static_assert((kGlobals + 1) % kLane == 0);
+    solve_lower(own[0], kOwn, own.cols(), x[0], x.cols());
     for (int a = 0; a < kGlobals; ++a) {
       if (!calibration.free[a]) continue;
       double vector = prior.vector[kOwn + a];
@@ -504,7 +504,7 @@ class Window {
   Reduced reduced_;
   std::vector<Elimination> eliminations_;
   std::vector<Modes> costs_;
-  std::vector<double> own_;
+  std::vector<double> own_, saved_, step_;
 };
 
 }  // namespace vbbench

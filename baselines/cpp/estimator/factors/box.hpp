@@ -12,6 +12,8 @@ namespace vbbench {
 /// Calibration that one recording shares; a reduced column each.
 enum Global { kPitch, kRoll, kMount, kOffset, kEdge, kOdometryScale, kOdometryTurn, kGlobals };
 
+constexpr int kBoxGlobals = 5;  ///< of which a box depends, the first ones
+
 /// What the border of the picture, or another person, hides.
 enum Cut { kFeetCut = 1, kHeadCut = 2, kSideCut = 4 };
 
@@ -25,6 +27,16 @@ struct Box {
   int cut = 0;            ///< sum of `Cut`
   double expected = 0.0;  ///< length as the last solution expects it: the scale of the foot's error
   bool hidden = false;    ///< whether another person hides the feet
+  double cos = 1.0, sin = 0.0, log_length = 0.0;  ///< of the azimuth and the length
+
+  /// Of a row of `Input::boxes`.
+  static Box of(const double* row, int cut) {
+    Box box{row[0], row[1], row[2], row[3], row[4], cut, row[2]};
+    box.cos = std::cos(box.azimuth);
+    box.sin = std::sin(box.azimuth);
+    box.log_length = std::log(box.length);
+    return box;
+  }
 };
 
 /// Errors of boxes: shares of the box height, correlated in time, beside white pixels.
@@ -40,17 +52,9 @@ enum BoxUnknown { kX, kY, kLogHeight, kOwnEdge, kPoseX, kPoseY, kYaw, kSwayPitch
 struct Cue {
   double q = 0.0;
   std::array<double, kBoxUnknowns> by{};
-  std::array<double, 5> by_global{};
+  std::array<double, kBoxGlobals> by_global{};
   double std = 1.0, correlated = 0.0;  ///< correlated: share of the variance
   bool used = false;
-};
-
-/// State that one box depends on.
-struct BoxState {
-  double x, y, log_height, own_edge;
-  const double* pose;    ///< x, y, yaw
-  const double* sway;    ///< pitch, roll
-  const double* global;  ///< `Global`
 };
 
 constexpr double kNearest = 0.2;                  ///< m, no box is of anybody nearer
@@ -59,19 +63,32 @@ constexpr double kShown = 0.2, kShownStd = 0.25;  ///< −ln of the share that s
 constexpr double kSideFactor = 4.0;               ///< by which a column is less certain where the side is cut
 constexpr double kPartSide = 0.05;  ///< box heights by which a column is uncertain where only a part shows
 
+/// State that one box depends on, and where its person is from the camera.
+struct BoxState {
+  double log_height;
+  const double *pose, *sway, *global;  ///< x, y, yaw; pitch, roll; `Global`
+  double dx, dy, square, r;            ///< m and m²
+  double rho, by_rho;                  ///< m, r − δ, at least `kNearest`; its derivative by r
+
+  BoxState(double x, double y, double height, double own_edge, const double* camera, const double* calibration)
+      : log_height(height), pose(camera), sway(camera + 3), global(calibration) {
+    dx = x - pose[0];
+    dy = y - pose[1];
+    square = std::max(dx * dx + dy * dy, 1e-6);
+    r = std::sqrt(square);
+    const double raw = r - global[kEdge] - own_edge;
+    rho = std::max(raw, kNearest);
+    by_rho = raw > kNearest ? 1.0 : 0.0;
+  }
+};
+
 /// The cues of a box: q_u = (a − a' )/w, q_l = ln λ + ln(r − δ) − η, q_b = (s − h/(r − δ))/λ − c q_l,
 /// with c from the pixel noise that the length and the foot share.
 inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const BoxNoise& noise) {
   std::array<Cue, 3> cues;
-  const double dx = at.x - at.pose[0], dy = at.y - at.pose[1];
-  const double cos = std::cos(at.pose[2]), sin = std::sin(at.pose[2]);
-  const double forward = cos * dx + sin * dy, right = sin * dx - cos * dy;
-  const double square = std::max(dx * dx + dy * dy, 1e-6), r = std::sqrt(square);
-  const double edge = at.global[kEdge] + at.own_edge, raw = r - edge;
-  const double rho = std::max(raw, kNearest), by_rho = raw > kNearest ? 1.0 : 0.0;
-
+  const double dx = at.dx, dy = at.dy, square = at.square, r = at.r, rho = at.rho, by_rho = at.by_rho;
   const double pitch = at.global[kPitch] + at.sway[0], roll = at.global[kRoll] + at.sway[1];
-  const double ca = std::cos(box.azimuth), sa = std::sin(box.azimuth);
+  const double ca = box.cos, sa = box.sin;
   const double lift = -pitch * ca + roll * sa;  // of the ray, rad
   const double length_by = 2.0 * box.foot - box.length;
   const double middle = box.foot - 0.5 * box.length;
@@ -82,7 +99,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
 
   Cue& u = cues[0];
   const double seen = box.azimuth - middle * (pitch * sa + roll * ca) - at.global[kOffset];
-  u.q = wrap(std::atan2(right, forward) - seen) / box.width;
+  u.q = wrap(at.pose[2] - std::atan2(dy, dx) - seen) / box.width;
   const double by_x = -dy / square / box.width, by_y = dx / square / box.width;  // of the bearing, counter-clockwise
   u.by[kX] = -by_x;
   u.by[kY] = -by_y;
@@ -93,13 +110,14 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   u.by[kSwayRoll] = u.by_global[kRoll] = middle * ca / box.width;
   u.by_global[kOffset] = 1.0 / box.width;
   const double wide = box.cut & kSideCut ? kSideFactor : 1.0;
-  const double u_share = std::hypot(wide * noise.share[0], box.hidden ? kPartSide : 0.0);
-  u.std = std::sqrt(u_share * u_share + pixel_square);
-  u.correlated = u_share * u_share / (u.std * u.std);
+  const double side = wide * noise.share[0], part = box.hidden ? kPartSide : 0.0;
+  const double u_correlated = side * side + part * part, u_variance = u_correlated + pixel_square;
+  u.std = std::sqrt(u_variance);
+  u.correlated = u_correlated / u_variance;
   u.used = true;
 
   Cue& l = cues[1];
-  l.q = std::log(box.length) + lift * length_by + std::log(rho) - at.log_height;
+  l.q = box.log_length + lift * length_by + std::log(rho) - at.log_height;
   const double rx = dx / r, ry = dy / r, by_r = by_rho / rho;
   l.by[kX] = by_r * rx;
   l.by[kY] = by_r * ry;
@@ -117,7 +135,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   Cue& b = cues[2];
   const bool feet = !(box.cut & kFeetCut || box.hidden), head = !(box.cut & kHeadCut);
   const double slope = feet ? box.foot : box.foot - box.length;
-  const double height = std::exp(at.log_height), down = at.global[kMount] - (feet ? 0.0 : height);
+  const double height = feet ? 0.0 : std::exp(at.log_height), down = at.global[kMount] - height;
   const double scale = 1.0 / box.expected, by_distance = scale * down / (rho * rho) * by_rho;
   b.q = (slope + lift * (1.0 + slope * slope) - down / rho) * scale;
   b.by[kX] = by_distance * rx;
@@ -133,7 +151,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   double variance = noise.share[2] * noise.share[2] + pixel_square;
   if (feet && head) {
     for (int i = 0; i < kBoxUnknowns; ++i) b.by[i] -= coupling * l.by[i];
-    for (int i = 0; i < 5; ++i) b.by_global[i] -= coupling * l.by_global[i];
+    for (int i = 0; i < kBoxGlobals; ++i) b.by_global[i] -= coupling * l.by_global[i];
     b.q -= coupling * l.q;
     variance -= coupling * pixel_square;
   } else {  // a cut box shows a share of its person, and no more than all

@@ -51,7 +51,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
     const Frame& frame = frames[t];
     if (frame.given) {
       for (int c = 0; c < 3; ++c) {
-        Row row;
+        CameraRow row;
         row.e = c == 2 ? wrap(frame.at[c] - frame.given_pose[c]) : frame.at[c] - frame.given_pose[c];
         row.w = 1.0 / (kGivenPose * kGivenPose);
         row.cost = 0.5 * row.w * row.e * row.e;
@@ -63,7 +63,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
       const double sigma = calibration.sway_std[c];
       if (sigma <= 0.0) continue;
       const double memory = t > 0 ? sway_memory : 0.0;
-      Row row;
+      CameraRow row;
       row.e = frame.at[kPose + c] - (t > 0 ? memory * frames[t - 1].at[kPose + c] : 0.0);
       row.w = 1.0 / (sigma * sigma * (1.0 - memory * memory));
       row.cost = 0.5 * row.w * row.e * row.e;
@@ -88,7 +88,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
       for (int a = 0; a < 3; ++a) {
         D e(0.0);
         for (int b = 0; b <= a; ++b) e = e + frame.motion.root[a][b] * off[b];
-        Row row;
+        CameraRow row;
         row.e = e.v;
         row.w = 1.0;
         row.cost = 0.5 * e.v * e.v;
@@ -111,7 +111,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
       const double share = posterior[t - 1][mode];
       if (share < 1e-6) continue;
       motion.residuals(mode, duals, known, [&](const PoseDual& r, double weight, double) {
-        Row row;
+        CameraRow row;
         row.e = r.v;
         row.w = share * weight;
         for (int j = kSpan - known; j < kSpan; ++j)

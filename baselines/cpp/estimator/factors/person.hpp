@@ -14,13 +14,61 @@ struct Variable {
   int index;  ///< 2 · node + axis; none; `Global`; kFrame · frame + component
 };
 
-/// One residual e with weight w: it adds ½ w e² to the quadratic model, and `cost` to the cost.
+/// What a row of a person may depend on, in the order of its gradient: what only the person has, then −residual, which
+/// stands for the right side, and what the reduced system holds. Camera and place are those of the row's node and of
+/// the node before.
+enum Slot : int {
+  kSlotPlace = 0,
+  kSlotPlaceBefore = 2,
+  kSlotHeight = 4,
+  kSlotOwn,
+  kSlotResidual,
+  kSlotShared,
+  kSlotCameraBefore = kSlotShared + kBoxGlobals,
+  kSlotCamera = kSlotCameraBefore + kFrame,
+  kSlotEnd = kSlotCamera + kFrame,
+  kSlots = 24
+};
+
+/// One residual e with weight w of a person: it adds ½ w e² to the quadratic model, and `cost` + `power` · ln `base` to
+/// the cost.
 struct Row {
+  enum Law { kGaussian, kBox, kWalk, kSpread, kPace, kLaws };  ///< rows of one law have the same power
+
+  double e = 0.0, w = 0.0, cost = 0.0, power = 0.0, base = 1.0;
+  int node = -1;  ///< the newest of the row, −1: only the person's own numbers
+  int cue = -1;   ///< of a box
+  Law law = kGaussian;
+  bool of_box = false, walk = false;  ///< of a box; an innovation of the path, which only has `chain`
+  int axis = 0, reach = 0;            ///< of an innovation; how many nodes before the newest one
+  std::array<double, kReach + 1> chain{};
+  std::array<double, kSlots> by{};
+
+  /// Calls `visit(Variable, derivative)` for each variable; `first` is the frame of the person's node 0.
+  template <class Visit>
+  void each(int first, Visit&& visit) const {
+    for (int j = 0; walk && j <= reach; ++j) visit(Variable{Variable::kPath, 2 * (node - j) + axis}, chain[j]);
+    if (walk) return;
+    for (int a = 0; node >= 0 && a < 2; ++a) visit(Variable{Variable::kPath, 2 * node + a}, by[kSlotPlace + a]);
+    for (int a = 0; reach > 0 && a < 2; ++a)
+      visit(Variable{Variable::kPath, 2 * node - 2 + a}, by[kSlotPlaceBefore + a]);
+    visit(Variable{Variable::kHeight, 0}, by[kSlotHeight]);
+    visit(Variable{Variable::kOwn, 0}, by[kSlotOwn]);
+    if (!of_box) return;
+    for (int g = 0; g < kBoxGlobals; ++g) visit(Variable{Variable::kShared, g}, by[kSlotShared + g]);
+    for (int k = 0; k < kFrame; ++k) {
+      visit(Variable{Variable::kCamera, kFrame * (first + node) + k}, by[kSlotCamera + k]);
+      if (reach > 0) visit(Variable{Variable::kCamera, kFrame * (first + node - 1) + k}, by[kSlotCameraBefore + k]);
+    }
+  }
+};
+
+/// A row of the camera, which adds `cost` to the cost.
+struct CameraRow {
   double e = 0.0, w = 0.0, cost = 0.0;
-  int count = 0, cue = -1;
-  bool walk = false;  ///< an innovation of the path
-  std::array<Variable, 24> variables;
-  std::array<double, 24> by;
+  int count = 0;
+  std::array<Variable, 3 * (kReach + 1)> variables;
+  std::array<double, 3 * (kReach + 1)> by;
 
   void add(Variable::Kind kind, int index, double value) {
     variables[count] = {kind, index};
@@ -41,85 +89,82 @@ constexpr double kRestStd = 0.25, kResting = 0.25;  ///< m/s and the share of th
 /// The log-determinant term of the integral over a person's place, −s ln r − s' ln(r − δ) with the leverages s of
 /// the column and s' of height and foot: a box is
 /// surer of the place of a person who is nearer. Without it smaller worlds, whose people move less, are more probable.
-inline Row volume_row(const Node& node, const BoxState& at, int i, int camera) {
+inline Row volume_row(const Node& node, const BoxState& at, int i) {
   constexpr double kTiny = 1e-7;  // a gradient without curvature
   const double across = node.volume[0], along = node.volume[1] + node.volume[2];
-  const double dx = at.x - at.pose[0], dy = at.y - at.pose[1], r = std::sqrt(dx * dx + dy * dy) + 1e-9;
-  const double rho = std::max(r - at.global[kEdge] - at.own_edge, kNearest), by_r = across / r + along / rho;
+  const double by_r = across / at.r + along / at.rho, by_x = by_r * at.dx / at.r, by_y = by_r * at.dy / at.r;
   Row row;
+  row.node = i;
+  row.of_box = true;
   row.w = kTiny;
   row.e = -1.0 / kTiny;
-  row.cost = -across * std::log(r) - along * std::log(rho);
-  row.add(Variable::kPath, 2 * i, by_r * dx / r);
-  row.add(Variable::kPath, 2 * i + 1, by_r * dy / r);
-  row.add(Variable::kCamera, camera, -by_r * dx / r);
-  row.add(Variable::kCamera, camera + 1, -by_r * dy / r);
-  row.add(Variable::kShared, kEdge, -along / rho);
-  row.add(Variable::kOwn, 0, -along / rho);
+  row.cost = -across * std::log(at.r) - along * std::log(at.rho);
+  row.by[kSlotPlace] = by_x;
+  row.by[kSlotPlace + 1] = by_y;
+  row.by[kSlotCamera] = -by_x;
+  row.by[kSlotCamera + 1] = -by_y;
+  row.by[kSlotShared + static_cast<int>(kEdge)] = row.by[kSlotOwn] = -along / at.rho;
   return row;
 }
 
-/// Visits the rows of one person; `Visit(const Row&, int node)` with the newest node of the row, −1 for its own
-/// numbers.
+/// Visits the rows of one person, `Visit(const Row&)`, by their newest nodes.
 template <class Visit>
 void person_rows(const Person& person, const std::vector<Frame>& frames, const Calibration& calibration,
                  const PeopleModel& model, Visit&& visit) {
   const int n = person.frames();
+  std::array<double, 3> memory;
+  for (int c = 0; c < 3; ++c) memory[c] = std::exp(-model.walk.dt / model.noise.time[c]);
   std::array<Cue, 3> before{};
   int before_node = -2;
   for (int i = 0; i < n; ++i) {
     const Node& node = person.nodes[i];
-    const int frame = person.first + i;
     if (node.given) {
       for (int axis = 0; axis < 2; ++axis) {
         Row row;
+        row.node = i;
         row.e = node.at[axis] - node.given_at[axis];
         row.w = 1.0 / (kGiven * kGiven);
         row.cost = 0.5 * row.w * row.e * row.e;
-        row.add(Variable::kPath, 2 * i + axis, 1.0);
-        visit(row, i);
+        row.by[kSlotPlace + axis] = 1.0;
+        visit(row);
       }
     }
     if (node.seen) {
-      const Frame& camera = frames[frame];
-      const BoxState at{node.at[0],           node.at[1],       person.log_height,
-                        person.own_edge,      camera.at.data(), camera.at.data() + kPose,
-                        calibration.at.data()};
+      const BoxState at(node.at[0], node.at[1], person.log_height, person.own_edge, frames[person.first + i].at.data(),
+                        calibration.at.data());
       const std::array<Cue, 3> cues = box_cues(node.box, at, model.noise);
       for (int c = 0; c < 3; ++c) {
         if (!cues[c].used || node.box_absorbed[c]) continue;
         const Cue& now = cues[c];
-        double rho = 0.0;
         const bool chained = before_node == i - 1 && before[c].used;
-        if (chained)
-          rho = std::exp(-model.walk.dt / model.noise.time[c]) * std::sqrt(now.correlated * before[c].correlated);
-        const double factor = rho * now.std / before[c].std;
-        const double std = now.std * std::sqrt(1.0 - rho * rho);
+        const double rho = chained ? memory[c] * std::sqrt(now.correlated * before[c].correlated) : 0.0;
+        const double scale = 1.0 / (now.std * std::sqrt(1.0 - rho * rho));
+        const double back = chained ? -rho * now.std / before[c].std * scale : 0.0;
         Row row;
+        row.node = i;
         row.cue = c;
-        row.e = (now.q - (chained ? factor * before[c].q : 0.0)) / std;
-        const Robust robust = student(row.e * row.e, model.noise.nu, 1.0);
-        row.w = robust.weight;
-        row.cost = robust.cost;
-        const double scale = 1.0 / std, back = chained ? -factor / std : 0.0;
-        row.add(Variable::kPath, 2 * i, scale * now.by[kX]);
-        row.add(Variable::kPath, 2 * i + 1, scale * now.by[kY]);
-        if (chained) {
-          row.add(Variable::kPath, 2 * i - 2, back * before[c].by[kX]);
-          row.add(Variable::kPath, 2 * i - 1, back * before[c].by[kY]);
+        row.of_box = true;
+        row.reach = chained;
+        row.law = Row::kBox;
+        row.e = scale * now.q + back * before[c].q;
+        const double scaled = row.e * row.e / model.noise.nu;
+        row.w = (model.noise.nu + 1.0) / (model.noise.nu * (1.0 + scaled));
+        row.power = 0.5 * (model.noise.nu + 1.0);
+        row.base = 1.0 + scaled;
+        for (int a = 0; a < 2; ++a) {
+          row.by[kSlotPlace + a] = scale * now.by[kX + a];
+          row.by[kSlotPlaceBefore + a] = back * before[c].by[kX + a];
+          row.by[kSlotHeight + a] = scale * now.by[kLogHeight + a] + back * before[c].by[kLogHeight + a];
         }
-        const auto both = [&](int k) { return scale * now.by[k] + back * before[c].by[k]; };
-        row.add(Variable::kHeight, 0, both(kLogHeight));
-        row.add(Variable::kOwn, 0, both(kOwnEdge));
-        for (int g = 0; g < 5; ++g)
-          row.add(Variable::kShared, g, scale * now.by_global[g] + back * before[c].by_global[g]);
+        for (int g = 0; g < kBoxGlobals; ++g)
+          row.by[kSlotShared + g] = scale * now.by_global[g] + back * before[c].by_global[g];
         for (int k = 0; k < kFrame; ++k) {
-          row.add(Variable::kCamera, kFrame * frame + k, scale * now.by[kPoseX + k]);
-          if (chained) row.add(Variable::kCamera, kFrame * (frame - 1) + k, back * before[c].by[kPoseX + k]);
+          row.by[kSlotCamera + k] = scale * now.by[kPoseX + k];
+          row.by[kSlotCameraBefore + k] = back * before[c].by[kPoseX + k];
         }
-        visit(row, i);
+        visit(row);
       }
-      visit(volume_row(node, at, i, kFrame * frame), i);
+      visit(volume_row(node, at, i));
       before = cues;
       before_node = i;
     }
@@ -128,55 +173,65 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
     if (i == 1 && !node.walk_absorbed) {
       for (int axis = 0; axis < 2; ++axis) {
         Row row;
+        row.node = i;
+        row.reach = 1;
         row.e = axis ? dy : dx;
         row.w = 1.0 / (model.first_speed * model.first_speed * model.walk.dt * model.walk.dt);
         row.cost = 0.5 * row.w * row.e * row.e;
-        row.add(Variable::kPath, 2 * i + axis, 1.0);
-        row.add(Variable::kPath, 2 * i - 2 + axis, -1.0);
-        visit(row, i);
+        row.by[kSlotPlace + axis] = 1.0;
+        row.by[kSlotPlaceBefore + axis] = -1.0;
+        visit(row);
       }
     } else if (!node.walk_absorbed) {
-      std::array<double, kReach + 1> c;
-      const double scale = model.walk.coefficients(i, c), variance = scale * scale * person.variance;
-      const int reach = std::min(i, kReach);
+      Row row;
+      const double scale = model.walk.coefficients(i, row.chain), variance = scale * scale * person.variance;
+      row.node = i;
+      row.walk = true;
+      row.reach = std::min(i, kReach);
       double e[2] = {0.0, 0.0};
-      for (int j = 0; j <= reach; ++j)
-        for (int axis = 0; axis < 2; ++axis) e[axis] += c[j] * person.nodes[i - j].at[axis];
-      const Robust robust = student((e[0] * e[0] + e[1] * e[1]) / variance, model.walk.nu, 2.0);
+      for (int j = 0; j <= row.reach; ++j)
+        for (int axis = 0; axis < 2; ++axis) e[axis] += row.chain[j] * person.nodes[i - j].at[axis];
+      const double nu = model.walk.nu, scaled = (e[0] * e[0] + e[1] * e[1]) / variance / nu;
+      row.w = (nu + 2.0) / (nu * (1.0 + scaled)) / variance;
       for (int axis = 0; axis < 2; ++axis) {
-        Row row;
-        row.walk = true;
+        row.axis = axis;
         row.e = e[axis];
-        row.w = robust.weight / variance;
-        row.cost = axis ? 0.0 : robust.cost + std::log(variance);
-        for (int j = 0; j <= reach; ++j) row.add(Variable::kPath, 2 * (i - j) + axis, c[j]);
-        visit(row, i);
+        row.law = axis ? Row::kSpread : Row::kWalk;
+        row.power = axis ? 1.0 : 0.5 * (nu + 2.0);
+        row.base = axis ? variance : 1.0 + scaled;
+        visit(row);
       }
     }
     if (model.pace > 0.0) {  // a mixture of those who walk and those who stand, as expectation maximisation sees it
       const double dt = model.walk.dt, speed = std::sqrt(dx * dx + dy * dy) / dt + 1e-9;
-      const double walking =
-          (1.0 - kResting) / kStrollStd * std::exp(-0.5 * std::pow((speed - kStroll) / kStrollStd, 2));
+      const double off = (speed - kStroll) / kStrollStd;
+      const double walking = (1.0 - kResting) / kStrollStd * std::exp(-0.5 * off * off);
       const double resting = kResting / kRestStd * std::exp(-0.5 * speed * speed / (kRestStd * kRestStd)) + 1e-12;
       const double share = walking / (walking + resting), weight = model.pace * dt;
       const double spread = 1.0 / dt;
       Row row;
+      row.node = i;
+      row.reach = 1;
+      row.law = Row::kPace;
       row.e = speed - kStroll;
       row.w = weight * share / (kStrollStd * kStrollStd);
-      row.cost = -weight * std::log(walking + resting);
+      row.power = -weight;
+      row.base = walking + resting;
       const double ux = dx / (speed * dt), uy = dy / (speed * dt);
-      row.add(Variable::kPath, 2 * i, ux * spread);
-      row.add(Variable::kPath, 2 * i + 1, uy * spread);
-      row.add(Variable::kPath, 2 * i - 2, -ux * spread);
-      row.add(Variable::kPath, 2 * i - 1, -uy * spread);
-      visit(row, i);
+      row.by[kSlotPlace] = ux * spread;
+      row.by[kSlotPlace + 1] = uy * spread;
+      row.by[kSlotPlaceBefore] = -ux * spread;
+      row.by[kSlotPlaceBefore + 1] = -uy * spread;
+      visit(row);
       for (int axis = 0; axis < 2; ++axis) {
         Row rest;
+        rest.node = i;
+        rest.reach = 1;
         rest.e = (axis ? dy : dx) / dt;
         rest.w = weight * (1.0 - share) / (kRestStd * kRestStd);
-        rest.add(Variable::kPath, 2 * i + axis, spread);
-        rest.add(Variable::kPath, 2 * i - 2 + axis, -spread);
-        visit(rest, i);
+        rest.by[kSlotPlace + axis] = spread;
+        rest.by[kSlotPlaceBefore + axis] = -spread;
+        visit(rest);
       }
     }
   }
@@ -190,14 +245,39 @@ void own_rows(const Person& person, const PeopleModel& model, Visit&& visit) {
   row.e = person.log_height - person.height_mean;
   row.w = 1.0 / (person.height_std * person.height_std);
   row.cost = 0.5 * row.w * row.e * row.e;
-  row.add(Variable::kHeight, 0, 1.0);
-  visit(row, -1);
+  row.by[kSlotHeight] = 1.0;
+  visit(row);
   Row own;
   own.e = person.own_edge;
   own.w = 1.0 / (model.own_edge_std * model.own_edge_std);
   own.cost = 0.5 * own.w * own.e * own.e;
-  own.add(Variable::kOwn, 0, 1.0);
-  visit(own, -1);
+  own.by[kSlotOwn] = 1.0;
+  visit(own);
 }
+
+/// −ln of the density of a person's rows: logarithms are taken of the products of the rows of a law.
+class CostSum {
+ public:
+  void add(const Row& row) {
+    sum_ += row.cost;
+    if (row.power == 0.0) return;
+    power_[row.law] = row.power;
+    double& product = product_[row.law];
+    product *= row.base;
+    if (product > 1e-100 && product < 1e100) return;
+    sum_ += row.power * std::log(product);
+    product = 1.0;
+  }
+  double sum() const {
+    double sum = sum_;
+    for (int law = 0; law < Row::kLaws; ++law)
+      if (product_[law] != 1.0) sum += power_[law] * std::log(product_[law]);
+    return sum;
+  }
+
+ private:
+  double sum_ = 0.0;
+  std::array<double, Row::kLaws> power_{}, product_{1.0, 1.0, 1.0, 1.0, 1.0};
+};
 
 }  // namespace vbbench
