@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vbbench.solving.submissions import declared_facts
-from vbbench_leaderboards.checks.bundled import bundled_solvers
+from vbbench_leaderboards.results.boards import bundled_solvers
 from vbbench_leaderboards.results.folder import published_results, result_paths
 from vbbench_leaderboards.results.result import Result, read_result, write_result
 

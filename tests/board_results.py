@@ -9,9 +9,8 @@ from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import PerSequence, summarise
-from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences
-from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.result import About, Board, Result
 
 ABOUT = About(authors="somebody", date="2026-11-22", delay=0, trained_on="nothing", tuned_on="nothing")
 BOARD = Board(split="hotel", tier="noisy", protocol="one-step")

@@ -10,13 +10,12 @@ import numpy as np
 from tests.made_sequence import DT, MadeSequence
 from vbbench.estimate import Estimate
 from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
-from vbbench_leaderboards.player.clip import encode_clip, encode_estimate, encode_unboxed
-from vbbench_leaderboards.player.unboxed import Unboxed
-from vbbench_leaderboards.player.writing import player_assets, write_data
+from vbbench_leaderboards.site.building import SCRIPTS, assets
+from vbbench_leaderboards.site.clip import Unboxed, encode_clip, encode_estimate, encode_unboxed
+from vbbench_leaderboards.site.player import write_data
 
 BOARD = "made/sequential-noisy"
 CAPS = {"dx": 2.0, "dt": 2.0, "dr": 0.5}
-_ASSETS = Path(__file__).parents[1] / "leaderboards" / "vbbench_leaderboards" / "page" / "assets"
 
 MOUNT = """state => {
   const solvers = Object.keys(vbbench.made.boards["sequential-noisy"].solvers);
@@ -24,6 +23,9 @@ MOUNT = """state => {
   vbbench.player.mount(document.getElementById("player"), { board, state });
 }"""
 """Mounts the player on the page; `state` is what an address would hold."""
+
+
+STATE = SCRIPTS / "tables-state.js"
 
 
 def write_crowd(
@@ -47,10 +49,10 @@ def write_crowd(
 
 def write_page(site: Path) -> None:
     """A page with the player's script and styles, and the colours of the site."""
-    scripts = [(_ASSETS / f"{name}.js").read_text("utf-8") for name in ("store", "state")]
-    scripts += [player_assets()["player.js"], 'vbbench.load("player/made").then((index) => { vbbench.made = index; });']
+    scripts = [STATE.read_text("utf-8")]
+    scripts += [assets()["assets/player.js"], 'vbbench.load("player/made").then((index) => { vbbench.made = index; });']
     text = "".join(f"<script>{script}</script>" for script in scripts)
-    style = (_ASSETS / "page.css").read_text("utf-8") + player_assets()["player.css"]
+    style = assets()["assets/page.css"] + assets()["assets/player.css"]
     head = f"<!doctype html><html lang=en><meta charset=utf-8><title>Player</title><style>{style}</style>"
     width = "<meta name=viewport content='width=device-width'>"
     page = f"{head}{width}<body><main><h1>Player</h1><div id=player></div></main>{text}"

@@ -15,12 +15,9 @@ import pytest
 from tests.challenges import FACTS, make_challenge, memorised, run_lines, vbbench
 from tests.test_locks import held
 from vbbench.scoring import score
-from vbbench_leaderboards.challenge.instructions import solving_commands, unpacking_commands
-from vbbench_leaderboards.challenge.log import read_log
-from vbbench_leaderboards.challenge.organiser import Organiser
-from vbbench_leaderboards.challenge.parts import parts_of
+from vbbench_leaderboards.challenge.organiser import Organiser, parts_of, read_log
 from vbbench_leaderboards.results.folder import read_results
-from vbbench_leaderboards.results.standings import headline
+from vbbench_leaderboards.results.ranking import headline
 
 Refused = Callable[..., str]
 
@@ -70,7 +67,7 @@ def test_the_whole_story(
     assert vbbench("challenge", "bundle", tiny, "--out", tmp_path / "away" / "tiny", "--archive") == 0
     monkeypatch.chdir(tmp_path / "away")
     shutil.rmtree(tmp_path / "away" / "tiny")
-    run_lines([*unpacking_commands(organiser.challenge), *solving_commands(organiser.challenge)])
+    run_lines([*organiser.challenge.unpacking_lines, *organiser.challenge.solving_lines])
     assert "ready for tiny" in capsys.readouterr().out
     honest = tmp_path / "away" / "tiny" / "mine" / "answer"
     facts = json.loads((honest / "submission.json").read_text("utf-8"))

@@ -20,13 +20,10 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench_leaderboards.challenge.definition import parse_moment, read_challenge
-from vbbench_leaderboards.challenge.organiser import Organiser
-from vbbench_leaderboards.challenge.parts import parts_of
-from vbbench_leaderboards.page.lines import again_lines, take_part_lines
-from vbbench_leaderboards.page.site import Site
+from vbbench_leaderboards.challenge.organiser import Organiser, parts_of
 from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
-from vbbench_leaderboards.submitting import add
-from vbbench_leaderboards.trying import parse_board, try_solver
+from vbbench_leaderboards.site.pages import Site, again_lines, take_part_lines
+from vbbench_leaderboards.submitting import add, parse_board, try_solver
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +233,7 @@ def test_a_solver_is_tried_in_one_step(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     options = Options(tier="noisy", limit=4, seed=5)
-    monkeypatch.setattr("vbbench_leaderboards.trying.source", lambda split, tier: _Source(options))
+    monkeypatch.setattr("vbbench_leaderboards.submitting.source", lambda split, tier: _Source(options))
     made = generate("demo", tmp_path / "made", options)
     assert main(["solve", "made", "--solver", "cv", "--protocol", "sequential", "--out", "answer"]) == 0
     add(Path("answer"), made.folder, Path("published"))

@@ -9,10 +9,10 @@ from tests.test_footage import FRAMES, made
 from tests.test_footage_pictures import known_as, photographed
 from tests.test_player import read_data
 from vbbench.solving import solve
-from vbbench_leaderboards.page.building import build
-from vbbench_leaderboards.player.writing import Films, write_player
 from vbbench_leaderboards.results.folder import dataset_folder, read_results, submission_folder
 from vbbench_leaderboards.results.result import Board
+from vbbench_leaderboards.site.building import build
+from vbbench_leaderboards.site.player import Films, write_player
 from vbbench_leaderboards.submitting import add
 
 __all__ = ["photographed"]

@@ -11,10 +11,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_leaderboards.checks.bundled import bundled_solvers
-from vbbench_leaderboards.checks.checking import check
-from vbbench_leaderboards.checks.drift import tolerance_of
-from vbbench_leaderboards.results.boards import published_sources, source
+from vbbench_leaderboards.checks.checking import check, tolerance_of
+from vbbench_leaderboards.results.boards import bundled_solvers, published_sources, source
 from vbbench_leaderboards.results.dataset_record import read_dataset
 from vbbench_leaderboards.results.folder import published_results
 from vbbench_leaderboards.results.result import Board, read_result

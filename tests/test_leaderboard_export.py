@@ -18,11 +18,17 @@ from tests.test_table import check_latex
 from vbbench import __version__
 from vbbench.cli import main
 from vbbench.registry import load, registered
-from vbbench_leaderboards.exports.bibtex import bibliography, cited, known_references
-from vbbench_leaderboards.exports.exported import ENDINGS, ExportedBoard, exported_text
-from vbbench_leaderboards.page.building import build
 from vbbench_leaderboards.results.folder import read_datasets, read_results
-from vbbench_leaderboards.results.standings import rank_apart
+from vbbench_leaderboards.results.ranking import rank_apart
+from vbbench_leaderboards.site.building import build
+from vbbench_leaderboards.site.export import (
+    DOWNLOADS,
+    ExportedBoard,
+    bibliography,
+    cited,
+    exported_text,
+    known_references,
+)
 
 ERRORS = np.random.default_rng(3).gamma(4.0, 0.02, 40)
 KEY = "hotel/sequential-field"
@@ -116,7 +122,7 @@ def test_the_page_offers_every_board_in_every_format(results: Path, tmp_path: Pa
     records = read_datasets(results)
     for board in site.boards:
         piece = (tmp_path / "site" / "data" / f"{board.key}.js").read_text("utf-8")
-        for form, ending in ENDINGS.items():
+        for form, ending in DOWNLOADS.items():
             path = tmp_path / "site" / "tables" / f"{board.key}.{ending}"
             exported = ExportedBoard.of(board, records[board.split, board.tier], site.results[board])
             assert path.read_text("utf-8") == exported_text([exported], form)

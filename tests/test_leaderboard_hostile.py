@@ -12,10 +12,10 @@ from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench_leaderboards.checks.checking import ResultsError, check
-from vbbench_leaderboards.page.building import build
 from vbbench_leaderboards.results.dataset_record import read_dataset
 from vbbench_leaderboards.results.result import read_result
 from vbbench_leaderboards.results.sealed_json import decode, encode
+from vbbench_leaderboards.site.building import build
 
 RECORD = Path("tiny", "ideal.json")
 

@@ -13,7 +13,7 @@ import pytest
 
 from tests.tiny_board import FILE, seal, tiny_board
 from vbbench.errors import FileError
-from vbbench_leaderboards.checks.bundled import bundled_solvers
+from vbbench_leaderboards.results.boards import bundled_solvers
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
 from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
 from vbbench_leaderboards.results.result import Board, read_result, write_result

@@ -21,9 +21,9 @@ from vbbench.reproduction.demo import score_table
 from vbbench.scoring import score
 from vbbench.scoring.comparison import compare
 from vbbench.scoring.metrics import METRICS, Metric, position_error, rotation_error
-from vbbench_leaderboards.page.building import site_files
-from vbbench_leaderboards.page.table import board_table
 from vbbench_leaderboards.results.forms import form_of
+from vbbench_leaderboards.site.building import site_files
+from vbbench_leaderboards.site.pages import board_page
 
 NEW = {
     "degrees": Metric(
@@ -116,7 +116,7 @@ def test_boards_rank_by_it_and_show_it() -> None:
     results = [result(solver, np.tile(np.linspace(0.0, far, 10), 20)) for solver, far in (("near", 0.1), ("far", 0.5))]
     site = site_of(*results)
     assert [site.rankings[BOARD]["astray"].places[row.solver].rank for row in results] == [1, 2]
-    table = board_table(site, BOARD)
+    table = board_page(site, BOARD)
     assert all(f'<th scope="col" class="num" data-column="{name}">' in table for name in ("degrees", "astray"))
     assert '<th scope="col" class="num more" data-column="seconds">' in table
     assert all(table.count(f'data-column="{name}" data-value="') == len(results) for name in NEW)

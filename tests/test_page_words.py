@@ -8,8 +8,8 @@ import pytest
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.solver_colours import ON_DARK, ON_LIGHT, numbers_apart, solver_number
-from vbbench_leaderboards.charts.colours import LEAST_CONTRAST, colour_number, colours_css, contrast
-from vbbench_leaderboards.markup import decimals, figure, figure_decimals, padded, percent, signed
+from vbbench_leaderboards.site.charts import LEAST_CONTRAST, colour_number, colours_css, contrast
+from vbbench_leaderboards.site.words import decimals, figure, figure_decimals, padding, percent, signed
 
 BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
 PAPERS = {"white": "#ffffff", "dark": "#121518"}
@@ -44,9 +44,9 @@ def test_a_column_has_the_decimals_that_its_smallest_figure_needs(values: list[f
 
 def test_points_of_a_column_stand_in_line() -> None:
     values = [0.0432, 0.786, 1.244, 12.44, 124.4]
-    whole = [re.sub(r"<[^>]+>", "", padded(value, 3)) for value in values]
+    whole = [figure(value, 3) + padding(value, 3) for value in values]
     assert {len(text.partition(".")[2]) for text in whole} == {3}
-    assert padded(1.244, 3) == '1.24<span class="pad">0</span>'
+    assert (padding(1.244, 3), padding(124.4, 3)) == ("0", ".000")
     assert [figure_decimals(value, 3) for value in values] == [3, 3, 2, 1, 0]
 
 

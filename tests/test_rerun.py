@@ -18,12 +18,9 @@ from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.registry import make_solver
 from vbbench.solving.runner import run_sequence
 from vbbench_leaderboards.checks import rerunning
-from vbbench_leaderboards.checks.agreement import disagreements
-from vbbench_leaderboards.checks.bundled import bundled_solvers
-from vbbench_leaderboards.checks.drift import drift
-from vbbench_leaderboards.checks.making import Workshop, code_of
-from vbbench_leaderboards.checks.rerunning import Rerun
-from vbbench_leaderboards.results.boards import BoardSource, chosen_sources
+from vbbench_leaderboards.checks.checking import drift
+from vbbench_leaderboards.checks.rerunning import Rerun, Workshop, code_of, disagreements
+from vbbench_leaderboards.results.boards import BoardSource, bundled_solvers, chosen_sources
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
 from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
@@ -133,7 +130,7 @@ def better(result: Result) -> Result:
 
 @pytest.mark.slow
 def test_fresh_processes_give_the_same_figures(remade: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench_leaderboards.checks.making.is_diagnostic", lambda _: False)
+    monkeypatch.setattr("vbbench_leaderboards.checks.rerunning.is_diagnostic", lambda _: False)
     run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=1)
     states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]
     assert states == ["as committed"] * (1 + len(PROTOCOLS))
@@ -348,7 +345,7 @@ def test_solvers_of_strangers_are_solved_in_fresh_processes(tmp_path: Path, monk
         asked[solver] = how["fresh_processes"]
         out.mkdir(parents=True)
 
-    monkeypatch.setattr("vbbench_leaderboards.checks.making.solve", note)
+    monkeypatch.setattr("vbbench_leaderboards.checks.rerunning.solve", note)
     dataset = generate("sim", tmp_path / "sim", Options(limit=1))
     board = Board(split="sim", tier="ideal", protocol="sequential")
     for solver in ("cv", "tests.session_solvers:Anything"):

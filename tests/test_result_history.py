@@ -13,8 +13,7 @@ from vbbench.camera import PanoramaCamera, camera_to_dict
 from vbbench.errors import FileError
 from vbbench_leaderboards.checks.checking import ResultsError, check
 from vbbench_leaderboards.results.dataset_record import BoardDataset
-from vbbench_leaderboards.results.history import Past, grown, history_faults
-from vbbench_leaderboards.results.result import Result, read_result, write_result
+from vbbench_leaderboards.results.result import Past, Result, grown, history_faults, read_result, write_result
 from vbbench_leaderboards.results.sealed_json import digest
 
 ERRORS = np.random.default_rng(5).gamma(4.0, 0.1, 20).astype("f4").astype(float)

@@ -23,8 +23,8 @@ from vbbench.pictures.rendering import Backend, render_to_file
 from vbbench.registry import registered
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_leaderboards.player.writing import FOLDER, Films, write_player
 from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.site.player import FOLDER, Films, write_player
 
 TIERS = ("ideal", "noisy", "occluded", "tracked")
 LIKE = {

@@ -11,8 +11,7 @@ from tests.player_decoding import METRE, decode_unboxed
 from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
 from vbbench.files.dataset import Dataset
-from vbbench_leaderboards.player.clip import encode_unboxed, shown_truth
-from vbbench_leaderboards.player.unboxed import Reason, _hidden, _reasons, find_unboxed
+from vbbench_leaderboards.site.clip import Reason, _hidden, _reasons, encode_unboxed, find_unboxed, shown_truth
 
 
 def reasons_of(relative: np.ndarray, *, smallest: float, found: bool) -> list[int]:

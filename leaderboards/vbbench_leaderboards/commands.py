@@ -49,8 +49,8 @@ def add(
         rerun_by: Who else made the figures again, and when.
         overwrite: Replace an existing result.
     """
-    from vbbench_leaderboards.results.about import parse_delay
     from vbbench_leaderboards.results.folder import challenge_folder_of
+    from vbbench_leaderboards.results.result import parse_delay
     from vbbench_leaderboards.submitting import add as write
 
     about = {
@@ -66,8 +66,8 @@ def add(
     if challenge is None:
         _say(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **about))
         return
-    from vbbench_leaderboards.challenge.accepting import accept
     from vbbench_leaderboards.challenge.definition import parse_moment
+    from vbbench_leaderboards.challenge.submissions import accept
 
     _say(accept(challenge, submission, name, parse_moment(date), **about).text())
 
@@ -91,9 +91,9 @@ def try_(
         work: Folder for the dataset and the answers; a dataset that is there is used again.
         jobs: Processes; the answers do not depend on it.
     """
-    from vbbench_leaderboards.page.building import build as make
-    from vbbench_leaderboards.player.writing import Films
-    from vbbench_leaderboards.trying import try_solver
+    from vbbench_leaderboards.site.building import build as make
+    from vbbench_leaderboards.site.player import Films
+    from vbbench_leaderboards.submitting import try_solver
 
     trial = try_solver(solver, board, work, name=name, jobs=jobs)
     _say(trial.text())
@@ -202,8 +202,8 @@ def export(
         format: csv, latex (with booktabs), markdown, json, or bibtex for the entries to cite.
         results: Folder of the result files; default: as of 'leaderboard build'.
     """
-    from vbbench_leaderboards.exports.exported import exported_boards, exported_text
     from vbbench_leaderboards.results.folder import read_datasets, read_results
+    from vbbench_leaderboards.site.export import exported_boards, exported_text
 
     folders = _folders(results)
     records = read_datasets(*folders)
@@ -238,9 +238,9 @@ def build(
     """
     from vbbench.generation.footage import FOOTAGE
     from vbbench.pictures.rendering import Backend
-    from vbbench_leaderboards.page.building import build as make
-    from vbbench_leaderboards.player.writing import Films
     from vbbench_leaderboards.results.folder import challenge_folder_of
+    from vbbench_leaderboards.site.building import build as make
+    from vbbench_leaderboards.site.player import Films
 
     challenge = None if results is None else challenge_folder_of(results)
     if challenge is not None:

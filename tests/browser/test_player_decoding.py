@@ -8,8 +8,9 @@ import pytest
 
 from tests.made_sequence import DT, made_sequence
 from tests.player_decoding import decode_clip, decode_estimate
-from vbbench_leaderboards.player.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.player.writing import player_assets, write_data
+from vbbench_leaderboards.site.building import assets
+from vbbench_leaderboards.site.clip import encode_clip, encode_estimate
+from vbbench_leaderboards.site.player import write_data
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -63,7 +64,7 @@ def read_in_browser(browser: "Browser", folder: Path, files: dict[str, dict[str,
     """A page with the player's script and these files, read by the script."""
     for name, values in files.items():
         write_data(folder, name, values)
-    (folder / "player.js").write_text(player_assets()["player.js"], encoding="utf-8")
+    (folder / "player.js").write_text(assets()["assets/player.js"], encoding="utf-8")
     start = "window.vbbench = { values: {}, provide(key, value) { this.values[key] = value; } }"
     places = ["player.js", *(f"data/player/{name}.js" for name in files)]
     scripts = "".join(f'<script src="{place}"></script>' for place in places)

@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from tests.browser.browsing import Visitor
 from tests.made_player import MOUNT, gone_astray, hidden_people, with_false_alarm, write_crowd, write_page
 from tests.made_sequence import made_sequence
-from vbbench_leaderboards.player.unboxed import Reason
+from vbbench_leaderboards.site.clip import Reason
 
 PHONE = {"width": 390, "height": 844}
 ASTRAY, ALARM = 7, 3

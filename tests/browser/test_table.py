@@ -9,11 +9,11 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.made_site import HOSTILE, STRANGER, TWIN
 from vbbench.paper import the_paper
-from vbbench_leaderboards.markup import decimals
-from vbbench_leaderboards.markup import figure as figure_text
 from vbbench_leaderboards.results.boards import is_headline
+from vbbench_leaderboards.results.ranking import rank_apart
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.results.standings import rank_apart
+from vbbench_leaderboards.site.words import decimals
+from vbbench_leaderboards.site.words import figure as figure_text
 
 Boards = Mapping[Board, tuple[Result, ...]]
 Open = Callable[..., Page]

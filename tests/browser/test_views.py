@@ -10,10 +10,10 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.browsing import PHONE
 from tests.browser.made_site import STRANGER
-from vbbench_leaderboards.charts.colours import colour_number
-from vbbench_leaderboards.markup import decimals, figure
-from vbbench_leaderboards.results.comparing import contrasts
+from vbbench_leaderboards.results.ranking import contrasts
 from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.site.charts import colour_number
+from vbbench_leaderboards.site.words import decimals, figure
 
 Boards = Mapping[Board, tuple[Result, ...]]
 Open = Callable[..., Page]

@@ -17,8 +17,8 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.generation.stream import stream
 from vbbench.generation.tier import all_tiers, get_tier
-from vbbench_leaderboards.page import words
 from vbbench_leaderboards.results.result import Board
+from vbbench_leaderboards.site import words
 
 VALUE = "tests.extensions.fragmented_tier:fragmented"
 BUNDLED = ["field", "ideal", "noisy", "occluded", "tracked"]

@@ -8,21 +8,21 @@ from pathlib import Path
 from vbbench.errors import VbbenchError
 from vbbench.files.cards.writing import CROISSANT, README
 from vbbench.files.dataset import Dataset
-from vbbench.files.dataset_info import INFO_FILE
+from vbbench.files.dataset_info import INFO_FILE, describe
 from vbbench.files.tables import file_sha256
 from vbbench.files.verification import verify
 from vbbench.folders.replacing import replacing
 from vbbench.folders.work_folder import WorkFolder
 from vbbench_leaderboards.challenge.definition import read_challenge
-from vbbench_leaderboards.challenge.handed_in import check
-from vbbench_leaderboards.challenge.instructions import readme, rules_text
 from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_withheld
-from vbbench_leaderboards.results.about import NEEDED, NOBODY_YET
+from vbbench_leaderboards.challenge.submissions import check
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
+from vbbench_leaderboards.results.result import NEEDED, NOBODY_YET
+from vbbench_leaderboards.site.pages import render
 
 SUMS = "SHA256SUMS"
 _THEN = (1980, 1, 1, 0, 0, 0)
-"""The day that every member of the archive bears: the first that the format knows."""
+"""The day that every member of the archive bears: the first that the format has."""
 
 
 def make_bundle(folder: Path, out: Path, *, archive: bool = False) -> list[Path]:
@@ -36,6 +36,12 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False) -> list[Path]
     organiser = Organiser(folder)
     dataset, challenge = organiser.dataset, organiser.challenge
     verify(dataset.folder, organiser.truth)
+    rules = "".join(f"{n}. {rule}\n" for n, rule in enumerate(challenge.all_rules, 1))
+    texts = {
+        README: render("bundle.md", challenge=challenge, description=describe(dataset.info)),
+        "RULES.md": f"# Rules of {challenge.title}\n\n{rules}",
+        "LICENCE.txt": f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n",
+    }
     with WorkFolder(out, partial(_check_bundle, out)) as work:
         work.begin()
         (work.new / DATA).mkdir(parents=True)
@@ -44,11 +50,6 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False) -> list[Path]
             if (dataset.folder / name).is_file():
                 shutil.copyfile(dataset.folder / name, work.new / DATA / name)
         shutil.copyfile(folder / CHALLENGE_FILE, work.new / CHALLENGE_FILE)
-        texts = {
-            README: readme(challenge, dataset.info),
-            "RULES.md": rules_text(challenge),
-            "LICENCE.txt": f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n",
-        }
         for name, text in texts.items():
             (work.new / name).write_text(text, encoding="utf-8", newline="\n")
         check_withheld(work.new / DATA)
@@ -69,8 +70,7 @@ def check_for_participant(submission: Path, folder: Path) -> str:
     challenge, dataset = read_challenge(folder), Dataset(folder / DATA)
     checked = check(challenge, submission, dataset)
     missing = [name for name in NEEDED if not getattr(checked.info, name).strip()]
-    if checked.info.delay is None:
-        missing.append("delay")
+    missing += ["delay"] * (checked.info.delay is None)
     if missing:
         raise VbbenchError(f"{submission}/submission.json: {', '.join(missing)} must be said; write it there")
     if checked.info.authors.strip() == NOBODY_YET:

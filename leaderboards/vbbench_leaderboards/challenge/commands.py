@@ -66,8 +66,8 @@ def accept(submission: Path, /, challenge: Path, team: str, date: str = "") -> N
         team: Whose it is, as in challenge.toml.
         date: When it was handed in, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
     """
-    from vbbench_leaderboards.challenge.accepting import accept as take
     from vbbench_leaderboards.challenge.definition import parse_moment
+    from vbbench_leaderboards.challenge.submissions import accept as take
 
     _say(take(challenge, submission, team, parse_moment(date)).text())
 
@@ -93,8 +93,8 @@ def close(folder: Path, /, date: str = "") -> None:
         folder: The challenge.
         date: As of when, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
     """
-    from vbbench_leaderboards.challenge.closing import close as end
     from vbbench_leaderboards.challenge.definition import parse_moment
+    from vbbench_leaderboards.challenge.submissions import close as end
 
     _say(end(folder, parse_moment(date)))
 

@@ -5,20 +5,31 @@ import shlex
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from vbbench.errors import FileError, VbbenchError, is_printable
 from vbbench.parsing.toml_text import read_toml
-from vbbench_leaderboards.markup import is_web_address
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
+from vbbench_leaderboards.site.words import is_web_address
 
 Part = Literal["public", "hidden"]
 MOST_SUBMISSIONS = 1000
 
+OWN_RULES = (
+    "A solver uses boxes, camera, dt, the prior of heights, and what the protocol gives. It does not look for the "
+    "truth or the seed.",
+    "Nothing learned from one sequence is used in another.",
+    "An answer depends on its own frame and earlier ones, or `delay` in submission.json states that it does not.",
+)
+"""Of the rules of all boards, those that a challenge cannot do without."""
+
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
 _TEAM = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
+_NAME_RULE = "up to 40 small letters, digits and -, beginning with a letter or digit"
 _OWN_OPTIONS = ("--out", "--tier", "--seed", "--withhold-truth", "--overwrite", "--scheduler", "--tls")
 """Options of ``vbbench generate`` that the challenge itself decides."""
+
+_SOLVE = "--solver mysolver:MySolver --protocol"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +40,7 @@ class SecretSet:
     ----------
     split, tier : of ``vbbench generate``.
     options : more of its options, as on the command line.
-    public_share : share of the sequences whose scores are told while the challenge runs.
+    public_share : share of the sequences whose scores are published while the challenge runs.
     """
 
     split: str
@@ -65,7 +76,7 @@ class Phase:
     Parameters
     ----------
     name : of the phase.
-    part : which sequences count: those of the ``public`` part, told at once, or the ``hidden`` ones, told at the end.
+    part : which sequences count: ``public`` ones, published at once, or ``hidden`` ones, published at the end.
     start, end : first and last day, both whole, in UTC.
     submissions : most of a team in this phase.
     """
@@ -82,9 +93,8 @@ class Phase:
         if self.end < self.start:
             raise ValueError(f"[[phases]] {self.name}: end = {self.end} is before start = {self.start}; exchange them")
         if not 1 <= self.submissions <= MOST_SUBMISSIONS:
-            raise ValueError(
-                f"[[phases]] {self.name}: submissions = {self.submissions}: must be 1 to {MOST_SUBMISSIONS}"
-            )
+            problem = f"submissions = {self.submissions}: must be 1 to {MOST_SUBMISSIONS}"
+            raise ValueError(f"[[phases]] {self.name}: {problem}")
 
     @property
     def opens(self) -> datetime:
@@ -107,17 +117,15 @@ class Phase:
 
 @dataclass(frozen=True, kw_only=True)
 class Team:
-    """Who takes part: its name on the boards, and who that is."""
+    """A team: its name on the boards, and its members."""
 
     name: str
     members: str = ""
 
     def __post_init__(self) -> None:
         if not _TEAM.fullmatch(self.name):
-            raise ValueError(
-                f"[[teams]] name = '{self.name}': up to 40 letters, digits and . _ + -, beginning with a letter or "
-                "digit"
-            )
+            rule = "up to 40 letters, digits and . _ + -, beginning with a letter or digit"
+            raise ValueError(f"[[teams]] name = '{self.name}': {rule}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,21 +162,18 @@ class Challenge:
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
             raise ValueError(f"name = '{self.name}': {_NAME_RULE}")
-        for key in ("title", "organisers", "contact", "licence"):
-            if not getattr(self, key).strip():
+        texts = [(key, getattr(self, key)) for key in ("title", "organisers", "contact", "licence")]
+        for key, text in texts:
+            if not text.strip():
                 raise ValueError(f"{key} is empty; fill it in")
-        for key, text in self._texts():
+        texts += [(key, text) for key in ("about", "rules") for text in getattr(self, key)]
+        for key, text in [*texts, *(("[[teams]] members", team.members) for team in self.teams)]:
             if not is_printable(text):
                 raise ValueError(f"{key}: write each text on one line, without control characters")
         if self.bundle and not is_web_address(self.bundle):
             raise ValueError(f"bundle = '{self.bundle}' is not an address; give one that begins with https://")
         self._check_phases()
         _check_unique("teams", [team.name.casefold() for team in self.teams])
-
-    def _texts(self) -> list[tuple[str, str]]:
-        own = [(key, getattr(self, key)) for key in ("title", "organisers", "contact", "licence")]
-        lists = [(key, text) for key in ("about", "rules") for text in getattr(self, key)]
-        return [*own, *lists, *(("[[teams]] members", team.members) for team in self.teams)]
 
     def _check_phases(self) -> None:
         if not self.phases:
@@ -181,66 +186,116 @@ class Challenge:
                     f"{before.end}; list phases in order of time, without a day in common"
                 )
             if before.part == "hidden":
-                raise ValueError(
-                    f"[[phases]] {before.name}: part = 'hidden' must be the last phase; {after.name} comes after it"
-                )
+                problem = f"part = 'hidden' must be the last phase; {after.name} comes after it"
+                raise ValueError(f"[[phases]] {before.name}: {problem}")
 
     @property
     def hidden_phase(self) -> Phase | None:
         """The last phase, if its part is hidden."""
         return self.phases[-1] if self.phases[-1].part == "hidden" else None
 
-    def open_phase(self, moment: datetime) -> Phase:
-        """The phase that takes submissions; raises VbbenchError, which says when one does or did."""
-        found = self.phase_at(moment)
-        if found is None:
-            raise VbbenchError(f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC: {self._why(moment)}")
-        return found
-
-    def _why(self, moment: datetime) -> str:
-        following = self.phase_after(moment)
-        if following is not None:
-            return f"phase {following.name} opens on {following.start}"
-        return f"its last phase, {self.phases[-1].name}, closed after {self.phases[-1].end}"
-
     def phase_at(self, moment: datetime) -> Phase | None:
         """The phase that takes submissions."""
         return next((phase for phase in self.phases if phase.is_open(moment)), None)
 
-    def phase_after(self, moment: datetime) -> Phase | None:
-        """The next phase that opens."""
+    def open_phase(self, moment: datetime) -> Phase:
+        """The phase that takes submissions; raises VbbenchError with the day on which one opens or closed."""
+        found = self.phase_at(moment)
+        if found is None:
+            when = f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC"
+            following = self._phase_after(moment)
+            if following is not None:
+                raise VbbenchError(f"{when}: phase {following.name} opens on {following.start}")
+            raise VbbenchError(f"{when}: its last phase, {self.phases[-1].name}, closed after {self.phases[-1].end}")
+        return found
+
+    def _phase_after(self, moment: datetime) -> Phase | None:
         return next((phase for phase in self.phases if moment < phase.opens), None)
 
     def is_over(self, moment: datetime) -> bool:
         """Whether the last phase has closed."""
         return moment >= self.phases[-1].closes
 
-    def team(self, name: str) -> Team:
-        """The team of a name; raises VbbenchError if there is none."""
-        found = next((team for team in self.teams if team.name == name), None)
-        if found is None:
-            known = ", ".join(team.name for team in self.teams) or "none yet"
+    def check_team(self, name: str) -> None:
+        """Raise VbbenchError if there is no team of that name."""
+        if name not in (team.name for team in self.teams):
+            names = ", ".join(team.name for team in self.teams) or "none yet"
             raise VbbenchError(
-                f"no team of {self.name} is called '{name}'; known: {known}. teams stand in {CHALLENGE_FILE}"
+                f"no team of {self.name} is called '{name}'; known: {names}. teams stand in {CHALLENGE_FILE}"
             )
-        return found
+
+    def now_words(self, moment: datetime) -> str:
+        """Which phase is open, or when one opens."""
+        open_now, following = self.phase_at(moment), self._phase_after(moment)
+        if open_now is not None:
+            return f"Phase {open_now.name} is open, to the end of {open_now.end} (UTC)."
+        if following is not None:
+            return f"No phase is open. Phase {following.name} opens on {following.start}."
+        return f"The challenge is over: its last phase closed after {self.phases[-1].end}."
+
+    @property
+    def parts_words(self) -> str:
+        """How the secret set is divided, for participants."""
+        if self.hidden_phase is None:
+            return "A part of the sequences counts. Which ones follows from the secret seed."
+        return (
+            f"About {self.data.public_share:.0%} of the sequences are the public part, the others the hidden one. A "
+            "submission answers all of them. Which are which follows from the secret seed, which is published after "
+            "the end."
+        )
+
+    @property
+    def missing_words(self) -> str:
+        """What becomes of a gap."""
+        if self.missing_rows == "refuse":
+            return "Every row that is scored must be there."
+        return "A missing row counts as the last one known, if submission.json declares the failure policy 'hold'."
+
+    @property
+    def all_rules(self) -> list[str]:
+        """The rules of all boards that hold here, and the challenge's own."""
+        return [*OWN_RULES, *self.rules]
+
+    @property
+    def unpacking_lines(self) -> list[str]:
+        """From the archive to the folder in which the other lines run."""
+        return [f"unzip {self.name}.zip", f"cd {self.name}"]
+
+    @property
+    def solving_lines(self) -> list[str]:
+        """From the unpacked bundle to a submission that is checked, with the template's solver."""
+        return [
+            "vbbench leaderboard template mine",
+            "cd mine",
+            f"vbbench solve ../data {_SOLVE} {self.protocol} --out answer",
+            "vbbench challenge check answer --challenge ..",
+        ]
+
+    @property
+    def practice_lines(self) -> list[str]:
+        """A set like the secret one, whose truth is at hand, and a score on it."""
+        return [
+            self.data.command("--seed 1", "--out practice"),
+            f"vbbench solve practice {_SOLVE} {self.protocol} --out practice-answer",
+            "vbbench score practice-answer --dataset practice",
+        ]
+
+
+def _check_unique(key: str, names: list[str]) -> None:
+    again = next((name for n, name in enumerate(names) if name in names[:n]), None)
+    if again is not None:
+        raise ValueError(f"[[{key}]] name = '{again}' stands there twice; rename one")
 
 
 def read_challenge(folder: Path | str) -> Challenge:
-    """The challenge in a folder; raises FileError, which names file and key."""
+    """The challenge in a folder; raises FileError with file and key."""
     if not (Path(folder) / CHALLENGE_FILE).exists():
         raise FileError(folder, f"holds no {CHALLENGE_FILE}; make a challenge with 'vbbench challenge new'")
     return read_toml(Path(folder) / CHALLENGE_FILE, Challenge, "challenge")
 
 
 def parse_moment(text: str) -> datetime:
-    """A day, or a day and a time in UTC, as a moment; now if the text is empty.
-
-    Raises
-    ------
-    VbbenchError
-        If it is none.
-    """
+    """A day, or a day and a time in UTC, as a moment; now if the text is empty; raises VbbenchError if it is none."""
     if not text:
         return datetime.now(UTC)
     try:
@@ -248,12 +303,3 @@ def parse_moment(text: str) -> datetime:
     except ValueError as error:
         raise VbbenchError(f"`date` {text} is not a day; write it as YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC") from error
     return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)
-
-
-def _check_unique(key: str, names: list[str]) -> None:
-    again: Any = next((name for n, name in enumerate(names) if name in names[:n]), None)
-    if again is not None:
-        raise ValueError(f"[[{key}]] name = '{again}' stands there twice; rename one")
-
-
-_NAME_RULE = "up to 40 small letters, digits and -, beginning with a letter or digit"

@@ -8,9 +8,10 @@ make a solver's mean so uncertain that nobody is significantly better, and being
 which nothing is settled can share a rank.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,9 @@ from vbbench.protocol import get_protocol
 from vbbench.scoring.block_bootstrap import Timeline, block_means
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import capped_figures
-from vbbench_leaderboards.results.result import Result
+from vbbench_leaderboards.results.boards import HEADLINE_METRIC, HEADLINE_PROTOCOL
+from vbbench_leaderboards.results.folder import Boards
+from vbbench_leaderboards.results.result import Board, Result
 
 LEVEL = 0.05
 
@@ -143,3 +146,144 @@ def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
         last = max(last, 1 + better[name])
         places[name] = Place(rank=last, best=last, worst=max(last, len(means) - worse[name]))
     return places
+
+
+@dataclass(frozen=True, kw_only=True)
+class Headline:
+    """A result's figure by which a metric ranks: the capped mean, with its 95 % interval; ``None`` = there is none."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+def headline(result: Result, metric: str) -> Headline:
+    """The ranking figure of a metric."""
+    figures = summary(result, metric)
+    low, high = figures["capped_ci95"]
+    return Headline(value=figures["capped"], low=low, high=high)
+
+
+def failure_rate(result: Result) -> float | None:
+    """The share of sequences in which people are lost: a mean Δx beyond the protocol's threshold."""
+    rate: float | None = summary(result, "dx")["failure_rate"]
+    return rate
+
+
+def summary(result: Result, metric: str) -> dict[str, Any]:
+    """All figures of a metric over the board."""
+    found: dict[str, Any] = result.score[METRICS[metric].section][metric]
+    return found
+
+
+GROUPS = {
+    (False, False): "",
+    (False, True): "Trained or tuned on recordings of this board, so figures are not of unseen data: ranked among "
+    "themselves",
+    (True, False): "These see frames after the one they answer: ranked among themselves",
+    (True, True): "These see frames after the one they answer, and were trained or tuned on recordings of this board: "
+    "ranked among themselves",
+}
+"""Groups of solvers that compete (`Result.group`) in the order of a table, with the words above their rows."""
+
+
+SEEN_MARK, SEEN_WORDS = "†", "trained or tuned on recordings of the board"
+"""The mark of a figure in a table without room for words, and what it means."""
+
+
+def grouped(results: Iterable[Result]) -> dict[tuple[bool, bool], list[Result]]:
+    """The results of each group that has any, in the order of `GROUPS`."""
+    rows = list(results)
+    found = {group: [one for one in rows if one.group == group] for group in GROUPS}
+    return {group: own for group, own in found.items() if own}
+
+
+def rank_apart(results: Sequence[Result]) -> dict[str, Ranking]:
+    """Rankings by metric of a board's results: only those of one group compete with one another."""
+    ranked = [rank(rows) for rows in grouped(results).values()]
+    return {
+        metric: Ranking(
+            places={name: place for one in ranked for name, place in one[metric].places.items()},
+            pairs=tuple(pair for one in ranked for pair in one[metric].pairs),
+        )
+        for metric in METRICS
+    }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contrast:
+    """One metric of two solvers: mean over sequences of (a − b), both capped, so that below 0 ``a`` is better.
+
+    Parameters
+    ----------
+    difference, low, high : the mean and its 95 % interval, in the metric's unit; NaN where there is none.
+    p : two-sided, for this pair alone; NaN without an interval.
+    sequences, won : how many have a figure of both, and in how many of them ``a`` is better.
+    """
+
+    difference: float
+    low: float
+    high: float
+    p: float
+    sequences: int
+    won: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contrasts:
+    """Every two solvers of a board.
+
+    Parameters
+    ----------
+    solvers : their names.
+    sequences : [N] numbers of the sequences.
+    figures : [solvers, N, metrics] capped errors, NaN where there is none; metrics in the order of `METRICS`.
+    pairs : (a, b), numbers of solvers with a < b → metric → their difference.
+    """
+
+    solvers: tuple[str, ...]
+    sequences: IntArray
+    figures: FloatArray
+    pairs: dict[tuple[int, int], dict[str, Contrast]]
+
+
+def contrasts(results: Sequence[Result]) -> Contrasts:
+    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions."""
+    timeline, sequences, figures = capped_table(results)
+    pairs = {}
+    for a in range(len(results)):
+        for b in range(a + 1, len(results)):
+            differences = figures[a] - figures[b]
+            means = block_means(timeline, differences)
+            known, won = (differences == differences).sum(axis=0), (differences < 0).sum(axis=0)
+            columns = zip(METRICS, means.mean, means.interval(), means.p_values(), known, won, strict=True)
+            pairs[a, b] = {
+                metric: Contrast(
+                    difference=float(mean), low=float(low), high=float(high), p=float(p), sequences=int(n), won=int(w)
+                )
+                for metric, mean, (low, high), p, n, w in columns
+            }
+    return Contrasts(
+        solvers=tuple(result.solver for result in results), sequences=sequences, figures=figures, pairs=pairs
+    )
+
+
+def leading_rows(results: Boards, boards: Sequence[Board], *, late: bool) -> dict[str, Mapping[Board, Result]]:
+    """Solver → its results on these boards, the best first: of those that see the future (``late``), or of others."""
+    rows: dict[str, dict[Board, Result]] = {}
+    for board in boards:
+        for result in results[board]:
+            if result.about.sees_the_future is late:
+                rows.setdefault(result.solver, {})[board] = result
+    order = sorted(rows, key=lambda solver: (_standing(rows[solver], boards), solver))
+    return {solver: rows[solver] for solver in order}
+
+
+def _standing(own: Mapping[Board, Result], boards: Sequence[Board]) -> float:
+    """Geometric mean of the capped errors over the boards: no board decides the order of rows alone.
+
+    A board on which the solver does not stand counts with the cap.
+    """
+    cap = get_protocol(HEADLINE_PROTOCOL).caps[HEADLINE_METRIC]
+    figures = [headline(own[board], HEADLINE_METRIC).value if board in own else None for board in boards]
+    return float(np.mean(np.log([max(cap if value is None else value, 1e-6) for value in figures])))

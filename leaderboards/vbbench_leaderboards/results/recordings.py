@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from functools import cache
 
 from vbbench.registry import load, registered
-from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset
+from vbbench_leaderboards.results.result import About
 
 SIMULATED = ("sim", "street", "demo")
 """Splits that are made of no recording."""

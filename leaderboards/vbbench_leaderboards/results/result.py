@@ -1,28 +1,28 @@
-"""One result: what a solver scored on a board, and every sequence's own figures.
+"""Result files: who made a solver, what it scored on a board, figures of every sequence, and earlier ones."""
 
-A *board* is a split, a tier and a protocol: the table in which solvers stand beside one another. A result's file is
-``SPLIT/PROTOCOL-TIER/SOLVER.json`` below the folder of results.
-"""
-
+import datetime
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from vbbench import __version__
-from vbbench.errors import FileError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.estimate import LARGEST
+from vbbench.files.submission import OFFLINE, SubmissionInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
+from vbbench.parsing.dates import is_day
 from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score
-from vbbench_leaderboards.results.about import About
 from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
 from vbbench_leaderboards.results.forms import COUNTS, FORMAT_VERSION
-from vbbench_leaderboards.results.history import Past, grown
 from vbbench_leaderboards.results.sealed_json import (
     Block,
     Values,
@@ -32,6 +32,204 @@ from vbbench_leaderboards.results.sealed_json import (
     sealed_text,
     whole_columns,
 )
+
+Delay = int | Literal["offline"]
+"""Frames that an answer comes after its own frame; 0 = causal, `OFFLINE` = after the whole sequence."""
+
+LONGEST_TEXT = 500
+_CODE = re.compile(r"(https?://[^\s<>\"']{1,492})?")
+NEEDED = ("authors", "trained_on", "tuned_on")
+"""What every row must say."""
+
+NOBODY_YET = "your name"
+"""The authors that the template and examples name; nobody may hand them in."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class About:
+    """The facts of a row.
+
+    Parameters
+    ----------
+    reference : what the solver is, or where it is described, in one line.
+    code : web address of its code; may be empty.
+    authors : who made it.
+    date : the day of the result, YYYY-MM-DD.
+    delay : whether it is causal, late or offline; see `Delay`.
+    trained_on : what its parameters were learned from; "nothing" is an answer.
+    tuned_on : what its makers looked at when they chose the rest; "nothing" is an answer.
+    rerun_by : who made the figures again, and when; empty = nobody yet.
+    """
+
+    reference: str = ""
+    code: str = ""
+    authors: str
+    date: str
+    delay: Delay
+    trained_on: str
+    tuned_on: str
+    rerun_by: str = ""
+
+    @property
+    def sees_the_future(self) -> bool:
+        """Whether an answer may depend on frames after its own; such solvers are ranked apart."""
+        return self.delay != 0
+
+    @property
+    def timing(self) -> str:
+        """Causal, late or offline, in words."""
+        if self.delay == OFFLINE:
+            return "offline"
+        return "causal" if self.delay == 0 else f"{self.delay} frame{'' if self.delay == 1 else 's'} late"
+
+    @staticmethod
+    def of(info: SubmissionInfo, **asked: Any) -> "About":
+        """What a submission declares, with what is ``asked`` in its place; the day is today unless asked otherwise.
+
+        Raises
+        ------
+        VbbenchError
+            If something that every row must say is missing, or cannot be shown.
+        """
+        own = {field.name: getattr(info, field.name) for field in fields(About) if hasattr(info, field.name)}
+        given = {name: value for name, value in asked.items() if value not in ("", None)}
+        facts = {"date": f"{datetime.date.today()}", **own, **given}
+        if facts["delay"] is None:
+            raise VbbenchError(
+                "a row must say whether the solver is causal: give `delay`, the frames that an answer comes after its "
+                f"own (0 for none), or '{OFFLINE}'; or write it into submission.json"
+            )
+        for name in NEEDED:
+            if not facts[name].strip():
+                raise VbbenchError(f"a row must say {_WORDS[name]}: give `{name}`, or write it into submission.json")
+        about = About(**facts)
+        about.check()
+        return about
+
+    def check(self) -> None:
+        """Raise VbbenchError if the address or the day is none."""
+        if not _CODE.fullmatch(self.code):
+            raise VbbenchError(f"`code` {self.code} is not an address; give one that begins with https:// or http://")
+        if not is_day(self.date):
+            raise VbbenchError(f"`date` {self.date} is not a day; write it as YYYY-MM-DD")
+
+    def made_again(self, by: str) -> "About":
+        """The same, with who made the figures again."""
+        return replace(self, rerun_by=by)
+
+
+def parse_delay(text: str) -> Delay | None:
+    """The delay that a command line names; ``None`` where it names none.
+
+    Raises
+    ------
+    VbbenchError
+        If it is neither a number of frames nor `OFFLINE`.
+    """
+    if text in ("", OFFLINE):
+        return OFFLINE if text else None
+    if not re.fullmatch(r"[0-9]{1,6}", text):
+        raise VbbenchError(f"a delay is a number of frames, 0 for a causal solver, or '{OFFLINE}', not '{text}'")
+    return int(text)
+
+
+_WORDS = {
+    "authors": "who made the solver",
+    "trained_on": "what the solver was trained on ('nothing' is an answer)",
+    "tuned_on": "what the solver was tuned on by hand ('nothing' is an answer)",
+}
+
+
+MOST = 200
+"""Entries of a file; the oldest make room."""
+
+_SAME = 1e-6
+"""Figures that differ by less, relative to their size, are the same on another machine."""
+
+DIGITS = 8
+"""Of a figure in a file: what newer ones replaced is kept to be seen, not to be computed with."""
+
+Interval = tuple[float | None, float | None, float | None]
+"""A capped mean with the low and the high end of its 95 % interval; ``None`` = there is none."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Past:
+    """What a row said.
+
+    Parameters
+    ----------
+    date : the day of that result, YYYY-MM-DD.
+    version : of the solver.
+    vbbench : the version that scored it.
+    dataset : id of the dataset that was solved; with another, the task was another.
+    protocol : name and version.
+    capped : metric → capped mean and interval.
+    """
+
+    date: str
+    version: str
+    vbbench: str
+    dataset: str
+    protocol: str
+    capped: Mapping[str, Interval]
+
+    @staticmethod
+    def of(score: Mapping[str, Any], **said: str) -> "Past":
+        """The entry of a score, as ``vbbench score --json`` prints it; ``said`` are the other parameters."""
+        summaries = {**score["metrics"], **score["drift"]}
+        return Past(
+            **said, capped={name: (found["capped"], *found["capped_ci95"]) for name, found in summaries.items()}
+        )
+
+    @staticmethod
+    def read(values: Mapping[str, Any]) -> "Past":
+        """An entry of a file that keeps to the schema."""
+        return Past(**{**values, "capped": {name: tuple(ends) for name, ends in values["capped"].items()}})
+
+    def values(self) -> dict[str, Any]:
+        """The entry as the file has it."""
+        return {**vars(self), "capped": {name: [_rounded(end) for end in ends] for name, ends in self.capped.items()}}
+
+    def says_the_same(self, other: "Past") -> bool:
+        """Whether the figures are those of the other, on the same dataset."""
+        if self.dataset != other.dataset or set(self.capped) != set(other.capped):
+            return False
+        pairs = [pair for name, ends in self.capped.items() for pair in zip(ends, other.capped[name], strict=True)]
+        return all(_equal(one, two) for one, two in pairs)
+
+
+def grown(history: Sequence[Past], old: Past, new: Past) -> tuple[Past, ...]:
+    """The history of a row whose figures ``old`` are replaced by ``new``; the same figures add nothing."""
+    return tuple(history) if old.says_the_same(new) else (*history, old)[-MOST:]
+
+
+def history_faults(history: Sequence[Past], date: str) -> Iterator[str]:
+    """What is wrong with the history of a result of the day ``date``."""
+    days = [*(past.date for past in history), date]
+    for n, past in enumerate(history):
+        place = f"$.history[{n}]"
+        if not is_day(past.date):
+            yield f"{place}.date: {past.date} is not a day; write it as YYYY-MM-DD"
+        elif days[n + 1] < past.date:
+            yield f"{place}.date: {past.date} is after {days[n + 1]}, which follows it; the oldest comes first"
+        for name, (value, low, high) in past.capped.items():
+            if name not in METRICS:
+                yield f"{place}.capped.{name}: is no metric"
+            ends = [end for end in (low, value, high) if end is not None]
+            if ends != sorted(ends) or (value is None and ends):
+                yield f"{place}.capped.{name}: the mean does not lie in its interval"
+
+
+def _rounded(figure: float | None) -> float | None:
+    return None if figure is None else float(f"{figure:.{DIGITS}g}")
+
+
+def _equal(one: float | None, other: float | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return math.isclose(one, other, rel_tol=_SAME, abs_tol=1e-12)
+
 
 LARGEST_FIGURE = 10 * LARGEST
 """No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""

@@ -1,0 +1,268 @@
+"""Submissions to a challenge: copied, checked, taken or refused; and the end, when the hidden part is scored."""
+
+import hashlib
+import os
+import shutil
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from vbbench.errors import FileError, SubmissionError, VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
+from vbbench.files.tables import file_sha256
+from vbbench.folders.locks import NO_LINKS, locked
+from vbbench.folders.work_folder import WorkFolder
+from vbbench.geometry import wrap_angle
+from vbbench.scoring import score
+from vbbench.scoring.answers import OR_HOLD, Checked, CheckedSubmission, check_submission
+from vbbench_leaderboards.challenge.definition import Challenge, Part, Phase, parse_moment
+from vbbench_leaderboards.challenge.organiser import Entry, Organiser, append, digest_of_last, moment_text
+from vbbench_leaderboards.challenge.standings import standings_text
+from vbbench_leaderboards.results.ranking import headline
+from vbbench_leaderboards.results.result import NOBODY_YET, About, Result, write_result
+
+FILES = (SUBMISSION_FILE, "poses.parquet", "positions.parquet", "poses.csv", "positions.csv")
+MOST_BYTES = 1 << 30
+"""Of one file: no answer to a challenge is larger."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Receipt:
+    """What a team gets back.
+
+    Parameters
+    ----------
+    challenge : its name.
+    entry : its line of the log.
+    phase : the phase it was taken in.
+    used : submissions of the team in this phase, this one included.
+    result : figures on the public part; ``None`` in a hidden phase.
+    is_again : whether the team's same answers were taken before, in the same phase: nothing was added.
+    """
+
+    challenge: str
+    entry: Entry
+    phase: Phase
+    used: int
+    result: Result | None = None
+    is_again: bool = False
+
+    def text(self) -> str:
+        """The receipt, for people."""
+        team, number = self.entry.team, self.entry.number
+        if self.is_again:
+            return (
+                f"{self.challenge}: {team} handed these answers in before, in phase {self.phase.name} on "
+                f"{self.entry.day} (number {number}); they count already, and nothing was added"
+            )
+        counts = f"submission {self.used} of {self.phase.submissions}, number {number}"
+        lines = [
+            f"{self.challenge}: taken from {team} in phase {self.phase.name}, {counts}",
+            f"SHA-256 of its answers: {self.entry.answers}",
+        ]
+        if self.result is None:
+            return "\n".join([*lines, "This phase counts on the hidden part, which is scored after its end."])
+        sequences = f"{self.result.score['sequences']} of {self.result.score['sequences_in_dataset']}"
+        figures = ", ".join(
+            f"{name} {headline(self.result, metric).value:.4f} {unit}"
+            for metric, name, unit in (("dx", "Δx", "m"), ("dt", "Δt", "m"), ("dr", "Δr", "rad"))
+        )
+        return "\n".join([*lines, f"Public part, {sequences} sequences, capped: {figures}"])
+
+
+def accept(folder: Path, submission: Path, team: str, moment: datetime, **about: Any) -> Receipt:
+    """Take a submission of a team into the challenge in ``folder``; accepted or refused, it is written into the log.
+
+    Parameters
+    ----------
+    moment : when it was handed in.
+    about : facts of the team's row (`About`) that replace or complete what the submission declares.
+
+    Raises
+    ------
+    VbbenchError
+        If it is refused: the team is unknown, no phase is open, the team has used up its submissions, the submission
+        has faults, answers something else, or repeats what another team handed in.
+    """
+    organiser = Organiser(folder)
+    organiser.challenge.check_team(team)
+    with locked(folder):
+        _ = organiser.parts  # what is wrong with the challenge is no refusal of a team
+        entries = organiser.entries
+        blank = Entry(
+            number=len(entries) + 1,
+            time=moment_text(moment),
+            written=moment_text(parse_moment("")),
+            team=team,
+            phase="",
+            decision="accepted",
+            before=digest_of_last(entries),
+        )
+        try:
+            return _take(organiser, submission, blank, moment, about)
+        except VbbenchError as error:
+            phase = organiser.challenge.phase_at(moment)
+            reason = str(error).partition("\n")[0]
+            refused = replace(blank, phase=phase.name if phase else "", decision="refused", reason=reason)
+            append(folder, entries, refused)
+            raise
+
+
+def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> Receipt:
+    challenge, entries, team = organiser.challenge, organiser.entries, blank.team
+    last = max((entry.time for entry in entries if entry.is_accepted and entry.team == team), default="")
+    if last and moment < datetime.fromisoformat(last):  # the last one is the one that counts
+        raise VbbenchError(f"{blank.time} is before the last submission of {team}, taken at {last}; check `date`")
+    phase = challenge.open_phase(moment)
+    own = [each for each in entries if each.is_accepted and (each.team, each.phase) == (team, phase.name)]
+    with _copied(submission, organiser.folder / blank.folder) as work:
+        try:
+            info = check(challenge, work.new, organiser.dataset).info
+        except VbbenchError as error:  # it is named as it was handed in
+            raise VbbenchError(*str(error).replace(str(work.new), str(submission)).split("\n")) from error
+        about = About.of(info, **{"date": blank.day, **facts})
+        if about.authors.strip() == NOBODY_YET:
+            raise VbbenchError(f"the authors are '{NOBODY_YET}', as the template has it; say who made the solver")
+        entry = replace(
+            blank,
+            phase=phase.name,
+            answers=digest_of_answers(work.new, organiser.dataset),
+            files=file_hashes(work.new),
+            about=vars(about),
+        )
+        if own and own[-1].answers == entry.answers:
+            return Receipt(challenge=challenge.name, entry=own[-1], phase=phase, used=len(own), is_again=True)
+        if len(own) >= phase.submissions:
+            used = f"{team} has used its {phase.submissions} submissions of phase {phase.name}"
+            raise VbbenchError(f"{used}, the last on {own[-1].day}")
+        for other in entries:
+            if other.is_accepted and other.answers == entry.answers and other.team != team:
+                where = f"on {other.day} (submission {other.number})"
+                raise VbbenchError(f"these are the answers that {other.team} handed in {where}; hand in your own")
+        result = result_of(organiser, entry, work.new, "public") if phase.part == "public" else None
+        work.publish()
+    if result is not None:
+        write_result(result, organiser.results("public"), organiser.record("public"))
+    append(organiser.folder, entries, entry)
+    return Receipt(challenge=challenge.name, entry=entry, phase=phase, used=len(own) + 1, result=result)
+
+
+def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
+    """Check all that can be checked without truth: what `vbbench check` does, and what the challenge asks besides.
+
+    Raises
+    ------
+    VbbenchError
+        If it answers another dataset, or another protocol, or has faults; every fault of its rows is listed.
+    """
+    info, name = SubmissionInfo.read(submission), challenge.name
+    if info.dataset != dataset.info.id:
+        raise VbbenchError(
+            f"{submission} answers dataset {info.dataset}; {name} is dataset {dataset.info.id}, solve that"
+        )
+    if info.protocol != challenge.protocol:
+        problem = f"is solved under {info.protocol}; {name} is held under {challenge.protocol}, solve it so"
+        raise VbbenchError(f"{submission} {problem}")
+    refuses = challenge.missing_rows == "refuse"
+    if refuses and info.failure_policy != "refuse":
+        policy = f"failure_policy is '{info.failure_policy}'"
+        raise VbbenchError(f"{submission}: {policy}; {name} wants every answer: 'refuse'")
+    try:
+        return check_submission(submission, dataset)
+    except SubmissionError as error:
+        faults = tuple(fault.replace(OR_HOLD, "") if refuses else fault for fault in error.faults)
+        raise SubmissionError(submission, faults) from error
+
+
+def result_of(organiser: Organiser, entry: Entry, submission: Path, part: Part) -> Result:
+    """The figures of a submission on a part alone."""
+    figures = score(submission, organiser.data, organiser.truth, sequences=organiser.parts[part])
+    about = About(**entry.about)
+    described = f"{figures.info.solver} {figures.info.version}".strip()
+    about = replace(about, reference=about.reference or described)
+    return Result.of(figures, submission, about, name=entry.team)
+
+
+def close(folder: Path, moment: datetime) -> str:
+    """Score the last submission of each team in the hidden phase on the hidden part; return the standings as text.
+
+    Raises
+    ------
+    VbbenchError
+        If the challenge has no hidden phase, it has not closed, nobody handed anything in, or what was handed in is not
+        what is kept.
+    """
+    organiser = Organiser(folder)
+    name, phase = organiser.challenge.name, organiser.challenge.hidden_phase
+    if phase is None:
+        raise VbbenchError(f"{name} has no hidden phase; its standings are those of the public part")
+    if not organiser.shows_hidden(moment):
+        raise VbbenchError(f"{name}: the hidden part is scored when phase {phase.name} has closed, after {phase.end}")
+    with locked(folder):
+        counting = organiser.last_accepted({phase.name})
+        if not counting:
+            raise VbbenchError(f"{name}: no team handed anything in in phase {phase.name}")
+        for entry in counting.values():
+            kept = folder / entry.folder
+            if file_hashes(kept) != entry.files:
+                raise FileError(kept, f"is not what was handed in on {entry.day}: its SHA-256 differ from the log's")
+            result = result_of(organiser, entry, kept, "hidden")
+            write_result(result, organiser.results("hidden"), organiser.record("hidden"))
+    return standings_text(organiser, moment)
+
+
+@contextmanager
+def _copied(submission: Path, place: Path) -> Iterator[WorkFolder]:
+    """The files of a submission in the folder ``new`` of the work on ``place``: what is checked is what is kept.
+
+    Raises
+    ------
+    VbbenchError
+        If one of them is a link or no plain file: links could lead to the truth; or if it is too large.
+    """
+    if not submission.is_dir():
+        raise FileError(submission, "is not a folder; unpack the submission")
+    with WorkFolder(place) as work:
+        work.begin()
+        work.new.mkdir()
+        for name in FILES:
+            if os.path.lexists(submission / name):
+                _copy(submission / name, work.new / name)
+        yield work
+
+
+def _copy(path: Path, copy: Path) -> None:
+    try:
+        handle = os.open(path, os.O_RDONLY | NO_LINKS | getattr(os, "O_NONBLOCK", 0))
+    except OSError as error:
+        raise FileError(path, "is a link or cannot be read; hand in the file itself") from error
+    with os.fdopen(handle, "rb") as source:
+        facts = os.fstat(source.fileno())
+        if not stat.S_ISREG(facts.st_mode) or facts.st_size > MOST_BYTES:
+            raise FileError(path, f"is not a plain file of at most {MOST_BYTES >> 20} MB; hand in the file itself")
+        with copy.open("wb") as target:
+            shutil.copyfileobj(source, target)
+
+
+def file_hashes(folder: Path) -> dict[str, str]:
+    """File → SHA-256 of every file of a submission."""
+    return {name: file_sha256(folder / name) for name in FILES if (folder / name).is_file()}
+
+
+def digest_of_answers(submission: Path, dataset: Dataset) -> str:
+    """SHA-256 of what a submission without a fault answers.
+
+    It does not depend on how the rows are stored, on their order, on rows that need no answer, or on full turns of yaw.
+    """
+    whole = hashlib.sha256()
+    for _, answers in CheckedSubmission(submission, dataset, None).chunks():
+        poses = answers.poses.copy()
+        poses[:, 2] = wrap_angle(poses[:, 2])
+        for values in (poses, answers.positions):
+            whole.update((values.astype("<f8") + 0).tobytes())
+    return whole.hexdigest()

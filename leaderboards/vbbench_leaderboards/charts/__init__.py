@@ -1,1 +1,0 @@
-"""Charts as SVG text, coloured by the page's custom properties, so that they follow light and dark."""

@@ -1,1 +1,0 @@
-"""Boards as files for papers and programs: CSV, JSON, Markdown, LaTeX, and what to cite as BibTeX."""

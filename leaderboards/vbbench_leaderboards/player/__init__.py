@@ -1,1 +1,0 @@
-"""The sequence player of the leaderboard's page: its data, and the assets that show them."""

@@ -1,0 +1,1 @@
+"""The site of the boards: pages from templates, tables for papers, and the player of sequences."""

@@ -1,0 +1,183 @@
+"""The words and numbers of the pages: terms and their meanings, figures in one format, addresses that are safe."""
+
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Literal
+from urllib.parse import urlsplit
+
+from vbbench.generation.footage import FOOTAGE
+from vbbench.generation.tier import all_tiers
+from vbbench.scoring.metrics import section
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term:
+    """A word of the page: its short name, its name in full, its unit, and its meaning."""
+
+    name: str
+    full: str
+    unit: str = ""
+    meaning: str
+
+
+def error_terms() -> dict[str, Term]:
+    """The metrics that boards show first, in the order of the paper's tables."""
+    return _metric_terms("metrics")
+
+
+def drift_terms() -> dict[str, Term]:
+    """The metrics of motion over a second."""
+    return _metric_terms("drift")
+
+
+def _metric_terms(part: Literal["metrics", "drift"]) -> dict[str, Term]:
+    found = section(part).items()
+    return {key: Term(name=one.symbol, full=one.name, unit=one.unit, meaning=one.meaning) for key, one in found}
+
+
+COLUMNS = {
+    "rank": Term(
+        name="Rank",
+        full="rank",
+        meaning="One more than the number of solvers that are significantly better by the capped mean of the metric "
+        "that the table is sorted by, but never above a solver with a smaller mean; next to it the best and the worst "
+        "rank that the figures leave open. Solvers that see the future, and those trained or tuned on recordings of "
+        "the board, are ranked apart.",
+    ),
+    "failures": Term(
+        name="Failures",
+        full="failures",
+        meaning="The share of sequences that go astray: their mean Δx is over 1 m.",
+    ),
+    "coverage": Term(
+        name="Coverage", full="coverage", meaning="The share of scored rows that the solver answered. Read it first."
+    ),
+    "time": Term(
+        name="Time",
+        full="time per frame",
+        unit="µs",
+        meaning="Time inside the solver, in millionths of a second per frame, on the hardware named in the row.",
+    ),
+    "timing": Term(
+        name="Causal or offline",
+        full="causal or offline",
+        meaning="Causal: an answer depends on its own frame and earlier ones alone. Late: it comes so many frames "
+        "after its own. Offline: it depends on the whole sequence.",
+    ),
+}
+
+SUMMARIES = {
+    "median": Term(name="median", full="median", meaning="Half of the sequences have a smaller mean error than this."),
+    "mean": Term(
+        name="plain mean",
+        full="plain mean",
+        meaning="The mean over sequences without a cap: a single runaway can decide it, so it ranks nobody.",
+    ),
+    "p95": Term(
+        name="p95", full="95th percentile", meaning="One sequence in twenty has a larger mean error than this."
+    ),
+}
+
+PROTOCOLS = {
+    "one-step": Term(
+        name="one-step",
+        full="One step",
+        meaning="The truth of the two frames before is given for every frame; the solver answers the next. A "
+        "diagnostic: nobody has the truth of the frame before.",
+    ),
+    "sequential": Term(
+        name="sequential",
+        full="Sequential",
+        meaning="Everybody's first two frames are given; from there on the solver stands on its own estimates.",
+    ),
+    "rollout": Term(
+        name="rollout",
+        full="Rollout",
+        meaning="Only the sequence's first two frames are given; who comes later comes with nothing but a box.",
+    ),
+    "cold-start": Term(
+        name="cold-start",
+        full="Cold start",
+        meaning="Only where the observer is in the first frame is given, and where nobody is: what a robot has.",
+    ),
+}
+
+
+@cache
+def tiers() -> dict[str, Term]:
+    """Every tier that is installed here, in the registry's order, by name, and footage."""
+    found = {tier.name: tier.summary for tier in all_tiers()}
+    found[FOOTAGE] = "What a real camera saw, with boxes and places by hand."
+    return {name: Term(name=name, full=name.capitalize(), meaning=meaning) for name, meaning in found.items()}
+
+
+def term_of(words: dict[str, Term], key: str) -> Term:
+    """The term of a key; a protocol or tier without one goes by its own name."""
+    return words.get(key, Term(name=key, full=key, meaning=""))
+
+
+def is_web_address(address: str) -> bool:
+    """Whether it is a plain http or https address; nothing else becomes a link."""
+    if not address.isprintable() or any(character.isspace() for character in address):
+        return False
+    try:
+        parts = urlsplit(address)
+    except ValueError:
+        return False
+    return parts.scheme in ("http", "https") and bool(parts.hostname)
+
+
+def decimals(values: Iterable[float]) -> int:
+    """Decimals of a column of figures: two, or what gives its smallest figure two digits, but no more than four."""
+    sizes = [abs(value) for value in values if value and math.isfinite(value)]
+    return min(4, max(2, 1 - _power(min(sizes, default=1.0))))
+
+
+def figure(value: float, most: int) -> str:
+    """A figure in two or three significant digits, in a column of ``most`` decimals: 0.043, 0.79, 1.24, 12.4, 5,670."""
+    shown = f"{_to_three_digits(value):,.{figure_decimals(value, most)}f}"
+    return f"<{10.0**-most:.{most}f}" if value > 0 and not float(shown.replace(",", "")) else shown
+
+
+def figure_decimals(value: float, most: int) -> int:
+    """The decimals that `figure` shows; the ends of an interval have those of its middle."""
+    return min(most, max(0, 2 - _power(_to_three_digits(value)))) if value else most
+
+
+def padding(value: float, most: int) -> str:
+    """What follows a figure, unseen, so that the points of a column of ``most`` decimals stand in line."""
+    missing = most - figure_decimals(value, most)
+    return ("." if missing == most and most else "") + "0" * missing
+
+
+def signed(value: float, most: int) -> str:
+    """A difference, with its sign."""
+    return ("−" if value < 0 else "+") + figure(abs(value), most)
+
+
+def percent(share: float) -> str:
+    """A share in percent, finer near its ends, so that nothing but all is 100 %: 100 %, 99.95 %, 12 %, 2.5 %, 0 %."""
+    value = 100 * share
+    if value > 99:
+        finest = max(1, -_power(100 - value)) if value < 100 else 0
+        return f"{value:.{finest}f} %"
+    return f"{value:.0f} %" if value >= 10 or value == 0 else f"{value:.1f} %"
+
+
+def provided(name: str, value: Any) -> str:
+    """A data file of the site: one call, safe even inside a page."""
+    words = json.dumps(value, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    separators = words.replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return f"vbbench.provide({json.dumps(name)},{separators});\n"
+
+
+def _to_three_digits(value: float) -> float:
+    return float(f"{value:.3g}")
+
+
+def _power(value: float) -> int:
+    """The power of ten of the first digit of a number, 0 for 0."""
+    return math.floor(math.log10(abs(value))) if value else 0
