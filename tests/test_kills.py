@@ -59,9 +59,9 @@ def make_tiny() -> int:
 def accept_tiny() -> int:
     """Take a submission into it, at a time that is the same in every run."""
     from vbbench.cli import main
-    from vbbench_leaderboards.challenge import accepting
+    from vbbench_leaderboards.challenge import submissions
 
-    accepting.parse_moment = lambda _text: datetime(2026, 12, 2, tzinfo=UTC)
+    submissions.parse_moment = lambda _text: datetime(2026, 12, 2, tzinfo=UTC)
     words = "challenge accept tiny-answer --challenge tiny --team honest --date 2026-12-02"
     return main(words.split())
 
