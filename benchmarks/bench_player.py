@@ -19,8 +19,8 @@ import numpy as np
 from tests.browser.browsing import chromium
 from tests.made_player import write_crowd, write_page
 from tests.made_sequence import made_sequence
-from vbbench_leaderboards.site.player import FOLDER, Films, write_player
 from vbbench_leaderboards.results.folder import read_results
+from vbbench_leaderboards.site.player import FOLDER, Films, write_player
 
 CROWD = {"people": 500, "frames": 300}
 SHOWN = 3

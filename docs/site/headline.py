@@ -9,9 +9,8 @@ from docutils.parsers.rst import Directive
 
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC, SPLITS, is_headline, is_real
 from vbbench_leaderboards.results.folder import Boards, read_results
-from vbbench_leaderboards.results.ranking import leading_rows
+from vbbench_leaderboards.results.ranking import headline, leading_rows
 from vbbench_leaderboards.results.result import Board
-from vbbench_leaderboards.results.ranking import headline
 
 RESULTS = Path(__file__).parents[2] / "leaderboards" / "results"
 
