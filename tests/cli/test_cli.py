@@ -116,8 +116,6 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["solve", "nowhere", "--out", "y", "--solver"], "--solver: expected one argument; see 'vbbench solve --help'"),
         (["solve"], "required: --solver, --out; see 'vbbench solve --help'"),
         (["solve", "one", "two", "--solver", "cv", "--out", "y"], "unrecognized arguments: two"),
-        (["export", "mot", "nowhere", "--out", "y", "--fvo", "3"], "did you mean '--fov'?"),
-        (["export", "mot", "nowhere", "--out", "y", "--at", "3"], "--at: expected 2 arguments"),
         (["sovle", "nowhere"], "no command is called 'sovle'; did you mean 'solve'?"),
         (["lederboard"], "did you mean 'leaderboard'?"),
         (["--hepl"], "did you mean '--help'?"),
@@ -174,7 +172,6 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
         ("solve", "jobs is a number of processes", "--jobs is a number of processes"),
         ("generate", "height_std must be 0 or more", "--sigma-h must be 0 or more"),
         ("generate", "the seed must be 0 or more", "the seed must be 0 or more"),
-        ("export mot", "camera_height must be above heads", "--camera-height must be above heads"),
         ("export mot", "pass `pixel_std`, or `heads=True`", "pass `pixel_std`, or --heads"),
         (
             "score",
@@ -197,7 +194,7 @@ def test_what_a_value_in_a_file_must_be_is_said_of_the_file() -> None:
 
 @pytest.mark.parametrize("name", all_commands())
 def test_help_says_nothing_of_defaults_that_say_nothing(name: str) -> None:
-    text = " ".join(help_of(name).replace("│", " ").split()).partition("photo options")[0]
+    text = " ".join(help_of(name).replace("│", " ").split())
     assert not re.search(r"\{None|\bNone\b|default: (False|True|\(\))?\)", text)
 
 

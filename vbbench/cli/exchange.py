@@ -4,7 +4,6 @@ from pathlib import Path
 
 from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.views import announce
-from vbbench.exchange.heads.settings import HeadOptions
 
 
 def export_csv(folder: Path, /, out: Path) -> None:
@@ -62,7 +61,6 @@ def export_mot(
     seed: int = 0,
     truth: Path | None = None,
     heads: bool = False,
-    photo: HeadOptions = HeadOptions(),  # noqa: B008  frozen
 ) -> None:
     """Write boxes, and rendered pictures, as one MOTChallenge folder per sequence; or boxes of heads.
 
@@ -75,9 +73,8 @@ def export_mot(
         plain: With --frames: people on plain ground, without façades, trees and furniture.
         seed: With --frames: seed of looks and surroundings. With --heads: of the annotators' errors.
         truth: Folder with the truth tables, if they are not in the dataset.
-        heads: Write the heads that a surveillance camera above the crowd sees in a sequence's scene, as one folder of
+        heads: Write the heads that a camera 13 m above the crowd sees in a sequence's scene, as one folder of
             MOTChallenge Head Tracking 21.
-        photo: The camera of --heads.
     """
     from vbbench.errors import VbbenchError
     from vbbench.exchange.mot import export_mot as export
@@ -87,12 +84,10 @@ def export_mot(
     if heads and frames:
         raise VbbenchError("--heads writes no pictures: leave --frames out")
     if heads:
-        from vbbench.exchange.heads.recording import export_heads
+        from vbbench.exchange.heads import HeadOptions, export_heads
 
-        print(export_heads(Dataset(folder, truth), out, photo, sequence=sequence, seed=seed))
+        print(export_heads(Dataset(folder, truth), out, HeadOptions(), sequence=sequence, seed=seed))
         return
-    if photo != HeadOptions():
-        raise VbbenchError("the options of a surveillance camera and its boxes belong to --heads; add it")
     drawn_by = Backend(name=backend, surroundings=not plain, seed=seed) if frames else None
     print(export(Dataset(folder, truth), out, sequence=sequence, backend=drawn_by, announce=announce))
 

@@ -4,8 +4,7 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from vbbench.exchange.heads.recording import TRUTH_FACTS, export_heads
-from vbbench.exchange.heads.settings import HeadOptions
+from vbbench.exchange.heads import TRUTH_FACTS, HeadOptions, export_heads
 from vbbench.generation.generator import Options, Plan, Simulation
 from vbbench.registry import load
 from vbbench.reproduction.making import Making

@@ -1,1 +1,0 @@
-"""A fixed camera high above a crowd, and the recording of people's heads that annotators would make of its pictures."""
