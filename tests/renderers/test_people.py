@@ -9,11 +9,9 @@ from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.people.dressing import make_look
-from vbbench_renderers.people.gait import ROLL
-from vbbench_renderers.people.looks import NAMES
-from vbbench_renderers.people.paths import step_length
-from vbbench_renderers.people.skeleton import SHIN, THIGH, UPPER_ARM, Bone
+from vbbench_renderers.people.bodies import NAMES
+from vbbench_renderers.people.gait import ROLL, SHIN, THIGH, UPPER_ARM, Bone, step_length
+from vbbench_renderers.people.looks import make_look
 
 MOST_TRIANGLES = (4400, 1300, 450)
 

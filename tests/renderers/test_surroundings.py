@@ -6,8 +6,7 @@ import pytest
 from vbbench.scene import Scene
 from vbbench_renderers.meshes import Mesh, Surroundings
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
-from vbbench_renderers.surroundings.layers import TILE, Layer, textures
-from vbbench_renderers.surroundings.panes import HALF, windows
+from vbbench_renderers.surroundings.textures import HALF, TILE, Layer, textures, windows
 
 STREET = (-11.0, -21.0, 11.0, 21.0)
 AREAS = [STREET, (2.0, -3.0, 18.0, 6.0), (-1.0, 0.0, 3.0, 4.0), (-60.0, -40.0, 60.0, 40.0)]

@@ -1,17 +1,31 @@
-"""What a person looks like and how they move; and the limb meshes of looks, by level of detail."""
+"""What a person looks like and how they move, invented from only the seed and the person's id, garment by garment."""
 
-from dataclasses import dataclass, field, fields
-from functools import cache
+import tomllib
+from dataclasses import dataclass, field
+from importlib.resources import files
+from typing import Any
 
-from vbbench.geometry import FloatArray, IntArray
-from vbbench_renderers.meshes import Mesh, Pattern
-from vbbench_renderers.people.body import body_meshes
-from vbbench_renderers.people.garments import garment_meshes
-from vbbench_renderers.people.head import head_meshes
-from vbbench_renderers.people.loft import LEVELS
+import numpy as np
+
+from vbbench.geometry import FloatArray
+from vbbench_renderers.meshes import Pattern
+from vbbench_renderers.people.bodies import MID_TORSO, top_of
+from vbbench_renderers.people.gait import CHIN, FOREARM, SHIN, THIGH, UPPER_ARM, Bone
 
 Triple = tuple[float, float, float]
 ONE: Triple = (1.0, 1.0, 1.0)
+MID_ARM, MID_FOREARM, WRIST = (0.0, 0.0, -0.5 * UPPER_ARM), (0.0, 0.0, -0.5 * FOREARM), (0.0, 0.0, -FOREARM)
+MID_THIGH, MID_SHIN = (0.0, 0.0, -0.5 * THIGH), (0.0, 0.0, -0.5 * SHIN)
+
+_TABLE: dict[str, dict[str, Any]] = tomllib.loads(files(__package__).joinpath("wardrobe.toml").read_text("utf-8"))
+COLOURS: dict[str, list[str]] = {name: colours.split() for name, colours in _TABLE["colours"].items()}
+SHARES = _TABLE["shares"]
+
+
+def linear(code: str) -> FloatArray:
+    """Linear RGB [3] of a colour written as six hexadecimal digits of sRGB (IEC 61966-2-1)."""
+    srgb = np.array([int(code[i : i + 2], 16) for i in (0, 2, 4)]) / 255.0
+    return np.asarray(np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,9 +36,9 @@ class Part:
     ----------
     mesh : name in the library.
     bone : index of the bone that it hangs from.
+    colour, second : linear RGB.
     scale : along the limb's own axes.
     offset : of its origin from the bone's, in the bone's frame, in m for 1.75 m.
-    colour, second : linear RGB.
     pattern : where the second colour shows.
     gloss : 0 … 1.
     coarsest : last level of detail at which it is drawn.
@@ -32,50 +46,13 @@ class Part:
 
     mesh: str
     bone: int
-    scale: Triple = ONE
-    offset: Triple = (0.0, 0.0, 0.0)
     colour: FloatArray
     second: FloatArray
+    scale: Triple = ONE
+    offset: Triple = (0.0, 0.0, 0.0)
     pattern: Pattern = Pattern.PLAIN
     gloss: float = 0.0
     coarsest: int = 2
-
-
-@dataclass(frozen=True, kw_only=True)
-class Style:
-    """Build and way of walking, one row per person.
-
-    Parameters
-    ----------
-    size : [N] the person's metres per metre of a person of 1.75 m.
-    shoulders, hips : [N] relative breadth.
-    track : [N] half the step width in m for 1.75 m.
-    stance : [N, 2] how far in m the feet stand in front, when still.
-    stride : [N] personal factor of the step length.
-    start : [N] phase at which the person sets out.
-    stoop : [N] how far in m the neck is before the hips.
-    glance : [N] rad that the head turns to the left when still.
-    arm_swing, arm_forward, arm_aside, arm_inward, elbow : [N, 2] rad.
-    """
-
-    size: FloatArray
-    shoulders: FloatArray
-    hips: FloatArray
-    track: FloatArray
-    stance: FloatArray
-    stride: FloatArray
-    start: FloatArray
-    stoop: FloatArray
-    glance: FloatArray
-    arm_swing: FloatArray
-    arm_forward: FloatArray
-    arm_aside: FloatArray
-    arm_inward: FloatArray
-    elbow: FloatArray
-
-    def of(self, people: IntArray) -> "Style":
-        """The rows of some people."""
-        return Style(**{item.name: getattr(self, item.name)[people] for item in fields(self)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +61,7 @@ class Look:
 
     Parameters
     ----------
-    kind : what tells this look from others: sex, age, build, garments and colours.
+    kind : what distinguishes this look: sex, age, build, garments and colours.
     parts : the limbs.
     style : one row of `Style`, by name.
     """
@@ -94,23 +71,245 @@ class Look:
     style: dict[str, FloatArray] = field(repr=False)
 
 
-def crown_of(parts: tuple[Part, ...], head_bone: int) -> float:
-    """Height in m for 1.75 m of the top of head, hair and hat over the chin."""
-    return max(part.offset[2] + part.scale[2] * top_of(part.mesh) for part in parts if part.bone == head_bone)
+@dataclass
+class Outfit:
+    """A look that is being assembled."""
+
+    rng: np.random.Generator
+    woman: bool
+    age: str
+    girth: float
+    skin: FloatArray
+    hair: FloatArray
+    torso: str = ""
+    outer: str = ""
+    cloth: FloatArray | None = None
+    kind: list[str] = field(default_factory=list)
+    parts: list[Part] = field(default_factory=list)
+
+    @property
+    def sex(self) -> str:
+        """Ending of the names of meshes."""
+        return "woman" if self.woman else "man"
+
+    def choose(self, shares: dict[str, float]) -> str:
+        """One of the names, by their shares."""
+        return self.pick(list(shares), np.array(list(shares.values())) / sum(shares.values()))
+
+    def usual(self, what: str) -> str:
+        """One of the names of a thing, by the shares of men or of women."""
+        return self.choose(SHARES[self.sex][what])
+
+    def colour(self, name: str) -> FloatArray:
+        """A colour of a palette, varied a little."""
+        return np.clip(linear(self.pick(COLOURS[name])) * self.rng.uniform(0.85, 1.15), 0.0, 1.0)
+
+    def pick(self, options: list[str], shares: FloatArray | None = None) -> str:
+        """One of the options, recorded as part of this look."""
+        self.kind.append(options[int(self.rng.choice(len(options), p=shares))])
+        return self.kind[-1]
+
+    def add(self, mesh: str, bone: int, colour: FloatArray, second: FloatArray | None = None, **more: object) -> None:
+        """Put something on."""
+        dyes = {"colour": colour, "second": colour if second is None else second}
+        self.parts.append(Part(mesh=mesh, bone=int(bone), **dyes, **more))  # type: ignore[arg-type]
+
+    def drape(self, mesh: str, colour: FloatArray, scale: Triple) -> None:
+        """A skirt: four copies that overlap; from far away two are enough."""
+        for number in range(4):
+            self.add(mesh, Bone.SKIRT + number, colour, scale=scale, coarsest=2 if number in (0, 3) else 1)
+
+    def pair(self, mesh: str, bone: int, colour: FloatArray, **more: object) -> None:
+        """The same on the left and on the right."""
+        for side in (0, 1):
+            self.add(mesh, bone + side, colour, **more)  # type: ignore[arg-type]
 
 
-_MAKERS = body_meshes() | head_meshes() | garment_meshes()
-NAMES = tuple(_MAKERS)
-"""What each mesh of the library is."""
+def _add_head(who: Outfit) -> None:
+    """Head, neck, hair, hat."""
+    scale = (1.0, 1.0 + 0.25 * (who.girth - 1.0), 1.0)
+    who.add(f"head {who.sex}", Bone.HEAD, who.skin, scale=scale, gloss=0.12)
+    who.add("eyes", Bone.HEAD, linear(COLOURS["white"][0]), scale=scale, gloss=0.3, coarsest=0)
+    thick = (0.86 if who.woman else 1.0) * (0.9 + 0.1 * who.girth)
+    who.add("neck", Bone.NECK, who.skin, scale=(thick, thick, 1.0), gloss=0.1, coarsest=1)
+    hat = who.usual("hat")
+    if hat == "head scarf":
+        colour = who.colour("tops")
+        who.add("scarf", Bone.HEAD, colour, scale=scale)
+        who.add("wrap", Bone.HEAD, colour, scale=scale, coarsest=1)
+        return
+    hair = who.usual("hair_under_hat" if hat != "none" else "old_hair" if who.age == "old" else "hair")
+    if hair != "bald":
+        who.add(hair, Bone.HEAD, who.hair, scale=scale, gloss=0.25)
+    if hair == "hair tied":
+        who.add(who.pick(["bun", "pony tail"]) if hat == "none" else "pony tail", Bone.HEAD, who.hair, gloss=0.25)
+    if not who.woman and who.choose({"shaven": 0.78, "beard": 0.22}) == "beard":
+        who.add("beard", Bone.HEAD, 0.8 * who.hair, scale=scale)
+    if hat in ("cap", "beanie"):
+        colour = who.colour("tops")
+        who.add(hat, Bone.HEAD, colour, scale=scale)
+        if hat == "cap":
+            who.add("peak", Bone.HEAD, colour, coarsest=1)
+    elif hat != "none":
+        colour = who.colour("hats")
+        who.add("crown", Bone.HEAD, colour, scale=scale)
+        who.add("wide brim" if hat == "sun hat" else "narrow brim", Bone.HEAD, colour)
 
 
-@cache
-def library() -> tuple[Mesh, ...]:
-    """The meshes of all levels, the finest first, each in the order of `NAMES`."""
-    return tuple(make(level) for level in range(LEVELS) for make in _MAKERS.values())
+def _add_top(who: Outfit) -> None:
+    """Shirt, sweater, jacket or coat, with its sleeves and the hands."""
+    kind = who.usual("top")
+    outer = kind in ("jacket", "coat", "suit", "hoodie")
+    colour = who.colour("coats" if outer and kind != "hoodie" else "tops")
+    pattern = Pattern.PLAIN if outer else Pattern[who.choose(SHARES["pattern"]).upper()]
+    second = who.colour("tops") if pattern else colour
+    inner = "torso heavy" if who.girth > 1.12 else f"torso {who.sex}"
+    who.torso = base = ("jacket woman" if who.woman else "jacket") if outer else inner
+    who.cloth, who.outer = None if outer else colour, kind if outer else ""
+    wide = (who.girth, who.girth, 1.0)
+    who.add(base, Bone.CHEST, colour, second, scale=wide, offset=(0.0, 0.0, MID_TORSO), pattern=pattern)
+    if kind in ("jacket", "coat", "suit"):
+        shirt = who.colour("shirts" if kind == "suit" else "tops")
+        cut = "buttoned" if kind == "suit" or who.rng.random() < 0.4 else "open"
+        who.add(f"{cut} {base}", Bone.CHEST, shirt, scale=(who.girth, 1.0, 1.0), coarsest=1)
+        if kind == "suit" and not who.woman:
+            who.add(f"tie {base}", Bone.CHEST, who.colour("tops"), scale=(who.girth, 1.0, 1.0), coarsest=0)
+    slim = 0.94 if who.woman else 1.0
+    if kind == "coat":
+        who.drape("coat hem", colour, (who.girth, who.girth * slim, float(who.rng.uniform(0.9, 1.35))))
+    if kind == "hoodie":
+        who.add("hood", Bone.CHEST, colour, coarsest=1)
+    if kind in ("coat", "suit", "shirt"):
+        who.add("collar", Bone.CHEST, colour, scale=(0.95, 0.9 if who.woman else 1.0, 1.0), coarsest=1)
+    short = kind == "tee" or (kind == "shirt" and who.rng.random() < 0.3)
+    _add_arms(who, colour, second, pattern if pattern in (Pattern.RINGS, Pattern.CHECKS) else Pattern.PLAIN, short)
 
 
-@cache
-def top_of(name: str) -> float:
-    """Height in m of the highest point of a mesh in its own frame."""
-    return float(library()[NAMES.index(name)].vertices[:, 2].max())
+def _add_arms(who: Outfit, colour: FloatArray, second: FloatArray, pattern: Pattern, short: bool) -> None:
+    thick = who.girth * (0.86 if who.woman else 1.0)
+    scale = (thick, thick, 1.0)
+    cloth = {"second": second, "pattern": pattern, "scale": scale}
+    if short:
+        who.pair("upper arm", Bone.UPPER_ARM, who.skin, scale=scale, offset=MID_ARM, gloss=0.1, coarsest=1)
+        who.pair("short sleeve", Bone.UPPER_ARM, colour, offset=MID_ARM, **cloth)
+        who.pair("forearm", Bone.FOREARM, who.skin, scale=scale, offset=MID_FOREARM, gloss=0.1)
+    else:
+        who.pair("sleeve", Bone.UPPER_ARM, colour, offset=MID_ARM, **cloth)
+        who.pair("forearm sleeve", Bone.FOREARM, colour, offset=MID_FOREARM, **cloth)
+    size = 0.92 if who.woman else 1.0
+    for side, name in enumerate(("left hand", "right hand")):
+        who.add(name, Bone.FOREARM + side, who.skin, scale=(size, size, size), offset=WRIST, gloss=0.1)
+
+
+def _add_bottom(who: Outfit) -> None:
+    """Trousers, shorts or a skirt, and shoes."""
+    kind = who.usual("bottom")
+    skirt = "skirt" in kind
+    thick = who.girth * (1.0 if who.woman else 0.97)
+    scale = (thick, thick, 1.0)
+    colour = who.colour("skirts" if skirt else "trousers")
+    if skirt and who.cloth is not None and who.rng.random() < 0.35:
+        colour = who.cloth
+        who.kind.append("dress")
+    who.add(f"hips {who.sex}", Bone.PELVIS, colour, scale=(who.girth, who.girth, 1.0), coarsest=1)
+    bare = linear(COLOURS["stocking"][0]) if skirt and who.rng.random() < 0.4 else who.skin
+    if kind in ("jeans", "trousers"):
+        loose = kind == "trousers"
+        who.pair("loose thigh" if loose else "thigh", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
+        who.pair("loose shin" if loose else "slim shin", Bone.SHIN, colour, scale=scale, offset=MID_SHIN)
+    else:
+        slim, coarsest = (0.94 * thick, 0.94 * thick, 1.0), 2 if kind == "shorts" else 1
+        who.pair("thigh", Bone.THIGH, bare, scale=slim, offset=MID_THIGH, coarsest=coarsest)
+        who.pair("shin", Bone.SHIN, bare, scale=scale, offset=MID_SHIN, gloss=0.08)
+    if kind == "shorts":
+        who.pair("shorts leg", Bone.THIGH, colour, scale=scale, offset=MID_THIGH)
+    if skirt:
+        ease = {"coat": 0.84, "": 1.08}.get(who.outer, 0.92)
+        wide = who.girth * (0.97 if who.torso == "torso heavy" else ease)
+        who.drape(kind, colour, (wide, wide, 1.0))
+    pump = who.woman and kind not in ("jeans", "shorts") and who.rng.random() < 0.6
+    leather, narrow = who.colour("shoes"), (1.0, 0.88 if who.woman else 1.0, 1.0)
+    who.pair("pump" if pump else "shoe", Bone.FOOT, leather, scale=narrow, gloss=0.3)
+    if not pump:
+        pale = linear(COLOURS["white" if who.rng.random() < 0.6 else "black"][0])
+        who.pair("sole", Bone.FOOT, pale, scale=narrow, coarsest=0)
+
+
+def _add_bag(who: Outfit) -> int | None:
+    """Add something to carry, or nothing; return the side, 0 for the left, of a bag in the hand."""
+    bag = who.usual("bag")
+    if bag == "none":
+        return None
+    colour = who.colour("bags")
+    wide = (who.girth, who.girth, 1.0)
+    side = 0 if who.rng.random() < 0.5 else 1
+    if bag == "backpack":
+        back = {"jacket": 0.0, "jacket woman": 0.010, "torso woman": 0.025}.get(who.torso, 0.014)
+        who.add("backpack", Bone.CHEST, colour, offset=(back - 0.10 * (who.girth - 1.0), 0.0, 0.0))
+        who.add(f"straps {who.torso}", Bone.CHEST, colour, scale=wide, coarsest=1)
+    elif bag == "shoulder bag":
+        who.add(f"{('left', 'right')[side]} strap {who.torso}", Bone.CHEST, colour, scale=wide, coarsest=1)
+        out = 0.205 if who.torso.startswith("jacket") else 0.190
+        who.add("pouch", Bone.PELVIS, colour, offset=(-0.02, out * (1 - 2 * side) * who.girth, -0.02))
+    else:
+        who.add("tote", Bone.FOREARM + side, colour, offset=(0.0, 0.0, -FOREARM + 0.02))
+        return side
+    return None
+
+
+def make_look(seed: int, person: int, height: float) -> Look:
+    """The look of a person of a height in m."""
+    rng = np.random.default_rng([seed % 2**63, person % 2**63])
+    woman = bool(rng.random() < np.clip(0.5 - 3.0 * (height - 1.70), 0.1, 0.9))
+    age = str(rng.choice(["young", "grown", "old"], p=[0.35, 0.47, 0.18]))
+    girth = float(np.clip(rng.normal({"young": 0.96, "grown": 1.03, "old": 1.06}[age], 0.065), 0.88, 1.22))
+    hair = COLOURS["grey" if age == "old" else "hair"]
+    skin = rng.choice(len(COLOURS["skin"]), p=SHARES["skin"])
+    shares = np.array(SHARES["hair_colour"]) * (np.arange(8) < (8 if skin < 5 else 2)) if age != "old" else np.ones(4)
+    tress = rng.choice(len(hair), p=shares / shares.sum())
+    who = Outfit(
+        rng=rng, woman=woman, age=age, girth=girth, skin=linear(COLOURS["skin"][skin]), hair=linear(hair[tress])
+    )
+    who.kind += [who.sex, age, f"{girth:.1f}", COLOURS["skin"][skin], hair[tress]]
+    _add_head(who)
+    _add_top(who)
+    _add_bottom(who)
+    hand = _add_bag(who)
+    crown = max(part.offset[2] + part.scale[2] * top_of(part.mesh) for part in who.parts if part.bone == Bone.HEAD)
+    manner = _manner(who, hand, height / (CHIN + crown))
+    return Look(kind=tuple(who.kind), parts=tuple(who.parts), style=manner)
+
+
+def _manner(who: Outfit, hand: int | None, size: float) -> dict[str, FloatArray]:
+    """One row of a `Style`; the arm of a ``hand`` that carries a bag hangs."""
+    rng, old = who.rng, who.age == "old"
+    swing = np.full(2, rng.uniform(0.25, 0.5) * (0.7 if old else 1.0))
+    forward, elbow = np.full(2, rng.uniform(-0.05, 0.05)), np.full(2, rng.uniform(0.15, 0.45))
+    aside = np.full(2, rng.uniform(0.06, 0.11) + 0.45 * max(who.girth - 1.0, 0.0))
+    inward = np.full(2, rng.uniform(0.1, 0.4))
+    if hand is not None:
+        swing[hand] *= 0.3
+        elbow[hand] = 0.1
+    elif rng.random() < 0.12:
+        who.add(
+            "phone", Bone.FOREARM + 1, linear(COLOURS["black"][0]), offset=(0.02, 0.025, -0.27), gloss=0.5, coarsest=1
+        )
+        swing[1], forward[1], elbow[1], inward[1] = 0.03, 0.35, 1.75, 0.35  # looks at a phone
+    elif rng.random() < 0.08:
+        swing[:], forward[:], elbow[:], inward[:], aside[:] = 0.08, -0.26, 0.60, 0.55, 0.20  # hands in pockets
+    return {
+        "size": np.array(size),
+        "shoulders": np.array((0.88 if who.woman else 1.0) * (0.6 + 0.4 * who.girth)),
+        "hips": np.array(0.6 + 0.4 * who.girth),
+        "track": np.array((0.040 if who.woman else 0.052) + 0.25 * max(who.girth - 1.0, 0.0)),
+        "stance": rng.uniform(-0.035, 0.035) * np.array([1.0, -1.0]),
+        "stride": np.array(rng.uniform(0.95, 1.06) * (0.88 if old else 1.0) * (0.97 if who.girth > 1.12 else 1.0)),
+        "start": np.array(rng.uniform(0.0, 1.0)),
+        "stoop": np.array(rng.uniform(0.03, 0.09) if old else rng.uniform(-0.005, 0.02)),
+        "glance": np.array(rng.normal(0.0, 0.35)),
+        "arm_swing": swing,
+        "arm_forward": forward,
+        "arm_aside": aside,
+        "arm_inward": inward,
+        "elbow": elbow,
+    }

@@ -7,12 +7,9 @@ import numpy as np
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_renderers.meshes import Limbs
-from vbbench_renderers.people.dressing import make_look
-from vbbench_renderers.people.gait import Feet, Moment, moment_at, place_feet
-from vbbench_renderers.people.loft import LEVELS
-from vbbench_renderers.people.looks import NAMES, Look, Style, library
-from vbbench_renderers.people.paths import trace_paths
-from vbbench_renderers.people.skeleton import pose_bones
+from vbbench_renderers.people.bodies import LEVELS, NAMES, library
+from vbbench_renderers.people.gait import Feet, Moment, Style, moment_at, place_feet, pose_bones, trace_paths
+from vbbench_renderers.people.looks import Look, make_look
 
 NEAR, NEAR_FOCAL = (8.0, 20.0), 640.0
 """Distances in m beyond which the next level of detail is drawn at this focal length in px: people of 136 and 54 px."""
@@ -78,8 +75,8 @@ class _PartTable:
     def __init__(self, looks: tuple[Look, ...]) -> None:
         parts = [part for look in looks for part in look.parts]
         number = {name: index for index, name in enumerate(NAMES)}
-        self.person = np.repeat(np.arange(len(looks)), [len(look.parts) for look in looks])
-        self.mesh = np.array([number[part.mesh] for part in parts], dtype=np.int32)
+        self.person = np.repeat(np.arange(len(looks), dtype=np.int32), [len(look.parts) for look in looks])
+        self.mesh = np.array([number[part.mesh] for part in parts], dtype=np.int64)
         self.bone = np.array([part.bone for part in parts], dtype=np.int64)
         self.coarsest = np.array([part.coarsest for part in parts], dtype=np.int64)
         self.scale = np.array([part.scale for part in parts]).reshape(-1, 1, 3)
@@ -112,10 +109,10 @@ class _PartTable:
 
 
 def _stack_styles(looks: tuple[Look, ...]) -> Style:
-    pairs = {"stance", "arm_swing", "arm_forward", "arm_aside", "arm_inward", "elbow"}
+    shape = {"stance", "arm_swing", "arm_forward", "arm_aside", "arm_inward", "elbow"}
     return Style(
         **{
-            item.name: np.array([look.style[item.name] for look in looks]).reshape(-1, *[2] * (item.name in pairs))
+            item.name: np.array([look.style[item.name] for look in looks]).reshape(-1, *[2] * (item.name in shape))
             for item in fields(Style)
         }
     )
