@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow.csv as pa_csv
 
 from vbbench.exchange.matching import match_boxes, true_rectangles
-from vbbench.exchange.mot.text import read_mot
+from vbbench.exchange.own.box_files import read_boxes, rows_in_frames
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
 
@@ -29,7 +29,8 @@ def report(folder: Path, dataset: Dataset, number: int, start: int) -> str:
     sequence = dataset.sequence(number)
     truth, camera = dataset.truth(sequence), dataset.camera(sequence)
     real = true_rectangles(truth.positions, truth.heights, truth.poses, camera)
-    rows = read_mot(folder / "recording" / "gt.txt", sequence.frames - start)
+    boxes = read_boxes(folder / "recording" / "gt.txt", dataset.info.dt)
+    rows = rows_in_frames(boxes, sequence.frames - start, dataset.info.dt)
     poses = {int(row[0]) - 1 + start: row[1:] for row in table(folder / "poses.csv", "frame", "x", "y", "yaw")}
     positions = table(folder / "positions.csv", "frame", "id", "x", "y")
     places = {(int(frame) - 1 + start, int(track)): place for frame, track, *place in positions}

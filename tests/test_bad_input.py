@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.exchange.mot_text import read_mot
 from tests.make_dataset import Crowd
 from tests.tiny_board import tiny_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
-from vbbench.exchange.mot.text import read_mot
 from vbbench.exchange.tum import import_tum
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.archives import open_archive

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.exchange.mot_text import read_mot
 from tests.head_crowds import make_crowd, square
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
@@ -32,7 +33,6 @@ from vbbench.exchange.heads import (
     see_heads,
     visible_fractions,
 )
-from vbbench.exchange.mot import read_mot
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options

@@ -14,7 +14,7 @@ from vbbench.errors import VbbenchError
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
 from vbbench.exchange.matching import match_boxes
-from vbbench.exchange.mot.text import write_mot
+from vbbench.exchange.mot import write_mot
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray, freeze
 from vbbench.parallel.parts import progress_bar

@@ -10,7 +10,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.detection import NOBODY, Detector, TrackerFactory, make_detector, rows_of_tracks
 from vbbench.exchange.kept_detections import KeptDetections, kept_detections, key_of
-from vbbench.exchange.mot.text import write_mot
+from vbbench.exchange.mot import write_mot
 from vbbench.folders.swapping import beside
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.reading import Film

@@ -9,8 +9,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from vbbench.files.cards.front_matter import config_name, tags
-from vbbench.files.cards.licences import licence_address
+from vbbench.files.cards.front_matter import config_name, licence_address, tags
 from vbbench.files.cards.origin import Publisher, citations, said_licence
 from vbbench.files.cards.statements import TASK, Statements
 from vbbench.files.cards.subject import Subject

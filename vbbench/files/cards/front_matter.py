@@ -1,10 +1,10 @@
 """The YAML at the head of ``README.md``, which hubs and the library ``datasets`` read."""
 
-import json
-from collections.abc import Iterator, Mapping
+import re
 from typing import Any
 
-from vbbench.files.cards.licences import hub_identifier, licence_address
+import yaml
+
 from vbbench.files.cards.origin import said_licence
 from vbbench.files.cards.subject import Subject
 
@@ -26,7 +26,8 @@ def front_matter(subject: Subject) -> str:
         "configs": [_config(name) for name in subject.tables],
         "vbbench": {"dataset": subject.id, "digest": subject.digest, "version": info.package_version},
     }
-    return "\n".join([FENCE, *_lines(values), FENCE])
+    text = yaml.safe_dump(values, allow_unicode=True, sort_keys=False, width=2**16)
+    return f"{FENCE}\n{text}{FENCE}"
 
 
 def tags(subject: Subject) -> list[str]:
@@ -50,23 +51,31 @@ def _config(table: str) -> dict[str, Any]:
     return {"config_name": config_name(table), **first, "data_files": f"{table}.parquet"}
 
 
-def _lines(values: Mapping[str, Any], indent: str = "") -> Iterator[str]:
-    """The values as block YAML; text is in double quotes, as JSON writes it, which YAML reads alike."""
-    for name, value in values.items():
-        if isinstance(value, Mapping):
-            yield f"{indent}{name}:"
-            yield from _lines(value, f"{indent}  ")
-        elif isinstance(value, list):
-            yield f"{indent}{name}:"
-            for entry in value:
-                inside = (
-                    list(_lines(entry, f"{indent}  ")) if isinstance(entry, Mapping) else [f"{indent}  {_word(entry)}"]
-                )
-                yield f"{indent}- {inside[0].lstrip()}"
-                yield from inside[1:]
-        else:
-            yield f"{indent}{name}: {_word(value)}"
+_CREATIVE_COMMONS = re.compile(r"CC[ -](BY(?:-(?:NC|SA|ND))*)[ -]([1-4]\.\d)", re.IGNORECASE)
+_NAMED = {
+    "Apache-2.0": ("apache-2.0", "https://www.apache.org/licenses/LICENSE-2.0"),
+    "CC0": ("cc0-1.0", "https://creativecommons.org/publicdomain/zero/1.0/"),
+    "MIT": ("mit", "https://opensource.org/license/mit"),
+}
 
 
-def _word(value: Any) -> str:
-    return json.dumps(value, ensure_ascii=False)
+def hub_identifier(licence: str) -> str:
+    """What Hugging Face calls a licence: ``unknown`` where none is stated, ``other`` where its list has it not."""
+    if licence.startswith("none stated"):
+        return "unknown"
+    known = _known(licence)
+    return known[0] if known else "other"
+
+
+def licence_address(licence: str) -> str | None:
+    """Web address of a licence's text, if it is a well-known one."""
+    known = _known(licence)
+    return known[1] if known else None
+
+
+def _known(licence: str) -> tuple[str, str] | None:
+    """Identifier and address of the licence that a text begins with."""
+    if found := _CREATIVE_COMMONS.match(licence):
+        kind, version = found[1].lower(), found[2]
+        return f"cc-{kind}-{version}", f"https://creativecommons.org/licenses/{kind}/{version}/"
+    return next((facts for name, facts in _NAMED.items() if re.match(rf"{name}\b", licence)), None)

@@ -15,7 +15,7 @@ import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.box_tables import read_box_text
-from vbbench.exchange.mot.text import PEDESTRIAN, numbered_rows
+from vbbench.exchange.mot import PEDESTRIAN, numbered_rows
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, parse_seqinfo
 from vbbench.files.tables import file_sha256
 from vbbench.generation.archives import open_archive

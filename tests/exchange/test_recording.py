@@ -193,7 +193,7 @@ def test_a_calibration_of_another_picture_is_noticed(lines, note, tmp_path):
 
 
 def test_the_camera_file_of_the_manual_is_read(tmp_path):
-    page = (Path(__file__).parent.parent / "docs" / "own.md").read_text("utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "own.md").read_text("utf-8")
     block = re.findall(r"^## camera.toml\n\n((?:    .*\n|\n)+)", page, flags=re.M)[0]
     (tmp_path / "camera.toml").write_text(re.sub("^    ", "", block, flags=re.M))
     facts = read_camera(tmp_path / "camera.toml").facts

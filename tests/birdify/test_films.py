@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.exchange.mot_text import read_mot
 from vbbench.birdify.films import Detection, birdify_film
 from vbbench.boxes import rectangles
 from vbbench.camera import PerspectiveCamera
@@ -15,7 +16,6 @@ from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import Detections
 from vbbench.exchange.matching import match_boxes
-from vbbench.exchange.mot.text import read_mot
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
@@ -66,7 +66,7 @@ class Colours:
         return Detections(boxes=np.array(found, float).reshape(-1, 4), scores=np.full(len(found), 0.9))
 
 
-FOUND = Detection(detector="tests.test_birdify_films:Colours")
+FOUND = Detection(detector="tests.birdify.test_films:Colours")
 
 
 @pytest.fixture(scope="module")

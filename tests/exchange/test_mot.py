@@ -12,14 +12,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from tests.exchange.mot_text import read_mot
 from tests.make_dataset import Crowd, write_dataset
 from vbbench.boxes import cut_to_picture, observations_of, overlaps, rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.matching import match_boxes, match_tracks
-from vbbench.exchange.mot import BoxRows, export_mot, import_mot, read_mot, write_mot
-from vbbench.exchange.mot.importing import PIXEL_STD
+from vbbench.exchange.mot import PIXEL_STD, export_mot, import_mot, write_mot
 from vbbench.files.dataset import Dataset
 from vbbench.files.tables import file_sha256
 from vbbench.files.verification import verify

@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.exchange.mot_text import read_mot
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.detection import Detections
 from vbbench.exchange.film_boxes import find_boxes
 from vbbench.exchange.kept_detections import kept_detections, key_of
-from vbbench.exchange.mot.text import read_mot
 from vbbench.pictures.reading import open_film
 from vbbench.pictures.video import write_mp4
 
@@ -59,7 +59,7 @@ class Once(Square):
         return Detections(boxes=found.boxes[kept], scores=found.scores[kept])
 
 
-SQUARE = "tests.test_films:Square"
+SQUARE = "tests.exchange.test_film_boxes:Square"
 
 
 def test_a_video_has_its_frame_rate_size_and_colours(tmp_path, recwarn):
@@ -113,7 +113,7 @@ class Tired(Square):
         return super().detect(rgb, period)
 
 
-TIRED = "tests.test_films:Tired"
+TIRED = "tests.exchange.test_film_boxes:Tired"
 
 
 def stopped_search(folder: Any) -> Any:
@@ -186,7 +186,7 @@ def test_without_a_frame_rate_or_people_it_is_one_clear_line(tmp_path):
     with pytest.raises(FileError, match="hog finds nobody in 12 pictures; do they show people"):
         find_boxes(open_film(folder), tmp_path / "boxes.txt", fps=10.0)
     with pytest.raises(FileError, match="finds 1 boxes, and none of them lasts; a better detector"):
-        find_boxes(open_film(folder), tmp_path / "boxes.txt", fps=10.0, detector="tests.test_films:Once")
+        find_boxes(open_film(folder), tmp_path / "boxes.txt", fps=10.0, detector="tests.exchange.test_film_boxes:Once")
     with pytest.raises(VbbenchError, match="every must be at least 1 frame, not 0"):
         find_boxes(open_film(folder), tmp_path / "boxes.txt", fps=10.0, every=0)
 

@@ -224,12 +224,12 @@ def test_the_command_takes_calibrations_and_folders(tmp_path, capsys):
     boxes = write_csv(tmp_path / "boxes.csv", make_walk(20))
     camera = tmp_path / "camera_info.yaml"
     camera.write_text(yaml.dump(ECHO_1))
-    asked = ["birdify", str(boxes), "--camera", str(camera), "--solver", "tests.test_birdify:Odometer"]
+    asked = ["birdify", str(boxes), "--camera", str(camera), "--solver", "tests.birdify.test_birdify:Odometer"]
     given = ["--mount-height", "1.5", "--dt", "0.1", "--out", str(tmp_path / "map")]
     assert main([*asked, *given]) == 0
     kept = tmp_path / "map" / "recording"
     assert read_camera(kept / "camera.toml").facts.seconds == 0.1
-    again = birdify(kept / "boxes.csv", kept, tmp_path / "again", solver="tests.test_birdify:Odometer")
+    again = birdify(kept / "boxes.csv", kept, tmp_path / "again", solver="tests.birdify.test_birdify:Odometer")
     assert (again.folder / "positions.csv").read_bytes() == (tmp_path / "map" / "positions.csv").read_bytes()
     asked[3] = str(tmp_path)
     assert main([*asked, "--out", str(tmp_path / "other")]) == 2

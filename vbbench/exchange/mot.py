@@ -1,4 +1,9 @@
-"""Any tracker's MOTChallenge files as a dataset of tier `tracked`: its boxes, matched to people by their overlap."""
+"""MOTChallenge text: a dataset's boxes out as folders, and any tracker's files in as a dataset of tier `tracked`.
+
+One box is a line, ``frame,id,left,top,width,height,conf,class,visibility``. Frames and boxes are 1-based in it: frame 1
+is a sequence's frame 0, and left = 1 is the left edge of the picture (MOT16, arXiv 1603.00831, section 3.2). Here both
+count from 0.
+"""
 
 import warnings
 from collections.abc import Callable
@@ -9,10 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vbbench.boxes import observations_of
+from vbbench.boxes import observations_of, rectangles
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.exchange.box_rows import BoxRows, rows_of
+from vbbench.exchange.box_rows import BoxRows, rows_of, tracks_of
+from vbbench.exchange.box_tables import UNLINKED, BoxTable
 from vbbench.exchange.matching import (
     LEAST_FRAMES,
     LEAST_OVERLAP,
@@ -23,17 +29,28 @@ from vbbench.exchange.matching import (
     true_rectangles,
 )
 from vbbench.exchange.own.box_files import read_boxes, rows_in_frames
-from vbbench.exchange.sequence_files import SEQUENCE_INFO, files_by_sequence, picture_facts
+from vbbench.exchange.sequence_files import (
+    SEQUENCE_INFO,
+    files_by_sequence,
+    picture_facts,
+    sequence_info,
+    sequence_name,
+)
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import file_sha256
+from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
 from vbbench.generation import write_dataset
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.pictures.rendering import scene_of, silent
+from vbbench.parallel.parts import progress_bar
+from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY, Sequence, SequenceData, Truth, held_persons
 
+PEDESTRIAN = 1
+"""The class of walking people."""
 REVISION = 2
 """Incremented whenever the same files give another dataset, so that ids differ too."""
 LEAST_MATCHED, GOOD_MATCH = 0.5, 0.9
@@ -42,6 +59,115 @@ LOOKED_AT = 20
 """Files, the first ones, of which other frames are tried."""
 PIXEL_STD = {"perspective": 10.0, "panorama": 3.7}
 """Noise in px of a tracker's columns, tops and bottoms that the dataset declares, as in docs/tiers.md."""
+
+
+def write_mot(path: Path, rows: BoxRows) -> None:
+    """Write MOTChallenge text: tracks with class and visibility (9 columns), detections without (10, three are -1)."""
+    numbers = np.column_stack([rows.boxes[:, :2] + 1.0, rows.boxes[:, 2:]]).tolist()
+    visible = np.nan_to_num(rows.visible, nan=1.0)
+    lines = [
+        f"{frame + 1},{track},{','.join(map(repr, box))},{score:g},"
+        + ("-1,-1,-1\n" if track == UNLINKED else f"{PEDESTRIAN},{share:.6g}\n")
+        for frame, track, box, score, share in zip(rows.frame, rows.track, numbers, rows.scores, visible, strict=True)
+    ]
+    write_text_atomically(path, "".join(lines))
+
+
+def numbered_rows(table: BoxTable, frames: int) -> BoxRows:
+    """The boxes of a table of one sequence of ``frames`` frames.
+
+    Raises
+    ------
+    FileError
+        At the first line whose frame is not one of the ``frames``; or as `tracks_of` and `BoxRows.check`.
+    """
+    frame = table.frame - table.base
+    wrong = (frame != np.round(frame)) | (frame < 0) | (frame >= frames)
+    if wrong.any():
+        row, first = int(wrong.argmax()), table.base
+        known = f"its frames are {first} to {first + frames - 1}"
+        raise table.table.fault(row, f"frame {frame[row] + first:.10g} is not in the sequence; {known}")
+    track, ids, _ = tracks_of(table)
+    rows = BoxRows(
+        path=table.path,
+        frame=frame.astype(np.int64),
+        track=track,
+        boxes=table.boxes,
+        scores=table.scores,
+        visible=table.visible,
+        lines=table.lines,
+        ids=ids,
+    )
+    rows.check()
+    return rows
+
+
+def export_mot(
+    dataset: Dataset,
+    out: Path | str,
+    *,
+    sequence: int | None = None,
+    backend: Backend | None = None,
+    announce: Callable[[str], object] = silent,
+) -> Path:
+    """Write the boxes of sequences as MOTChallenge text.
+
+    Each sequence is a folder ``sequence-000012`` with ``gt/gt.txt`` (boxes with their tracks), ``det/det.txt`` (the
+    same boxes as detections, without) and ``seqinfo.ini``. A box is `BOX_ASPECT` times as wide as it is high, since an
+    observation has no width.
+
+    Parameters
+    ----------
+    dataset : the dataset.
+    out : folder to write into; created if needed.
+    sequence : number of the only sequence to write; ``None`` for all.
+    backend : renders pictures into ``img1``, which needs truth; ``None`` for no pictures.
+    announce : called with a line that names the renderer.
+
+    Returns
+    -------
+    The folder ``out``.
+
+    Raises
+    ------
+    VbbenchError
+        If there is no such sequence or backend, or pictures are requested and the truth is withheld.
+    """
+    out = Path(out)
+    chosen = dataset.sequences() if sequence is None else [dataset.sequence(sequence)]
+    with loose_files(out):
+        for one in chosen:
+            name = sequence_name(one.index)
+            folder, tracks = out / name, _observed_rows(one)
+            write_mot(folder / "gt" / "gt.txt", tracks)
+            write_mot(folder / "det" / "det.txt", replace(tracks, track=np.full(len(tracks.frame), UNLINKED)))
+            info = sequence_info(name, dataset.info.dt, one.frames, dataset.camera(one).picture_size, ".png")
+            write_text_atomically(folder / SEQUENCE_INFO, info)
+            if backend is not None:
+                _write_pictures(dataset, one, folder / "img1", backend, announce)
+    return out
+
+
+def _observed_rows(sequence: Sequence) -> BoxRows:
+    frame, column = np.nonzero(sequence.observed)
+    boxes = rectangles(sequence.observations[frame, column])
+    rows = rows_of(Path(), frame, sequence.tracks[column], boxes, np.ones(len(frame)))
+    return replace(rows, visible=sequence.visible[frame, column])
+
+
+def _write_pictures(
+    dataset: Dataset, sequence: Sequence, folder: Path, backend: Backend, announce: Callable[[str], object]
+) -> None:
+    from vbbench.pictures.video import png_bytes
+
+    scene = scene_of(dataset, sequence.scene)
+    with (
+        open_renderer(backend, scene, announce=announce) as renderer,
+        progress_bar(sequence.frames, folder.parent.name, unit="frame") as bar,
+    ):
+        for frame, picture in enumerate(pictures(dataset, sequence, renderer)):
+            write_bytes_atomically(folder / f"{frame + 1:06d}.png", png_bytes(picture.rgb))
+            bar.update()
 
 
 def import_mot(

@@ -23,8 +23,7 @@ from tests.test_merging import last_part_first
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.cards.columns import TABLE_MEANINGS
-from vbbench.files.cards.front_matter import size_category
-from vbbench.files.cards.licences import hub_identifier, licence_address
+from vbbench.files.cards.front_matter import hub_identifier, licence_address, size_category
 from vbbench.files.cards.origin import Publisher
 from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_texts
 from vbbench.files.dataset import Dataset
@@ -41,7 +40,7 @@ from vbbench.parallel.partitions import merge
 from vbbench.registry import load, registered
 from vbbench.sequence import Odometry
 
-WALK = Path(__file__).with_name("short_walk.toml")
+WALK = Path(__file__).parents[1] / "short_walk.toml"
 SECRET = 0xDECADE << 100
 TINY = Crowd(scenes=1, sequences=2)
 PUBLISHER = Publisher(
@@ -347,7 +346,9 @@ def test_a_card_that_lost_a_table_or_a_sum_is_refused(copy: Path) -> None:
         verify(copy)
     (copy / CROISSANT).unlink()
     readme = (copy / README).read_text("utf-8")
-    (copy / README).write_text(readme.replace('"given.parquet"', '"taken.parquet"'), encoding="utf-8")
+    (copy / README).write_text(
+        readme.replace("data_files: given.parquet", "data_files: taken.parquet"), encoding="utf-8"
+    )
     with pytest.raises(FileError, match="its front matter lacks given"):
         verify(copy)
 
