@@ -235,9 +235,9 @@ def test_solvers_are_told_how_exact_things_are_and_no_more(tmp_path: Path) -> No
 
 
 def test_choices_that_a_tier_does_not_leave_are_refused() -> None:
-    with pytest.raises(VbbenchError, match="tier 'noisy' has no detector that can be left out"):
+    with pytest.raises(VbbenchError, match="tier 'noisy' has no detector that can be turned off"):
         chosen_tier(Options(tier="noisy", detector=False))
-    with pytest.raises(VbbenchError, match="people of tier 'field' have heights of its recipe; leave `height_std` out"):
+    with pytest.raises(VbbenchError, match="people of tier 'field' have heights of its recipe; remove `height_std`"):
         chosen_heights(Options(tier="field", height_std=0.05))
     assert chosen_heights(Options(tier="noisy", height_std=0.05)).told_std == 0.05
     assert get_tier("field").annotated().definition["detector"] is None

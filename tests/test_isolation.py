@@ -30,7 +30,7 @@ from vbbench.protocol import get_protocol
 from vbbench.solver import Problem
 from vbbench.solving import solve
 from vbbench.solving.isolation import messages, remote
-from vbbench.solving.isolation.confinement import beside, landlock_version, readable_paths
+from vbbench.solving.isolation.confinement import folders_with, landlock_version, readable_paths
 from vbbench.solving.isolation.messages import MessageError, read_message, write_message
 from vbbench.solving.isolation.remote import IsolatedSolver
 from vbbench.solving.runner import run_sequence
@@ -42,7 +42,7 @@ VBBENCH = [sys.executable, "-m", "vbbench"]
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """Where a user stands: a stranger's module beside datasets."""
+    """Where a user stands: a stranger's module next to datasets."""
     folder = tmp_path_factory.mktemp("user")
     shutil.copy(Path(__file__).with_name("hostile_solvers.py"), folder / "hostile.py")
     generate("demo", folder / "demo", Options(limit=3))
@@ -68,7 +68,7 @@ def answer(dataset: Dataset, name: str) -> Estimate:
 
 @pytest.fixture(scope="module")
 def targets(place: Path, dataset: Dataset) -> Iterator[dict[str, Any]]:
-    """What there is to be had beside a stranger's solver, written down for it."""
+    """What there is to be had next to a stranger's solver, written down for it."""
     shutil.copytree(dataset.folder, place / "copies/another")  # its truth is that of the first
     (place / "link").symlink_to(dataset.folder)
     files = {
@@ -311,7 +311,7 @@ def test_rules_keep_around_what_is_hidden(tmp_path: Path, monkeypatch: pytest.Mo
     spared = [Path(path) for path in readable_paths([stdlib / "json"])]
     assert not any((stdlib / "json/decoder.py").is_relative_to(path) for path in spared)
     assert any((stdlib / "csv.py").is_relative_to(path) for path in spared)
-    assert tmp_path.resolve() / "x.truth" in beside(tmp_path / "x")
+    assert tmp_path.resolve() / "x.truth" in folders_with(tmp_path / "x")
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from vbbench.geometry import FloatArray, IntArray, motion_between, relative_to_w
 from vbbench.scoring import score
 from vbbench.sequence import Sequence
 from vbbench.solving import solve
-from vbbench_generators.footage.jrdb.recording import CAMERA, directions_beside
+from vbbench_generators.footage.jrdb.recording import CAMERA, direction_errors
 from vbbench_generators.footage.jrdb.split import STANDING, find_recordings, jrdb, read_recording
 
 SAMPLE = "bytes-cafe-2019-02-07_0"
@@ -63,7 +63,7 @@ def test_the_panorama_runs_clockwise_from_behind_to_023_rad(sample: Path) -> Non
     """REAL figures: .023 rad (1.4826 times the median deviation), nothing systematic; rows to 5 % of a box's height."""
     (found,) = find_recordings(sample)
     there = read_recording(found)
-    beside = directions_beside(there)
+    beside = direction_errors(there)
     assert len(beside) == 6547
     assert abs(np.median(beside)) < 0.006
     assert 1.4826 * np.median(np.abs(beside - np.median(beside))) == pytest.approx(0.023, abs=0.001)

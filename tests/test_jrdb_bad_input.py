@@ -226,7 +226,7 @@ def test_boxes_beside_the_picture_and_without_a_place_are_told(files: Files, roo
         generate("jrdb", tmp_path / "out", Options(source=root), jobs=1)
     stray, few = (str(one.message) for one in told)
     assert "is in row 2000 of 480, as are 1 of" in stray
-    assert "these are left out" in stray
+    assert "these are removed" in stray
     assert re.search(r"only \d+ of \d+ boxes of .* have a labelled place", few)
 
 

@@ -125,7 +125,7 @@ def test_false_alarms_stay_in_tracks_of_people_and_tracks_of_nobody_are_left_out
     assert (one.persons[:5, 0] == NOBODY).all()
     assert not np.isnan(one.boxes[:5, 0]).any()
     assert figures(recordings)["dropped"] == 30
-    assert "30 boxes of tracks of nobody left out" in str(recordings.calibration)
+    assert "30 boxes of tracks of nobody removed" in str(recordings.calibration)
 
 
 def test_detections_of_less_than_even_odds_do_not_count(training: Path) -> None:
@@ -218,7 +218,7 @@ HALVED = [(f, t, *(0.3 * edge for edge in edges)) for f, t, *edges in LABELLED]
         ),
         (detections(LABELLED).replace("0,1,", "0,one,", 1), r"line 1: type is 'one'; write a number"),
         (detections([(FRAMES, 1, 1.0, 1.0, 9.0, 9.0)]), r"line 1: frame 120, counted from 0, is beyond the"),
-        (detections([(0, 1, 9.0, 1.0, 9.0, 9.0)]), r"line 1: the box is 0 x 8 px; leave it out"),
+        (detections([(0, 1, 9.0, 1.0, 9.0, 9.0)]), r"line 1: the box is 0 x 8 px; remove it"),
         (mot(LABELLED[:5], linked=True) + mot(LABELLED[5:9], linked=False), r"line 6: the id is missing here"),
         (detections(SHIFTED), r"600 boxes is outside the picture of 1242 x 375 px.*write the size of the picture"),
         (mot(CORNERS, linked=True), r"width and height seem to be the right and lower borders of boxes"),

@@ -221,13 +221,13 @@ def _in_feet(values):
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        (_other_axes, r"joints project \d+ px beside those in the picture: keypoints_3d must be \(right, down"),
+        (_other_axes, r"joints project \d+ px from those in the picture: keypoints_3d must be \(right, down"),
         (_y_up, r"people do not stand upright however cam_world_rot is read: they lean"),
         (_other_video, r"people jump by \d+% of their height, at best .*poses are not those of these boxes"),
         (_nodding, r"the camera's pitch changes by 0\.\d+ rad; a sequence has one pitch"),
         (
             lambda v: [row.update(bbox=[5.0, 5.0, 20.0, 60.0]) for row in v["annotations"]],
-            r"boxes lie \d+% of their height beside their people",
+            r"boxes lie \d+% of their height from their people",
         ),
         (
             lambda v: [image.pop("cam_world_pos") for image in v["images"]],
@@ -249,7 +249,7 @@ def _in_feet(values):
         (lambda v: v["info"].update(fps=10**400), "fps is 1000.*, not a number"),
         (
             lambda v: [row.update(keypoints_3d=[0.0] * 88) for row in v["annotations"]],
-            "annotation 0: all joints of keypoints_3d are in one place; leave it out",
+            "annotation 0: all joints of keypoints_3d are in one place; remove it",
         ),
         (
             lambda v: [row.update(keypoints_3d=[-x for x in row["keypoints_3d"]]) for row in v["annotations"]],
@@ -315,7 +315,7 @@ def test_crowds_and_people_whom_nobody_sees_are_left_out(tmp_path):
 def test_videos_are_chosen_by_name_and_unusable_ones_left_out_loudly(tmp_path):
     write(tmp_path, recording(frames=40))
     write(tmp_path, {"images": [], "annotations": []}, "001")
-    with pytest.warns(VbbenchWarning, match="left out: .*001.json"):
+    with pytest.warns(VbbenchWarning, match="skipped: .*001.json"):
         assert motsynth.plan(options(tmp_path)).info.scenes == ("000",)
     assert len(motsynth.plan(options(tmp_path, sequences=("000",)))) > 0
     with pytest.raises(FileError, match=r"001\.json"):

@@ -94,5 +94,5 @@ def test_it_is_refused_where_nobody_makes_way() -> None:
             Options(observer="robot"),
             {},
         )
-    with pytest.raises(VbbenchError, match="a robot looks where it drives; leave `look` out"):
+    with pytest.raises(VbbenchError, match="a robot looks where it drives; remove `look`"):
         sim.plan(Options(observer="robot", look="wander"))

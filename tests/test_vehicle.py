@@ -159,7 +159,7 @@ def test_a_dataset_says_who_carries_the_camera(tmp_path: Path) -> None:
 
 
 def test_a_vehicle_looks_ahead_and_footage_has_its_own(tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match="a vehicle looks where it drives; leave `look` out"):
+    with pytest.raises(VbbenchError, match="a vehicle looks where it drives; remove `look`"):
         plan(Options(observer="vehicle", look="wander"))
     with pytest.raises(VbbenchError, match="own is footage and does not read `observer`"):
         own.plan(Options(observer="vehicle", source=tmp_path))

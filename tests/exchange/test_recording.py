@@ -322,7 +322,7 @@ def test_a_folder_of_boxes_without_a_camera_is_told_of_and_one_is_read_once(tmp_
         write_folder(tmp_path / "all" / name, walk)
     (tmp_path / "all" / "two" / "camera.toml").unlink()
     asked = Options(source=tmp_path / "all", footage=FootageOptions(sequences=("one", "one")))
-    with pytest.warns(VbbenchWarning, match="two left out: boxes without camera.toml"):
+    with pytest.warns(VbbenchWarning, match="two skipped: boxes without camera.toml"):
         assert len(generate("own", tmp_path / "d", asked)) == 1
 
 

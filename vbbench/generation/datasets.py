@@ -286,7 +286,7 @@ def _build_part(plan: Plan, first: int, last: int) -> Part:
 
 
 def _counted(plan: Plan, facts: list[dict[str, Any]]) -> DatasetInfo:
-    """The plan's info with counts over the frames in which anybody is observed; the observer is not counted."""
+    """The plan's info with counts over the frames in which people are observed; the observer is not counted."""
     how: dict[str, Any] = {"sequences": sum, "frames": sum, "observations": sum, "people_min": min, "people_max": max}
     counts = {name: combine([part[name] for part in facts]) for name, combine in how.items()}
     return replace(plan.info, counts=counts, package_version=__version__)

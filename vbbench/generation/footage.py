@@ -1,4 +1,4 @@
-"""Footage: what a real camera saw, as boxes, and whatever else was measured beside it."""
+"""Footage: what a real camera saw, as boxes, and whatever else was measured with it."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -37,7 +37,7 @@ class Footage:
         camera. ``None`` if they were not measured.
     persons : [T, K] the person of the scene behind each track, `NOBODY` for a false alarm; ``None`` where every track
         is the person of the same id.
-    odometry : what the camera's bearer measured of its own motion.
+    odometry : what the camera's bearer measured of its motion.
     pictures : where the pictures are.
     """
 
@@ -129,8 +129,8 @@ class Recordings:
     definition : what they were made from, as JSON: SHA-256 of the files, and the options that changed what was read.
     calibration : what `DatasetInfo.calibration` says of them; its ``summary`` is printed.
     caution : what users must know of these recordings.
-    height_mean, height_std : people's heights in m that solvers are told; ``None`` for those of the split.
-    pixel_std : noise in px of a box's column, top and bottom that solvers are told; ``None`` for that of the split.
+    height_mean, height_std : people's heights in m that solvers are given; ``None`` for those of the split.
+    pixel_std : noise in px of a box's column, top and bottom that solvers are given; ``None`` for that of the split.
     carried_by, box_edge : what carries the cameras, and the near edge of the source of boxes in m, as
         `vbbench.solver.Problem` has them.
     """
@@ -147,7 +147,7 @@ class Recordings:
 
 
 def _places(scene: Scene, persons: IntArray) -> FloatArray:
-    """[T, K, 2] where the ``persons`` [T, K] of a scene with anybody in it are, NaN for whoever is none of them."""
+    """[T, K, 2] where the ``persons`` [T, K] of a scene with people in it are, NaN for whoever is none of them."""
     column = np.searchsorted(scene.people, persons).clip(max=len(scene.people) - 1)
     places = np.take_along_axis(scene.positions, column[..., None], axis=1)
     return np.where((scene.people[column] == persons)[..., None], places, np.nan)
@@ -192,7 +192,7 @@ class FootageOptions:
     poses : folder or file of the camera's poses, instead of the source's own.
     boxes : folder or file of a detector's or tracker's boxes, instead of the annotated ones.
     person_class : class of people in ``boxes``, by number or name, where the file does not show it.
-    bags : folder of the robot's recordings of its own motion (split jrdb).
+    bags : folder of the robot's recordings of its motion (split jrdb).
     cyclists : whether people on bicycles count, too (split kitti).
     interpolated : whether boxes between key frames count, too (split jrdb).
 

@@ -172,7 +172,7 @@ class ForesightedPlan(Plan, Protocol):
     """A plan that may know who is seen before any box is made: large splits are then counted in no time."""
 
     def seen(self, index: int) -> BoolArray | None:
-        """[T, K] who is seen in each frame of a sequence; ``None`` where only making it tells."""
+        """[T, K] who is seen in each frame of a sequence; ``None`` where only building it decides."""
 
 
 @runtime_checkable
@@ -206,7 +206,7 @@ class FootageGenerator(Generator, Protocol):
 
     @property
     def height_mean(self) -> float:
-        """Mean in m of the heights that solvers are told."""
+        """Mean in m of the heights that solvers are given."""
 
     def lay_out(self, found: Recordings, options: Options) -> FootagePlan:
-        """The sequences of recordings that were read, by this split or by somebody else."""
+        """The sequences of recordings that were read, by this split or by another caller."""

@@ -35,7 +35,7 @@ class DerivedPlan:
 
 @dataclass(frozen=True)
 class Thinned(DerivedPlan):
-    """A plan's sequences 0, ``stride``, 2·``stride`` and so on, seen as in the whole, numbered anew from 0.
+    """A plan's sequences 0, ``stride``, 2·``stride`` and so on, seen as in the whole, renumbered from 0.
 
     The dataset's definition, and so its id, names the stride.
     """

@@ -19,12 +19,12 @@ from vbbench.registry import load_all, load_registered
 from vbbench.sequence import Truth
 
 HEIGHT_MEAN, HEIGHT_STD = 1.70, 0.07
-"""μ_h in m, as in the paper, and σ_h unless somebody asks for another one."""
+"""μ_h in m, as in the paper, and σ_h unless a person asks for another one."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Heights:
-    """People's heights in m: N(``mean``, ``std``²) as they are, N(``told_mean``, ``told_std``²) as solvers are told."""
+    """People's heights in m: N(``mean``, ``std``²) as they are, N(``told_mean``, ``told_std``²) as solvers get them."""
 
     mean: float
     std: float
@@ -33,13 +33,13 @@ class Heights:
 
     @staticmethod
     def as_told(mean: float, std: float) -> "Heights":
-        """Heights of which solvers are told the truth."""
+        """Heights that solvers are given as they are."""
         return Heights(mean=mean, std=std, told_mean=mean, told_std=std)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Told:
-    """What solvers are told of the errors of boxes and camera; its fields are those of `vbbench.solver.Problem`."""
+    """What solvers are given of the errors of boxes and camera; its fields are those of `vbbench.solver.Problem`."""
 
     pixel_std: float
     box_std: float = 0.0
@@ -118,15 +118,15 @@ class Tier:
 
     @property
     def definition(self) -> dict[str, Any]:
-        """What boxes follow from beside the name and `pixel_std`, as JSON: part of a dataset's definition and id."""
+        """What boxes follow from besides the name and `pixel_std`, as JSON: part of a dataset's definition and id."""
         return {}
 
     def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
-        """What solvers are told: the standard deviation in px of a box's column, top and bottom."""
+        """What solvers are given: the standard deviation in px of a box's column, top and bottom."""
         return 0.0
 
     def told(self, camera: Camera) -> Told:
-        """All that solvers are told of the errors of boxes and camera."""
+        """All that solvers are given of the errors of boxes and camera."""
         return Told(pixel_std=self.pixel_std(camera))
 
     @property
@@ -145,9 +145,9 @@ class Tier:
         Raises
         ------
         VbbenchError
-            If the tier has no detector that can be left out.
+            If the tier has no detector that can be turned off.
         """
-        raise VbbenchError(f"tier '{self.name}' has no detector that can be left out; leave `detector` out")
+        raise VbbenchError(f"tier '{self.name}' has no detector that can be turned off; remove `detector`")
 
     def noised(self, std: float) -> "Tier":  # noqa: ARG002
         """The same with noise of ``std`` px.
@@ -157,7 +157,7 @@ class Tier:
         VbbenchError
             If the tier has no noise whose size can be chosen.
         """
-        raise VbbenchError(f"tier '{self.name}' has no noise whose size can be chosen; leave `noise` out")
+        raise VbbenchError(f"tier '{self.name}' has no noise whose size can be chosen; remove `noise`")
 
     def lasting(self, frames: int) -> "Tier":  # noqa: ARG002
         """The same without tracks of fewer than so many frames.
@@ -167,7 +167,7 @@ class Tier:
         VbbenchError
             If the tier has no tracks.
         """
-        raise VbbenchError(f"tier '{self.name}' has no tracks that could be too short; leave `least_track` out")
+        raise VbbenchError(f"tier '{self.name}' has no tracks that could be too short; remove `least_track`")
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """Make the boxes; ``rng`` holds the sequence's random numbers."""
@@ -201,17 +201,17 @@ def chosen_tier(options: Options) -> Tier:
 
 
 def chosen_heights(options: Options) -> Heights:
-    """How tall people are, and what solvers are told; raises VbbenchError if the tier leaves no choice."""
+    """How tall people are, and what solvers are given; raises VbbenchError if the tier leaves no choice."""
     own = get_tier(options.tier).own_heights
     if own is None:
         return Heights.as_told(HEIGHT_MEAN, HEIGHT_STD if options.height_std is None else options.height_std)
     if options.height_std is not None:
-        raise VbbenchError(f"people of tier '{options.tier}' have heights of its recipe; leave `height_std` out")
+        raise VbbenchError(f"people of tier '{options.tier}' have heights of its recipe; remove `height_std`")
     return own
 
 
 def all_tiers() -> list[Tier]:
-    """Every tier, those of vbbench first; a broken one is left out with a warning."""
+    """Every tier, those of vbbench first; a broken one is skipped with a warning."""
     return [tier for tier in load_all("tier").values() if isinstance(tier, Tier)]
 
 

@@ -1,8 +1,8 @@
-"""Gives every generated sequence a world of its own, so that nothing in it can be recognised in another one.
+"""Gives every generated sequence its own world, so that nothing in it can be recognised in another one.
 
 Sequences of a scene share people and time: in one world, what is given in one would answer another, and whole
-centimetres of a recording would tell which way is north. So each is turned and shifted by random numbers of its own,
-and its tracks are numbered anew. The scene stays as it is; ``truth/frames`` tells where it lies.
+centimetres of a recording would reveal which way is north. So each is turned and shifted by its own random numbers,
+and its tracks are renumbered. The scene stays as it is; ``truth/frames`` has where it lies.
 """
 
 from dataclasses import replace
@@ -21,7 +21,7 @@ FARTHEST = 100.0
 
 
 def build_sequence(plan: Plan, index: int) -> SequenceData:
-    """A sequence of a plan in a world of its own, unless it has one already.
+    """A sequence of a plan in its own world, unless it has one already.
 
     Where nothing was measured nothing can be recognised: such a sequence keeps its tracks' numbers, for its owner.
     """
@@ -32,11 +32,11 @@ def build_sequence(plan: Plan, index: int) -> SequenceData:
     turn, shift = rng.uniform(-np.pi, np.pi), rng.uniform(-FARTHEST, FARTHEST, 2)
     order = rng.permutation(len(data.sequence.tracks))
     if plan.info.truth == "relative":  # its world is already its own: it begins where the camera does
-        return _settled(data, order, None)
-    return _settled(data, order, World(x=float(shift[0]), y=float(shift[1]), yaw=float(turn)))
+        return _placed(data, order, None)
+    return _placed(data, order, World(x=float(shift[0]), y=float(shift[1]), yaw=float(turn)))
 
 
-def _settled(data: SequenceData, order: IntArray, world: World | None) -> SequenceData:
+def _placed(data: SequenceData, order: IntArray, world: World | None) -> SequenceData:
     """The sequence, as it is in its scene, in a ``world`` and with tracks numbered from 0 in this ``order`` [K]."""
     s, given, truth = data.sequence, data.sequence.given, data.truth
     turned = world or World()

@@ -1,4 +1,4 @@
-"""Realism report: how the people of a dataset walk, beside recorded people. It reports and does not judge."""
+"""Realism report: how the people of a dataset walk, next to recorded people. It reports and does not judge."""
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
@@ -158,7 +158,7 @@ class Walking:
     scenes : number of scenes.
     person_frames, person_seconds : how long people are present, summed over them.
     collisions, collision_seconds : pairs of people nearer than `COLLISION`, counted in each frame, and their time.
-    short_walks : walks left out of the path efficiency, being shorter than `SHORTEST_PATH`.
+    short_walks : walks that do not count in the path efficiency, being shorter than `SHORTEST_PATH`.
     speed : between frames that follow one another, in m/s.
     nearest_distance : from each person in each frame to the nearest other one, in m.
     acceleration : second difference over three frames that follow one another, divided by dt², in m/s².
@@ -266,7 +266,7 @@ def _path_efficiency(positions: FloatArray, present: BoolArray) -> tuple[FloatAr
     """Net displacement divided by path length of each walk that is long enough, and how many are not."""
     absent = np.zeros((1, present.shape[1]), dtype=np.bool_)
     earlier, later = np.vstack([absent, present[:-1]]), np.vstack([present[1:], absent])
-    first, last = (np.flatnonzero((present & ~beside).T) for beside in (earlier, later))
+    first, last = (np.flatnonzero((present & ~near).T) for near in (earlier, later))
     if not len(first):
         return np.empty(0), 0
     steps = np.diff(positions, axis=0, prepend=positions[:1])
@@ -391,7 +391,7 @@ def _rows(walkings: list[Walking]) -> Iterator[tuple[str, list[str]]]:
         yield f"{'':<25}mean", [_number(h.mean) for h in histograms]
         for name, share in (("5 %", 0.05), ("median", 0.5), ("95 %", 0.95)):
             yield f"{'':<25}{name}", [_number(h.quantile(share)) for h in histograms]
-    yield f"walks under {SHORTEST_PATH:g} m, left out", [f"{w.short_walks}" for w in walkings]
+    yield f"walks under {SHORTEST_PATH:g} m, not counted", [f"{w.short_walks}" for w in walkings]
     yield f"collisions (pairs < {COLLISION:g} m, each frame)", [f"{w.collisions}" for w in walkings]
     yield "  per person-minute", [_number(w.collisions_a_minute) for w in walkings]
     yield "  seconds per person-minute", [_number(w.collision_seconds_a_minute) for w in walkings]
@@ -429,7 +429,7 @@ def plot_realism(report: Realism) -> Figure:
     facts = [f"every panel holds {_REACH:.0%} of each source, or more"]
     facts += [f"{name} not available" for name in report.missing]
     legend = next(axes for axes in figure.axes if axes.get_label() == NEAREST.name)
-    title = f"How people walk: {report.info.split} beside recordings"
+    title = f"How people walk: {report.info.split} next to recordings"
     draw_heading(figure, 0.75, title, ";  ".join(facts), legend)
     return figure
 

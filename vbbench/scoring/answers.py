@@ -288,7 +288,7 @@ class Checked:
     Parameters
     ----------
     info, dataset, protocol : the submission's facts, the dataset it answers, and how it was solved.
-    poses, positions : rows that must be there. Boxes of nobody are among them, which are not scored: only truth tells.
+    poses, positions : rows that must be there. Boxes of nobody are among them; they are not scored.
     """
 
     info: SubmissionInfo

@@ -5,7 +5,7 @@ variance that it gives needs no draws: with e the figures less their mean, and M
 that have the other, too (a triangle over the time between them), it is e'Me / N².
 
 With few blocks that variance is too small and itself unsure, and sequences crowd at some times. As Bell & McCaffrey
-(Survey Methodology 28, 2002) do for clusters, both are corrected as if the truth were known: of figures that are alike
+(Survey Methodology 28, 2002) do for clusters, both are corrected as if the truth were known: of figures correlated
 over `REACH` of a block, it is computed what e'Me is on average, and to how many degrees of freedom. Student's t with
 these takes the place of the normal; for white noise that is the fixed-b correction of Shao & Politis
 (J. Royal Statistical Society B 75, 2013).
@@ -25,7 +25,7 @@ what they say, longer ones are better (Lazarus et al., J. Business & Economic St
 from simulations (``benchmarks/interval_coverage.py``)."""
 
 SHARE_OF_SCENE = 0.1
-"""Nor is a block shorter than this share of the longest scene: a short recording tells little of slow changes."""
+"""Nor is a block shorter than this share of the longest scene: a short recording has little of slow changes."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +148,7 @@ FEWEST_BLOCKS, FEWEST_SEQUENCES = 2.5, 5
 """With less there is no interval: it would be made up."""
 
 REACH = 0.4
-"""Over this share of a block figures are taken to be alike: a triangle as well."""
+"""Over this share of a block figures are taken to be correlated: a triangle as well."""
 
 _MOST = 512
 """With more sequences, neighbours in time are taken together."""
@@ -254,22 +254,22 @@ def _errors(timeline: Timeline, values: FloatArray, block: float) -> tuple[Float
     sums = np.add.reduceat(residuals(values)[order], starts, axis=0)
     shares = block_shares(timeline, middle, block)
     apart = np.abs(middle[:, None] - middle)
-    alike = np.clip(1.0 - apart / (REACH * block), 0.0, 1.0) * (scene[:, None] == scene)
+    similar = np.clip(1.0 - apart / (REACH * block), 0.0, 1.0) * (scene[:, None] == scene)
     found = np.maximum(np.einsum("nm,nm->m", sums, shares @ sums), 0.0)
-    ratio, degrees = _corrections(counts, shares, alike)
+    ratio, degrees = _corrections(counts, shares, similar)
     return np.sqrt(found * ratio) / there.sum(axis=0), degrees
 
 
-def _corrections(counts: FloatArray, shares: FloatArray, alike: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _corrections(counts: FloatArray, shares: FloatArray, similar: FloatArray) -> tuple[FloatArray, FloatArray]:
     """For each column of counts [n, M] how many times e'Me the variance of the sum is, and the degrees of freedom."""
     kinds, kind = np.unique(counts, axis=1, return_inverse=True)
-    pairs = np.array([_correction(kinds[:, k], shares, alike) for k in range(kinds.shape[1])])
+    pairs = np.array([_correction(kinds[:, k], shares, similar) for k in range(kinds.shape[1])])
     return pairs[kind.ravel(), 0], pairs[kind.ravel(), 1]
 
 
-def _correction(count: FloatArray, shares: FloatArray, alike: FloatArray) -> tuple[float, float]:
+def _correction(count: FloatArray, shares: FloatArray, similar: FloatArray) -> tuple[float, float]:
     """With C the covariance of the sums and R what takes the mean off them: 1'C1 / tr(R'MRC), 2 tr²(·) / 2 tr((·)²)."""
-    covariance = alike * np.outer(count, count)
+    covariance = similar * np.outer(count, count)
     taken = shares @ count / count.sum()
     centred = shares - taken[:, None] - taken + count @ taken / count.sum()
     product = centred @ covariance

@@ -128,7 +128,7 @@ def score_several(
     scores: dict[Path, Score] = {}
     refused: dict[Path, SubmissionError] = {}
     folders = list(dict.fromkeys(map(Path, submissions)))
-    _check_alike(folders)
+    _check_same_rows(folders)
     for folder in folders:
         try:
             scores[folder] = score(folder, dataset, truth)
@@ -140,7 +140,7 @@ def score_several(
     return SideBySide(scores=scores, refused=refused)
 
 
-def _check_alike(folders: Sequence[Path]) -> None:
+def _check_same_rows(folders: Sequence[Path]) -> None:
     """Raise VbbenchError if two submissions do not belong into one table; those without readable facts have none."""
     first: dict[str, tuple[Path, str]] = {}
     for folder in folders:

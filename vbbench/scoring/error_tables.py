@@ -169,7 +169,7 @@ class ErrorTables:
 
     Parameters
     ----------
-    names : of the submissions, no two alike.
+    names : of the submissions, no two equal.
     errors : of each.
     metrics, kinds : which of them are wanted.
     """

@@ -150,7 +150,7 @@ class Metric:
 
     Parameters
     ----------
-    symbol, name, unit : how it is written in tables and beside curves, what it is in words, and its unit.
+    symbol, name, unit : how it is written in tables and at curves, what it is in words, and its unit.
     meaning : for readers of a leaderboard.
     over : what it is the mean of, and so what ``function`` is called with: for ``frames`` poses and true poses; for
         ``people`` positions, the observer's poses, and the true ones of both; for ``seconds`` the poses at both ends of

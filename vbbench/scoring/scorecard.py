@@ -166,7 +166,7 @@ def ranking_fact(protocol: Protocol) -> str:
     return (
         f"Capped means, by which boards rank: over sequences, of min(error, {cap:g} m or {turn:g} rad), with 95 % "
         f"intervals. Failed: sequences with a mean Δx above {lost:g} m. The best of a column is marked; 'vbbench "
-        "compare' tells whether a difference is settled."
+        "compare' decides whether a difference is significant."
     )
 
 

@@ -26,7 +26,7 @@ SEQUENCES_A_PART = 256
 
 
 def ranges_of_groups(count: int) -> Ranges:
-    """The parts of ``count`` sequences, each to be cut into groups of its own."""
+    """The parts of ``count`` sequences, each to be cut into its own groups."""
     return [(first, min(first + SEQUENCES_A_PART, count)) for first in range(0, count, SEQUENCES_A_PART)]
 
 

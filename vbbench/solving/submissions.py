@@ -27,7 +27,7 @@ from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import load, make_solver, own_words
 from vbbench.sequence import Sequence
 from vbbench.solver import FrameSolver
-from vbbench.solving.isolation.confinement import beside
+from vbbench.solving.isolation.confinement import folders_with
 from vbbench.solving.isolation.remote import IsolatedSolver, Remote, warn_of_open_files
 from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import ranges_of_groups, run_sequence, separate_groups
@@ -167,7 +167,7 @@ def _opened_here(name: str) -> Opened:
 def _isolated(dataset: Dataset, out: Path) -> Callable[[str], Opened]:
     """Opens solvers that can read neither the dataset, nor its sources, nor other solvers' answers."""
     warn_of_open_files()
-    hidden = [*beside(dataset.folder), *beside(dataset.truth_folder), *beside(out), *data_folders()]
+    hidden = [*folders_with(dataset.folder), *folders_with(dataset.truth_folder), *folders_with(out), *data_folders()]
     return partial(IsolatedSolver, hidden=hidden)
 
 

@@ -28,7 +28,7 @@ TOLD_VALUES = ("dt", "height_mean", "height_std", "pixel_std", "box_std", "tilt_
 class Sample(Generic[Array]):
     """One sequence or window, of T frames and K people; a batch has an axis B before all others.
 
-    Numbers are float32, 0 where there is nothing to say; the mask beside them tells where. Frames after the end and
+    Numbers are float32, 0 where there is nothing to say; the mask next to them marks where. Frames after the end and
     people beyond the last are padding. A person keeps one column, the *slot*, in all frames.
 
     Parameters
@@ -36,16 +36,16 @@ class Sample(Generic[Array]):
     index, start : [] number of the sequence, and its frame with which the sample begins.
     frames : [T] whether the frame is one, and no padding.
     tracks : [K] ids of the people in the sequence, −1 for padding.
-    boxes : [T, K, 3] (u, v, l) in px; ``seen`` [T, K] tells where.
+    boxes : [T, K, 3] (u, v, l) in px; ``seen`` [T, K] marks where.
     visible : [T, K] how much shows of whoever is seen, or a detector's score.
-    sights : [T, K, 2] (right, forward) in m from the camera to whoever is seen, if as tall as people are told to be.
+    sights : [T, K, 2] (right, forward) in m from the camera to whoever is seen, if of the given mean height.
     arrives, leaves : [T, K] whether it is the person's first, or last, box in the sequence.
     camera, told : [9] and [7], see `CAMERA_VALUES` and `TOLD_VALUES`.
-    given_poses : [T, 3] (x, y, yaw) in m and rad that the protocol gives; ``pose_given`` [T] tells where.
-    given_positions : [T, K, 2] in m that it gives; ``position_given`` [T, K] tells where.
+    given_poses : [T, 3] (x, y, yaw) in m and rad that the protocol gives; ``pose_given`` [T] marks where.
+    given_positions : [T, K, 2] in m that it gives; ``position_given`` [T, K] marks where.
     odometry : [T, 3] (forward, left, turn) in m and rad since the frame before as the observer measured it, and
-        ``odometry_covariances`` [T, 3, 3]; ``odometry_measured`` [T] tells where.
-    poses : [T, 3] the true poses; ``pose_known`` [T] tells where truth was measured.
+        ``odometry_covariances`` [T, 3, 3]; ``odometry_measured`` [T] marks where.
+    poses : [T, 3] the true poses; ``pose_known`` [T] marks where truth was measured.
     positions : [T, K, 2] the true positions in m; ``position_known`` [T, K].
     relative : [T, K, 2] the same from the camera, (right, forward) in m; ``relative_known`` [T, K].
     heights : [K] true heights in m; ``height_known`` [K].
@@ -124,7 +124,7 @@ class Known:
 
     Parameters
     ----------
-    sequence, problem : what a solver sees, and is told.
+    sequence, problem : what a solver sees, and is given.
     truth : poses, positions and heights.
     relative : [T, K, 2] true (right, forward) from the camera in m.
     persons : [T, K] the person behind each track, `NOBODY` where there is none.
@@ -140,12 +140,12 @@ class Known:
 def sample_of(
     known: Known, protocol: Protocol, window: slice | None = None, *, local: bool = False
 ) -> Sample[NDArray[Any]]:
-    """What a network reads of a sequence, or of a window of its frames, as a sequence of its own.
+    """What a network reads of a sequence, or of a window of its frames, as its own sequence.
 
     Parameters
     ----------
     protocol : what is given, and what counts for a score.
-    window : the frames; ``None`` for all. People without a box in a window are left out.
+    window : the frames; ``None`` for all. People without a box in a window are removed.
     local : whether the world is turned and shifted so that the first pose given is (0, 0, 0).
     """
     whole = known.sequence
@@ -213,13 +213,13 @@ def _stacked(name: str, axes: str, samples: Several[Sample[NDArray[Any]]], size:
 
 
 def _given(known: Known, protocol: Protocol, part: slice, kept: BoolArray) -> Given:
-    """What the protocol gives in these frames; a window that begins later is given what a sequence of its own is."""
+    """What the protocol gives in these frames; a window that begins later is given what a separate sequence is."""
     stored = known.sequence.given.frames(part)
     if part.start:
         seen = known.sequence.observed[part]
         truth = Truth(poses=known.truth.poses[part], positions=known.truth.positions[part], heights=known.truth.heights)
-        anew = arrivals_given(truth, seen & ~np.isnan(truth.positions[..., 0]))
-        stored = Given(poses=anew.poses, positions=anew.positions, odometry=stored.odometry)
+        fresh = arrivals_given(truth, seen & ~np.isnan(truth.positions[..., 0]))
+        stored = Given(poses=fresh.poses, positions=fresh.positions, odometry=stored.odometry)
     given = protocol.select_given(stored)
     return Given(poses=given.poses, positions=given.positions[:, kept], odometry=given.odometry)
 

@@ -1,4 +1,4 @@
-"""Which sequences of a dataset train, which validate and which test: official lists that everybody computes alike."""
+"""Which sequences of a dataset train, which validate and which test: official lists that are the same for everybody."""
 
 import hashlib
 import json
@@ -22,7 +22,7 @@ SHARES = (0.7, 0.15, 0.15)
 GAP = 4.0
 """Least time in s between two parts: who leaves still decides how those walk who come."""
 LEAST_KEPT = 0.5
-"""The people of a recording who must lie in a part, or it is not cut: in a dense one somebody always stays."""
+"""The people of a recording who must lie in a part, or it is not cut: in a dense one a person always stays."""
 FINEST = 1000
 """Most places in a recording where a cut is tried."""
 
@@ -203,7 +203,7 @@ def is_simulated(info: DatasetInfo) -> bool:
 
 
 def recording_names(dataset: Dataset) -> list[str]:
-    """The recordings that can be left out for a test of what others teach, in the order of the folds."""
+    """The recordings that can be withheld for a test of what others teach, in the order of the folds."""
     places = _places(dataset.info)
     return [place.name for place in _known().recording] if places else list(dataset.info.scenes)
 
@@ -222,7 +222,7 @@ def _by_time(dataset: Dataset, _: str | None) -> IntArray:
     _require_scenes(dataset, "time")
     if not (dataset.has_truth and dataset.info.truth in ("whole", "relative")):
         raise VbbenchError(
-            f"{dataset.folder} does not tell who is there when, which parts by time need; use by recording"
+            f"{dataset.folder} does not have who is there when, which parts by time need; use by recording"
         )
     rows, part = dataset.rows, np.zeros(len(dataset), np.int64)
     for scene in np.unique(rows["scene"]).tolist():
@@ -272,7 +272,7 @@ class _Recordings:
 
 @dataclass(frozen=True, kw_only=True)
 class Official:
-    """Lists that were published: anybody who computes them finds this SHA-256."""
+    """Lists that were published: whoever computes them finds this SHA-256."""
 
     split: str
     rule: str

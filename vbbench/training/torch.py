@@ -68,8 +68,8 @@ class SampleStream(IterableDataset[Tensors]):
     ----------
     source : the samples; one without an end makes a stream without an end.
     batch_size : that of the `DataLoader`.
-    seed : shuffles a source that ends, every epoch (`set_epoch`) anew; ``None`` for their own order.
-    first : how many samples of this rank to leave out, such as those that an earlier run had: whole batches.
+    seed : shuffles a source that ends, every epoch (`set_epoch`) again; ``None`` for their own order.
+    first : how many samples of this rank to skip, such as those that an earlier run had: whole batches.
     rank, world_size : this process among those of distributed training.
 
     Raises
@@ -116,7 +116,7 @@ class Feed:
     ----------
     source : the samples.
     batch_size : samples of a batch; the last one of an epoch may have fewer.
-    seed : shuffles a source that ends, every epoch anew; ``None`` for their own order.
+    seed : shuffles a source that ends, every epoch again; ``None`` for their own order.
     workers : processes that make samples while the network trains; 0 makes them in this one.
     start : how workers are started; ``None`` for Python's own way.
     pin_memory : whether batches are put where a GPU fetches them faster.
@@ -209,7 +209,7 @@ class Order:
         """Numbers of samples, batch by batch, from the first-th of this rank on.
 
         Every rank gets as many batches, so that none waits for another: where there are several ranks, the batches that
-        are too few to go round are left out. The last of all may be smaller.
+        are too few to go round are skipped. The last of all may be smaller.
         """
         size, begin, rounds = self.batch_size, first // self.batch_size, self._rounds
         starts = ((at * self.world_size + self.rank) * size for at in count(begin))

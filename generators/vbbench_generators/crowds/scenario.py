@@ -46,7 +46,7 @@ class Flow:
             if len(rectangle) != 4 or rectangle[0] > rectangle[2] or rectangle[1] > rectangle[3]:
                 raise ValueError(f"{list(rectangle)} is not a rectangle x0, y0, x1, y1 with x0 <= x1 and y0 <= y1")
         if self.beyond and self.then:
-            raise ValueError("who walks beyond the goal never arrives: leave 'then' out, or 'beyond'")
+            raise ValueError("who walks beyond the goal never arrives: remove 'then' or 'beyond'")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,13 +56,13 @@ class Scenario:
     Parameters
     ----------
     name, title : what it is called and shows.
-    sequences : number of sequences; each has a crowd of its own.
+    sequences : number of sequences; each has its own crowd.
     people : numbers of people K; the sequences take them in turn.
     frames, dt : frames per sequence, and seconds per frame.
     step : seconds of an integration step.
     warm_up : seconds that the crowd walks before frame 0.
     camera : what the observer carries unless the user says otherwise.
-    min_seen : the observer is one who sees at least so many people in every frame, and anybody at all in some.
+    min_seen : the observer is one who sees at least so many people in every frame, and at least one person in some.
     forces : how people keep apart: Moussaïd et al. 2009, or Helbing & Molnár 1995.
     turn_rate : how fast the camera turns at most, in rad/s: people take about a second to turn round.
     speed_mean, speed_std : desired speeds in m/s, normal, cut off at three standard deviations.

@@ -150,7 +150,7 @@ def draw_scene(
                 scene = Scene(name=scenario.name, dt=scenario.dt, people=ids, positions=positions, heights=unknown)
                 return ObservedScene(scene, int(observer), ahead)
     raise VbbenchError(
-        f"scenario '{scenario.name}' with {people} people: in each of {ATTEMPTS} crowds somebody was stuck, or nobody "
+        f"scenario '{scenario.name}' with {people} people: in each of {ATTEMPTS} crowds a person was stuck, or nobody "
         f"saw {scenario.min_seen} others all the time; ask for another number of people, or another camera"
     )
 

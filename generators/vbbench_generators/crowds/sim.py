@@ -181,7 +181,7 @@ def plan_simulation(
     except ValueError as error:
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
     if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
-        raise VbbenchError(f"`engine` pysocialforce has no forces '{scenario.forces}'; leave `engine` out")
+        raise VbbenchError(f"`engine` pysocialforce has no forces '{scenario.forces}'; remove `engine`")
     camera, heights = options.camera or tier.own_camera or make_camera(scenario.camera), chosen_heights(options)
     look = options.look or tier.look
     info = DatasetInfo(
@@ -222,7 +222,7 @@ class StreetSplit:
     """The scenario `street`; needs no source.
 
     Its tier `ideal` is the paper's input from centre lines: whoever shows enough has a whole and exact box, and whoever
-    does not has none. Any tier in which nobody hides anybody, such as `noisy`, comes on top of that; others, such as
+    does not has none. Any tier in which nobody is hidden, such as `noisy`, comes on top of that; others, such as
     `occluded` and `tracked`, are as everywhere.
     """
 

@@ -1,4 +1,4 @@
-"""Boxes of anybody's detector or tracker on the pictures of a recording."""
+"""Boxes of any detector or tracker on the pictures of a recording."""
 
 import warnings
 from dataclasses import replace

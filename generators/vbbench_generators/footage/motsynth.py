@@ -48,7 +48,7 @@ class MotsynthSplit(FootageSplit):
     every: int = 8
 
     def recordings(self, options: Options) -> Recordings:
-        """Read the annotation files that are asked for; a video that cannot be used is left out, unless it is named."""
+        """Read the annotation files that are asked for; a video that cannot be used is skipped, unless it is named."""
         asked = options.footage or FootageOptions()
         files = _annotation_files(options.source, asked.sequences)
         footage, reports, digests = [], {}, {}
@@ -58,7 +58,7 @@ class MotsynthSplit(FootageSplit):
             except FileError as error:
                 if asked.sequences is not None or len(files) == 1:
                     raise
-                warnings.warn(f"left out: {error}", VbbenchWarning, stacklevel=2)
+                warnings.warn(f"skipped: {error}", VbbenchWarning, stacklevel=2)
                 continue
             footage.append(_footage(path, camera_path))
             reports[path.stem] = camera_path.report
@@ -91,7 +91,7 @@ def _annotation_files(source: Path | None, names: tuple[str, ...] | None) -> lis
 
 
 def _footage(path: Path, camera_path: CameraPath) -> Footage:
-    """One video; boxes whose centre is outside the picture are left out, as everywhere."""
+    """One video; boxes whose centre is outside the picture are removed, as everywhere."""
     found = camera_path.annotations
     tracks = np.unique(found.person)
     column = np.searchsorted(tracks, found.person)
@@ -137,7 +137,7 @@ def _medians(values: FloatArray, group: IntArray, count: int) -> FloatArray:
 
 
 def _pictures(path: Path, first: int) -> Pictures | None:
-    """The pictures beside the annotations, as the authors' tool writes them."""
+    """The pictures next to the annotations, as the authors' tool writes them."""
     folder = path.parent.parent / "frames" / path.stem / "rgb"
     return pictures_in(folder, "{:04d}.jpg", first)
 
@@ -151,7 +151,7 @@ def _summary(reports: dict[str, Any]) -> str:
     mended = [name for name, report in reports.items() if report["pose_shift"]]
     text = (
         f"{len(values)} videos; at worst joints reproject to {worst['joint_px']:.1f} px, people move on as predicted "
-        f"to {worst['pose_error']:.1%} of their height, boxes lie {worst['box_error']:.1%} of it beside their joints, "
+        f"to {worst['pose_error']:.1%} of their height, boxes lie {worst['box_error']:.1%} of it from their joints, "
         f"the pitch changes by {worst['pitch_spread']:.3f} rad"
     )
     return f"{text}; shifted frames mended in {', '.join(mended)}" if mended else text

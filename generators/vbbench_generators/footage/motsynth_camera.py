@@ -3,7 +3,7 @@
 People are given in the camera's axes (right, down, forward), the camera in the game's world, z up. Three things can go
 wrong between them, and all are tested by reprojection: the axes of the joints (they must project onto the joints in the
 picture), the boxes (the joints must project into them), and the frame of the poses: people walk smoothly
-in the world, so that where somebody is at time t follows from where they were half a second and a second before, seen
+in the world, so that where a person is at time t follows from where they were half a second and a second before, seen
 by the camera of time t.
 """
 
@@ -126,10 +126,10 @@ def find_camera_path(found: Annotations) -> CameraPath:
     joint_error = float(np.nanmedian(off))
     if not joint_error <= MOST_JOINT_ERROR:
         expected = "keypoints_3d must be (right, down, forward) of the camera in m"
-        raise FileError(found.path, f"joints project {joint_error:.0f} px beside those in the picture: {expected}")
+        raise FileError(found.path, f"joints project {joint_error:.0f} px from those in the picture: {expected}")
     box_error = _box_error(found)
     if not box_error <= MOST_BOX_ERROR:
-        problem = f"boxes lie {box_error:.0%} of their height beside their people"
+        problem = f"boxes lie {box_error:.0%} of their height from their people"
         raise FileError(found.path, f"{problem}: joints and boxes are not of one video")
     reading = _find_reading(found)
     pose_shift = reading.shift
@@ -362,7 +362,7 @@ def _best(errors: dict[int, float]) -> int:
 
 
 def _shift_poses(found: Annotations, shift: int) -> Annotations:
-    """The video with the poses of ``shift`` frames later; frames that have none are left out."""
+    """The video with the poses of ``shift`` frames later; frames that have none are removed."""
     if not shift:
         return found
     frames = np.arange(max(0, -shift), found.frames - max(0, shift))

@@ -84,7 +84,7 @@ class Annotations:
 
 
 def read_annotations(path: Path) -> Annotations:
-    """Read one annotation file; people whom nobody sees, and those marked as crowd, are left out.
+    """Read one annotation file; people whom nobody sees, and those marked as crowd, are skipped.
 
     Raises
     ------
@@ -231,7 +231,7 @@ def _frame_of_image(path: Path, images: list[dict[str, Any]]) -> dict[str, int]:
     for number, image in enumerate(images):
         name = image.get("id")
         if not isinstance(name, int | str) or str(name) in frames:
-            raise FileError(path, f"image {quoted(image['frame_n'])}: id is {quoted(name)}, not one of its own")
+            raise FileError(path, f"image {quoted(image['frame_n'])}: id is {quoted(name)}, not a new one")
         frames[str(name)] = number
     return frames
 
@@ -272,4 +272,4 @@ def _refuse_points(path: Path, rows: list[dict[str, Any]], joints: FloatArray, s
     points = seen[np.ptp(joints[seen], axis=1).max(axis=1) == 0.0]
     if len(points):
         name = quoted(rows[int(points.min())].get("id"))
-        raise FileError(path, f"annotation {name}: all joints of keypoints_3d are in one place; leave it out")
+        raise FileError(path, f"annotation {name}: all joints of keypoints_3d are in one place; remove it")

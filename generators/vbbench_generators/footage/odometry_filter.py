@@ -114,8 +114,8 @@ STEP, WIDEST, LEAST_TURN, LEAST_LIKENESS = 0.01, 0.5, 0.03, 0.6
 def clock_offset(reference: Readings, other: Readings, widest: float = WIDEST) -> float | None:
     """By how many seconds the clock of ``other`` is ahead, from turning rates that both measured.
 
-    Found where the two are most alike, up to ``widest`` seconds. ``None`` if the robot hardly turned, or they are never
-    alike.
+    Found where the two correlate most, up to ``widest`` seconds. ``None`` if the robot hardly turned, or they never
+    correlate.
     """
     first = max(reference.times[0], other.times[0]) + widest
     grid = np.arange(first, min(reference.times[-1], other.times[-1]) - widest, STEP)

@@ -57,7 +57,7 @@ def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
         found = {path.parent.name: path.parent for path in sorted(source.glob(f"*/{CAMERA}"))}
         forgotten = [path.name for path in sorted(source.iterdir()) if path.name not in found and _has_boxes(path)]
         if found and forgotten:
-            text = f"{source}: {', '.join(forgotten)} left out: boxes without {CAMERA}"
+            text = f"{source}: {', '.join(forgotten)} skipped: boxes without {CAMERA}"
             warnings.warn(VbbenchWarning(text), stacklevel=3)
     if not found:
         raise FileError(source, f"holds no {CAMERA}, nor does a folder in it; docs/own.md says what to write")

@@ -37,10 +37,10 @@ class FootageSplit(ABC):
     card : source, licence and citation.
     every : every how many frames are kept, unless asked otherwise.
     rules : which frames become sequences.
-    height_mean, height_std : prior N(μ_h, σ_h²) in m of people's heights that solvers are told.
-    pixel_std : noise in px of a box's column, top and bottom that solvers are told.
+    height_mean, height_std : prior N(μ_h, σ_h²) in m of people's heights that solvers are given.
+    pixel_std : noise in px of a box's column, top and bottom that solvers are given.
     tilt_std, mount_height_std : in rad and m, how far a camera's pitch, roll and height over the ground at a moment are
-        from its calibration, as solvers are told: a plane through the feet of people in KITTI's frames is so far off.
+        from its calibration, as solvers get them: a plane through the feet of people in KITTI's frames is so far off.
     """
 
     reads: ClassVar[frozenset[str]] = READ_BY_ALL
@@ -76,7 +76,7 @@ class FootageSplit(ABC):
         return self.lay_out(self.recordings(options), options)
 
     def lay_out(self, found: Recordings, options: Options) -> FootageSequences:
-        """The sequences of recordings that were read, by this split or by somebody else."""
+        """The sequences of recordings that were read, by this split or by another caller."""
         asked = options.footage or FootageOptions()
         every = asked.every or self.every
         rules = self.rules if asked.longest is None else replace(self.rules, longest=asked.longest)

@@ -21,12 +21,12 @@ from vbbench_generators.tiers.tracking.tracker import ByteTracker
 
 LEAST_OVERLAP = 0.3
 """Least intersection over union of a box with the person in it. Widths of boxes differ from detector to detector, and
-half of a lidar detector's overlap labels by less than two thirds: a limit of one half would leave out its worst boxes,
+half of a lidar detector's overlap labels by less than two thirds: a limit of one half would remove its worst boxes,
 and call the people in them nobody."""
 LEAST_SHARE = 1 / 3
 """Where fewer of the boxes are on people, and fewer of the people have boxes, these are of other pictures."""
 FEW = 0.5
-"""Share of the people's boxes below which somebody should look at what was found."""
+"""Share of the people's boxes below which a person should look at what was found."""
 HEIGHT_MEAN = 1.72
 """Of people in m, by which boxes are checked."""
 MOST_STRAY = 0.01
@@ -73,7 +73,7 @@ class FoundTracks:
     scores : [T, K] in (0, 1].
     persons : [T, K] ids of people, `NOBODY` for false alarms.
     detected, tracked : how the boxes agree with the labels as they came, and after tracking.
-    dropped : boxes of tracks that match people in fewer than three frames, which are left out.
+    dropped : boxes of tracks that match people in fewer than three frames, which are removed.
     """
 
     tracks: IntArray

@@ -16,7 +16,7 @@ from vbbench_generators.lifting.heads import Heads
 
 _TAIL = 4.0
 _ROUNDS = 60
-_SETTLED = 8
+_CONVERGED = 8
 
 
 class PlaneError(ValueError):
@@ -71,7 +71,7 @@ def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: Int
         residual = relative - own[person]
         odd: FloatArray = (residual / max(_robust_std(residual), 1e-12)) ** 2
         weight = share * (_TAIL + 1.0) / (_TAIL + odd)
-        if turn < _SETTLED:
+        if turn < _CONVERGED:
             ratio = _own_share(relative, weight, pair, person)
         elif float(np.abs(beta - before).max()) <= 1e-10 * float(np.abs(beta).max()):
             break
@@ -184,8 +184,8 @@ def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, se
 
 
 def _plane(beta: FloatArray, scale: float) -> SizePlane:
-    slopes = [float(value) / scale for value in beta[1:]]
-    return SizePlane(a=float(beta[0]), b=slopes[0], c=slopes[1] if len(slopes) > 1 else 0.0)
+    gradients = [float(value) / scale for value in beta[1:]]
+    return SizePlane(a=float(beta[0]), b=gradients[0], c=gradients[1] if len(gradients) > 1 else 0.0)
 
 
 def _shares(x: FloatArray, nu: FloatArray, track: IntArray) -> tuple[FloatArray, IntArray]:

@@ -17,7 +17,7 @@ LEAST_PEOPLE = 10
 
 _GRID, _FINE, _REACH = 33, 2001, 4.5
 _PLANES = 16
-_ROUNDS, _SETTLED = 12, 1e-3
+_ROUNDS, _CONVERGED = 12, 1e-3
 _DRAWS = 40
 _LEVELS = (np.arange(_DRAWS) + 0.5) / _DRAWS
 _CLIP = 3.0
@@ -108,7 +108,7 @@ def _by_motion(fit: PlaneFit, heads: Heads, width: int, settings: LiftingSetting
         pace = estimate_pace(walking, stretch(fit.plane, best), settings.direction_spread)
         before = best
         best = float(_quantiles(_posterior(fit.plane, walking, focal, pace, best), focal, np.array([0.5]))[0])
-        if abs(best / before - 1.0) < _SETTLED:
+        if abs(best / before - 1.0) < _CONVERGED:
             break
     posteriors = []
     for plane in fit.resampled[:_PLANES]:
@@ -139,7 +139,7 @@ def canonical(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: float)
 
 
 def noise_scale(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: float) -> FloatArray:
-    """[N, 2] how far P and Q move where a head moves its own size in the picture, in every direction alike."""
+    """[N, 2] how far P and Q move where a head moves its own size in the picture, equally in every direction."""
     across, _ = plane.levelled(x, nu)
     size, slope = plane.at(x, nu), plane.slope
     moved = [np.hypot(1.0, slope * across / size), slope / size]

@@ -70,7 +70,7 @@ def box_sizes(boxes: FloatArray, kind: BoxSize) -> FloatArray:
 def roundness(heads: Heads, boxes: FloatArray, focal: float) -> float:
     """How much of a ball's lengthening boxes show: 0 discs, 1 balls.
 
-    A least-squares slope of the logarithm of width over height; a track of n boxes counts √n, odd boxes are left out.
+    A least-squares slope of the logarithm of width over height; a track of n boxes counts √n, odd boxes are removed.
 
     Parameters
     ----------

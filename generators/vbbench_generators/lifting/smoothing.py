@@ -2,7 +2,7 @@
 
 Second differences of positions at time steps τ have variance 6·r + ⅔·q·τ³: r is the noise of a mean over a block, q the
 density of a white-noise acceleration (Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with Applications to Tracking
-and Navigation, 2001, section 6.2). One grows with τ and the other does not, so several τ tell them apart. Blocks are as
+and Navigation, 2001, section 6.2). One grows with τ and the other does not, so several τ separate them. Blocks are as
 long as the gaps between an annotator's key boxes often are, so that interpolated noise counts as what it is.
 
 The smoother is a Kalman filter and the one of Rauch, Tung and Striebel, one coordinate at a time. State: position and

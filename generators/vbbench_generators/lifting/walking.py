@@ -125,7 +125,7 @@ class Segments:
 
 
 def cut_segments(heads: Heads, window: float) -> Segments:
-    """Cut tracks into windows of ``window`` s that follow one another; those with too few boxes are left out."""
+    """Cut tracks into windows of ``window`` s that follow one another; those with too few boxes are removed."""
     frame, track = heads.frame, heads.track
     third = max(1, round(window / heads.dt / 3.0))
     opening = np.r_[True, track[1:] != track[:-1]]

@@ -17,7 +17,7 @@ class Rules:
 
     Parameters
     ----------
-    skip_first_frames : frames left out at the start of each observer's track.
+    skip_first_frames : frames skipped at the start of each observer's track.
     min_others : a frame counts where at least so many other walkers are present.
     min_frames : an observer needs at least so many such frames.
     standing_displacement : who moves less than this in m from first to last frame is not part of the observed crowd.

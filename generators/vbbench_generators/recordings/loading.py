@@ -85,10 +85,10 @@ class Reader:
     """
 
     signature = ""
-    """How a user's own file of this format is told, in a few words; none for what `recognises` never says."""
+    """How a user's own file of this format is recognised, in a few words; none for what `recognises` never says."""
 
     def recognises(self, line: str) -> bool:  # noqa: ARG002
-        """Whether a file whose first line is this, blanks and comments left out, is of this format."""
+        """Whether a file whose first line is this, without blanks and comments, is of this format."""
         return False
 
     def read(self, file: SceneFile) -> Scene:
@@ -188,7 +188,7 @@ def _jittered(scene: Scene, std: float, seed: int, index: int) -> Scene:
 def off_grid(scene: Scene, grid: float, seed: int, index: int) -> Scene:
     """The scene with places anywhere in the cell of the source's ``grid`` (m) that they were rounded to.
 
-    Where boxes are exact, whole multiples would tell a solver which way the scene lies, and how far anybody walked. The
+    Where boxes are exact, whole multiples would give a solver the scene's direction, and how far people walked. The
     places follow from the seed and the scene's number in the recipe alone.
     """
     rng = random_stream(seed, index, Stream.GRID)

@@ -16,12 +16,12 @@ from vbbench_generators.tiers.noise import Precision
 
 PACKAGE = "vbbench_generators"
 DETECTED = "auto"
-"""The format of a recipe whose file is the user's own: its first line tells."""
+"""The format of a recipe whose file is the user's own: its first line decides."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Caution:
-    """What must stand beside every figure of the split, under the tiers concerned."""
+    """What must stand with every figure of the split, under the tiers concerned."""
 
     text: str
     tiers: tuple[str, ...]

@@ -36,7 +36,7 @@ def _showing(sight: Sight, outline: Outline) -> Showing:
 
 @dataclass(frozen=True, kw_only=True)
 class Noise(Tier):
-    """Boxes of whole people, with Gaussian noise of ``std`` px on column, top and bottom; nobody hides anybody."""
+    """Boxes of whole people, with Gaussian noise of ``std`` px on column, top and bottom; nobody is hidden."""
 
     std: float
 
@@ -113,12 +113,12 @@ class BehindOthers(Tier):
 class Tracking(Tier):
     """A detector that errs on what shows of people, and a tracker that links what it finds; both by a settings file.
 
-    They run at the rate of a video, and boxes are told in the dataset's own frames.
+    They run at the rate of a video, and boxes are reported in the dataset's own frames.
 
     Parameters
     ----------
     outline : what people look like to whom they hide.
-    least_track : tracks of fewer frames are left out; ``None`` for what the settings file says.
+    least_track : tracks of fewer frames are removed; ``None`` for what the settings file says.
     """
 
     outline: Outline = field(default_factory=Outline)

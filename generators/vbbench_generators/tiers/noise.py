@@ -46,8 +46,8 @@ Bits = Annotated[int, Within(0, 32)]
 class Precision:
     """How finely boxes are written (table ``[precision]`` of a recipe).
 
-    The error is uniform over half a step to either side. At a distance r the panorama's l = f·h/r px then tells r to
-    2^−(b_l + 1)/l of it, and u tells the direction to 2^−b_u·π/W rad. Solvers are not told: with 10, 10 and 12 bits
+    The error is uniform over half a step to either side. At a distance r the panorama's l = f·h/r px then gives r to
+    2^−(b_l + 1)/l of it, and u gives the direction to 2^−b_u·π/W rad. Solvers do not get this: with 10, 10 and 12 bits
     a place at 40 m is off by 0.5 mm at most, less than people sway from one frame to the next.
 
     Parameters

@@ -1,9 +1,9 @@
 """Who hides whom, without rendering: people are outlines that stand on level ground, nearer ones before farther ones.
 
 An outline is as many upright bands as it has steps: within ``half`` · height of its axis it rises to ``top`` · height.
-All stand on the same ground, so the nearer somebody is, the lower the feet in the picture: in every column of the
-picture the people before somebody hide everything below the highest of their outlines (their *skyline*) and nothing
-above. So one sweep from near to far, which keeps the skyline, tells of everybody what shows.
+All stand on the same ground, so the nearer a person is, the lower the feet in the picture: in every column of the
+picture the people before a person hide everything below the highest of their outlines (their *skyline*) and nothing
+above. So one sweep from near to far, which keeps the skyline, finds what shows of everybody.
 Rows are exact; columns are sampled four to the pixel, since people far away are a few px wide. Where the camera
 is tilted or bends straight lines, outlines stand upright about their boxes all the same.
 """
@@ -60,7 +60,7 @@ def see(
 
     Parameters
     ----------
-    positions, heights : [T, K, 2] and [K] in m of everybody who can hide anybody; NaN = absent.
+    positions, heights : [T, K, 2] and [K] in m of everybody who can hide others; NaN = absent.
     poses : [T, 3] (x, y, yaw) of the camera.
     camera : the borders of its picture cut people off; a picture that closes on itself has none, up and down either.
     outline : everybody's.

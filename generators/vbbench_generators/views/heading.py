@@ -44,7 +44,7 @@ def wrapped(angle: FloatArray) -> FloatArray:
 
 
 def limit_turns(heading: FloatArray, dt: float, rate: float) -> FloatArray:
-    """Heading [T] in rad of somebody who follows ``heading`` [T] turning by at most ``rate`` rad/s.
+    """Heading [T] in rad of a person who follows ``heading`` [T] turning by at most ``rate`` rad/s.
 
     A walker who stops and comes back reverses the motion from one frame to the next; nobody's eyes do.
     """

@@ -80,7 +80,7 @@ def observer_definition(options: Options, look: Look) -> dict[str, Any]:
         return look_definition(look)
     if options.look is not None:
         who = options.observer
-        raise VbbenchError(f"a {who} looks where it drives; leave `look` out, or ask for `observer` walker")
+        raise VbbenchError(f"a {who} looks where it drives; remove `look`, or choose `observer` walker")
     model = get_vehicle() if options.observer == "vehicle" else get_robot()
     return {"observer": options.observer, options.observer: asdict(model)}
 

@@ -122,7 +122,7 @@ def walked(
 
 
 def _natural_heading(scene: Scene, span: Span, look: Look, rng: np.random.Generator) -> FloatArray:
-    """[T] in rad where the observer's head points in the frames of the span, drawn from a stream of its own."""
+    """[T] in rad where the observer's head points in the frames of the span, drawn from its own stream."""
     reach, end = int(np.ceil(2.0 * LONGEST_LEAD / scene.dt)), span.first + len(span.counted)
     first = max(span.first - reach, 0)
     path = scene.positions[first : end + reach, span.column]

@@ -15,8 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
-from vbbench.folders.swapping import TRUTH, WORK
-from vbbench.folders.swapping import beside as named_beside
+from vbbench.folders.swapping import TRUTH, WORK, beside
 from vbbench.parallel.stopping import end_with_parent
 
 SYSTEM = (
@@ -60,10 +59,10 @@ def readable_paths(hidden: Sequence[Path], needed: Sequence[Path] = ()) -> list[
     return [str(path) for path in (*granted, *(path for root in own for path in search.open_parts(root)[1]))]
 
 
-def beside(folder: Path) -> list[Path]:
-    """The folder, and those that belong beside it: its work folder and withheld truth."""
+def folders_with(folder: Path) -> list[Path]:
+    """The folder, and those that belong to it: its work folder and withheld truth."""
     place = folder.resolve()
-    return [place, *(named_beside(place, ending) for ending in (WORK, TRUTH))]
+    return [place, *(beside(place, ending) for ending in (WORK, TRUTH))]
 
 
 def device_paths() -> list[str]:

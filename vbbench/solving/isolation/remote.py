@@ -158,7 +158,7 @@ class Remote:
         self._child = child
 
     def is_now(self, working_on: str) -> None:
-        """What it is about to do, for the messages about it; it is not told."""
+        """What it is about to do, for the messages about it; it does not get this."""
         self._child.working_on = working_on
 
 
@@ -249,7 +249,7 @@ class IsolatedSolver:
     Parameters
     ----------
     name : registered, or ``module:attribute``; it is never imported here.
-    hidden : files and folders that it must not read, besides every folder beside it that looks like a dataset.
+    hidden : files and folders that it must not read, besides every folder next to it that looks like a dataset.
 
     Raises
     ------

@@ -18,7 +18,7 @@ from vbbench.solving.isolation.messages import TEXT_LIMIT, ClosedError, read_mes
 
 Arrays = dict[str, NDArray[Any]]
 
-HINT = "; isolated, it reads what is installed and what lies beside it, but nothing in the folder of a dataset"
+HINT = "; isolated, it reads what is installed and what lies next to it, but nothing in the folder of a dataset"
 """Why a solver may fail to load here that loads elsewhere."""
 
 

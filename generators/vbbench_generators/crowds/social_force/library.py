@@ -1,7 +1,7 @@
 """pysocialforce 1.1.2 with its side effects contained, and with the steps and speeds of this package.
 
 Importing it opens ``file.log`` in the working directory, sets the root logger to DEBUG and adds two handlers; it
-ignores the step width of its own configuration and keeps a copy of every state. It is slow and serves as the reference
+ignores its configured step width and keeps a copy of every state. It is slow and serves as the reference
 for the compiled engine.
 """
 

@@ -127,7 +127,7 @@ class HelbingMolnar:
 
 @dataclass(frozen=True, kw_only=True)
 class WallForce:
-    """Walls beside `Moussaid`, as in pysocialforce: lines sampled at 10 points a metre, each of which repels.
+    """Walls next to `Moussaid`, as in pysocialforce: lines sampled at 10 points a metre, each of which repels.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ class Model:
     Parameters
     ----------
     repulsion : how people keep apart.
-    walls : how walls repel beside `Moussaid`; `HelbingMolnar` has its own potential.
+    walls : how walls repel with `Moussaid`; `HelbingMolnar` has its own potential.
     groups : how groups keep together.
     relaxation_time : τ in s, to regain the desired velocity.
     top_speed : maximum speed, relative to the desired speed.

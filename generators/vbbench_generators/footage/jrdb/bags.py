@@ -1,4 +1,4 @@
-"""What JRDB's robot measured of its own motion, from its rosbag: the speeds of its wheels, and its gyro."""
+"""What JRDB's robot measured of its motion, from its rosbag: the speeds of its wheels, and its gyro."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,7 +50,7 @@ def read_bag(path: Path) -> BagReadings:
     """
     wheels, imu = _messages(path)
     if not wheels.rows:
-        raise FileError(path, f"has no message of {' or '.join(WHEELS)}: nothing tells how the robot moved")
+        raise FileError(path, f"has no message of {' or '.join(WHEELS)}: the robot's motion is not recorded")
     times = _checked_times(path, wheels)
     table = _finite(path, wheels)
     twist, pose = table[:, :2], table[:, 2:]
@@ -58,7 +58,7 @@ def read_bag(path: Path) -> BagReadings:
         times, twist = speeds_of(times, pose)
     fastest = float(np.abs(twist).max())
     if fastest > _FASTEST:
-        raise FileError(path, f"{wheels.name} tells of {fastest:,.0f} m/s or rad/s; no robot is so fast")
+        raise FileError(path, f"{wheels.name} has {fastest:,.0f} m/s or rad/s; no robot is so fast")
     speed = Readings(times=times, values=twist[:, 0])
     return BagReadings(path=path, speed=speed, turn=Readings(times=times, values=twist[:, 1]), gyro=_gyro(path, imu))
 

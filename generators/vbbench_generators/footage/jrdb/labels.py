@@ -20,7 +20,7 @@ VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.
 """JRDB's words of occlusion, as visible fractions; who is fully hidden is seen by no camera."""
 
 MOST_METRES, TALLEST, MOST_PIXELS = 1000.0, 4.0, 1e5
-"""How far away and how tall in m anybody is at most, and where in px a box may be."""
+"""How far away and how tall in m a person is at most, and where in px a box may be."""
 
 _BOX = ("left", "top", "width", "height")
 _PEDESTRIAN = "pedestrian:"
@@ -73,7 +73,7 @@ class PlaceLabels:
 
 
 def read_pictures(path: Path) -> PictureLabels:
-    """The people of ``labels_2d_stitched/NAME.json``; labels of other things are left out.
+    """The people of ``labels_2d_stitched/NAME.json``; labels of other things are not read.
 
     Raises
     ------

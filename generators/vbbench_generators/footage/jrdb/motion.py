@@ -62,8 +62,8 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, ever
     bag : what its sensors said.
     times : [T] of the frames in s.
     places : [T, P, 2] metres forward and to the left of the robot of people, NaN = not there: whether the clocks of bag
-        and pictures differ, the people tell by how they turn around the robot.
-    every : of how many frames one will be kept. Slip lasts, so that the errors of motions in a row are alike: the
+        and pictures differ follows from how people turn around the robot.
+    every : of how many frames one will be kept. Slip lasts, so that the errors of motions in a row are correlated: the
         covariances are such that those of so many motions add up to that of the motion over all of them.
 
     Raises

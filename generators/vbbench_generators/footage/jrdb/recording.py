@@ -33,8 +33,8 @@ boxes that are not cut and as high as their person (±7 %), 1.03 m, with ±.05 m
 SIZE = (CAMERA.width, 480)
 """Of its pictures."""
 
-FARTHEST_BESIDE = 0.2
-"""rad that boxes may lie beside the labelled places, at the median: .02 rad in the sample."""
+LARGEST_DIRECTION_ERROR = 0.2
+"""rad between boxes and labelled places, at the median: .02 rad in the sample."""
 
 MOST_FARTHER = 2.0
 """Places may be so many times as far away, or as near, as boxes are high, at the median: .96 times in the sample."""
@@ -43,7 +43,7 @@ _LEAST_FIT = 0.3
 """Overlap in columns that boxes and places must have in other frames, for these to be named."""
 
 _FEWEST, _FEW = 20, 0.5
-"""Boxes with a labelled place that a recording needs, and the share below which somebody should look."""
+"""Boxes with a labelled place that a recording needs, and the share below which a person should look."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,12 +217,12 @@ def nearest_clouds(grid: Grid, clouds: Stamps) -> IntArray:
     return np.where(close, clouds.frames[nearest], -1)
 
 
-def directions_beside(recording: Recording) -> FloatArray:
+def direction_errors(recording: Recording) -> FloatArray:
     """[N] rad from the direction of each labelled place to that of its box, clockwise."""
-    return _directions_beside(*_pairs(recording))
+    return _direction_errors(*_pairs(recording))
 
 
-def _directions_beside(boxes: FloatArray, places: FloatArray) -> FloatArray:
+def _direction_errors(boxes: FloatArray, places: FloatArray) -> FloatArray:
     seen = CAMERA.unproject(boxes, np.ones(len(boxes)))
     return wrap_angle(np.arctan2(seen[:, 0], seen[:, 1]) + np.arctan2(places[:, 1], places[:, 0]))
 
@@ -253,7 +253,7 @@ def _inside_pictures(pictures: PictureLabels) -> PictureLabels:
     )
     if count > MOST_STRAY * len(outside):
         raise FileError(pictures.path, f"{problem}; boxes must be in px of the stitched pictures")
-    warnings.warn(VbbenchWarning(f"{pictures.path}: {problem}; these are left out"), stacklevel=2)
+    warnings.warn(VbbenchWarning(f"{pictures.path}: {problem}; these are removed"), stacklevel=2)
     return pictures.select(~outside)
 
 
@@ -263,13 +263,13 @@ def _check_places(recording: Recording, path: Path) -> None:
     labelled = int((~np.isnan(recording.visible)).sum())
     if len(boxes) < _FEWEST:
         raise FileError(path, f"only {len(boxes)} boxes of {recording.name} have a labelled place; are ids the same?")
-    beside = float(np.median(np.abs(_directions_beside(boxes, places))))
+    off = float(np.median(np.abs(_direction_errors(boxes, places))))
     seen, expected = in_columns(recording.rectangles), in_columns(recording.expected)
     offset = frame_offset(
         seen, lambda frames, later: expected[frames + later], CAMERA.period, recording.columns, least=_LEAST_FIT
     )
-    if beside > FARTHEST_BESIDE:
-        problem = f"places lie {beside:.2f} rad beside their boxes (median; {FARTHEST_BESIDE} at most)"
+    if off > LARGEST_DIRECTION_ERROR:
+        problem = f"places lie {off:.2f} rad off their boxes (median; {LARGEST_DIRECTION_ERROR} at most)"
         cause = str(offset) if offset else "they must be in the robot's frame, x forward, y left"
         raise FileError(path, f"{problem}: {cause}")
     if offset is not None:

@@ -17,7 +17,7 @@ from vbbench_generators.footage.jrdb.bags import read_bag
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, read_pictures, read_places
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion, follow_poses, measure_motion
 from vbbench_generators.footage.jrdb.odometry_file import read_odometry_file
-from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, directions_beside, nearest_clouds
+from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, Grid, Stamps, lay_out, nominal_stamps, read_stamps
 from vbbench_generators.footage.jrdb.text import BOXES, PLACES, pictures_of, read_sample
 from vbbench_generators.footage.jrdb.text import read_boxes as read_tracked_boxes
@@ -45,7 +45,7 @@ STANDING = frozenset(
 )
 """Recordings of the training set in which the robot does not move: NO_MOVEMENT of github.com/ericaweng/WHAM, by eye.
 
-One of the list, which hardly turns by its comment (svl-meeting-gates-2-2019-04-08_1), is left out.
+One of the list, which hardly turns by its comment (svl-meeting-gates-2-2019-04-08_1), is not in it.
 """
 
 _ROOTS = ("", "train_dataset_with_activity", "train_dataset", "test_dataset")
@@ -91,7 +91,7 @@ class JrdbSplit(FootageSplit):
     camera: PanoramaCamera = CAMERA
 
     def recordings(self, options: Options) -> Recordings:
-        """Read the recordings that are asked for; without every one's poses, nobody's are told."""
+        """Read the recordings that are asked for; without every one's poses, none are given."""
         asked = options.footage or FootageOptions()
         found = _chosen(find_recordings(options.source), asked.sequences)
         bags = _ways(found, options.source, asked.bags)
@@ -137,8 +137,8 @@ class JrdbSplit(FootageSplit):
         if all(known):
             return base
         names = [one.name for one, way in zip(found, known, strict=True) if way]
-        beside = f"; it is known of {', '.join(names)}: name these with --sequences" if names else ""
-        return f"{base}; {_RELATIVE}{beside}"
+        also = f"; it is known of {', '.join(names)}: name these with --sequences" if names else ""
+        return f"{base}; {_RELATIVE}{also}"
 
 
 def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
@@ -260,10 +260,10 @@ def _chosen(found: list[Found], names: Iterable[str] | None) -> list[Found]:
 
 def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTracks | None) -> dict[str, Any]:
     """What was measured of a recording, as JSON."""
-    beside = directions_beside(recording)
+    errors = direction_errors(recording)
     facts: dict[str, Any] = {
         "name": recording.name,
-        "columns_beside_places": round(float(np.median(np.abs(beside))), 4),
+        "columns_beside_places": round(float(np.median(np.abs(errors))), 4),
         "seconds_a_frame": round(recording.grid.seconds, 5),
     }
     if tracks is not None:
@@ -278,7 +278,7 @@ def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTra
 
 
 def _summary(facts: dict[str, Any]) -> str:
-    text = f"{facts['name']}: boxes {facts['columns_beside_places']:.3f} rad beside the labelled places (median)"
+    text = f"{facts['name']}: boxes {facts['columns_beside_places']:.3f} rad from the labelled places (median)"
     if "detected" in facts:
         for what in ("detected", "tracked"):
             text += f", boxes {what}: " + "recall {recall:.2f}, precision {precision:.2f}".format(**facts[what])

@@ -103,7 +103,7 @@ def read_stamps(folder: Path, name: str) -> Stamps:
     """
     path = folder / name
     if not path.is_file():
-        raise FileError(path, "is missing; download JRDB's timestamps beside the labels")
+        raise FileError(path, "is missing; download JRDB's timestamps next to the labels")
     try:
         values = read_json(path)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""Boxes of anybody's detector or tracker on KITTI's pictures, as they are in files.
+"""Boxes of any detector or tracker on KITTI's pictures, as they are in files.
 
 Besides what `birdify` reads, two kinds of text are, known by their first line: detections with 15 columns and commas
 (frame, type, left, top, right, bottom, score, …), and KITTI's own label text with 17 columns, or 18 with a score.
@@ -56,7 +56,7 @@ def _from_detections(path: Path, content: bytes, classes: tuple[str, ...]) -> Bo
     frame = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
     corners = rows.numbers("left", "top", "right", "bottom")
     sizes = corners[:, 2:] - corners[:, :2]
-    rows.refuse((sizes[:, 0] <= 0.0) | (sizes[:, 1] <= 0.0), "the box is {0:g} x {1:g} px; leave it out", *sizes.T)
+    rows.refuse((sizes[:, 0] <= 0.0) | (sizes[:, 1] <= 0.0), "the box is {0:g} x {1:g} px; remove it", *sizes.T)
     wanted = np.isin(rows.columns["type"], [number for number, name in TYPES.items() if name in classes])
     boxes, track = np.concatenate([corners[:, :2], sizes], axis=-1), np.full(len(rows), UNLINKED)
     scores = _log_odds(rows.columns["score"][wanted])

@@ -40,7 +40,7 @@ _FOCAL_RANGE = (0.3, 5.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """What is told of the sensors.
+    """What is known of the sensors.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ INSIDE = np.array([1.0, 0.75, 0.5])
 """Share inside the picture by the column ``truncated``: all, cut, largely cut."""
 
 MANY = 0.005
-"""Share of the places beside their boxes that is worth a warning: one in a thousand is beside in KITTI's own."""
+"""Share of the places outside their boxes that is worth a warning: one in a thousand in KITTI's labels."""
 
 _REACH = 0.5
 """Widths and heights of a box that its projected place may lie beyond its borders."""
@@ -54,7 +54,7 @@ class Labels:
     Parameters
     ----------
     path : the file, for messages.
-    frame, track : [N] from 0; track −1 for regions without anybody in particular.
+    frame, track : [N] from 0; track −1 for regions without a particular person.
     kind : [N] place of the class among `CLASSES`.
     truncated, occluded : [N] KITTI's levels.
     boxes : [N, 4] (left, top, right, bottom) in px.
@@ -130,14 +130,14 @@ def parse_labels(path: Path, content: bytes) -> Labels:
     rows = parse_rows(path, content, RESULTS if scored else LABELS)
     track = rows.whole("track", -1, LONGEST_ID, "no track: those are whole numbers from 0 on, -1 for nobody")
     kind = rows.columns["type"].astype(np.int64)
-    anybody = (track >= 0) & (kind != CLASSES.index("DontCare"))
+    linked = (track >= 0) & (kind != CLASSES.index("DontCare"))
     boxes = rows.numbers("left", "top", "right", "bottom")
     wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
-    rows.refuse(anybody & ~((wide > 0.0) & (high > 0.0)), "the box is {0:g} x {1:g} px; leave it out", wide, high)
+    rows.refuse(linked & ~((wide > 0.0) & (high > 0.0)), "the box is {0:g} x {1:g} px; remove it", wide, high)
     height, places = rows.columns["height"].copy(), rows.numbers("x", "y", "z")
     unknown = places[:, 2] == UNKNOWN
     height[unknown], places[unknown] = np.nan, np.nan
-    known = anybody & ~np.isnan(places[:, 2])
+    known = linked & ~np.isnan(places[:, 2])
     people = known & np.isin(kind, [CLASSES.index(name) for name in WALKERS])
     far = np.abs(places).max(axis=1)
     rows.refuse(known & ~(far < FARTHEST), "the place is {0:g} m away; x, y and z are in m", far)
@@ -147,10 +147,10 @@ def parse_labels(path: Path, content: bytes) -> Labels:
     labels = Labels(
         path=path,
         frame=rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on"),
-        track=np.where(anybody, track, -1),
+        track=np.where(linked, track, -1),
         kind=kind,
-        truncated=_level(rows, "truncated", anybody, len(INSIDE)),
-        occluded=_level(rows, "occluded", anybody, len(SHOWS)),
+        truncated=_level(rows, "truncated", linked, len(INSIDE)),
+        occluded=_level(rows, "occluded", linked, len(SHOWS)),
         boxes=boxes,
         height=height,
         places=places,
@@ -202,8 +202,8 @@ def refuse_places_elsewhere(labels: Labels, calibration: Calibration) -> None:
     warnings.warn(VbbenchWarning(str(fault)), stacklevel=2)
 
 
-def _level(rows: Rows, name: str, anybody: BoolArray, levels: int) -> IntArray:
-    values = np.where(anybody, rows.columns[name], 0.0)
+def _level(rows: Rows, name: str, linked: BoolArray, levels: int) -> IntArray:
+    values = np.where(linked, rows.columns[name], 0.0)
     bad = (values != np.round(values)) | (values < -1) | (values >= levels)
     rows.refuse(bad, f"{name} is {{0:g}}; levels are 0 to {levels - 1}, -1 if unknown", values)
     return np.maximum(values, 0.0).astype(np.int64)
@@ -215,6 +215,4 @@ def _refuse_repetition(labels: Labels) -> None:
     if found is not None:
         before, again = linked[list(found)]
         problem = f"track {labels.track[again]} has a box in frame {labels.frame[again]} already"
-        raise FileError(
-            labels.path, f"{problem}, in line {labels.lines[before]}; leave one out", int(labels.lines[again])
-        )
+        raise FileError(labels.path, f"{problem}, in line {labels.lines[before]}; remove one", int(labels.lines[again]))

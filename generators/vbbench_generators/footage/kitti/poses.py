@@ -1,11 +1,11 @@
-"""Where the camera is: from GPS/IMU (``oxts/NNNN.txt``), or from anybody's poses of camera 0.
+"""Where the camera is: from GPS/IMU (``oxts/NNNN.txt``), or from other poses of camera 0.
 
 Both become motions [T, 4, 4] from rectified coordinates of camera 0 to a world with z up. GPS/IMU gives the world of
 its Mercator map, x to the east, as in KITTI's devkit: s = cos(latitude of the first line), R the earth's radius,
 
     x = s R λ,   y = s R ln tan(π/4 + φ/2),   rotation = Rz(yaw) Ry(pitch) Rx(roll);
 
-poses that somebody else found have the world of their first line, x forward and y left.
+poses of other programs have the world of their first line, x forward and y left.
 """
 
 from pathlib import Path

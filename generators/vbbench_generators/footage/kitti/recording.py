@@ -1,4 +1,4 @@
-"""One sequence of KITTI, read and checked: labels, calibration, where the camera is, and boxes that somebody found."""
+"""One sequence of KITTI, read and checked: labels, calibration, where the camera is, and boxes of a detector."""
 
 import warnings
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ from vbbench_generators.footage.kitti.poses import in_the_world, on_the_ground, 
 from vbbench_generators.footage.tracks import FoundTracks, follow
 
 DT = 0.1
-"""Seconds per frame as told; by the speedometer frames are about .1035 s apart."""
+"""Seconds per frame as documented; by the speedometer frames are about .1035 s apart."""
 
 FARTHEST_APART, MOST_TURNED_APART = 0.5, 0.02
 """In m and rad a second, medians: how differently two sources of poses may move; .16 m and .0004 rad in 0019."""
@@ -65,7 +65,7 @@ class KittiRecording:
     ----------
     footage : what the camera saw.
     way : where it was.
-    found : the boxes that somebody found, if they were asked for.
+    found : the boxes of a detector, if they were asked for.
     sums : what every file that was read holds, of which sequence, and its SHA-256; whatever the file is called.
     """
 
@@ -96,7 +96,7 @@ def read_recording(
     name : such as ``0019``.
     asked : what the user asks of footage.
     classes : of those who count as people.
-    several : whether other sequences are read as well, so that each needs files of its own.
+    several : whether other sequences are read as well, so that each needs its own files.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def _find_way(paths: dict[str, Path], labels: Labels, calibration: Calibration) 
 
 
 def _warn_if_apart(path: Path, poses: FloatArray, oxts: FloatArray, best: str) -> None:
-    """Warn if the poses [T, 3] of two sources do not move and turn alike from second to second."""
+    """Warn if the poses [T, 3] of two sources do not move and turn equally from second to second."""
     second = round(1.0 / DT)
     if len(poses) <= second:
         return

@@ -37,7 +37,7 @@ def _of_way(way: Way) -> str:
 def _of_boxes(found: FoundTracks) -> str:
     return (
         f"boxes found: {found.detected}; after tracking {found.tracked}, {len(found.tracks)} tracks, "
-        f"{found.dropped} boxes of tracks of nobody left out"
+        f"{found.dropped} boxes of tracks of nobody removed"
     )
 
 

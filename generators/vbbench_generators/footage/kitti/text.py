@@ -135,7 +135,7 @@ def first_cells(content: bytes, layout: Layout) -> list[str]:
 
 
 def _read_even(content: bytes, layout: Layout) -> dict[str, FloatArray] | None:
-    """The columns of a text whose lines are all alike, in finite numbers and known words; else ``None``."""
+    """The columns of a text whose lines are all equal in form, in finite numbers and known words; else ``None``."""
     word = pa.dictionary(pa.int32(), pa.string())
     convert = csv.ConvertOptions(
         column_types={name: word if name in layout.words else pa.float64() for name in layout.wanted},

@@ -180,7 +180,7 @@ class HeadTracking(Reader):
     def load(self, recipe: Recipe, wishes: Wishes) -> Loaded:
         """Find the recording, read its heads, lift them; the user's homography is taken in place of a calibration."""
         if wishes.dt is not None:
-            raise VbbenchError(f"{recipe.name}: `dt` is for the split 'custom'; here seqinfo.ini tells the frame rate")
+            raise VbbenchError(f"{recipe.name}: `dt` is for the split 'custom'; here seqinfo.ini has the frame rate")
         if recipe.recording is None or recipe.lifting is None:
             problem = "a recipe of format crohd needs the key 'recording' and a table [lifting]"
             raise VbbenchError(f"{recipe.name}: {problem}")

@@ -67,7 +67,7 @@ def _points(table: NamedColumns, homography: FloatArray | None) -> FloatArray:
     if unit in ("px", "pixel", "pixels") and homography is None:
         raise table.fault(0, "x and y are in pixels: a homography is needed, name its file with --homography")
     if unit in ("m", "cm", "mm", "km") and homography is not None:
-        raise table.fault(0, f"x and y are in {unit} already: leave --homography out")
+        raise table.fault(0, f"x and y are in {unit} already: remove `homography`")
     return np.column_stack([table.scaled("x"), table.scaled("y")])
 
 
@@ -144,7 +144,7 @@ class Obsmat(Reader):
     def read(self, file: SceneFile) -> Scene:
         """As `read_obsmat`."""
         if file.homography is not None:
-            raise FileError(file.path, "is an obsmat table, which is in metres already: leave `homography` out")
+            raise FileError(file.path, "is an obsmat table, which is in metres already: remove `homography`")
         return read_obsmat(file.path, dt=file.dt, frame_step=file.frame_step)
 
 

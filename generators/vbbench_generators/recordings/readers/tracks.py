@@ -23,7 +23,7 @@ FEWEST_STEPS = 3
 """Steps from which another reading of a homography is judged."""
 
 FARTHEST = 1e6
-"""How far from the origin, in m along either axis, somebody may walk."""
+"""How far from the origin, in m along either axis, a person may walk."""
 MOST_CELLS = 10**8
 """Frames times people that a scene may have: 1.6 GB."""
 
@@ -82,7 +82,7 @@ def check_tracks(path: Path, frame: IntArray, person: IntArray, lines: IntArray,
     if off.any():
         row = _earliest(off, lines)
         problem = f"person {person[row]}: frame {frame[row]} follows frame {frame[row - 1]}, but the step is {step}"
-        raise FileError(path, f"{problem}; complete the track, or give its parts ids of their own", int(lines[row]))
+        raise FileError(path, f"{problem}; complete the track, or give its parts separate ids", int(lines[row]))
 
 
 def check_phase(path: Path, frame: IntArray, lines: IntArray, step: int) -> None:
@@ -145,7 +145,7 @@ def check_homography(path: Path, time: FloatArray, person: FloatArray, points: F
         return
     if best == "none":
         problem = f"without the homography people walk at {speed:.3g} m/s, with it at {fast:,.4g} m/s"
-        raise FileError(path, f"{problem}: the places are metres already, leave --homography out")
+        raise FileError(path, f"{problem}: the places are metres already, remove `homography`")
     problem = f"with this homography people walk at {fast:,.4g} m/s, with its {best} at {speed:.3g} m/s"
     raise FileError(path, f"{problem}: give the {best}, the matrix that maps the picture to metres")
 
@@ -188,7 +188,7 @@ def scene_of_rows(
 ) -> Scene:
     """The scene of one row for each person in each frame.
 
-    Row 0 of the scene is the first frame with anybody in it. Where nobody is, rows are empty.
+    Row 0 of the scene is the first frame with a person in it. Where nobody is, rows are empty.
 
     Parameters
     ----------

@@ -184,7 +184,7 @@ class Splines(Reader):
         return "number of splines" in line
 
     def read(self, file: SceneFile) -> Scene:
-        """As `read_vsp`; the file counts frames at `FRAME_RATE`, so that ``dt`` tells how many make one."""
+        """As `read_vsp`; the file counts frames at `FRAME_RATE`, so that ``dt`` decides how many make one."""
         if file.homography is None:
             problem = "is a spline annotation in pixels: name the file of its homography with `homography`"
             raise FileError(file.path, problem)

@@ -47,7 +47,7 @@ def track_people(
     turns: FloatArray | None = None,
     every: int = 1,
 ) -> Tracked:
-    """Detect and track people in every frame, and tell of some frames.
+    """Detect and track people in every frame, and report some frames.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def track_people(
     rng : the sequence's random numbers.
     turns : [T, 3, 3] rotations since the frame before as the tracker takes them off, see `estimated_turns`; ``None``
         for a tracker that takes none off.
-    every : tell of the first frame and every so many frames; tracks are of as many boxes as these frames have.
+    every : report the first frame and every so many frames; tracks are of as many boxes as these frames have.
 
     Returns
     -------

@@ -105,7 +105,7 @@ class TrackerSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class TrackingSettings:
-    """Detector, tracker, and what solvers are told of their noise in px.
+    """Detector, tracker, and what solvers are given of their noise in px.
 
     Parameters
     ----------

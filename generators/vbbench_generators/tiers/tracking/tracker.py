@@ -1,13 +1,13 @@
 """A tracker in two stages, after ByteTrack (Zhang et al. 2022): sure detections first, then doubtful ones.
 
 In each frame tracks are predicted by their Kalman filters. Confirmed tracks, lost ones too, are paired with detections
-of high score; those that were seen a frame ago and got none, with detections of low score: somebody half hidden keeps
+of high score; those that were seen a frame ago and got none, with detections of low score: a person half hidden keeps
 the track. New tracks are confirmed by a second detection right after the first, or forgotten; whatever sure detections
 are left begin tracks. A track without a detection is lost, goes on blindly, and is given up after a while.
 
-What it believes of boxes is a constant-velocity Kalman filter on centre, width and height, as in SORT (Bewley et al.
+Its estimate of boxes is a constant-velocity Kalman filter on centre, width and height, as in SORT (Bewley et al.
 2016) and its descendants: noise grows with the height of the box, and the four coordinates do not mix, so that every
-one of them is a filter of its own on (value, speed):
+one of them is its own filter on (value, speed):
 
     x ← F x,  P ← F P Fᵀ + diag(w² dt, a² dt),  F = (1 dt; 0 1);
     K = P Hᵀ/(P_00 + r²),  x ← x + K (z − x_0),  P ← P − K H P,  H = (1 0).
@@ -31,7 +31,7 @@ HEIGHT = 3
 
 @dataclass(frozen=True)
 class Beliefs:
-    """What is believed of N boxes.
+    """The estimates of N boxes.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ class Tracker:
         self._next, self._frame = 0, 0
 
     def step(self, detections: CentredDetections, moved: Moved | None = None) -> Found:
-        """Take in the next frame's detections; tell of the confirmed tracks that were seen in it.
+        """Take in the next frame's detections; return the confirmed tracks that were seen in it.
 
         ``moved`` is how the camera has moved everything since the frame before, if that is known.
         """
@@ -214,7 +214,7 @@ class Tracker:
 
 
 class ByteTracker:
-    """The tracker for anybody's detections, registered as ``byte``; see `vbbench.exchange.detection.TrackerFactory`."""
+    """The tracker for any detections, registered as ``byte``; see `vbbench.exchange.detection.TrackerFactory`."""
 
     def __init__(self, *, dt: float, period: float | None = None) -> None:
         self._tracker = Tracker(get_tracking().tracker, dt, period)

@@ -138,18 +138,18 @@ def _glances(
     for begin, end, which in zip(first, last, chosen, strict=True):
         if begin >= min(end, len(times)):
             continue
-        beside = _beside(way.around[frames[begin]] - here[begin], course[begin])
+        bearing = _bearing_from(way.around[frames[begin]] - here[begin], course[begin])
         apart = np.hypot(*(way.around[frames[begin]] - here[begin]).T)
-        near = np.flatnonzero((apart > 0.2) & (apart < glance.distance) & (np.abs(beside) < glance.widest))
+        near = np.flatnonzero((apart > 0.2) & (apart < glance.distance) & (np.abs(bearing) < glance.widest))
         if len(near):
             person = near[int(which * len(near))]
             there = way.around[frames[begin:end], person]
-            side = _beside(there - here[begin:end], course[begin:end])
+            side = _bearing_from(there - here[begin:end], course[begin:end])
             turned[begin:end] = np.nan_to_num(glance.head_share * np.clip(side, -glance.widest, glance.widest))
     return turned
 
 
-def _beside(apart: FloatArray, course: FloatArray) -> FloatArray:
+def _bearing_from(apart: FloatArray, course: FloatArray) -> FloatArray:
     """[n] angles in rad of ``apart`` [n, 2] from the ``course`` [n], to the left positive."""
     return wrapped(np.arctan2(apart[:, 1], apart[:, 0]) - course)
 

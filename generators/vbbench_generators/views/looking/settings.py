@@ -22,7 +22,7 @@ class Walking:
     stride : s over which it is measured, half before and half after.
     standing_speed : m/s below which a person stands.
     turn_rate : rad/s by which a head turns at most.
-    offset_std : rad by which a person's head points beside the law all the time.
+    offset_std : rad by which a person's head points away from the law all the time.
     unsteady_std, memory : rad by which it strays from that, correlated over so many s.
     """
 
@@ -60,7 +60,7 @@ class Glance:
 
     Parameters
     ----------
-    time_share : of the time that somebody is glanced at, where there is somebody.
+    time_share : of the time that a person is glanced at, where there is one.
     duration : mean in s of a glance.
     distance, widest : in m, and in rad to either side of the path: who is within both may be glanced at.
     head_share : how much of the way to the other the head turns.
