@@ -9,12 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.camera import Camera
-from vbbench.geometry import FloatArray, IntArray, freeze
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
+from vbbench.sequence import NOBODY
 from vbbench_renderers.meshes import Int32, Limbs, join_parts
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.raster import place
+from vbbench_renderers.raster import ShadowMap, build_textures, looks_of, place
 from vbbench_renderers.views import Rays, camera_rays, eye_transform
 
 ALL, INSIDE, ON_BORDER = range(3)
@@ -98,8 +99,34 @@ class Onlooker:
     def _count(
         self, limbs: Limbs, person: IntArray, people: int, eye: FloatArray, rays: Rays, window: Window
     ) -> IntArray:
-        frame = place(self._parts, limbs, np.zeros(len(limbs.mesh), bool), eye, rays)
-        return frame.count_alone(person.astype(np.int32), people, window)
+        """[K, 3] pixels that each person covers in a picture of nobody else: all, inside the window, on its border."""
+        counts = np.zeros((people, 3), np.int64)
+        for k in range(people):
+            own = limbs.of(person == k)
+            first, cut = _columns(own, eye, rays)
+            row, column = np.nonzero(self._alone(own, eye, cut))
+            column = column + first
+            inside = (column >= window[0]) & (row >= window[1]) & (column <= window[2]) & (row <= window[3])
+            border = (column == window[0]) | (row == window[1]) | (column == window[2]) | (row == window[3])
+            counts[k] = len(row), inside.sum(), (inside & border).sum()
+        return counts
+
+    def _alone(self, limbs: Limbs, eye: FloatArray, rays: Rays) -> BoolArray:
+        """[H, W] whether limbs show in a picture of nothing else."""
+        count, blank = len(limbs.mesh), np.zeros((2, 2), np.float32)
+        shadows = ShadowMap(blank, blank, 0.0, 0.0, 1.0, 0.0, 0.0)
+        _, _, ids = place(self._parts, limbs, np.zeros(count, bool), eye, rays).draw(
+            np.arange(count, dtype=np.int32),
+            looks_of(limbs),
+            eye,
+            np.ones((6, 3)),
+            build_textures(np.zeros((1, 1, 1, 3), np.uint8)),
+            shadows,
+            shadows,
+            np.zeros(2, np.uint8),
+            np.append(np.zeros(count, np.int32), np.int32(NOBODY)),
+        )
+        return ids != NOBODY
 
     def _truncated(
         self,
@@ -117,6 +144,21 @@ class Onlooker:
         wider, window = _wider(rays)
         counts = self._count(chosen, rows, int(cut.sum()), eye, wider, window)
         return np.asarray(1.0 - counts[:, INSIDE] / np.maximum(counts[:, ALL], 1))
+
+
+def _columns(limbs: Limbs, eye: FloatArray, rays: Rays) -> tuple[int, Rays]:
+    """The first of the columns that limbs may cover, and their rays; all of a panorama, or if limbs are near."""
+    places = limbs.transform[:, :, 3] @ eye[:, :3].T + eye[:, 3]
+    if not rays.closed and places[:, 2].max() < -1.0:  # behind the camera
+        return 0, rays._replace(side=rays.side[:1], ahead=rays.ahead[:1])
+    if rays.closed or places[:, 2].min() < 1.0:
+        return 0, rays
+    columns = rays.centre + rays.across * places[:, 0] / places[:, 2]
+    reach = 0.6 * rays.across / places[:, 2].min()
+    first, last = np.clip([columns.min() - reach, columns.max() + reach], 0, len(rays.side)).astype(int)
+    last = min(last + 1, len(rays.side))
+    first = min(first, last - 1)
+    return first, rays._replace(side=rays.side[first:last], ahead=rays.ahead[first:last], centre=rays.centre - first)
 
 
 def _window(rays: Rays, left: int, top: int) -> Window:

@@ -1,6 +1,5 @@
 // Binding of the renderers' inner loops to Python. Sizes and types of arrays are checked here; what is wrong is a
 // VbbenchError.
-#include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
 #include <algorithm>
@@ -14,7 +13,6 @@
 
 #include "binding.hpp"
 #include "meshes.hpp"
-#include "raster/alone.hpp"
 #include "raster/drawing.hpp"
 #include "threads.hpp"
 
@@ -251,21 +249,6 @@ class Frame {
     return nb::make_tuple(rgb.numpy(), depth.numpy(), ids.numpy());
   }
 
-  nb::object count_alone(const nb::object& person, Int people, const std::array<int, 4>& window) const {
-    const auto in_person = array<const int>(person, "person", {placed_.mesh.size()});
-    const int count = whole(people, "people", 0);
-    check_within(in_person, 0, count, "person");
-    New<Int> counts({static_cast<std::size_t>(count), 3});
-    {
-      const nb::gil_scoped_release released;
-      Team team(threads_);
-      const auto found =
-          renderers::count_alone(meshes_.meshes(), placed_, in_person.data(), count, rays_.rays, window, team);
-      std::copy(found.begin(), found.end(), reinterpret_cast<Counts*>(counts.data()));
-    }
-    return counts.numpy();
-  }
-
  private:
   const MeshArrays& meshes_;
   RayArrays rays_;
@@ -313,9 +296,7 @@ NB_MODULE(_core, m) {
            nb::arg("threads"), nb::keep_alive<1, 2>())
       .def("draw", &Frame::draw, array_arg("order"), nb::arg("looks"), array_arg("eye"), array_arg("light"),
            nb::arg("textures"), nb::arg("people"), nb::arg("fixed"), array_arg("table"), array_arg("owners"),
-           "The picture.")
-      .def("count_alone", &Frame::count_alone, array_arg("person"), nb::arg("people"), nb::arg("window"),
-           "How many pixels each person would cover alone.");
+           "The picture.");
   m.def("shadow_heights", &shadow_heights, nb::arg("meshes"), array_arg("mesh"), array_arg("joined"), nb::arg("texels"),
         nb::arg("threads"), "Heights of limbs along the sun's rays.");
   m.def("stain", &stain_ground, array_arg("spots"), nb::arg("x"), nb::arg("y"), nb::arg("scale"), array_arg("openness"),

@@ -76,16 +76,6 @@ class Frame:
         owners : [N + 1] id of each limb's person, `vbbench.sequence.NOBODY` for surroundings, less for the sky.
         """
 
-    def count_alone(self, person: Int32, people: int, window: tuple[int, int, int, int]) -> IntArray:
-        """[K, 3] pixels that each person would cover alone: all, those in a window, and those on its border.
-
-        Parameters
-        ----------
-        person : [N] 0 … K − 1, ascending.
-        people : K.
-        window : first column and row, and last column and row.
-        """
-
 def shadow_heights(meshes: Meshes, mesh: Int32, joined: FloatArray, texels: int, threads: int) -> Float32:
     """[S, S] heights of limbs along the sun's rays; ``joined`` [N, 3, 4] float64 is to texel column, row and m."""
 

@@ -11,8 +11,7 @@ from vbbench.boxes import suppress
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import Detections
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_renderers.onnx_header import OnnxHeader, read_onnx_header
-from vbbench_renderers.onnx_network import open_network
+from vbbench_renderers.onnx_network import OnnxNetwork
 from vbbench_renderers.yolo_layouts import LEAST_SCORE, Layout, Size, read_rows, recognise, rows_of
 
 SIDE = 640
@@ -69,11 +68,10 @@ class YoloDetector:
     def __init__(self, weights: Path | None = None) -> None:
         if weights is None:
             raise VbbenchError("detector yolo needs your network: --weights FILE.onnx, or --detector FILE.onnx")
-        header = read_onnx_header(weights)
-        self._path, self._size, self._person = weights, _input_size(weights, header), _person_class(weights, header)
-        self._network = open_network(weights, header)
+        self._path, self._network = weights, OnnxNetwork(weights)
+        self._size, self._person = _input_size(weights, self._network), _person_class(weights, self._network)
         grey = np.full((1, 3, self._size[1], self._size[0]), GREY / 255.0, np.float32)
-        self._layout = recognise(weights, self._network.run(grey), self._size, header)
+        self._layout = recognise(weights, self._network.run(grey), self._size, self._network)
 
     def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
         """See `vbbench.exchange.detection.Detector`; a panorama is continued beyond its seam."""
@@ -143,9 +141,9 @@ def _numbers(picture: NDArray[np.uint8], layout: Layout) -> NDArray[np.float32]:
     return np.ascontiguousarray((planes - mean) / std)
 
 
-def _input_size(path: Path, header: OnnxHeader) -> Size:
+def _input_size(path: Path, network: OnnxNetwork) -> Size:
     """Width and height of the pictures that the network takes."""
-    shape, own = header.shape, header.value("imgsz")
+    shape, own = network.shape, network.value("imgsz")
     if len(shape) != 4 or shape[0] not in (None, 1) or shape[1] not in (None, 3):
         wanted = "[1, 3, height, width], one RGB picture"
         raise FileError(path, f"its input has the shape {['?' if n is None else n for n in shape]}; wanted: {wanted}")
@@ -154,9 +152,9 @@ def _input_size(path: Path, header: OnnxHeader) -> Size:
     return shape[3] or width, shape[2] or height
 
 
-def _person_class(path: Path, header: OnnxHeader) -> int:
+def _person_class(path: Path, network: OnnxNetwork) -> int:
     """The number of the class of people."""
-    names = header.class_names()
+    names = network.class_names()
     found = [number for number, name in sorted(names.items()) if name.lower() in PEOPLE]
     if names and not found:
         listed = ", ".join(list(names.values())[:8])

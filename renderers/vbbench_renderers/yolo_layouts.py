@@ -9,7 +9,7 @@ from scipy.special import expit
 
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray
-from vbbench_renderers.onnx_header import OnnxHeader
+from vbbench_renderers.onnx_network import OnnxNetwork
 
 Size = tuple[int, int]
 """Width and height in px of the network's picture."""
@@ -87,7 +87,7 @@ def rows_of(path: Path, outputs: dict[str, FloatArray]) -> FloatArray:
     return table
 
 
-def recognise(path: Path, outputs: dict[str, FloatArray], size: Size, header: OnnxHeader) -> Layout:
+def recognise(path: Path, outputs: dict[str, FloatArray], size: Size, network: OnnxNetwork) -> Layout:
     """The layout of a network, from its outputs for any picture of ``size``.
 
     Raises
@@ -95,16 +95,16 @@ def recognise(path: Path, outputs: dict[str, FloatArray], size: Size, header: On
     FileError
         If the network is of none of the families.
     """
-    task = header.metadata.get("task", TASKS[0])
+    task = network.metadata.get("task", TASKS[0])
     if task not in TASKS:
         raise FileError(path, f"is a network for the task '{task}'; wanted: one for {', '.join(TASKS)}")
-    rows, classes, grids = rows_of(path, outputs), len(header.class_names()), _grids(size)
+    rows, classes, grids = rows_of(path, outputs), len(network.class_names()), _grids(size)
     count, columns = rows.shape
     if outputs.keys() == _D_FINE:
         return D_FINE
     if outputs.keys() == _RF_DETR and columns == 4 + _COCO_NUMBERS - 1:
         return RF_DETR
-    if _is_suppressed(rows, header, dense=count in {times * cells for cells in grids for times in (1, 3)}):
+    if _is_suppressed(rows, network, dense=count in {times * cells for cells in grids for times in (1, 3)}):
         return SUPPRESSED
     if count and classes and columns == 4 + classes and rows[:, :4].max() <= 1.5:
         return RT_DETR
@@ -161,10 +161,10 @@ def _cells(size: Size, count: int) -> FloatArray:
     return np.concatenate(found).astype(np.float64)
 
 
-def _is_suppressed(rows: FloatArray, header: OnnxHeader, dense: bool) -> bool:
+def _is_suppressed(rows: FloatArray, network: OnnxNetwork, dense: bool) -> bool:
     """Whether rows are final detections: corners, score, number of the class, and more; ``dense`` counts are not."""
-    arguments = header.value("args")
-    named = bool(header.value("end2end") or (isinstance(arguments, dict) and arguments.get("nms")))
+    arguments = network.value("args")
+    named = bool(network.value("end2end") or (isinstance(arguments, dict) and arguments.get("nms")))
     if rows.shape[1] < 6 or (not named and (dense or rows.shape[1] not in SUPPRESSED_COLUMNS)):
         return False
     numbers = rows[:, 5]

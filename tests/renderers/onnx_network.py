@@ -36,6 +36,11 @@ def _node(kind: str, inputs: Sequence[str], output: str) -> bytes:
     return b"".join(_field(1, name) for name in inputs) + _field(2, output) + _field(4, kind)
 
 
+def _cast(given: str, output: str) -> bytes:
+    """A node that makes float32 of numbers."""
+    return _node("Cast", [given], output) + _field(5, _field(1, "to") + _field(3, FLOAT) + _field(20, 2))
+
+
 def _value(name: str, shape: Sequence[int | str], kind: int = FLOAT) -> bytes:
     dims = b"".join(_field(1, _field(1, size) if isinstance(size, int) else _field(2, size)) for size in shape)
     return _field(1, name) + _field(2, _field(1, _field(1, kind) + _field(2, dims)))
@@ -59,7 +64,9 @@ def write_network(
     """
     outputs = {name: np.asarray(one, np.float32) for name, one in _outputs(constant).items()}
     number = HALF if kind == HALF else FLOAT
-    nodes, tensors = [_node("GlobalAveragePool", ["images"], "mean")], []
+    nodes, tensors = [_node("GlobalAveragePool", ["floats" if kind == UINT8 else "images"], "mean")], []
+    if kind == UINT8:
+        nodes.insert(0, _cast("images", "floats"))
     for name, bias in outputs.items():
         weights = np.zeros((bias.size, 3)) if slope is None else np.asarray(slope).reshape(bias.size, 3)
         nodes += [_node("Conv", ["mean", f"{name}_weights", f"{name}_bias"], f"{name}_all")]
