@@ -182,7 +182,7 @@ def column(name: str, value: float) -> Change:
         (lambda v: put(v, ("score", "caution"), "none"), r"\$.score.caution"),
         (lambda v: put(v, ("score", "fallback_frames"), 9999), "more than the"),
         (lambda v: put(v, ("score", "metrics", "dt", "frame_std"), 0.0), r"dt.frame_std: is 0.0, the per-sequence"),
-        (lambda v: put(v, ("score", "drift", "drift_m", "frame_mean"), None), "say otherwise"),
+        (lambda v: put(v, ("score", "drift", "drift_m", "frame_mean"), None), "contradicts"),
         (lambda v: put(v, ("score", "metrics", "dx", "mean"), None), r"dx.mean: is None"),
     ],
 )

@@ -90,7 +90,7 @@ def test_of_two_folders_the_first_counts(results: Path, tmp_path: Path) -> None:
     shutil.copytree(results, mine)
     (mine / FILE).with_name("vb-cv.json").unlink()
     kept = read_result(mine / FILE)
-    write_result(replace(kept, about=kept.about.made_again("me")), mine)
+    write_result(replace(kept, about=replace(kept.about, rerun_by="me")), mine)
     (rows,) = read_results(mine, results).values()
     assert [(row.solver, row.about.rerun_by) for row in rows] == [("cv", "me"), ("vb-cv", "")]
 

@@ -19,7 +19,7 @@ from vbbench.registry import make_solver
 from vbbench.solving.runner import run_sequence
 from vbbench_leaderboards.checks import rerunning
 from vbbench_leaderboards.checks.checking import drift
-from vbbench_leaderboards.checks.rerunning import Rerun, Workshop, code_of, disagreements
+from vbbench_leaderboards.checks.rerunning import Rerun, code_of, disagreements
 from vbbench_leaderboards.results.boards import BoardSource, bundled_solvers, chosen_sources
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
 from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
@@ -349,9 +349,9 @@ def test_solvers_of_strangers_are_solved_in_fresh_processes(tmp_path: Path, monk
     dataset = generate("sim", tmp_path / "sim", Options(limit=1))
     board = Board(split="sim", tier="ideal", protocol="sequential")
     for solver in ("cv", "tests.session_solvers:Anything"):
-        Workshop(room=tmp_path / "room", seed=0, together=True).submission(dataset, board, solver)
+        Rerun(results=tmp_path, work=tmp_path / "room", update=True, together=True).submission(dataset, board, solver)
     assert asked == {"cv": False, "tests.session_solvers:Anything": True}
-    Workshop(room=tmp_path / "diagnostic", seed=0).submission(dataset, board, "cv")
+    Rerun(results=tmp_path, work=tmp_path / "diagnostic").submission(dataset, board, "cv")
     assert not asked["cv"]
-    Workshop(room=tmp_path / "other", seed=0).submission(dataset, replace(board, tier="noisy"), "cv")
+    Rerun(results=tmp_path, work=tmp_path / "other").submission(dataset, replace(board, tier="noisy"), "cv")
     assert asked["cv"]

@@ -36,7 +36,7 @@ def test_figures_that_are_replaced_become_history(tmp_path: Path) -> None:
     assert written(tmp_path, first).history == ()
     better = written(tmp_path, result("a", ERRORS / 2, version="2.0", date="2026-02-03"))
     assert better.history == (Past.read(first.present.values()),)
-    assert better.history[0].says_the_same(first.present)
+    assert better.history[0].has_figures_of(first.present)
     best = written(tmp_path, result("a", ERRORS / 3, version="3.0", date="2026-03-04", score={"solver_version": "3.0"}))
     assert [entry.version for entry in best.history] == ["1.0", "2.0"]
     assert best.history[1].capped["dx"][0] == pytest.approx(np.mean(ERRORS / 2), rel=1e-6)
@@ -47,14 +47,14 @@ def test_figures_that_are_kept_are_short_and_in_order() -> None:
     entry = past(capped={"dx": (1.0 / 3.0, 1.0 / 3.0 - 1e-12, 2.0 / 3.0), "dt": (None, None, None)})
     kept = Past.read(json.loads(json.dumps(entry.values())))
     assert kept.capped == {"dx": (0.33333333, 0.33333333, 0.66666667), "dt": (None, None, None)}
-    assert kept.says_the_same(entry)
+    assert kept.has_figures_of(entry)
     assert not list(history_faults((kept,), kept.date))
 
 
 def test_the_same_figures_add_nothing(tmp_path: Path) -> None:
     row = result("a", ERRORS)
     written(tmp_path, row)
-    assert written(tmp_path, replace(row, about=row.about.made_again("B. Else"))).history == ()
+    assert written(tmp_path, replace(row, about=replace(row.about, rerun_by="B. Else"))).history == ()
 
 
 def test_another_dataset_is_said(tmp_path: Path) -> None:

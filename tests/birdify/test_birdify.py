@@ -99,7 +99,7 @@ def test_the_map_is_where_everybody_was(made):
 
 
 @pytest.mark.slow
-def test_every_form_of_the_answer_says_the_same(made):
+def test_every_form_of_the_answer_has_figures_of(made):
     for name in ("poses", "positions"):
         parquet, text = pq.read_table(made / f"{name}.parquet"), table(made / f"{name}.csv")
         assert parquet.column_names == list(text)

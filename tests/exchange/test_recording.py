@@ -54,7 +54,7 @@ def read(folder: Path):
     return read_recording(files_in(folder))
 
 
-def test_every_kind_of_box_file_says_the_same(folder, walk):
+def test_every_kind_of_box_file_has_figures_of(folder, walk):
     expected = read(folder).footage
     assert (expected.frames, expected.dt, expected.tracks.tolist()) == (60, 0.1, list(range(1, 9)))
     seen = np.isfinite(walk.boxes[..., 0])

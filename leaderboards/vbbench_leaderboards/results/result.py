@@ -1,4 +1,8 @@
-"""Result files: who made a solver, what it scored on a board, figures of every sequence, and earlier ones."""
+"""Result files: who made a solver, what it scored on a board, figures of every sequence, and earlier ones.
+
+A *board* is a split, a tier and a protocol: the table in which solvers stand next to one another. A result's file is
+``SPLIT/PROTOCOL-TIER/SOLVER.json`` below the folder of results.
+"""
 
 import datetime
 import math
@@ -23,26 +27,38 @@ from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score
 from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
 from vbbench_leaderboards.results.forms import COUNTS, FORMAT_VERSION
-from vbbench_leaderboards.results.sealed_json import (
-    Block,
-    Values,
-    decode,
-    encode,
-    read_object,
-    sealed_text,
-    whole_columns,
-)
+from vbbench_leaderboards.results.sealed_json import Values, decode, encode, read_object, sealed_text, whole_columns
 
 Delay = int | Literal["offline"]
 """Frames that an answer comes after its own frame; 0 = causal, `OFFLINE` = after the whole sequence."""
 
-LONGEST_TEXT = 500
-_CODE = re.compile(r"(https?://[^\s<>\"']{1,492})?")
-NEEDED = ("authors", "trained_on", "tuned_on")
-"""What every row must say."""
-
 NOBODY_YET = "your name"
 """The authors that the template and examples name; nobody may hand them in."""
+
+NEEDED = ("authors", "trained_on", "tuned_on")
+"""What every row must declare."""
+
+_MISSING = {
+    "authors": "who made the solver",
+    "trained_on": "what the solver was trained on ('nothing' is an answer)",
+    "tuned_on": "what the solver was tuned on by hand ('nothing' is an answer)",
+}
+_CODE = re.compile(r"(https?://[^\s<>\"']{1,492})?")
+
+LARGEST_FIGURE = 10 * LARGEST
+"""No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""
+
+MOST_PAST = 200
+"""Earlier entries of a file; the oldest make room."""
+
+DIGITS = 8
+"""Of an earlier figure in a file, which is kept to be seen, not to be computed with."""
+
+_EQUAL = 1e-6
+"""Figures that differ by less, relative to their size, are the same on another machine."""
+
+Interval = tuple[float | None, float | None, float | None]
+"""A capped mean with the low and the high end of its 95 % interval; ``None`` = there is none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +74,7 @@ class About:
     delay : whether it is causal, late or offline; see `Delay`.
     trained_on : what its parameters were learned from; "nothing" is an answer.
     tuned_on : what its makers looked at when they chose the rest; "nothing" is an answer.
-    rerun_by : who made the figures again, and when; empty = nobody yet.
+    rerun_by : who regenerated the figures, and when; may be empty.
     """
 
     reference: str = ""
@@ -83,17 +99,17 @@ class About:
         return "causal" if self.delay == 0 else f"{self.delay} frame{'' if self.delay == 1 else 's'} late"
 
     @staticmethod
-    def of(info: SubmissionInfo, **asked: Any) -> "About":
-        """What a submission declares, with what is ``asked`` in its place; the day is today unless asked otherwise.
+    def of(info: SubmissionInfo, **given: Any) -> "About":
+        """What a submission declares, with what is ``given`` in its place; the day is today unless it is given.
 
         Raises
         ------
         VbbenchError
-            If something that every row must say is missing, or cannot be shown.
+            If something that every row must declare is missing, or the address or the day is none.
         """
-        own = {field.name: getattr(info, field.name) for field in fields(About) if hasattr(info, field.name)}
-        given = {name: value for name, value in asked.items() if value not in ("", None)}
-        facts = {"date": f"{datetime.date.today()}", **own, **given}
+        facts: dict[str, Any] = {"date": f"{datetime.date.today()}"}
+        facts |= {field.name: getattr(info, field.name) for field in fields(About) if hasattr(info, field.name)}
+        facts |= {name: value for name, value in given.items() if value not in ("", None)}
         if facts["delay"] is None:
             raise VbbenchError(
                 "a row must say whether the solver is causal: give `delay`, the frames that an answer comes after its "
@@ -101,31 +117,17 @@ class About:
             )
         for name in NEEDED:
             if not facts[name].strip():
-                raise VbbenchError(f"a row must say {_WORDS[name]}: give `{name}`, or write it into submission.json")
+                raise VbbenchError(f"a row must say {_MISSING[name]}: give `{name}`, or write it into submission.json")
         about = About(**facts)
-        about.check()
+        if not _CODE.fullmatch(about.code):
+            raise VbbenchError(f"`code` {about.code} is not an address; give one that begins with https:// or http://")
+        if not is_day(about.date):
+            raise VbbenchError(f"`date` {about.date} is not a day; write it as YYYY-MM-DD")
         return about
-
-    def check(self) -> None:
-        """Raise VbbenchError if the address or the day is none."""
-        if not _CODE.fullmatch(self.code):
-            raise VbbenchError(f"`code` {self.code} is not an address; give one that begins with https:// or http://")
-        if not is_day(self.date):
-            raise VbbenchError(f"`date` {self.date} is not a day; write it as YYYY-MM-DD")
-
-    def made_again(self, by: str) -> "About":
-        """The same, with who made the figures again."""
-        return replace(self, rerun_by=by)
 
 
 def parse_delay(text: str) -> Delay | None:
-    """The delay that a command line names; ``None`` where it names none.
-
-    Raises
-    ------
-    VbbenchError
-        If it is neither a number of frames nor `OFFLINE`.
-    """
+    """The delay that a command line names; ``None`` where it names none; VbbenchError if it is no delay."""
     if text in ("", OFFLINE):
         return OFFLINE if text else None
     if not re.fullmatch(r"[0-9]{1,6}", text):
@@ -133,29 +135,9 @@ def parse_delay(text: str) -> Delay | None:
     return int(text)
 
 
-_WORDS = {
-    "authors": "who made the solver",
-    "trained_on": "what the solver was trained on ('nothing' is an answer)",
-    "tuned_on": "what the solver was tuned on by hand ('nothing' is an answer)",
-}
-
-
-MOST = 200
-"""Entries of a file; the oldest make room."""
-
-_SAME = 1e-6
-"""Figures that differ by less, relative to their size, are the same on another machine."""
-
-DIGITS = 8
-"""Of a figure in a file: what newer ones replaced is kept to be seen, not to be computed with."""
-
-Interval = tuple[float | None, float | None, float | None]
-"""A capped mean with the low and the high end of its 95 % interval; ``None`` = there is none."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Past:
-    """What a row said.
+    """Earlier figures of a row.
 
     Parameters
     ----------
@@ -175,33 +157,31 @@ class Past:
     capped: Mapping[str, Interval]
 
     @staticmethod
-    def of(score: Mapping[str, Any], **said: str) -> "Past":
-        """The entry of a score, as ``vbbench score --json`` prints it; ``said`` are the other parameters."""
+    def of(score: Mapping[str, Any], **facts: str) -> "Past":
+        """The entry of a score, as ``vbbench score --json`` prints it; ``facts`` are the other parameters."""
         summaries = {**score["metrics"], **score["drift"]}
-        return Past(
-            **said, capped={name: (found["capped"], *found["capped_ci95"]) for name, found in summaries.items()}
-        )
+        return Past(**facts, capped={name: (one["capped"], *one["capped_ci95"]) for name, one in summaries.items()})
 
     @staticmethod
     def read(values: Mapping[str, Any]) -> "Past":
-        """An entry of a file that keeps to the schema."""
+        """An entry of a file of the right form."""
         return Past(**{**values, "capped": {name: tuple(ends) for name, ends in values["capped"].items()}})
 
     def values(self) -> dict[str, Any]:
         """The entry as the file has it."""
         return {**vars(self), "capped": {name: [_rounded(end) for end in ends] for name, ends in self.capped.items()}}
 
-    def says_the_same(self, other: "Past") -> bool:
+    def has_figures_of(self, other: "Past") -> bool:
         """Whether the figures are those of the other, on the same dataset."""
         if self.dataset != other.dataset or set(self.capped) != set(other.capped):
             return False
         pairs = [pair for name, ends in self.capped.items() for pair in zip(ends, other.capped[name], strict=True)]
-        return all(_equal(one, two) for one, two in pairs)
+        return all(_are_equal(one, two) for one, two in pairs)
 
 
 def grown(history: Sequence[Past], old: Past, new: Past) -> tuple[Past, ...]:
     """The history of a row whose figures ``old`` are replaced by ``new``; the same figures add nothing."""
-    return tuple(history) if old.says_the_same(new) else (*history, old)[-MOST:]
+    return tuple(history) if old.has_figures_of(new) else (*history, old)[-MOST_PAST:]
 
 
 def history_faults(history: Sequence[Past], date: str) -> Iterator[str]:
@@ -225,14 +205,10 @@ def _rounded(figure: float | None) -> float | None:
     return None if figure is None else float(f"{figure:.{DIGITS}g}")
 
 
-def _equal(one: float | None, other: float | None) -> bool:
+def _are_equal(one: float | None, other: float | None) -> bool:
     if one is None or other is None:
         return one is other
-    return math.isclose(one, other, rel_tol=_SAME, abs_tol=1e-12)
-
-
-LARGEST_FIGURE = 10 * LARGEST
-"""No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""
+    return math.isclose(one, other, rel_tol=_EQUAL, abs_tol=1e-12)
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -263,10 +239,10 @@ class Result:
         ``None`` where that is withheld.
     package_version : of the vbbench that scored it.
     hardware : what the solver ran on.
-    submission : file name → SHA-256 of the submission's tables, so that it can be told whether one at hand is the one.
+    submission : file name → SHA-256 of the submission's tables, by which one at hand is identified.
     score : as ``vbbench score --json`` prints it, under the name that the solver goes by here.
     per_sequence : figures of each scored sequence, to float32.
-    history : what the row said before, the oldest first.
+    history : earlier figures of the row, the oldest first.
     seen : how its solver saw recordings of the board (`recordings.seen_by`); "" if not at all. No part of the file.
     """
 
@@ -296,11 +272,15 @@ class Result:
         return Path(self.board.key, f"{self.solver}.json")
 
     @property
+    def protocol_id(self) -> str:
+        """Name and version of the protocol that scored it."""
+        return f"{self.board.protocol}/{self.score['protocol_version']}"
+
+    @property
     def present(self) -> Past:
-        """What the row says now, as its history will have it."""
-        protocol = f"{self.board.protocol}/{self.score['protocol_version']}"
-        said = {"date": self.about.date, "version": self.version, "vbbench": self.package_version}
-        return Past.of(self.score, dataset=self.dataset, protocol=protocol, **said)
+        """The row's figures, as its history will have them."""
+        facts = {"date": self.about.date, "version": self.version, "vbbench": self.package_version}
+        return Past.of(self.score, dataset=self.dataset, protocol=self.protocol_id, **facts)
 
     @staticmethod
     def of(score: Score, submission: Path, about: About, *, name: str = "") -> "Result":
@@ -333,11 +313,17 @@ def read_result(path: Path) -> Result:
     """
     values = read_object(path, "result")
     protocol = values["protocol"].partition("/")[0]
-    known = get_protocol(protocol).id
-    if values["protocol"] != known:
-        raise FileError(
-            path, f"$.protocol: is {values['protocol']}, this vbbench scores {known}; solve and add it anew"
-        )
+    current = get_protocol(protocol).id
+    if values["protocol"] != current:
+        problem = f"$.protocol: is {values['protocol']}, this vbbench scores {current}; solve and add it anew"
+        raise FileError(path, problem)
+    columns = decode(values["per_sequence"])
+    figures = {name: columns[name] for name in METRICS}
+    for name, column in figures.items():
+        absurd = ~((column >= 0) & (column <= LARGEST_FIGURE) | np.isnan(column))
+        if absurd.any():
+            row = f"$.per_sequence: {name} of sequence {columns['sequence'][absurd][0]:.0f}"
+            raise FileError(path, f"{row} is below 0 or above {LARGEST_FIGURE:.0f}, where none can be; score it anew")
     solver, dataset = values["solver"], values["dataset"]
     return Result(
         board=Board(split=dataset["split"], tier=dataset["tier"], protocol=protocol),
@@ -351,8 +337,8 @@ def read_result(path: Path) -> Result:
         hardware=values["made_with"]["hardware"],
         submission=values["submission"],
         score=values["score"],
-        per_sequence=_per_sequence(values["per_sequence"], path),
-        history=_history(values),
+        per_sequence=PerSequence(**whole_columns(columns, COUNTS, path, "$.per_sequence"), figures=figures),
+        history=tuple(map(Past.read, values.get("history", ()))),
     )
 
 
@@ -371,31 +357,21 @@ def write_result(result: Result, results: Path, record: BoardDataset | None = No
         If the result is of another form; nothing is written then.
     """
     path = results / result.path
-    text = sealed_text(_values(_with_history(result, path)), path, "result")
+    if path.is_file():
+        with suppress(FileError):  # what is damaged leaves no history; it may be of an older version of its protocol
+            result = replace(result, history=_history(read_object(path, "result"), result.present))
+    text = sealed_text(_values(result), path, "result")
     if record is not None and not (results / record.path).is_file():
         write_dataset(record, results)
     write_text_atomically(path, text)
     return path
 
 
-def _with_history(result: Result, path: Path) -> Result:
-    """The result with the history of the one at ``path``, which it replaces; one that is damaged leaves nothing.
-
-    The one there may be of an older version of its protocol.
-    """
-    if not path.is_file():
-        return result
-    with suppress(FileError):
-        old = read_object(path, "result")
-        solver = old["solver"]
-        said = {"date": solver["date"], "version": solver["version"], "vbbench": old["made_with"]["vbbench"]}
-        past = Past.of(old["score"], dataset=old["dataset"]["id"], protocol=old["protocol"], **said)
-        return replace(result, history=grown(_history(old), past, result.present))
-    return result
-
-
-def _history(values: Values) -> tuple[Past, ...]:
-    return tuple(map(Past.read, values.get("history", ())))
+def _history(old: Values, present: Past) -> tuple[Past, ...]:
+    """The history of a row whose file held ``old``."""
+    facts = {name: old["solver"][name] for name in ("date", "version")} | {"vbbench": old["made_with"]["vbbench"]}
+    past = Past.of(old["score"], dataset=old["dataset"]["id"], protocol=old["protocol"], **facts)
+    return grown([*map(Past.read, old.get("history", ()))], past, present)
 
 
 def table_hashes(submission: Path) -> dict[str, str]:
@@ -409,11 +385,7 @@ def _values(result: Result) -> Values:
     columns = {**{name: getattr(own, name) for name in COUNTS}, **{name: own.figures[name] for name in METRICS}}
     return {
         "format_version": FORMAT_VERSION,
-        "solver": {
-            "name": result.solver,
-            "version": result.version,
-            **vars(result.about),
-        },
+        "solver": {"name": result.solver, "version": result.version, **vars(result.about)},
         "dataset": {
             "id": result.dataset,
             "split": board.split,
@@ -421,21 +393,10 @@ def _values(result: Result) -> Values:
             "camera": result.camera,
             "seed": result.seed,
         },
-        "protocol": f"{board.protocol}/{result.score['protocol_version']}",
+        "protocol": result.protocol_id,
         "made_with": {"vbbench": result.package_version, "hardware": result.hardware},
         "submission": result.submission,
         "score": result.score,
         "per_sequence": encode(columns),
         **({"history": [past.values() for past in result.history]} if result.history else {}),
     }
-
-
-def _per_sequence(block: Block, path: Path) -> PerSequence:
-    columns = decode(block)
-    figures = {name: columns[name] for name in METRICS}
-    for name, values in figures.items():
-        absurd = ~((values >= 0) & (values <= LARGEST_FIGURE) | np.isnan(values))
-        if absurd.any():
-            row = f"$.per_sequence: {name} of sequence {columns['sequence'][absurd][0]:.0f}"
-            raise FileError(path, f"{row} is below 0 or above {LARGEST_FIGURE:.0f}, where none can be; score it anew")
-    return PerSequence(**whole_columns(columns, COUNTS, path, "$.per_sequence"), figures=figures)

@@ -35,7 +35,7 @@ _FINDERS = ("detector", "tracking")
 
 
 class Reason(IntEnum):
-    """Why somebody has no box; 0 is nobody, or somebody who has one. The player's ``scripts/others.js`` has words."""
+    """Why a person has no box; 0 is nobody, or a person with one. ``scripts/player-data.js`` has words."""
 
     OUTSIDE = 1
     CUT = 2

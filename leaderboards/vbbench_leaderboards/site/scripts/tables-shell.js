@@ -185,7 +185,8 @@
       if (came && came !== "board") focusHeading(places.board);
     }
     if (state.view === "play" && !films) vbbench.boards.note("Its sequences cannot be watched: this page was built without them.");
-    if (own === 1 && !playing && state.kind === "board") boards.scrollIntoView({ behavior: "instant" });
+    const narrow = window.matchMedia("(max-width: 48rem)").matches;
+    if (own === 1 && !playing && state.kind === "board") (narrow ? places.board : boards).scrollIntoView({ behavior: "instant" });
   }
 
   async function route() {
