@@ -202,5 +202,5 @@ def test_pages_make_the_datasets_of_the_boards_with_the_seed_and_the_id_of_today
 def test_splits_say_whose_files_they_are_made_from() -> None:
     lines = [line for line in describe_splits().splitlines() if line.endswith("]")]
     own = {line.split(":")[0] for line in lines if line.endswith("[files of your own, --source]")}
-    assert own == {"custom", "jrdb", "kitti", "motsynth", "own"}
+    assert own == {"argoverse2", "custom", "jrdb", "kitti", "motsynth", "nuscenes", "own"}
     assert {line.split(":")[0] for line in lines if line.endswith("[no source files]")} == {"demo", "sim", "street"}

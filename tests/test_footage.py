@@ -22,9 +22,11 @@ from vbbench.scene import Scene
 from vbbench.scoring import score
 from vbbench.sequence import NOBODY, Odometry
 from vbbench.solving import solve
+from vbbench_generators.footage.argoverse2 import argoverse2
 from vbbench_generators.footage.jrdb.split import jrdb
 from vbbench_generators.footage.kitti.split import kitti
 from vbbench_generators.footage.motsynth import motsynth
+from vbbench_generators.footage.nuscenes import nuscenes
 from vbbench_generators.footage.own import own
 from vbbench_generators.footage.runs import RunRules, find_runs
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
@@ -262,12 +264,21 @@ OTHER_OF_FOOTAGE = {
     "poses": Path("p"),
     "boxes": Path("b"),
     "person_class": "0",
+    "cameras": ("panorama",),
     "bags": Path("g"),
     "cyclists": True,
     "interpolated": False,
 }
+REFUSED = {"cameras", "bags", "cyclists", "interpolated"}
 """What is not every split's, and not as it is unless somebody asks."""
-SPLITS = {"own": own, "kitti": kitti, "jrdb": jrdb, "motsynth": motsynth}
+SPLITS = {
+    "own": own,
+    "kitti": kitti,
+    "jrdb": jrdb,
+    "motsynth": motsynth,
+    "argoverse2": argoverse2,
+    "nuscenes": nuscenes,
+}
 NAMES = (*OTHER, *OTHER_OF_FOOTAGE)
 NOT_READ = [(split, name) for split in SPLITS for name in NAMES if name not in SPLITS[split].reads]
 
@@ -282,7 +293,7 @@ def test_the_options_are_all_known_here():
     of_all = READ_BY_ALL | {"footage", "stride"}
     assert {one.name for one in (*fields(Options), *fields(FootageOptions))} == of_all | {*NAMES}
     assert all(split.reads <= READ_BY_ALL | {*NAMES} for split in SPLITS.values())
-    assert {name for split, name in NOT_READ if split == "own"} == {*OTHER, "bags", "cyclists", "interpolated"} - {"dt"}
+    assert {name for split, name in NOT_READ if split == "own"} == {*OTHER, *REFUSED} - {"dt"}
 
 
 @pytest.mark.parametrize(("split", "name"), NOT_READ)

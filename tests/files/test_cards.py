@@ -15,6 +15,7 @@ import yaml
 
 from tests import jrdb_recording, kitti_files, motsynth_recording, own_recording
 from tests.crohd_files import write_recording
+from tests.generators.footage import cars
 from tests.make_dataset import Crowd, write_dataset
 from tests.test_footage import made as made_footage
 from tests.test_footage import recording as footage
@@ -123,6 +124,16 @@ def made_motsynth(room: Path) -> Path:
     return generate("motsynth", room / "d", Options(source=source, footage=asked)).folder
 
 
+def made_argoverse2(room: Path) -> Path:
+    source = cars.write_log(room / cars.LOG, cars.Drive())
+    return generate("argoverse2", room / "d", Options(source=source)).folder
+
+
+def made_nuscenes(room: Path) -> Path:
+    source = cars.write_tables(room / "v1.0-mini", {"scene-0001": cars.Drive(ground=0.0)})
+    return generate("nuscenes", room / "d", Options(source=source)).folder
+
+
 def made_own(room: Path) -> Path:
     source = own_recording.write_folder(room / "walk", own_recording.make_walk())
     with warnings.catch_warnings():
@@ -165,6 +176,8 @@ MADE: dict[str, Callable[[Path], Path]] = {
     "kitti": made_kitti,
     "jrdb": made_jrdb,
     "motsynth": made_motsynth,
+    "argoverse2": made_argoverse2,
+    "nuscenes": made_nuscenes,
     "own": made_own,
     "custom": made_custom,
     "several cameras": of_several_cameras,

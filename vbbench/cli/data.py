@@ -72,7 +72,8 @@ def generate(
         split: Its name; see 'vbbench splits'.
         out: Folder to make.
         source: File, archive or folder with the source files; default: $VBBENCH_DATA, then the cache folder.
-        camera: panorama, equirectangular, perspective or a registered model; default: the tier's, or the split's.
+        camera: panorama, equirectangular, perspective or a registered model; of a car, panorama or names of its cameras
+            with commas between; default: the tier's, or the split's.
         tier: How boxes are corrupted; see 'vbbench tiers'; default: ideal (exact).
         sigma_h: Standard deviation of people's heights in m; default: .07, or the tier's.
         observer: Who carries the camera; default: a walker, one of the people.
@@ -128,6 +129,7 @@ def generate(
 _READ_BY_ALL = ("out", "seed", "limit", "stride", "options", "jobs", "scheduler", "withhold_truth", "overwrite")
 _OF_OBSERVERS = ("camera", "tier", "sigma_h", "observer")
 _OF_FOOTAGE = ("source", "sequences", "every", "longest", "poses", "boxes", "bags")
+_OF_CARS = ("source", "camera", "sequences", "every", "longest", "boxes")
 
 
 def generate_of_split(split: str) -> Callable[..., None]:
@@ -140,7 +142,8 @@ def generate_of_split(split: str) -> Callable[..., None]:
         generator = load("generator", split)
         own = (*_OF_OBSERVERS, "source", "dt", "homography")
         if isinstance(generator, FootageGenerator):
-            own = _OF_FOOTAGE
+            reads = getattr(generator, "reads", ())
+            own = _OF_CARS if "cameras" in reads else _OF_FOOTAGE
         elif generator.card.people == "simulated":
             own = (*_OF_OBSERVERS, "scenario", "sequences", "people")
 

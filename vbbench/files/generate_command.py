@@ -88,10 +88,14 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
 def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict[str, Any]:
     """Of a recording: whoever has it, and what else was read, knows where that lies."""
     scenes, kinds = facts.get("scenes"), _kinds(definition.get("files"))
-    classes = definition.get("classes")
+    classes, cameras = definition.get("classes"), definition.get("cameras")
+    cameras = cameras if isinstance(cameras, list) and cameras != ["panorama"] else []
+    if len(cameras) > 1 and isinstance(scenes, list):
+        scenes = list(dict.fromkeys(str(scene).partition(".")[0] for scene in scenes))
     cyclists = isinstance(classes, list) and "Cyclist" in classes
     return {
         "source": "FOLDER",
+        "camera": ",".join(map(str, cameras)) or None,
         "sequences": ",".join(map(str, scenes)) if isinstance(scenes, list) else None,
         **{option: "FOLDER" if kind in kinds else None for kind, option in FOOTAGE_FILES.items()},
         "cyclists": cyclists or None,

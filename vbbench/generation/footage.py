@@ -192,6 +192,7 @@ class FootageOptions:
     poses : folder or file of the camera's poses, instead of the source's own.
     boxes : folder or file of a detector's or tracker's boxes, instead of the annotated ones.
     person_class : class of people in ``boxes``, by number or name, where the file does not show it.
+    cameras : names of cameras of a recording that has several (splits argoverse2, nuscenes).
     bags : folder of the robot's recordings of its motion (split jrdb).
     cyclists : whether people on bicycles count, too (split kitti).
     interpolated : whether boxes between key frames count, too (split jrdb).
@@ -208,6 +209,7 @@ class FootageOptions:
     poses: Path | None = None
     boxes: Path | None = None
     person_class: str | None = None
+    cameras: tuple[str, ...] | None = None
     bags: Path | None = None
     cyclists: bool = False
     interpolated: bool = True

@@ -131,8 +131,8 @@ def refuse_footage(options: Options, split: str) -> None:
     """Raise VbbenchError if something is asked that only footage has."""
     if options.footage is not None:
         raise VbbenchError(
-            "`every`, `longest`, `poses`, `boxes`, `person_class`, `bags`, `cyclists` and `interpolated` are for "
-            f"footage; {split} is not"
+            "`every`, `longest`, `poses`, `boxes`, `person_class`, `cameras`, `bags`, `cyclists` and `interpolated` "
+            f"are for footage; {split} is not"
         )
 
 

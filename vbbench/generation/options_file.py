@@ -32,7 +32,8 @@ class WrittenOptions:
 
     Parameters
     ----------
-    camera : name of a registered model, or a table of its ``kind`` and parameters.
+    camera : name of a registered model, or a table of its ``kind`` and parameters; of a car's recordings, names of its
+        cameras with commas between.
     sigma_h : standard deviation in m of people's heights.
     sequences : number of simulated sequences, or names of recordings, in one text with commas between or as a list.
     people : a number of people, a list of them, or a text such as ``10:50:10``.
@@ -80,14 +81,17 @@ class WrittenOptions:
         VbbenchError
             If the split is unknown, or a value is none of its option.
         """
-        is_footage = isinstance(load("generator", split), FootageGenerator)
+        generator = load("generator", split)
+        is_footage = isinstance(generator, FootageGenerator)
+        named = self.camera if "cameras" in getattr(generator, "reads", ()) else None
+        cameras = tuple(named.split(",")) if isinstance(named, str) else None
         return Options(
-            camera=self._camera(),
+            camera=None if cameras else self._camera(),
             source=source,
             homography=homography,
             height_std=self.sigma_h,
             simulation=self._simulation(is_footage),
-            footage=self._footage(is_footage, paths),
+            footage=self._footage(is_footage, {**paths, "cameras": cameras}),
             **self._set(
                 "tier", "look", "observer", "detector", "noise", "least_track", "seed", "limit", "stride", "dt"
             ),
@@ -112,8 +116,8 @@ class WrittenOptions:
             asked["people"] = self.people if isinstance(self.people, tuple) else parse_people(str(self.people))
         return Simulation(**asked) if asked else None
 
-    def _footage(self, is_footage: bool, paths: Mapping[str, Path | None]) -> FootageOptions | None:
-        asked = {**self._set(*OF_FOOTAGE), **{name: path for name, path in paths.items() if path is not None}}
+    def _footage(self, is_footage: bool, others: Mapping[str, Any]) -> FootageOptions | None:
+        asked = {**self._set(*OF_FOOTAGE), **{name: value for name, value in others.items() if value is not None}}
         if not is_footage:
             asked.pop("sequences", None)
         if "sequences" in asked and not isinstance(self.sequences, tuple):

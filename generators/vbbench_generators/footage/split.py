@@ -8,6 +8,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo, Pictures
 from vbbench.generation.footage import FOOTAGE, Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
+from vbbench.geometry import BoolArray
 from vbbench_generators.footage.runs import Run, RunRules, find_runs
 from vbbench_generators.footage.sequences import FootageSequences, least_known
 
@@ -85,12 +86,16 @@ class FootageSplit(ABC):
         if other is not None:
             times = " but ".join(f"{one.name} takes {one.dt:.6g} s a frame" for one in (footage[0], other))
             raise VbbenchError(f"{self.card.name}: {times}; make a dataset of each, named by --sequences")
-        runs = [run for n, one in enumerate(footage) for run in find_runs(n, one.observed, rules)]
+        runs = [run for n, one in enumerate(footage) for run in find_runs(n, self.counted(one), rules)]
         runs = runs[: options.limit]
         if not runs:
             wanted = f"{rules.shortest} frames in a row, {every} apart, with {rules.fewest} people"
             raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another `every`")
         return FootageSequences(self._info(options, found, footage, runs, every, rules), footage, tuple(runs))
+
+    def counted(self, one: Footage) -> BoolArray:
+        """[T, K] the boxes that count for the rules: all of them."""
+        return one.observed
 
     def _refuse_others(self, options: Options) -> None:
         """Raise VbbenchError if an option is set that the split does not read, and would so be lost."""

@@ -1,0 +1,316 @@
+"""The split ``argoverse2``: logs of Argoverse 2's sensor data set, people labelled as cuboids around a car."""
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from pyarrow import feather
+
+from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchWarning
+from vbbench.files.tables import file_sha256
+from vbbench.generation.generator import Card
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench_generators.footage.cuboids import (
+    DT,
+    PANORAMA,
+    CarMotion,
+    CarRecording,
+    Cuboids,
+    CuboidSplit,
+    Sensor,
+    chosen,
+    motion_at,
+    panorama,
+    pinhole,
+    rotation_matrices,
+)
+
+ANNOTATIONS, POSES, CALIBRATION = "annotations.feather", "city_SE3_egovehicle.feather", "calibration"
+INTRINSICS, EXTRINSICS = "intrinsics.feather", "egovehicle_SE3_sensor.feather"
+SITE = "argoverse.org/av2.html"
+WANTED = f"the folder of logs, such as sensor/val, each with {ANNOTATIONS}, {POSES} and {CALIBRATION}/"
+AGAIN = "download the log again"
+CARD = Card(
+    name="argoverse2",
+    title="Argoverse 2: people around a car, labelled as cuboids ten times a second",
+    licence="CC BY-NC-SA 4.0: for research, not for commerce; nothing of it comes with vbbench. "
+    f"Made from your own download ({SITE}): --source {WANTED}",
+    citation="Wilson et al., Argoverse 2: Next Generation Datasets for Self-Driving Perception and Forecasting, "
+    "NeurIPS Datasets and Benchmarks 2021",
+    sources=(),
+    own_files=True,
+    caution="boxes are projections of cuboids labelled in lidar, smoother than those of any detector, and their near "
+    "edge is about .45 m before the person's axis",
+)
+
+RING = "ring_"
+"""How the names of the cameras around the car begin."""
+AXLE_HEIGHT = 0.31
+"""In m: the car's axes have their origin at the rear axle."""
+PERSON = "PEDESTRIAN"
+FEWEST_POINTS = 2
+"""Lidar points inside a person's cuboid; with fewer, the person is hidden."""
+TALLEST = 3.0
+"""In m, of a person."""
+LARGEST_JITTER = 0.3
+"""Of the time from a sweep to the next, that a sweep may be early or late."""
+MOST_FRAMES = 100_000
+LARGEST = 1e19
+"""Of any number, time stamps in ns included."""
+QUATERNION, PLACE, SIZE = ("qw", "qx", "qy", "qz"), ("tx_m", "ty_m", "tz_m"), ("length_m", "width_m", "height_m")
+PIXELS = {"fx_px": "fx", "fy_px": "fy", "cx_px": "cx", "cy_px": "cy", "width_px": "width", "height_px": "height"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Argoverse2Split(CuboidSplit):
+    """Logs at 10 frames a second, of which every fourth is kept; see `CuboidSplit`."""
+
+    card: Card = CARD
+    every: int = 4
+    height_mean: float = 1.75
+    height_std: float = 0.10
+
+    def read(self, source: Path | None, names: tuple[str, ...] | None, cameras: tuple[str, ...]) -> list[CarRecording]:
+        """See `CuboidSplit.read`."""
+        logs = find_logs(source)
+        picked = chosen("argoverse2", names, {name: path.parent.name for name, path in logs.items()})
+        return [read_log(logs[name], cameras) for name in picked]
+
+
+class FeatherTable:
+    """Checked columns of a table of Argoverse 2; an error names the file and the row, counted from 0."""
+
+    def __init__(self, path: Path, numbers: tuple[str, ...], texts: tuple[str, ...] = ()) -> None:
+        """Read the columns; raises FileError where one is missing, of another kind, or not finite."""
+        self.path = path
+        if not path.is_file():
+            raise FileError(path, f"is missing; {AGAIN}, or name with --source {WANTED}")
+        try:
+            table = feather.read_table(path, memory_map=False)
+            table.validate(full=True)
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise FileError(path, f"is no Feather table ({error}); {AGAIN}") from error
+        missing = next((name for name in (*numbers, *texts) if name not in table.column_names), None)
+        if missing is not None:
+            raise FileError(path, f"has no column '{missing}', but {', '.join(table.column_names[:20])}; {AGAIN}")
+        self._texts = {name: self._text(table, name) for name in texts}
+        self._numbers = {name: self._number(table, name) for name in numbers}
+
+    def __len__(self) -> int:
+        return len(next(iter(self._numbers.values())))
+
+    def text(self, name: str) -> pa.ChunkedArray:
+        """A column of texts."""
+        return self._texts[name]
+
+    def number(self, name: str) -> FloatArray:
+        """[N] a column of numbers, as they are stored."""
+        return self._numbers[name]
+
+    def numbers(self, names: tuple[str, ...], rows: IntArray | None = None) -> FloatArray:
+        """[N, C] columns as floats, of all rows or of ``rows``."""
+        columns = (self._numbers[name] if rows is None else self._numbers[name][rows] for name in names)
+        return np.stack([column.astype(np.float64) for column in columns], axis=-1)
+
+    def refuse(self, wrong: BoolArray, problem: str, rows: IntArray | None = None) -> None:
+        """Raise FileError at the first row that is ``wrong`` [N]."""
+        if wrong.any():
+            row = int(wrong.argmax()) if rows is None else int(rows[wrong.argmax()])
+            raise FileError(self.path, f"row {row}: {problem}")
+
+    def _text(self, table: pa.Table, name: str) -> pa.ChunkedArray:
+        column = table[name]
+        if pa.types.is_dictionary(column.type):
+            column = column.cast(column.type.value_type)
+        if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
+            raise FileError(self.path, f"column '{name}' has {column.type} in place of text; {AGAIN}")
+        self.refuse(np.asarray(pc.is_null(column)), f"'{name}' is empty; {AGAIN}")
+        return column
+
+    def _number(self, table: pa.Table, name: str) -> FloatArray:
+        column = table[name]
+        if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
+            raise FileError(self.path, f"column '{name}' has {column.type} in place of numbers; {AGAIN}")
+        self.refuse(np.asarray(pc.is_null(column)), f"'{name}' is empty; {AGAIN}")
+        values: FloatArray = column.to_numpy()
+        wrong = ~np.isfinite(values) | (np.abs(values) > LARGEST)
+        self.refuse(wrong, f"'{name}' is {values[wrong][:1]}, which cannot be; {AGAIN}")
+        return values
+
+
+def find_logs(source: Path | None) -> dict[str, Path]:
+    """Folders of logs by name: the folder itself, those in it, or those in its folders ``train`` and ``val``.
+
+    Raises
+    ------
+    VbbenchError
+        If there is none.
+    """
+    if source is None:
+        raise SourceMissingError(f"argoverse2: name with --source {WANTED}; download it from {SITE}")
+    if not source.is_dir():
+        raise FileError(source, f"is not a folder; name {WANTED}")
+    if (source / ANNOTATIONS).is_file():
+        folder = source.resolve()
+        return {folder.name: folder}
+    found = sorted(path.parent for depth in ("*", "*/*", "*/*/*") for path in source.glob(f"{depth}/{ANNOTATIONS}"))
+    if not found:
+        raise FileError(source, f"holds no {ANNOTATIONS}, nor do its folders; name {WANTED}")
+    logs: dict[str, Path] = {}
+    for path in found:
+        if path.name in logs:
+            raise FileError(path, f"is the same log as {logs[path.name]}; name the folder of one of them")
+        logs[path.name] = path
+    return logs
+
+
+def read_log(folder: Path, cameras: tuple[str, ...]) -> CarRecording:
+    """One log, seen by ``cameras``.
+
+    Raises
+    ------
+    FileError
+        At the first file or row that is not valid.
+    """
+    annotations = FeatherTable(
+        folder / ANNOTATIONS,
+        ("timestamp_ns", *SIZE, *QUATERNION, *PLACE, "num_interior_pts"),
+        ("track_uuid", "category"),
+    )
+    frame, start, frames = _frames(annotations)
+    motion = _motion(folder / POSES, annotations, start, frames)
+    sensors, files = _sensors(folder, cameras)
+    cuboids = _people(annotations, frame, motion)
+    files = {"annotations": folder / ANNOTATIONS, "motion": folder / POSES, **files}
+    return CarRecording(
+        name=folder.name,
+        sensors=sensors,
+        motions=dict.fromkeys(cameras, motion),
+        cuboids=cuboids,
+        digests={kind: file_sha256(path) for kind, path in files.items()},
+    )
+
+
+def _frames(annotations: FeatherTable) -> tuple[IntArray, int, int]:
+    """The frame of each row [N], the time of frame 0 in ns, and the number of frames."""
+    times = annotations.number("timestamp_ns")
+    if not len(times) or not np.issubdtype(times.dtype, np.integer):
+        kind = "no rows" if not len(times) else f"time stamps of {times.dtype} in place of whole ns"
+        raise FileError(annotations.path, f"has {kind}; {AGAIN}")
+    sweeps, sweep = np.unique(times, return_inverse=True)
+    start = int(sweeps[0])
+    if (int(sweeps[-1]) - start) * 1e-9 > MOST_FRAMES * DT:
+        row = int(times.argmax())
+        raise FileError(annotations.path, f"row {row}: is {(int(sweeps[-1]) - start) * 1e-9:.0f} s late; {AGAIN}")
+    passed = (sweeps - start) / (DT * 1e9)
+    frame = np.round(passed).astype(np.int64)
+    problem = f"its time is not that of a sweep, ten a second from row {int(times.argmin())} on; {AGAIN}"
+    annotations.refuse((np.abs(passed - frame) > LARGEST_JITTER)[sweep], problem)
+    annotations.refuse(np.append(False, np.diff(frame) < 1)[sweep], problem)
+    return frame[sweep], start, int(frame[-1]) + 1
+
+
+def _motion(path: Path, annotations: FeatherTable, start: int, frames: int) -> CarMotion:
+    """The car's motion at the sweeps, and between them where one is missing."""
+    table = FeatherTable(path, ("timestamp_ns", *QUATERNION, *PLACE))
+    quaternions, places = _rotations(table, None), table.numbers(PLACE)
+    known, first = np.unique(table.number("timestamp_ns"), return_index=True)
+    sweeps = np.unique(annotations.number("timestamp_ns"))
+    times = start + np.round(np.arange(frames) * DT * 1e9).astype(np.int64)
+    times[np.round((sweeps - start) / (DT * 1e9)).astype(np.int64)] = sweeps
+    if not len(known) or known[0] > times[0] or known[-1] < times[-1]:
+        row = int(annotations.number("timestamp_ns").argmax())
+        here = f"row {row} of {annotations.path.name} is at {times[-1]} ns, and the first is at {times[0]}"
+        there = f"has poses from {known[0]} to {known[-1]} ns" if len(known) else "has no poses"
+        raise FileError(path, f"{there}, but {here}: is it of another log? {AGAIN}")
+    passed = (known.astype(np.float64) - start) * 1e-9
+    motion = motion_at(np.asarray(times - start, np.float64) * 1e-9, passed, quaternions[first], places[first])
+    return CarMotion(rotations=motion.rotations, origins=motion.origins - motion.origins[0])
+
+
+def _rotations(table: FeatherTable, rows: IntArray | None) -> FloatArray:
+    """[N, 4] quaternions, of length 1 up to rounding."""
+    quaternions = table.numbers(QUATERNION, rows)
+    wrong = np.abs(np.linalg.norm(quaternions, axis=-1) - 1.0) > 0.01
+    table.refuse(wrong, f"qw, qx, qy, qz are no rotation: their length is not 1; {AGAIN}", rows)
+    return quaternions
+
+
+def _people(annotations: FeatherTable, frame: IntArray, motion: CarMotion) -> Cuboids:
+    """Pedestrians, numbered in the order of their ids."""
+    rows = np.flatnonzero(np.asarray(pc.equal(annotations.text("category"), PERSON)))
+    ids = annotations.text("track_uuid").take(pa.array(rows)).combine_chunks().dictionary_encode()
+    names = np.asarray(ids.dictionary.to_pylist(), object)
+    order = np.argsort(names, kind="stable") if len(names) else np.zeros(0, np.int64)
+    rank = np.empty(len(order), np.int64)
+    rank[order] = np.arange(len(order))
+    person = rank[np.asarray(ids.indices, np.int64)] if len(rows) else np.zeros(0, np.int64)
+    frame = frame[rows]
+    sizes = annotations.numbers(SIZE, rows)
+    wrong = np.asarray(((sizes <= 0.0) | (sizes > TALLEST)).any(axis=-1))
+    annotations.refuse(wrong, f"no person is so large or small (0 to {TALLEST:g} m); {AGAIN}", rows)
+    key = frame * (len(names) + 1) + person
+    _, first = np.unique(key, return_index=True)
+    twice = np.ones(len(key), bool)
+    twice[first] = False
+    annotations.refuse(twice, f"its 'track_uuid' has another cuboid in the same sweep; {AGAIN}", rows)
+    turned = motion.rotations[frame]
+    placed = np.einsum("nij,nj->ni", turned, annotations.numbers(PLACE, rows)) + motion.origins[frame]
+    return Cuboids(
+        frame=frame,
+        person=person,
+        centres=placed,
+        rotations=turned @ rotation_matrices(_rotations(annotations, rows)),
+        sizes=sizes,
+        visible=np.where(annotations.number("num_interior_pts")[rows] >= FEWEST_POINTS, 1.0, 0.0),
+    )
+
+
+def _sensors(folder: Path, cameras: tuple[str, ...]) -> tuple[dict[str, Sensor], Mapping[str, Path]]:
+    """The cameras that are asked for, and the files that they are in."""
+    place = _calibration(folder)
+    outer = FeatherTable(place / EXTRINSICS, (*QUATERNION, *PLACE), ("sensor_name",))
+    inner = FeatherTable(place / INTRINSICS, (*PIXELS, "k1", "k2", "k3"), ("sensor_name",))
+    rotations, origins = rotation_matrices(_rotations(outer, None)), outer.numbers(PLACE)
+    mounted = {name: row for row, name in enumerate(outer.text("sensor_name").to_pylist())}
+    lenses = {name: row for row, name in enumerate(inner.text("sensor_name").to_pylist())}
+    ring = [row for name, row in mounted.items() if name.startswith(RING)]
+    sensors = {}
+    for name in cameras:
+        if name == PANORAMA:
+            if not ring:
+                raise FileError(outer.path, f"has no camera whose name begins with '{RING}'; {AGAIN}")
+            try:
+                sensors[name] = panorama(origins[ring], AXLE_HEIGHT)
+            except ValueError as error:
+                raise FileError(outer.path, f"row {ring[0]}: {error}; {AGAIN}") from error
+            continue
+        if name not in lenses:
+            raise UnknownNameError(f"camera of {folder.name}", name, [PANORAMA, *lenses])
+        if name not in mounted:
+            raise FileError(outer.path, f"has no row of the camera '{name}'; {AGAIN}")
+        values = {key: float(inner.number(column)[lenses[name]]) for column, key in PIXELS.items()}
+        values |= {key: float(inner.number(key)[lenses[name]]) for key in ("k1", "k2", "k3")}
+        try:
+            sensors[name] = pinhole(rotations[mounted[name]], origins[mounted[name]], AXLE_HEIGHT, values)
+        except ValueError as error:
+            raise FileError(inner.path, f"row {lenses[name]}: {error}; {AGAIN}") from error
+    return sensors, {"intrinsics": inner.path, "extrinsics": outer.path}
+
+
+def _calibration(folder: Path) -> Path:
+    """The log's folder of calibration, or the only one next to it."""
+    if (folder / CALIBRATION).is_dir():
+        return folder / CALIBRATION
+    beside = sorted(path for path in folder.parent.glob(f"{CALIBRATION}*") if path.is_dir())
+    if len(beside) != 1:
+        raise FileError(folder / CALIBRATION, f"is missing; {AGAIN}")
+    warnings.warn(VbbenchWarning(f"{folder}: has no {CALIBRATION}; {beside[0]} is used"), stacklevel=2)
+    return beside[0]
+
+
+argoverse2 = Argoverse2Split()

@@ -1,0 +1,420 @@
+"""People labelled as cuboids around a car, seen by its cameras: what `argoverse2` and `nuscenes` have in common.
+
+Axes of the car are forward, left and up, those of a camera right, down and forward. Boxes are projections of cuboids:
+their top and bottom lie on the near edge of a cuboid, not on the person's axis.
+"""
+
+import hashlib
+import tomllib
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib.resources import files
+from itertools import product
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from vbbench.boxes import cut_to_picture, observations_of
+from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.exchange.own.distortion import Distortion, straighten_boxes
+from vbbench.files.tables import file_sha256
+from vbbench.generation.footage import Footage, FootageOptions, Recordings
+from vbbench.generation.generator import Options
+from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
+from vbbench.scene import Scene
+from vbbench_generators.footage.found_boxes import file_for, read_found
+from vbbench_generators.footage.runs import RunRules
+from vbbench_generators.footage.sequences import FootageSequences
+from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
+from vbbench_generators.footage.tracks import FoundTracks, follow
+
+DT = 0.1
+"""Seconds per frame of every recording."""
+PANORAMA = "panorama"
+"""What the 360-degree ring of all cameras is called."""
+FARTHEST = 60.0
+"""In m from the car: people beyond have no box."""
+NEAR, LASTING = 40.0, 8.0
+"""The selection rule: enough people within so many m of the camera, for so many s."""
+LONGEST = 20.0
+"""Seconds after which a sequence is cut."""
+NEAR_EDGE = 0.45
+"""In m, of projected cuboids: see `vbbench.solver.Problem`."""
+FOUND_PIXEL_STD = 5.0
+"""Noise in px of boxes of a detector or tracker."""
+BEHIND = 0.1
+"""A corner less than so many m in front of a camera has no place in its picture."""
+STANDS = 1.0
+"""A camera that is driven less than so many m in a recording stands."""
+CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
+PANORAMA_WIDTH = 3760
+PARTS = ("train", "tune", "test")
+
+Part = Literal["train", "tune", "test"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor:
+    """A camera on a car.
+
+    Parameters
+    ----------
+    rotation : [3, 3] from the camera's axes to the car's.
+    origin : [3] where it is on the car in m.
+    camera : its model, with the pitch, roll and mount height that follow from these.
+    distortion : of its raw pictures; ``None`` where they have none.
+    """
+
+    rotation: FloatArray
+    origin: FloatArray
+    camera: Camera
+    distortion: Distortion | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cuboids:
+    """Labelled people of a recording, a row for each in each frame.
+
+    Parameters
+    ----------
+    frame, person : [N] frame, and the person's number from 0.
+    centres, rotations, sizes : [N, 3] m, [N, 3, 3] and [N, 3] m (length, width, height) in the world, x y z with z up.
+    visible : [N] visible fraction in (0, 1]; 0 where the person is hidden.
+    """
+
+    frame: IntArray
+    person: IntArray
+    centres: FloatArray
+    rotations: FloatArray
+    sizes: FloatArray
+    visible: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarMotion:
+    """Where a car is: ``rotations`` [T, 3, 3] from its axes to the world's, and ``origins`` [T, 3] in m."""
+
+    rotations: FloatArray
+    origins: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarRecording:
+    """One recording of a car.
+
+    Parameters
+    ----------
+    name : what it is called.
+    sensors : the cameras that are asked for, by name.
+    motions : the car's motion at the times of each of them.
+    cuboids : the people.
+    digests : SHA-256 of the files that it was read from, by what they are; empty where recordings share files.
+    """
+
+    name: str
+    sensors: Mapping[str, Sensor]
+    motions: Mapping[str, CarMotion]
+    cuboids: Cuboids
+    digests: Mapping[str, str]
+
+
+def rotation_matrices(quaternions: FloatArray) -> FloatArray:
+    """[N, 3, 3] rotations of quaternions [N, 4] (w, x, y, z), which need not be of length 1."""
+    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)).T
+    matrices = np.empty((len(quaternions), 3, 3))
+    matrices[:, 0] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=-1)
+    matrices[:, 1] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=-1)
+    matrices[:, 2] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)
+    return matrices
+
+
+def between(quaternions: FloatArray, later: FloatArray, share: FloatArray) -> FloatArray:
+    """Quaternions [N, 4] a ``share`` [N] of the way from ones to ``later`` ones, along the chord: for small turns."""
+    sign = np.where((quaternions * later).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
+    return quaternions + share[:, None] * (sign * later - quaternions)
+
+
+def motion_at(times: FloatArray, known: FloatArray, quaternions: FloatArray, origins: FloatArray) -> CarMotion:
+    """The car's motion at ``times`` [T], interpolated between poses at ``known`` times [M], ascending."""
+    last = np.searchsorted(known, times, side="left").clip(1, max(len(known) - 1, 1))
+    after = np.minimum(last, len(known) - 1)
+    gap = known[after] - known[last - 1]
+    share = np.where(gap > 0.0, (times - known[last - 1]) / np.where(gap > 0.0, gap, 1.0), 0.0).clip(0.0, 1.0)
+    placed = origins[last - 1] + share[:, None] * (origins[after] - origins[last - 1])
+    turned = rotation_matrices(between(quaternions[last - 1], quaternions[after], share))
+    return CarMotion(rotations=turned, origins=placed)
+
+
+def pinhole(rotation: FloatArray, origin: FloatArray, ground: float, intrinsics: Mapping[str, float]) -> Sensor:
+    """A camera of a car whose origin is ``ground`` m above the road.
+
+    Parameters
+    ----------
+    intrinsics : ``width``, ``height``, ``fx``, ``fy``, ``cx``, ``cy`` in px, and coefficients ``k1``, ``k2``, ``k3``.
+    """
+    square = intrinsics["fx"] == intrinsics["fy"]
+    camera = PerspectiveCamera(
+        width=int(intrinsics["width"]),
+        height=int(intrinsics["height"]),
+        focal=intrinsics["fx"],
+        vertical_focal=None if square else intrinsics["fy"],
+        cx=intrinsics["cx"],
+        cy=intrinsics["cy"],
+        mount_height=float(origin[2] + ground),
+        pitch=float(np.arcsin(np.clip(rotation[2, 2], -1.0, 1.0))),
+        roll=float(np.arctan2(-rotation[2, 0], -rotation[2, 1])),
+    )
+    bends = {name: intrinsics.get(name, 0.0) for name in ("k1", "k2", "k3")}
+    distortion = Distortion(model="opencv", **bends) if any(bends.values()) else None
+    return Sensor(rotation=rotation, origin=origin, camera=camera, distortion=distortion)
+
+
+def panorama(origins: FloatArray, ground: float) -> Sensor:
+    """The ring of cameras at ``origins`` [C, 3] as one level panorama in their middle."""
+    origin = origins.mean(axis=0)
+    camera = PanoramaCamera(
+        width=PANORAMA_WIDTH,
+        focal=PANORAMA_WIDTH / (2.0 * np.pi),
+        cy=480.0,
+        mount_height=float(origin[2] + ground),
+    )
+    level = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    return Sensor(rotation=level, origin=origin, camera=camera)
+
+
+def project(cuboids: Cuboids, motion: CarMotion, sensor: Sensor) -> FloatArray:
+    """Boxes [N, 4] (left, top, width, height) in px around the corners of cuboids, cut at the picture's borders.
+
+    NaN for hidden people, those farther than `FARTHEST`, those not wholly in front of the camera, and boxes with their
+    middle outside the picture.
+    """
+    to_car = motion.rotations.transpose(0, 2, 1)
+    away = np.einsum("nij,nj->ni", to_car[cuboids.frame], cuboids.centres - motion.origins[cuboids.frame])
+    shown = (cuboids.visible > 0.0) & (np.hypot(away[:, 0], away[:, 1]) < FARTHEST)
+    boxes = np.full((len(shown), 4), np.nan)
+    rows = np.flatnonzero(shown)
+    turned = (sensor.rotation.T @ to_car)[cuboids.frame[rows]]
+    centres = (away[rows] - sensor.origin) @ sensor.rotation
+    axes = (turned @ cuboids.rotations[rows]) * (0.5 * cuboids.sizes[rows])[:, None, :]
+    corners = centres[:, None, :] + CORNERS @ axes.transpose(0, 2, 1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if sensor.camera.period is None:
+            corners[corners[..., 2] < BEHIND] = np.nan
+        pixels = sensor.camera.pixels(corners)
+        if sensor.camera.period is not None:
+            middle = sensor.camera.pixels(centres)[:, None, 0]
+            pixels[..., 0] = middle + shorter_way(pixels[..., 0] - middle, sensor.camera.period)
+        low, high = pixels.min(axis=1), pixels.max(axis=1)
+        inside = ((low + high >= 0.0) & (low + high < 2.0 * np.array(sensor.camera.picture_size))).all(axis=-1)
+        found = cut_to_picture(np.concatenate([low, high - low], axis=-1), sensor.camera)
+        found[~(inside | (sensor.camera.period is not None))] = np.nan
+    boxes[rows] = found
+    return boxes
+
+
+def footage_of(one: CarRecording, name: str, sensor_name: str) -> tuple[Footage, FloatArray]:
+    """What one camera of a recording saw, and the boxes [T, P, 4] (left, top, width, height) of all its people."""
+    sensor, motion, cuboids = one.sensors[sensor_name], one.motions[sensor_name], one.cuboids
+    frames, count = len(motion.origins), int(cuboids.person.max(initial=-1)) + 1
+    at = cuboids.frame, cuboids.person
+    boxes = np.full((frames, count, 4), np.nan)
+    boxes[at] = project(cuboids, motion, sensor)
+    visible, places = np.full((frames, count), np.nan), np.full((frames, count, 2), np.nan)
+    visible[at] = cuboids.visible
+    visible[np.isnan(boxes[..., 0])] = np.nan
+    places[at] = cuboids.centres[:, :2] - 0.5 * cuboids.sizes[:, 2:] * cuboids.rotations[:, :2, 2]  # their feet
+    order = np.argsort(cuboids.person, kind="stable")
+    people, first = np.unique(cuboids.person[order], return_index=True)
+    heights = np.full(count, np.nan)
+    heights[people] = [np.median(each) for each in np.split(cuboids.sizes[order, 2], first[1:])] if count else []
+    eyes = motion.origins + motion.rotations @ sensor.origin
+    ahead = motion.rotations @ sensor.rotation[:, 2]
+    seen = ~np.isnan(boxes[..., 0]).all(axis=0)
+    footage = Footage(
+        name=name,
+        camera=sensor.camera,
+        dt=DT,
+        tracks=np.flatnonzero(seen),
+        boxes=observations_of(boxes[:, seen], sensor.camera),
+        visible=visible[:, seen],
+        poses=np.column_stack([eyes[:, :2], np.arctan2(ahead[:, 1], ahead[:, 0])]),
+        scene=Scene(name=name, dt=DT, people=np.arange(count), positions=places, heights=heights),
+    )
+    return footage, boxes
+
+
+@dataclass(frozen=True, kw_only=True)
+class CuboidSplit(FootageSplit):
+    """Base of the splits whose people are cuboids around a car; see `FootageSplit`.
+
+    A sequence has at least three people with boxes near the camera in each frame.
+
+    Parameters
+    ----------
+    near, lasting : how near in m, and for how many s.
+    """
+
+    reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"boxes", "person_class", "cameras"}
+
+    rules: RunRules = field(default_factory=RunRules)
+    pixel_std: float = 1.0
+    near: float = NEAR
+    lasting: float = LASTING
+
+    @abstractmethod
+    def read(self, source: Path | None, names: tuple[str, ...] | None, cameras: tuple[str, ...]) -> list[CarRecording]:
+        """The recordings of these names, or those of the parts of these names; all without any."""
+
+    def plan(self, options: Options) -> FootageSequences:
+        """See `FootageSplit.plan`; solvers get more noise for boxes that are found than for labelled ones."""
+        asked = options.footage or FootageOptions()
+        seconds = DT * (asked.every or self.every)
+        longest = asked.longest or round(LONGEST / seconds)
+        shortest = min(max(round(self.lasting / seconds), 5), longest)
+        rules = replace(self.rules, shortest=shortest, longest=longest)
+        pixel_std = self.pixel_std if asked.boxes is None else FOUND_PIXEL_STD
+        return FootageSplit.plan(replace(self, rules=rules, pixel_std=pixel_std), options)
+
+    def counted(self, one: Footage) -> BoolArray:
+        """See `FootageSplit.counted`: those near the camera."""
+        positions, _ = one.positions()
+        away = np.full(positions.shape, np.nan) if one.poses is None else positions - one.poses[:, None, :2]
+        return one.observed & (np.hypot(away[..., 0], away[..., 1]) < self.near)
+
+    def recordings(self, options: Options) -> Recordings:
+        """See `FootageSplit.recordings`."""
+        asked = options.footage or FootageOptions()
+        cameras = asked.cameras or (PANORAMA,)
+        read = self.read(options.source, asked.sequences, cameras)
+        several = len(read) * len(cameras) > 1
+        footage: list[Footage] = []
+        found: dict[str, FoundTracks] = {}
+        sums: dict[str, dict[str, str]] = {}
+        for one in read:
+            sums |= {one.name: dict(one.digests)} if one.digests else {}
+            for camera in cameras:
+                name = one.name if len(cameras) == 1 else f"{one.name}.{camera}"
+                seen, boxes = footage_of(one, name, camera)
+                if asked.boxes is not None:
+                    path = file_for(asked.boxes, name, several)
+                    tracks = _found(path, boxes, one.sensors[camera], asked.person_class)
+                    seen = replace(
+                        seen,
+                        tracks=tracks.tracks,
+                        boxes=tracks.boxes,
+                        visible=tracks.scores,
+                        persons=tracks.persons,
+                    )
+                    found[name] = tracks
+                    sums.setdefault(name, {})["boxes"] = file_sha256(path)
+                footage.append(seen)
+        facts = {one.name: _facts(one) for one in footage}
+        for name, tracks in found.items():
+            facts[name] |= {"detected": tracks.detected.values(), "tracked": tracks.tracked.values()}
+        return Recordings(
+            footage=tuple(footage),
+            definition={
+                "files": sums,
+                "cameras": list(cameras),
+                "near": self.near,
+                "farthest": FARTHEST,
+                **asked.classes,
+            },
+            calibration={"summary": _summary(facts), "recordings": facts},
+            carried_by="vehicle",
+            box_edge=NEAR_EDGE if asked.boxes is None else None,
+        )
+
+
+def _found(path: Path, boxes: FloatArray, sensor: Sensor, person_class: str | None) -> FoundTracks:
+    """Tracks of the boxes in a file, without the lens's distortion."""
+    size = sensor.camera.picture_size
+    rows = read_found(path, len(boxes), DT, size, person_class)
+    if sensor.distortion is not None and sensor.camera.intrinsics is not None:
+        straight = straighten_boxes(rows.boxes, sensor.distortion, sensor.camera.intrinsics)
+        shown = np.asarray(np.isfinite(straight).all(axis=1) & (straight[:, 2:] > 0.0).all(axis=1))
+        rows = replace(rows, boxes=straight).select(shown)
+    return follow(rows, boxes, np.arange(boxes.shape[1]), sensor.camera, DT, size=size)
+
+
+def _facts(one: Footage) -> dict[str, Any]:
+    """A row of the dataset's table of recordings: the camera's motion, the crowd's density and speed."""
+    poses, places = np.asarray(one.poses), one.positions()[0]
+    driven = float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
+    second = round(1.0 / DT)
+    speeds = np.hypot(*np.moveaxis(places[second:] - places[:-second], -1, 0))
+    return {
+        "camera": "stands" if driven < STANDS else "moves",
+        "driven": round(driven, 1),
+        "people": round(float(one.observed.sum(axis=1).mean()), 1),
+        "speed": round(float(np.nanmedian(speeds)), 2) if np.isfinite(speeds).any() else None,
+    }
+
+
+def _summary(facts: Mapping[str, Mapping[str, Any]]) -> str:
+    moving = [row for row in facts.values() if row["camera"] == "moves"]
+    people = [row["people"] for row in facts.values()]
+    text = f"{len(facts)} recordings, the camera moves in {len(moving)}"
+    if moving:
+        text += f" ({np.mean([row['driven'] for row in moving]):.0f} m on average)"
+    return f"{text}; {np.mean(people):.1f} people a frame; boxes are projections of cuboids" if people else text
+
+
+@cache
+def _rules() -> dict[str, dict[str, Any]]:
+    return tomllib.loads(files("vbbench_generators.footage").joinpath("parts.toml").read_text())
+
+
+def part_of(split: str, name: str, folder: str = "") -> Part:
+    """The part of the official lists that a recording belongs to, by the rule in ``parts.toml``.
+
+    Parameters
+    ----------
+    folder : of the recording, for data sets that are parted by folders.
+
+    Raises
+    ------
+    VbbenchError
+        If it cannot be in any.
+    """
+    rule = _rules()[split]
+    if name in rule["seen"]:
+        return "tune"
+    number = int(digits) if (digits := name.rpartition("-")[2]).isdigit() else -1
+    if folder in rule.get("test_folders", ()) or any(a <= number <= b for a, b in rule.get("test_numbers", ())):
+        return "test"
+    if folder not in rule.get("train_folders", (folder,)):
+        folders = ", ".join((*rule["train_folders"], *rule["test_folders"]))
+        raise VbbenchError(f"{split}: '{name}' is in no part: its folder is '{folder}', not one of {folders}")
+    digest = hashlib.sha256(f"{split}/{name}".encode()).hexdigest()
+    return "tune" if digest[0] in rule["tune_digits"] else "train"
+
+
+def chosen(split: str, names: Iterable[str] | None, known: Mapping[str, str]) -> list[str]:
+    """The recordings that are named, one by one or by a part (`PARTS`); all without names.
+
+    Parameters
+    ----------
+    known : recording → its folder.
+
+    Raises
+    ------
+    VbbenchError
+        If there is none of a name, or none of a part.
+    """
+    found: list[str] = []
+    for name in names or ():
+        if name in PARTS:
+            part = [one for one in known if part_of(split, one, known[one]) == name]
+            if not part:
+                raise VbbenchError(f"{split}: none of the {len(known)} recordings here is of the part '{name}'")
+            found += part
+        elif name in known:
+            found.append(name)
+        else:
+            raise UnknownNameError(f"recording of {split}", name, known)
+    return list(dict.fromkeys(found)) if names else list(known)

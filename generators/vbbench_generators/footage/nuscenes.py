@@ -1,0 +1,351 @@
+"""The split ``nuscenes``: scenes of nuScenes, people labelled as cuboids twice a second and interpolated between."""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from pyarrow import json as arrow_json
+
+from vbbench.errors import FileError, SourceMissingError, UnknownNameError
+from vbbench.files.tables import file_sha256
+from vbbench.generation.generator import Card
+from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench_generators.footage.cuboids import (
+    PANORAMA,
+    CarMotion,
+    CarRecording,
+    Cuboids,
+    CuboidSplit,
+    Sensor,
+    between,
+    chosen,
+    motion_at,
+    panorama,
+    pinhole,
+    rotation_matrices,
+)
+
+SITE = "nuscenes.org/nuscenes"
+WANTED = "the folder that holds v1.0-trainval or v1.0-mini, with scene.json and the other tables in it"
+AGAIN = "unpack the metadata again"
+CARD = Card(
+    name="nuscenes",
+    title="nuScenes: people around a car, labelled as cuboids twice a second",
+    licence="CC BY-NC-SA 4.0 and nuScenes' terms of use: not for commerce; nothing of it comes with vbbench. "
+    f"Made from your own download ({SITE}, metadata alone): --source {WANTED}",
+    citation="Caesar et al., nuScenes: A Multimodal Dataset for Autonomous Driving, CVPR 2020",
+    sources=(),
+    own_files=True,
+    caution="boxes are projections of cuboids labelled in lidar, smoother than those of any detector, and their near "
+    "edge is about .45 m before the person's axis; between key frames (with --every below 5) they are interpolated",
+)
+
+RING, LIDAR = "CAM_", "LIDAR_TOP"
+"""How the names of the cameras around the car begin, and the sensor at whose times the panorama is."""
+WALKERS = tuple(f"human.pedestrian.{kind}" for kind in ("adult", "child", "construction_worker", "police_officer"))
+NOT_UPRIGHT = "pedestrian.sitting_lying_down"
+VISIBLE = {"v0-40": 0.0, "v40-60": 0.5, "v60-80": 0.7, "v80-100": 0.9}
+"""Visible shares by level; in the lowest, people are hidden."""
+FEWEST_POINTS = 1
+"""Lidar points inside a person's cuboid; with fewer, the person is hidden."""
+KEY_SECONDS, STEPS = 0.5, 5
+"""Seconds from a key frame to the next, and frames."""
+MOST_KEYS, TALLEST, LARGEST = 10_000, 3.0, 1e12
+TEXT, NUMBER, WHOLE = pa.string(), pa.float64(), pa.int64()
+VECTOR, MATRIX = pa.list_(NUMBER), pa.list_(pa.list_(NUMBER))
+POSE = {"translation": VECTOR, "rotation": VECTOR}
+TABLES: dict[str, dict[str, pa.DataType]] = {
+    "scene": {"token": TEXT, "name": TEXT},
+    "sample": {"token": TEXT, "timestamp": WHOLE, "scene_token": TEXT},
+    "sample_data": {
+        "sample_token": TEXT,
+        "ego_pose_token": TEXT,
+        "calibrated_sensor_token": TEXT,
+        "is_key_frame": pa.bool_(),
+        "width": WHOLE,
+        "height": WHOLE,
+    },
+    "sample_annotation": {
+        "sample_token": TEXT,
+        "instance_token": TEXT,
+        "visibility_token": TEXT,
+        "attribute_tokens": pa.list_(TEXT),
+        "size": VECTOR,
+        "num_lidar_pts": WHOLE,
+        **POSE,
+    },
+    "ego_pose": {"token": TEXT, "timestamp": WHOLE, **POSE},
+    "calibrated_sensor": {"token": TEXT, "sensor_token": TEXT, "camera_intrinsic": MATRIX, **POSE},
+    "sensor": {"token": TEXT, "channel": TEXT},
+    "instance": {"token": TEXT, "category_token": TEXT},
+    "category": {"token": TEXT, "name": TEXT},
+    "visibility": {"token": TEXT, "level": TEXT},
+    "attribute": {"token": TEXT, "name": TEXT},
+}
+"""The columns that are read of each table."""
+_BETWEEN = re.compile(rb"\}\s*,\s*\{")
+
+
+@dataclass(frozen=True, kw_only=True)
+class NuscenesSplit(CuboidSplit):
+    """Scenes at 10 frames a second, of which the key frames are kept; see `CuboidSplit`."""
+
+    card: Card = CARD
+    every: int = STEPS
+    height_mean: float = 1.72
+    height_std: float = 0.12
+
+    def read(self, source: Path | None, names: tuple[str, ...] | None, cameras: tuple[str, ...]) -> list[CarRecording]:
+        """See `CuboidSplit.read`."""
+        folder = find_tables(source)
+        scenes = Scenes(folder)
+        digest = hashlib.sha256("".join(file_sha256(folder / f"{name}.json") for name in TABLES).encode()).hexdigest()
+        return [
+            scenes.read(name, cameras, digest) for name in chosen("nuscenes", names, dict.fromkeys(scenes.names, ""))
+        ]
+
+
+class JsonTable:
+    """A table of nuScenes, a list of objects; an error names the file and the row, counted from 0."""
+
+    def __init__(self, folder: Path, name: str) -> None:
+        """Read the columns of `TABLES`; raises FileError where something is missing or of another kind."""
+        self.path = folder / f"{name}.json"
+        schema = pa.schema(list(TABLES[name].items()))
+        if not self.path.is_file():
+            raise FileError(self.path, f"is missing; {AGAIN}, or name with --source {WANTED}")
+        text = self.path.read_bytes().replace(b"\r", b" ").replace(b"\n", b" ").strip()
+        if not (text.startswith(b"[") and text.endswith(b"]")):
+            raise FileError(self.path, f"is no list of objects in JSON from '[' to ']'; {AGAIN}")
+        rows = _BETWEEN.sub(b"}\n{", text[1:-1].strip())
+        options = arrow_json.ParseOptions(explicit_schema=schema, unexpected_field_behavior="ignore")
+        block = arrow_json.ReadOptions(block_size=1 << 24)
+        try:
+            table = arrow_json.read_json(pa.BufferReader(rows), block, options) if rows else schema.empty_table()
+            table.validate(full=True)
+        except (pa.ArrowException, ValueError) as error:
+            raise FileError(self.path, f"is no table of nuScenes ({error}); {AGAIN}") from error
+        self.table = table.combine_chunks()
+        for column in TABLES[name]:
+            self.refuse(np.asarray(pc.is_null(self.table[column])), f"has no '{column}'; {AGAIN}")
+
+    def refuse(self, wrong: BoolArray, problem: str, rows: IntArray | None = None) -> None:
+        """Raise FileError at the first row that is ``wrong`` [N]."""
+        if wrong.any():
+            row = int(wrong.argmax()) if rows is None else int(rows[wrong.argmax()])
+            raise FileError(self.path, f"row {row}: {problem}")
+
+    def values(self, column: str) -> FloatArray:
+        """[N] numbers."""
+        values: FloatArray = self.table[column].to_numpy()
+        return values
+
+    def texts(self, column: str) -> list[str]:
+        """Texts, a row each."""
+        return list(self.table[column].to_pylist())
+
+    def vectors(self, column: str, width: int, rows: IntArray) -> FloatArray:
+        """[N, width] vectors of these rows; a rotation's length must be 1 up to rounding."""
+        lists = self.table[column].take(pa.array(rows)).combine_chunks()
+        self.refuse(
+            np.not_equal(pc.list_value_length(lists), width), f"'{column}' has not {width} numbers; {AGAIN}", rows
+        )
+        flat = np.asarray(pc.list_flatten(lists).to_numpy(zero_copy_only=False), np.float64).reshape(-1, width)
+        self.refuse(
+            np.asarray(~(np.abs(flat) < LARGEST).all(axis=1)), f"'{column}' has not {width} numbers; {AGAIN}", rows
+        )
+        if column == "rotation":
+            wrong = np.abs(np.linalg.norm(flat, axis=1) - 1.0) > 0.01
+            self.refuse(wrong, f"'rotation' (w, x, y, z) is none: its length is not 1; {AGAIN}", rows)
+        return flat
+
+    def rows_of(self, column: str, other: "JsonTable") -> IntArray:
+        """[N] the rows of another table whose tokens stand in a column."""
+        found = pc.index_in(self.table[column], value_set=other.table["token"].combine_chunks())
+        self.refuse(np.asarray(pc.is_null(found)), f"'{column}' is no token of {other.path.name}; {AGAIN}")
+        return np.asarray(found.to_numpy(), np.int64)
+
+
+class Scenes:
+    """All tables, joined by their tokens."""
+
+    def __init__(self, folder: Path) -> None:
+        """Read them."""
+        tables = {name: JsonTable(folder, name) for name in TABLES}
+        self.scene, self.sample, self.data = tables["scene"], tables["sample"], tables["sample_data"]
+        self.labels, self.pose = tables["sample_annotation"], tables["ego_pose"]
+        self.calibrated = tables["calibrated_sensor"]
+        self.names = self.scene.texts("name")
+        self.scene_of_sample = self.sample.rows_of("scene_token", self.scene)
+        self.sample_of_data = self.data.rows_of("sample_token", self.sample)
+        self.pose_of_data = self.data.rows_of("ego_pose_token", self.pose)
+        self.mounted = self.data.rows_of("calibrated_sensor_token", self.calibrated)
+        channels = np.array(tables["sensor"].texts("channel"), object)
+        self.channel_of_data = channels[self.calibrated.rows_of("sensor_token", tables["sensor"])][self.mounted]
+        self.sample_of_label = self.labels.rows_of("sample_token", self.sample)
+        self.instance_of_label = self.labels.rows_of("instance_token", tables["instance"])
+        self.ids = np.array(tables["instance"].texts("token"), object)
+        walks = np.isin(np.array(tables["category"].texts("name"), object), WALKERS)
+        walks = walks[tables["instance"].rows_of("category_token", tables["category"])][self.instance_of_label]
+        levels = dict(zip(tables["visibility"].texts("token"), tables["visibility"].texts("level"), strict=True))
+        seen = np.array([VISIBLE.get(levels.get(one, ""), 1.0) for one in self.labels.texts("visibility_token")])
+        self.visible = np.where(self.labels.values("num_lidar_pts") >= FEWEST_POINTS, seen, 0.0)
+        names = dict(zip(tables["attribute"].texts("token"), tables["attribute"].texts("name"), strict=True))
+        attributes = self.labels.table["attribute_tokens"].to_pylist()
+        self.counts = walks & [all(names.get(one) != NOT_UPRIGHT for one in row) for row in attributes]
+
+    def read(self, name: str, cameras: tuple[str, ...], digest: str) -> CarRecording:
+        """One scene, seen by ``cameras``.
+
+        Raises
+        ------
+        FileError
+            At the first row that is not valid.
+        """
+        samples = np.flatnonzero(self.scene_of_sample == self.names.index(name))
+        samples = samples[np.argsort(self.sample.values("timestamp")[samples], kind="stable")]
+        keys = self._keys(name, samples)
+        data = np.flatnonzero(np.isin(self.sample_of_data, samples))
+        channels = {channel: data[self.channel_of_data[data] == channel] for channel in set(self.channel_of_data[data])}
+        ring = [channel for channel in sorted(channels) if channel.startswith(RING)]
+        sensors, motions, origin = {}, {}, None
+        for camera in cameras:
+            if camera != PANORAMA and camera not in ring:
+                raise UnknownNameError(f"camera of {name}", camera, [PANORAMA, *ring])
+            rows = channels.get(LIDAR if camera == PANORAMA else camera, np.zeros(0, np.int64))
+            motion = self._motion(name, rows, samples, keys)
+            origin = motion.origins[0] if origin is None else origin
+            motions[camera] = CarMotion(rotations=motion.rotations, origins=motion.origins - origin)
+            sensors[camera] = (
+                self._panorama(name, [channels[one][0] for one in ring])
+                if camera == PANORAMA
+                else (self._pinhole(int(rows[0])))
+            )
+        return CarRecording(
+            name=name,
+            sensors=sensors,
+            motions=motions,
+            cuboids=self._people(samples, keys, np.zeros(3) if origin is None else origin),
+            digests={"tables": digest},
+        )
+
+    def _keys(self, name: str, samples: IntArray) -> IntArray:
+        """The frame of each key frame."""
+        if not len(samples):
+            raise FileError(self.sample.path, f"has no sample of {name}; {AGAIN}")
+        apart = np.diff(self.sample.values("timestamp")[samples]) * 1e-6
+        steps = np.round(apart / KEY_SECONDS)
+        wrong = np.append(False, (steps < 1) | (steps > MOST_KEYS))
+        self.sample.refuse(wrong, f"its time is not {KEY_SECONDS:g} s or more after that of the last; {AGAIN}", samples)
+        keys = STEPS * np.append(0, np.cumsum(steps)).astype(np.int64)
+        if keys[-1] > STEPS * MOST_KEYS:
+            raise FileError(self.sample.path, f"row {samples[-1]}: {name} would last {keys[-1] / 10:.0f} s; {AGAIN}")
+        return keys
+
+    def _motion(self, name: str, rows: IntArray, samples: IntArray, keys: IntArray) -> CarMotion:
+        """The car's motion when a sensor, whose data are in ``rows``, saw the frames."""
+        key = rows[self.data.values("is_key_frame")[rows].astype(bool)] if len(rows) else rows
+        order = np.argsort(self.sample_of_data[key], kind="stable")
+        place = np.searchsorted(self.sample_of_data[key][order], samples).clip(max=max(len(key) - 1, 0))
+        missing = np.ones(len(samples), bool)
+        if len(key):
+            missing = self.sample_of_data[key][order][place] != samples
+        if missing.any():
+            problem = f"has no key frame of the sample in row {samples[missing.argmax()]} of sample.json, of {name}"
+            raise FileError(self.data.path, f"{problem}; {AGAIN}")
+        times = self.pose.values("timestamp")
+        known, first = np.unique(times[self.pose_of_data[rows]], return_index=True)
+        poses = self.pose_of_data[rows][first]
+        start = int(known[0])
+        at = np.interp(np.arange(keys[-1] + 1), keys, (times[self.pose_of_data[key[order][place]]] - start) * 1e-6)
+        turned, placed = self.pose.vectors("rotation", 4, poses), self.pose.vectors("translation", 3, poses)
+        return motion_at(at, (known - start) * 1e-6, turned, placed)
+
+    def _pinhole(self, row: int) -> Sensor:
+        mounted = self.mounted[[row]]
+        matrix = self.calibrated.table["camera_intrinsic"][int(mounted[0])].as_py()
+        right = len(matrix) == 3 and all(len(line) == 3 and None not in line for line in matrix)
+        self.calibrated.refuse(np.array([not right]), f"'camera_intrinsic' has not 3 x 3 numbers; {AGAIN}", mounted)
+        (fx, _, cx), (_, fy, cy), _ = matrix
+        size = {name: float(self.data.values(name)[row]) for name in ("width", "height")}
+        rotation = rotation_matrices(self.calibrated.vectors("rotation", 4, mounted))[0]
+        origin = self.calibrated.vectors("translation", 3, mounted)[0]
+        try:
+            return pinhole(rotation, origin, 0.0, {**size, "fx": fx, "fy": fy, "cx": cx, "cy": cy})
+        except ValueError as error:
+            raise FileError(self.calibrated.path, f"row {mounted[0]}: {error}; {AGAIN}") from error
+
+    def _panorama(self, name: str, rows: list[int]) -> Sensor:
+        if not rows:
+            raise FileError(self.data.path, f"has no data of a camera of {name} ({RING}...); {AGAIN}")
+        origins = self.calibrated.vectors("translation", 3, self.mounted[rows])
+        try:
+            return panorama(origins, 0.0)
+        except ValueError as error:
+            raise FileError(self.calibrated.path, f"row {self.mounted[rows[0]]}: {error}; {AGAIN}") from error
+
+    def _people(self, samples: IntArray, keys: IntArray, origin: FloatArray) -> Cuboids:
+        """People on foot in key frames, numbered in the order of their tokens, and between two of them."""
+        rows = np.flatnonzero(self.counts & np.isin(self.sample_of_label, samples))
+        order = np.argsort(samples)
+        key = order[np.searchsorted(samples[order], self.sample_of_label[rows])]
+        _, person = np.unique(self.ids[self.instance_of_label[rows]].astype(str), return_inverse=True)
+        both = np.lexsort((key, person))
+        rows, key, person = rows[both], key[both], person[both]
+        twice = np.append(False, (np.diff(person) == 0) & (np.diff(key) == 0))
+        self.labels.refuse(twice, f"its 'instance_token' has another cuboid in the same sample; {AGAIN}", rows)
+        sizes = self.labels.vectors("size", 3, rows)[:, [1, 0, 2]]
+        wrong = np.asarray(((sizes <= 0.0) | (sizes > TALLEST)).any(axis=1))
+        self.labels.refuse(wrong, f"no person is so large or small (0 to {TALLEST:g} m); {AGAIN}", rows)
+        centres = self.labels.vectors("translation", 3, rows) - origin
+        turned, visible, frame = self.labels.vectors("rotation", 4, rows), self.visible[rows], keys[key]
+        first = np.flatnonzero((np.diff(person) == 0) & (np.diff(frame) == STEPS))
+        parts = [(frame, person, centres, turned, sizes, visible)]
+        for step in range(1, STEPS):
+            share = np.full(len(first), step / STEPS)
+            parts.append(
+                (
+                    frame[first] + step,
+                    person[first],
+                    centres[first] + share[:, None] * (centres[first + 1] - centres[first]),
+                    between(turned[first], turned[first + 1], share),
+                    sizes[first],
+                    np.minimum(visible[first], visible[first + 1]),
+                )
+            )
+        frame, person, centres, turned, sizes, visible = (np.concatenate(column) for column in zip(*parts, strict=True))
+        return Cuboids(
+            frame=frame,
+            person=person,
+            centres=centres,
+            rotations=rotation_matrices(turned),
+            sizes=sizes,
+            visible=visible,
+        )
+
+
+def find_tables(source: Path | None) -> Path:
+    """The folder with the tables: the one that is named, or the only v1.0-… in it.
+
+    Raises
+    ------
+    VbbenchError
+        If there is none, or there are several.
+    """
+    if source is None:
+        raise SourceMissingError(f"nuscenes: name with --source {WANTED}; download it from {SITE}")
+    if (source / "scene.json").is_file():
+        return source
+    found = sorted(path.parent for path in source.glob("v1.0-*/scene.json"))
+    if len(found) > 1:
+        raise FileError(source, f"holds {', '.join(path.name for path in found)}; name one of them")
+    if not found:
+        raise FileError(source, f"holds no scene.json; name {WANTED}")
+    return found[0]
+
+
+nuscenes = NuscenesSplit()
