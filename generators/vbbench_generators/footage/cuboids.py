@@ -50,6 +50,8 @@ BEHIND = 0.1
 """A corner less than so many m in front of a camera has no place in its picture."""
 STANDS = 1.0
 """A camera that is driven less than so many m in a recording stands."""
+CHUNK = 4096
+"""Cuboids that are projected at once: what is computed of them fits into a processor's cache."""
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 PANORAMA_WIDTH = 3760
 PARTS = ("train", "tune", "test")
@@ -192,28 +194,35 @@ def project(cuboids: Cuboids, motion: CarMotion, sensor: Sensor) -> FloatArray:
     NaN for hidden people, those farther than `FARTHEST`, those not wholly in front of the camera, and boxes with their
     middle outside the picture.
     """
+    boxes = np.full((len(cuboids.frame), 4), np.nan)
     to_car = motion.rotations.transpose(0, 2, 1)
-    away = np.einsum("nij,nj->ni", to_car[cuboids.frame], cuboids.centres - motion.origins[cuboids.frame])
-    shown = (cuboids.visible > 0.0) & (np.hypot(away[:, 0], away[:, 1]) < FARTHEST)
-    boxes = np.full((len(shown), 4), np.nan)
-    rows = np.flatnonzero(shown)
-    turned = (sensor.rotation.T @ to_car)[cuboids.frame[rows]]
-    centres = (away[rows] - sensor.origin) @ sensor.rotation
-    axes = (turned @ cuboids.rotations[rows]) * (0.5 * cuboids.sizes[rows])[:, None, :]
-    corners = centres[:, None, :] + CORNERS @ axes.transpose(0, 2, 1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        if sensor.camera.period is None:
-            corners[corners[..., 2] < BEHIND] = np.nan
-        pixels = sensor.camera.pixels(corners)
-        if sensor.camera.period is not None:
-            middle = sensor.camera.pixels(centres)[:, None, 0]
-            pixels[..., 0] = middle + shorter_way(pixels[..., 0] - middle, sensor.camera.period)
-        low, high = pixels.min(axis=1), pixels.max(axis=1)
-        inside = ((low + high >= 0.0) & (low + high < 2.0 * np.array(sensor.camera.picture_size))).all(axis=-1)
-        found = cut_to_picture(np.concatenate([low, high - low], axis=-1), sensor.camera)
-        found[~(inside | (sensor.camera.period is not None))] = np.nan
-    boxes[rows] = found
+    for first in range(0, len(boxes), CHUNK):
+        rows = slice(first, first + CHUNK)
+        frame = cuboids.frame[rows]
+        away = np.einsum("nij,nj->ni", to_car[frame], cuboids.centres[rows] - motion.origins[frame])
+        shown = (cuboids.visible[rows] > 0.0) & (np.hypot(away[:, 0], away[:, 1]) < FARTHEST)
+        axes = (sensor.rotation.T @ to_car)[frame] @ cuboids.rotations[rows] * (0.5 * cuboids.sizes[rows, None])
+        seen = _around(((away - sensor.origin) @ sensor.rotation).T, axes.transpose(1, 2, 0), sensor.camera)
+        boxes[rows] = np.where(shown[:, None], seen, np.nan)
     return boxes
+
+
+def _around(centres: FloatArray, axes: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [N, 4] around cuboids with ``centres`` [3, N] and half ``axes`` [3, 3, N], coordinates first."""
+    corners = centres[:, None] + CORNERS @ axes  # [3, 8, N]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        if camera.period is None:
+            corners[2][corners[2] < BEHIND] = np.nan
+        u, v = np.moveaxis(camera.pixels(np.moveaxis(corners, 0, -1)), -1, 0)
+        if camera.period is not None:
+            middle = camera.pixels(centres.T)[:, 0]
+            u = middle + shorter_way(u - middle, camera.period)
+        left, right, top, bottom = u.min(axis=0), u.max(axis=0), v.min(axis=0), v.max(axis=0)
+        width, height = camera.picture_size
+        inside = (left + right >= 0.0) & (left + right < 2.0 * width) & (top + bottom >= 0.0)
+        inside &= top + bottom < 2.0 * height
+        found = cut_to_picture(np.stack([left, top, right - left, bottom - top], axis=-1), camera)
+    return np.where(inside[:, None] | (camera.period is not None), found, np.nan)
 
 
 def footage_of(one: CarRecording, name: str, sensor_name: str) -> tuple[Footage, FloatArray]:

@@ -88,6 +88,7 @@ TABLES: dict[str, dict[str, pa.DataType]] = {
 }
 """The columns that are read of each table."""
 _BETWEEN = re.compile(rb"\}\s*,\s*\{")
+_BLANKS = bytes.maketrans(b"\r\n", b"  ")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,10 +119,13 @@ class JsonTable:
         schema = pa.schema(list(TABLES[name].items()))
         if not self.path.is_file():
             raise FileError(self.path, f"is missing; {AGAIN}, or name with --source {WANTED}")
-        text = self.path.read_bytes().replace(b"\r", b" ").replace(b"\n", b" ").strip()
+        text = self.path.read_bytes().translate(_BLANKS).strip()
         if not (text.startswith(b"[") and text.endswith(b"]")):
             raise FileError(self.path, f"is no list of objects in JSON from '[' to ']'; {AGAIN}")
-        rows = _BETWEEN.sub(b"}\n{", text[1:-1].strip())
+        rows = (
+            text[1:-1].strip().replace(b"}, {", b"}\n{")
+        )  # as the official files are, with a line break for the blank
+        rows = _BETWEEN.sub(b"}\n{", rows) if rows.count(b"}\n{") + 1 < rows.count(b"{") else rows
         options = arrow_json.ParseOptions(explicit_schema=schema, unexpected_field_behavior="ignore")
         block = arrow_json.ReadOptions(block_size=1 << 24)
         try:
@@ -163,11 +167,12 @@ class JsonTable:
             self.refuse(wrong, f"'rotation' (w, x, y, z) is none: its length is not 1; {AGAIN}", rows)
         return flat
 
-    def rows_of(self, column: str, other: "JsonTable") -> IntArray:
-        """[N] the rows of another table whose tokens stand in a column."""
+    def rows_of(self, column: str, other: "JsonTable", needed: bool = True) -> IntArray:
+        """[N] the rows of another table whose tokens stand in a column; -1 where there is none and none is needed."""
         found = pc.index_in(self.table[column], value_set=other.table["token"].combine_chunks())
-        self.refuse(np.asarray(pc.is_null(found)), f"'{column}' is no token of {other.path.name}; {AGAIN}")
-        return np.asarray(found.to_numpy(), np.int64)
+        lost = np.asarray(pc.is_null(found)) & needed
+        self.refuse(lost, f"'{column}' is no token of {other.path.name}; {AGAIN}")
+        return np.asarray(found.fill_null(-1).to_numpy(), np.int64)
 
 
 class Scenes:
@@ -188,15 +193,16 @@ class Scenes:
         self.channel_of_data = channels[self.calibrated.rows_of("sensor_token", tables["sensor"])][self.mounted]
         self.sample_of_label = self.labels.rows_of("sample_token", self.sample)
         self.instance_of_label = self.labels.rows_of("instance_token", tables["instance"])
-        self.ids = np.array(tables["instance"].texts("token"), object)
+        self.rank_of_instance = np.argsort(np.argsort(np.array(tables["instance"].texts("token"), str)))
         walks = np.isin(np.array(tables["category"].texts("name"), object), WALKERS)
-        walks = walks[tables["instance"].rows_of("category_token", tables["category"])][self.instance_of_label]
-        levels = dict(zip(tables["visibility"].texts("token"), tables["visibility"].texts("level"), strict=True))
-        seen = np.array([VISIBLE.get(levels.get(one, ""), 1.0) for one in self.labels.texts("visibility_token")])
+        self.counts = walks[tables["instance"].rows_of("category_token", tables["category"])][self.instance_of_label]
+        shares = np.array([*(VISIBLE.get(level, 1.0) for level in tables["visibility"].texts("level")), 1.0])
+        seen = shares[self.labels.rows_of("visibility_token", tables["visibility"], needed=False)]
         self.visible = np.where(self.labels.values("num_lidar_pts") >= FEWEST_POINTS, seen, 0.0)
-        names = dict(zip(tables["attribute"].texts("token"), tables["attribute"].texts("name"), strict=True))
-        attributes = self.labels.table["attribute_tokens"].to_pylist()
-        self.counts = walks & [all(names.get(one) != NOT_UPRIGHT for one in row) for row in attributes]
+        names = dict(zip(tables["attribute"].texts("name"), tables["attribute"].texts("token"), strict=True))
+        attributes = self.labels.table["attribute_tokens"].combine_chunks()
+        sits = np.asarray(pc.equal(pc.list_flatten(attributes), names.get(NOT_UPRIGHT, "")).fill_null(False))
+        self.counts[np.asarray(pc.list_parent_indices(attributes))[sits]] = False
 
     def read(self, name: str, cameras: tuple[str, ...], digest: str) -> CarRecording:
         """One scene, seen by ``cameras``.
@@ -220,11 +226,8 @@ class Scenes:
             motion = self._motion(name, rows, samples, keys)
             origin = motion.origins[0] if origin is None else origin
             motions[camera] = CarMotion(rotations=motion.rotations, origins=motion.origins - origin)
-            sensors[camera] = (
-                self._panorama(name, [channels[one][0] for one in ring])
-                if camera == PANORAMA
-                else (self._pinhole(int(rows[0])))
-            )
+            seen = rows[:1] if camera != PANORAMA else np.array([channels[one][0] for one in ring], np.int64)
+            sensors[camera] = self._sensor(name, seen, panoramic=camera == PANORAMA)
         return CarRecording(
             name=name,
             sensors=sensors,
@@ -265,35 +268,31 @@ class Scenes:
         turned, placed = self.pose.vectors("rotation", 4, poses), self.pose.vectors("translation", 3, poses)
         return motion_at(at, (known - start) * 1e-6, turned, placed)
 
-    def _pinhole(self, row: int) -> Sensor:
-        mounted = self.mounted[[row]]
+    def _sensor(self, name: str, rows: IntArray, panoramic: bool) -> Sensor:
+        """The camera whose data begin in the first of ``rows``, or the panorama of all of them."""
+        if not len(rows):
+            raise FileError(self.data.path, f"has no data of a camera of {name} ({RING}...); {AGAIN}")
+        mounted = self.mounted[rows]
         matrix = self.calibrated.table["camera_intrinsic"][int(mounted[0])].as_py()
-        right = len(matrix) == 3 and all(len(line) == 3 and None not in line for line in matrix)
+        right = panoramic or (len(matrix) == 3 and all(len(line) == 3 and None not in line for line in matrix))
         self.calibrated.refuse(np.array([not right]), f"'camera_intrinsic' has not 3 x 3 numbers; {AGAIN}", mounted)
-        (fx, _, cx), (_, fy, cy), _ = matrix
-        size = {name: float(self.data.values(name)[row]) for name in ("width", "height")}
-        rotation = rotation_matrices(self.calibrated.vectors("rotation", 4, mounted))[0]
-        origin = self.calibrated.vectors("translation", 3, mounted)[0]
+        origins = self.calibrated.vectors("translation", 3, mounted)
         try:
-            return pinhole(rotation, origin, 0.0, {**size, "fx": fx, "fy": fy, "cx": cx, "cy": cy})
+            if panoramic:
+                return panorama(origins, 0.0)
+            (fx, _, cx), (_, fy, cy), _ = matrix
+            size = {side: float(self.data.values(side)[rows[0]]) for side in ("width", "height")}
+            rotation = rotation_matrices(self.calibrated.vectors("rotation", 4, mounted))[0]
+            return pinhole(rotation, origins[0], 0.0, {**size, "fx": fx, "fy": fy, "cx": cx, "cy": cy})
         except ValueError as error:
             raise FileError(self.calibrated.path, f"row {mounted[0]}: {error}; {AGAIN}") from error
-
-    def _panorama(self, name: str, rows: list[int]) -> Sensor:
-        if not rows:
-            raise FileError(self.data.path, f"has no data of a camera of {name} ({RING}...); {AGAIN}")
-        origins = self.calibrated.vectors("translation", 3, self.mounted[rows])
-        try:
-            return panorama(origins, 0.0)
-        except ValueError as error:
-            raise FileError(self.calibrated.path, f"row {self.mounted[rows[0]]}: {error}; {AGAIN}") from error
 
     def _people(self, samples: IntArray, keys: IntArray, origin: FloatArray) -> Cuboids:
         """People on foot in key frames, numbered in the order of their tokens, and between two of them."""
         rows = np.flatnonzero(self.counts & np.isin(self.sample_of_label, samples))
         order = np.argsort(samples)
         key = order[np.searchsorted(samples[order], self.sample_of_label[rows])]
-        _, person = np.unique(self.ids[self.instance_of_label[rows]].astype(str), return_inverse=True)
+        _, person = np.unique(self.rank_of_instance[self.instance_of_label[rows]], return_inverse=True)
         both = np.lexsort((key, person))
         rows, key, person = rows[both], key[both], person[both]
         twice = np.append(False, (np.diff(person) == 0) & (np.diff(key) == 0))

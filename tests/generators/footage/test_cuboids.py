@@ -166,7 +166,7 @@ def test_the_command_makes_verifies_and_repeats_a_dataset(tmp_path, capsys):
     source = source_of("argoverse2", tmp_path, drive_of("argoverse2"))
     command = ["generate", "argoverse2", "--source", str(source), "--camera", "ring_front,panorama"]
     assert main([*command, "--sequences", "test", "--out", str(tmp_path / "d")]) == 0
-    assert f"--sequences {LOG} --camera ring_front,panorama" in (tmp_path / "d" / "README.md").read_text()
+    assert f"--camera ring_front,panorama --sequences {LOG}" in (tmp_path / "d" / "README.md").read_text()
     recordings = Dataset(tmp_path / "d").info.calibration["recordings"]  # type: ignore[index]
     row = recordings[f"{LOG}.panorama"]
     assert (row["camera"], row["driven"]) == ("moves", pytest.approx(15.0, abs=0.3))

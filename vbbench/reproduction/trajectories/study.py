@@ -19,8 +19,8 @@ from vbbench.reproduction.simulated_recording import STAND_INS, stand_in_plan
 from vbbench.reproduction.trajectories.choice import typical_sequence
 from vbbench.scoring.scorecard import Score
 
-USERS_OWN = ("custom", "own")
-"""Splits that show the user's own recordings alone."""
+USERS_OWN = ("custom", "own", "argoverse2", "nuscenes")
+"""Splits that are not shown: the user's own recordings, and footage of cars that is like KITTI's."""
 _ORDER = (
     *("sim", "hotel", "eth", "eth-15fps", "students", "students-resampled", "zara01", "zara02"),
     *("shibuya01", "shibuya02", "street", "motsynth", "kitti", "jrdb", "demo"),
