@@ -167,7 +167,7 @@ def test_boxes_are_drawn_as_the_recipe_says() -> None:
     assert float(np.sqrt(np.mean([column**2, top**2, bottom**2]))) == pytest.approx(model.box_std, rel=0.03)
 
 
-def test_the_constant_tilt_and_the_near_edge_are_found_again_in_boxes() -> None:
+def test_the_constant_tilt_and_the_mean_near_edge_are_found_again_in_boxes() -> None:
     camera, sight = RECIPE.camera, crowd(frames=6, people=20)
     slopes, stretches = [], []
     for seed in range(150):
@@ -176,7 +176,7 @@ def test_the_constant_tilt_and_the_near_edge_are_found_again_in_boxes() -> None:
         away = sight.truth.positions[frame_of, track]
         reach = np.hypot(*(away - sight.truth.poses[frame_of, :2]).T)
         _, v, length = boxes.boxes[frame_of, track].T
-        ahead = away[:, 0] * (1.0 - RECIPE.body.near_edge / reach)
+        ahead = away[:, 0] * (1.0 - 0.5 * (RECIPE.body.nearest_edge + RECIPE.body.farthest_edge) / reach)
         feet = (v + 0.5 * length - camera.cy) / camera.focal - camera.mount_height / ahead
         slopes.append(feet[reach > 12.0].mean())
         heights = sight.truth.heights[track]

@@ -70,11 +70,13 @@ class BodyModel(_Checked):
 
     Parameters
     ----------
-    near_edge : m by which the edge of a body that decides its box is nearer than its middle.
+    nearest_edge, farthest_edge : m by which the edge of a body that decides its box is nearer than its middle: least and
+        most, a sequence has one length.
     aspect : width of a box over its height.
     """
 
-    near_edge: Metres
+    nearest_edge: Metres
+    farthest_edge: Metres
     aspect: Annotated[float, Within(0.05, 5.0)]
 
 

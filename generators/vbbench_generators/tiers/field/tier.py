@@ -130,7 +130,8 @@ def look(sight: Sight, recipe: FieldRecipe, outline: Outline, rng: np.random.Gen
     truth, camera = sight.truth, sight.camera
     carriage = carry(truth.poses, camera.mount_height, sight.dt, sight.observer, recipe, rng)
     relative = world_to_relative(truth.positions, truth.poses)
-    boxes = whole_boxes(relative, sight, carriage, recipe.body.near_edge)
+    near_edge = rng.uniform(recipe.body.nearest_edge, recipe.body.farthest_edge)
+    boxes = whole_boxes(relative, sight, carriage, near_edge)
     feet = np.stack([boxes[..., 0], boxes[..., 1] + 0.5 * boxes[..., 2], boxes[..., 2]], axis=-1)
     distances = np.where(np.isnan(boxes[..., 2]), np.nan, camera.depth(relative))
     return boxes, see_figures(feet, distances, camera, outline)
