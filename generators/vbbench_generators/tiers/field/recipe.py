@@ -70,8 +70,8 @@ class BodyModel(_Checked):
 
     Parameters
     ----------
-    nearest_edge, farthest_edge : m by which the edge of a body that decides its box is nearer than its middle: least and
-        most, a sequence has one length.
+    nearest_edge, farthest_edge : m by which the edge that decides a box is nearer than the body's middle, least and
+        most; a sequence has one length.
     aspect : width of a box over its height.
     """
 
