@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vbbench.parsing.rows import first_repetition
+from vbbench.files.tables import first_repetition
 
 KEY = st.tuples(st.integers(-3, 3), st.integers(-3, 3))
 

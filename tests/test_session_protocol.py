@@ -10,7 +10,7 @@ import pytest
 
 from vbbench import Dataset, Session, SessionAnswer
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
-from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.protocol import scored_frames

@@ -17,7 +17,7 @@ from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.pictures.rendering import Backend

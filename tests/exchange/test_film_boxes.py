@@ -9,8 +9,7 @@ import pytest
 from tests.exchange.mot_text import read_mot
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.detection import Detections
-from vbbench.exchange.film_boxes import find_boxes
-from vbbench.exchange.kept_detections import kept_detections, key_of
+from vbbench.exchange.film_boxes import find_boxes, kept_detections, key_of
 from vbbench.pictures.reading import open_film
 from vbbench.pictures.video import write_mp4
 

@@ -18,8 +18,7 @@ from tests.own_recording import (
 )
 from vbbench.boxes import rectangles
 from vbbench.errors import FileError
-from vbbench.exchange.own.people_file import read_people
-from vbbench.exchange.own.recording import files_in, read_recording
+from vbbench.exchange.own.recording import files_in, read_people, read_recording
 from vbbench.exchange.own.timing import Timeline
 from vbbench.files.verification import verify
 from vbbench.generation import generate

@@ -23,8 +23,7 @@ from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.camera_file import read_camera
-from vbbench.exchange.own.plausibility import box_noise
-from vbbench.exchange.own.recording import files_in, read_recording
+from vbbench.exchange.own.recording import box_noise, files_in, read_recording
 from vbbench.exchange.own.timing import time_frames
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import describe

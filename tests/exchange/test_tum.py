@@ -15,7 +15,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.tum import export_dataset_tum, export_tum, import_tum, import_tum_folder
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
-from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.geometry import wrap_angle
 
 DT, HEIGHT = 0.4, 1.6

@@ -23,9 +23,9 @@ from tests.test_footage import relative
 from tests.test_merging import last_part_first
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.files.cards.columns import TABLE_MEANINGS
-from vbbench.files.cards.front_matter import hub_identifier, licence_address, size_category
 from vbbench.files.cards.origin import Publisher
+from vbbench.files.cards.readme import hub_identifier, licence_address, size_category
+from vbbench.files.cards.subject import TABLE_MEANINGS
 from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_texts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import TABLES

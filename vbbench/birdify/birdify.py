@@ -22,8 +22,7 @@ from typing import Any
 from threadpoolctl import threadpool_limits
 
 from vbbench.birdify.measuring import make_report
-from vbbench.birdify.report import REPORT, Report
-from vbbench.birdify.tables import write_tables
+from vbbench.birdify.report import REPORT, Report, write_tables
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning, suggestion, user_mistakes
 from vbbench.estimate import Estimate
 from vbbench.exchange.axes import AXES, Axes
@@ -42,7 +41,7 @@ from vbbench.exchange.own.recording import (
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
-from vbbench.files.submission_rows import answer_rows
+from vbbench.files.submission_tables import answer_rows
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation import write_dataset

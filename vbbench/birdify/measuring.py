@@ -5,8 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vbbench.birdify.cues import Cues, HeightPrior, compare_cues
-from vbbench.birdify.report import FEW_PEOPLE, MISPLACED, Report, Spread, plus_minus
-from vbbench.birdify.tables import place_std
+from vbbench.birdify.report import FEW_PEOPLE, MISPLACED, Report, Spread, place_std, plus_minus
 from vbbench.birdify.verdict import judge
 from vbbench.camera import Camera
 from vbbench.estimate import Estimate

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import UNLINKED, BoxTable
-from vbbench.files.tables import LARGEST_ID
+from vbbench.files.tables import LARGEST_ID, first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
-from vbbench.parsing.rows import first_repetition
 
 FARTHEST = 1e6
 """Largest side or size of a box in px."""

@@ -16,11 +16,11 @@ from vbbench.exchange.sequence_files import files_by_sequence, sequence_name
 from vbbench.exchange.trajectory import read_trajectory
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
-from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.files.submission_tables import SubmittedEstimates
+from vbbench.files.tables import first_repetition
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.parsing.rows import first_repetition
 from vbbench.sequence import Sequence
 
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp {})\n"

@@ -14,8 +14,7 @@ from vbbench.camera import Camera
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, needs_extra
 from vbbench.files.dataset_checks import TRUTH_TABLES, check_in_scene, check_poses, check_scene
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.files.sequence_rows import persons_of, sequence_of, world_of
-from vbbench.files.sequence_tables import SequenceTable, part_ranges
+from vbbench.files.sequence_tables import SequenceTable, part_ranges, persons_of, sequence_of, world_of
 from vbbench.files.tables import CAMERA, FRAME_TABLE, LARGEST_ID, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
 from vbbench.files.withholding import check_truth
 from vbbench.folders.swapping import finish_swaps

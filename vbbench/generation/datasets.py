@@ -13,8 +13,7 @@ from vbbench import __version__
 from vbbench.files.cards.writing import write_cards
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
-from vbbench.files.sequence_rows import OBSERVER
-from vbbench.files.sequence_tables import Ranges, part_ranges
+from vbbench.files.sequence_tables import OBSERVER, Ranges, part_ranges
 from vbbench.files.tables import (
     CAMERA,
     FRAME_TABLE,

@@ -1,11 +1,13 @@
-"""Numbers from outside: their one grammar in text, and ranges that stand beside the fields they are for.
+"""Numbers and days from outside: their one grammar in text, and ranges in the annotations of fields.
 
 A frozen dataclass writes ``dt: Annotated[float, Within(0.001, 60.0, "s")]`` and calls `check_ranges` when it is made.
 """
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
+from datetime import date
 from functools import cache
 from numbers import Real
 from pathlib import Path
@@ -123,3 +125,10 @@ def finite_number(path: Path, line: int | None, name: str, cell: str) -> float:
     if not math.isfinite(value):
         raise FileError(path, f"{name} is {value}; write a finite number", line)
     return value
+
+
+def is_day(text: str) -> bool:
+    """Whether a text is a day as YYYY-MM-DD, and in no other form."""
+    with suppress(ValueError):
+        return date.fromisoformat(text).isoformat() == text
+    return False

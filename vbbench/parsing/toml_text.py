@@ -39,6 +39,12 @@ def read_bundled(package: str, place: str, kind: type[T], where: str) -> T:
         return read_toml(path, kind, where)
 
 
+def bundled_table(package: str, place: str) -> dict[str, Any]:
+    """The keys of the file ``place`` of an installed package."""
+    with as_file(files(package).joinpath(place)) as path:
+        return toml_table(path)
+
+
 def read_toml(path: Path, kind: type[T], where: str) -> T:
     """Make a ``kind``, a frozen dataclass, of the file ``path``; messages call its top level ``where``.
 

@@ -15,7 +15,7 @@ from vbbench.errors import VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.files.submission_rows import SubmittedEstimates, unique_names
+from vbbench.files.submission_tables import SubmittedEstimates, unique_names
 from vbbench.generation.footage import FOOTAGE
 from vbbench.geometry import BoolArray, FloatArray, relative_to_world
 from vbbench.protocol import Protocol, get_protocol, scored_frames, scored_positions

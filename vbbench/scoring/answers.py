@@ -15,7 +15,7 @@ from vbbench.errors import FileError, SubmissionError
 from vbbench.estimate import LARGEST, is_credible
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.files.sequence_rows import OBSERVER
+from vbbench.files.sequence_tables import OBSERVER
 from vbbench.files.submission import SUBMISSION_FILE, Faults, SubmissionInfo, read_info
 from vbbench.files.submission_tables import SubmissionTable, open_table
 from vbbench.files.tables import FALLBACK

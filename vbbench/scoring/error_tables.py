@@ -14,7 +14,7 @@ from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo
-from vbbench.files.submission_rows import info_of_answer, unique_names
+from vbbench.files.submission_tables import info_of_answer, unique_names
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.json_text import finite_or_none

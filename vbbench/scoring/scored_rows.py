@@ -15,8 +15,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.estimate import LARGEST, is_credible
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import TRUTH_TABLES
-from vbbench.files.sequence_rows import OBSERVER
-from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.sequence_tables import OBSERVER, SequenceTable
 from vbbench.files.tables import FRAME_TABLE
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world
 from vbbench.protocol import START_FRAMES, Protocol

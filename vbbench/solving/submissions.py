@@ -15,7 +15,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import Ranges, part_ranges
 from vbbench.files.submission import OFFLINE, SUBMISSION_FILE, SubmissionInfo
-from vbbench.files.submission_rows import answer_rows
+from vbbench.files.submission_tables import answer_rows
 from vbbench.files.tables import to_arrow
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from vbbench.errors import FileError, quoted, suggestion
+from vbbench.files.tables import first_repetition
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.numbers import Within
-from vbbench.parsing.rows import first_repetition
 
 JOINTS = 22
 VISIBLE = 2

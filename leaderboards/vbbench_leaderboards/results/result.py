@@ -21,7 +21,7 @@ from vbbench.estimate import LARGEST
 from vbbench.files.submission import OFFLINE, SubmissionInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.parsing.dates import is_day
+from vbbench.parsing.numbers import is_day
 from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score

@@ -17,7 +17,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.submission import SUBMISSION_FILE
-from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.geometry import IntArray
 from vbbench.parallel.parts import check_jobs, in_parallel

@@ -3,10 +3,8 @@
 Meshes are in the frames of the bones that they hang from; a head has the chin at z = 0 and the face towards x.
 """
 
-import tomllib
 from collections.abc import Callable
 from functools import cache, partial
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -14,6 +12,7 @@ import trimesh
 from scipy.interpolate import PchipInterpolator
 
 from vbbench.geometry import FloatArray
+from vbbench.parsing.toml_text import bundled_table
 from vbbench_renderers.meshes import PLAIN, Mesh
 
 LEVELS = 3
@@ -33,7 +32,7 @@ HEAD_ROWS = (tuple(range(16)), (0, 2, 5, 7, 10, 13, 15), (0, 3, 9, 14))
 ALONG_X = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
 """Lays a loft along x: its axis becomes x, its front becomes up."""
 BAND = ((6, 7), (4, 4), (4, 2))
-TABLE: dict[str, dict[str, Any]] = tomllib.loads(files(__package__).joinpath("bodies.toml").read_text("utf-8"))
+TABLE: dict[str, dict[str, Any]] = bundled_table(__package__, "bodies.toml")
 
 Paint = Callable[[FloatArray], FloatArray]
 

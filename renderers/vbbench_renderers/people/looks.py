@@ -1,13 +1,12 @@
 """What a person looks like and how they move, invented from only the seed and the person's id, garment by garment."""
 
-import tomllib
 from dataclasses import dataclass, field
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
 from vbbench.geometry import FloatArray
+from vbbench.parsing.toml_text import bundled_table
 from vbbench_renderers.meshes import Pattern
 from vbbench_renderers.people.bodies import MID_TORSO, top_of
 from vbbench_renderers.people.gait import CHIN, FOREARM, SHIN, THIGH, UPPER_ARM, Bone
@@ -17,7 +16,7 @@ ONE: Triple = (1.0, 1.0, 1.0)
 MID_ARM, MID_FOREARM, WRIST = (0.0, 0.0, -0.5 * UPPER_ARM), (0.0, 0.0, -0.5 * FOREARM), (0.0, 0.0, -FOREARM)
 MID_THIGH, MID_SHIN = (0.0, 0.0, -0.5 * THIGH), (0.0, 0.0, -0.5 * SHIN)
 
-_TABLE: dict[str, dict[str, Any]] = tomllib.loads(files(__package__).joinpath("wardrobe.toml").read_text("utf-8"))
+_TABLE: dict[str, dict[str, Any]] = bundled_table(__package__, "wardrobe.toml")
 COLOURS: dict[str, list[str]] = {name: colours.split() for name, colours in _TABLE["colours"].items()}
 SHARES = _TABLE["shares"]
 

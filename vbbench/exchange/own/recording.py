@@ -3,29 +3,195 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
+from vbbench.box_checks import find_misfit, outside_picture
 from vbbench.boxes import observations_of, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.axes import Axes
+from vbbench.exchange.box_rows import AS_THEY_ARE, Ids
 from vbbench.exchange.box_tables import scores_as_shares
 from vbbench.exchange.detection import TrackerFactory, link
 from vbbench.exchange.matching import FrameOffset, frame_offset, in_columns, match_tracks
-from vbbench.exchange.own.box_files import OwnBoxes, read_boxes
+from vbbench.exchange.own.box_files import OwnBoxes, named_frames, read_boxes
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
 from vbbench.exchange.own.distortion import straighten_boxes
 from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read_poses
-from vbbench.exchange.own.people_file import read_people
-from vbbench.exchange.own.plausibility import box_noise, fitting, frame_seconds, gaps
 from vbbench.exchange.own.timing import Timeline
+from vbbench.exchange.sequence_files import SEQUENCE_INFO, picture_facts
+from vbbench.exchange.text_tables import read_table, refuse_missing
 from vbbench.files.dataset_info import Pictures
-from vbbench.files.tables import content_sha256
+from vbbench.files.tables import LARGEST_ID, content_sha256, first_repetition
 from vbbench.generation.footage import Footage, Recordings
-from vbbench.geometry import FloatArray, IntArray, shorter_way, world_to_relative
+from vbbench.geometry import BoolArray, FloatArray, IntArray, runs_of_true, shorter_way, world_to_relative
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
+
+LONGEST_GAP, MOST_EMPTY = 1.0, 0.1
+"""Seconds without a box, and the share of frames without one, from which a note says so."""
+
+LEAST_DEGREES = 0.1
+"""A pitch that is larger, in rad, may be one in degrees."""
+
+
+def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
+    """The boxes whose middle lies in the picture, and notes.
+
+    Raises
+    ------
+    FileError
+        If they cannot be people in this picture (`find_misfit`).
+    """
+    picture = own.facts.picture
+    misfit = find_misfit(rows.boxes, own.camera, picture, own.facts.height_mean)
+    if misfit is not None and misfit.certain:
+        raise FileError(rows.path, misfit.text)
+    if misfit is not None and abs(own.facts.pitch) > LEAST_DEGREES and "pitch" in vars(own.camera):
+        pitch = float(np.radians(own.facts.pitch))
+        level = replace(cast(Any, own.camera), pitch=pitch)
+        if find_misfit(rows.boxes, level, picture, own.facts.height_mean) is None:
+            text = f"pitch = {own.facts.pitch:g} is in rad, and boxes fit so many degrees: write pitch = {pitch:.4g}"
+            misfit = misfit._replace(text=text)
+    outside = outside_picture(rows.boxes, own.camera, picture)
+    lost, shown = int(outside.sum()), f"{picture[0]:g} x {picture[1]:g} px"
+    note = f"{lost} of {len(outside)} boxes are left out: their middle is outside the picture of {shown}"
+    notes = [*([note] if lost else []), *([misfit.text] if misfit else [])]
+    return rows.select(~outside), tuple(notes)
+
+
+def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None:
+    """Seconds per frame by the camera file, by ``dt``, or by MOTChallenge's ``seqinfo.ini`` of a file of boxes.
+
+    Raises
+    ------
+    FileError
+        If there is a ``seqinfo.ini`` that names another size or frame rate.
+    """
+    beside = (folder / SEQUENCE_INFO for folder in (boxes.parent, boxes.parent.parent))
+    found = next((path for path in beside if path.is_file()), boxes.parent / SEQUENCE_INFO)
+    stated = picture_facts(found)
+    size, rate = stated.size, stated.rate
+    facts, seconds = own.facts, own.facts.seconds or dt
+    if any(size) and (facts.width, facts.height or size[1]) != size:
+        raise FileError(
+            own.path,
+            f"says {facts.width} x {facts.height} px, {found} says {size[0]} x {size[1]}; write the "
+            "size of the picture that the boxes are of, with the focal length that belongs to it",
+        )
+    if seconds is not None and not stated.has_dt(seconds):
+        problem = f"{1.0 / seconds:.4g} frames a second are given, {found} says frameRate={rate:g}"
+        raise FileError(own.path, f"{problem}; write the rate of the frames that the boxes are of in both")
+    return 1.0 / rate if seconds is None and rate else seconds
+
+
+def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:
+    """A note on frames in which nobody is seen, [T, K], if there are many of them or many in a row."""
+    empty = np.asarray(~observed.any(axis=1))
+    runs = runs_of_true(empty)
+    longest = runs[np.diff(runs, axis=1)[:, 0].argmax()] if len(runs) else np.zeros(2, np.int64)
+    seconds = float(longest[1] - longest[0]) * dt
+    if seconds < LONGEST_GAP and empty.mean() < MOST_EMPTY:
+        return ()
+    most = f"the longest gap is {seconds:.3g} s, from frame {longest[0]}"
+    return (
+        f"{int(empty.sum())} of {len(empty)} frames have no box ({most}): nothing but motion priors carries over it",
+    )
+
+
+def box_noise(boxes: FloatArray, width: float, period: float | None) -> float | None:
+    """Standard deviation in px of the columns, tops and bottoms of boxes [T, K, 3], by their third differences.
+
+    Noise that is white from frame to frame has third differences of variance 20 σ², and whoever walks hardly any. What
+    changes slowly, as a limb that sticks out for a second, is not seen in them. ``None`` if there are too few.
+    """
+    u, v, length = np.moveaxis(boxes, -1, 0)
+    edges = np.stack([u, v - 0.5 * length, v + 0.5 * length])
+    thirds = np.diff(edges, n=3, axis=1)
+    if period is not None:
+        thirds[0][np.abs(thirds[0]) > 0.5 * width] = np.nan
+    thirds = thirds[np.isfinite(thirds)]
+    return float(1.4826 * np.median(np.abs(thirds)) / np.sqrt(20.0)) if len(thirds) >= 100 else None
+
+
+COLUMNS = ("frame", "time", "id", "x", "y", "height")
+FASTEST, LEAP = 12.0, 2.0
+"""In m/s and m: nobody runs faster, but for the noise of a place."""
+
+
+def read_people(
+    path: Path, name: str, timeline: Timeline, *, posed: bool, ids: Ids = AS_THEY_ARE
+) -> tuple[Scene, tuple[str, ...]]:
+    """The people of ``people.csv`` (frame or time, id, x, y, height), and notes.
+
+    Positions are in the world of the poses, in m; without poses (right, forward) of the camera. A height that is not
+    stated anywhere is NaN. How fast people are is looked at where the camera is ``posed``: else it moves them. ``ids``
+    are those of the boxes.
+
+    Raises
+    ------
+    FileError
+        If it cannot be read; with the line, if an id is not whole, or somebody is at two places in a frame; if no row
+        is of a frame of the boxes, or it has time stamps where they have frames, or the other way round.
+    """
+    if not path.is_file():
+        raise FileError(path, "the file is missing")
+    table = read_table(path, path.read_bytes(), COLUMNS, required=("id", "x", "y"))
+    refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])
+    if not len(table):
+        raise FileError(path, "holds no row")
+    found = table["id"]
+    if ids.originals is None or ids.originals.dtype.kind != "U":
+        numbers = table.numbers("id")
+        wrong = (numbers != np.round(numbers)) | (numbers < 0) | ((numbers > LARGEST_ID) & (ids.originals is None))
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise table.fault(row, f"id {found[row]:.19g} is not a whole number from 0 to {LARGEST_ID}")
+    frame = named_frames(table, timeline)
+    there = np.flatnonzero(frame >= 0)
+    if not len(there):
+        times = timeline.times
+        raise FileError(path, f"no row is of a frame of the boxes, which are of {times[0]:.10g} to {times[-1]:.10g} s")
+    people, column = np.unique(ids.tracks(found)[there], return_inverse=True)
+    _refuse_repetition(path, frame[there], column, table.lines[there])
+    places = np.stack([table.scaled("x"), table.scaled("y")], axis=-1)[there]
+    notes = []
+    count, row, far = _leaps(people[column], timeline.times[frame[there]], places) if posed else (0, 0, 0.0)
+    if count:
+        notes.append(
+            f"{path.name}, line {table.lines[there][row]}: id {found[there][row]} is {far:.4g} m from its place "
+            f"before, as are {count} places: are they in m, and are ids not used again?"
+        )
+    positions, heights = np.full((timeline.frames, len(people), 2), np.nan), np.full(len(people), np.nan)
+    positions[frame[there], column] = places
+    stated = table.numbers("height")[there]
+    heights[column[~np.isnan(stated)]] = stated[~np.isnan(stated)]
+    left = len(frame) - len(there)
+    if left:
+        notes.append(f"{left} of {len(frame)} rows of {path.name} are of no frame of the boxes")
+    return Scene(name=name, dt=timeline.dt, people=people, positions=positions, heights=heights), tuple(notes)
+
+
+def _refuse_repetition(path: Path, frame: IntArray, column: IntArray, lines: IntArray) -> None:
+    found = first_repetition(frame, column)
+    if found is not None:
+        before, again = lines[list(found)]
+        raise FileError(path, f"this id already has a place in this frame, in line {before}", int(again))
+
+
+def _leaps(track: IntArray, times: FloatArray, places: FloatArray) -> tuple[int, int, float]:
+    """How many rows [M] are where nobody gets to from the row before of the same track, the first, and how far it is.
+
+    Nobody is faster than `FASTEST`; ``times`` [M] are in s, ``places`` [M, 2] in m.
+    """
+    order = np.lexsort((times, track))
+    moved = np.hypot(*np.diff(places[order], axis=0).T)
+    leaps = (np.diff(track[order]) == 0) & (moved > LEAP + FASTEST * np.diff(times[order]))
+    first = int(leaps.argmax()) if len(leaps) else 0
+    return int(leaps.sum()), int(order[first + 1]) if leaps.any() else 0, float(moved[first]) if leaps.any() else 0.0
+
 
 CAMERA, BOXES = "camera.toml", ("boxes.csv", "gt.txt", "det.txt", "gt/gt.txt", "det/det.txt")
 POSES, ODOMETRY, PEOPLE = "poses.txt", "odometry.txt", "people.csv"

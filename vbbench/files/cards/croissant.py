@@ -9,8 +9,8 @@ from typing import Any
 
 import pyarrow as pa
 
-from vbbench.files.cards.front_matter import config_name, licence_address, tags
-from vbbench.files.cards.origin import Publisher, citations, said_licence
+from vbbench.files.cards.origin import Publisher, citations, licence_address, said_licence
+from vbbench.files.cards.readme import config_name, tags
 from vbbench.files.cards.statements import TASK, Statements
 from vbbench.files.cards.subject import Subject
 from vbbench.files.dataset_info import INFO_FILE

@@ -1,17 +1,15 @@
 """Where a dataset comes from: what its split says of licence, citation and sources, and what its publisher adds."""
 
+import re
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from vbbench.errors import VbbenchError, is_printable, quoted
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.paper import the_paper
-from vbbench.parsing.dates import is_day
+from vbbench.parsing.numbers import is_day
 from vbbench.registry import load_registered, registered
-
-if TYPE_CHECKING:
-    pass
 
 OWN = ("the user's", "your own")
 """What splits of a user's own recording say of licence and citation: nobody but the user knows."""
@@ -117,3 +115,33 @@ def citations(origin: Origin, publisher: Publisher) -> list[str]:
     paper = the_paper()
     of_sources = None if origin.citation in OWN or (origin.citation or "").startswith("none") else origin.citation
     return [text for text in (publisher.citation, of_sources, f"{paper.source}. {paper.link}") if text]
+
+
+_CREATIVE_COMMONS = re.compile(r"CC[ -](BY(?:-(?:NC|SA|ND))*)[ -]([1-4]\.\d)", re.IGNORECASE)
+_NAMED = {
+    "Apache-2.0": ("apache-2.0", "https://www.apache.org/licenses/LICENSE-2.0"),
+    "CC0": ("cc0-1.0", "https://creativecommons.org/publicdomain/zero/1.0/"),
+    "MIT": ("mit", "https://opensource.org/license/mit"),
+}
+
+
+def hub_identifier(licence: str) -> str:
+    """What Hugging Face calls a licence: ``unknown`` where none is stated, ``other`` where its list has it not."""
+    if licence.startswith("none stated"):
+        return "unknown"
+    known = _known(licence)
+    return known[0] if known else "other"
+
+
+def licence_address(licence: str) -> str | None:
+    """Web address of a licence's text, if it is a well-known one."""
+    known = _known(licence)
+    return known[1] if known else None
+
+
+def _known(licence: str) -> tuple[str, str] | None:
+    """Identifier and address of the licence that a text begins with."""
+    if found := _CREATIVE_COMMONS.match(licence):
+        kind, version = found[1].lower(), found[2]
+        return f"cc-{kind}-{version}", f"https://creativecommons.org/licenses/{kind}/{version}/"
+    return next((facts for name, facts in _NAMED.items() if re.match(rf"{name}\b", licence)), None)

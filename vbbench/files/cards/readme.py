@@ -1,17 +1,61 @@
-"""``README.md`` of a dataset: a card that a hub reads, and that answers the questions of a datasheet.
+"""Card ``README.md`` of a dataset: front matter for hubs and the library ``datasets``, and answers of a datasheet.
 
 The questions are those of Gebru et al., Datasheets for Datasets (CACM 2021), in our words.
 """
 
 from collections.abc import Iterable, Sequence
+from typing import Any
+
+import yaml
 
 from vbbench import __version__
-from vbbench.files.cards.front_matter import front_matter
-from vbbench.files.cards.origin import Origin, citations
+from vbbench.files.cards.origin import Origin, citations, hub_identifier, licence_address, said_licence
 from vbbench.files.cards.statements import TASK, Statements
 from vbbench.files.cards.subject import Subject
 from vbbench.files.dataset_info import DatasetInfo, summary
 from vbbench.files.generate_command import generate_command
+
+FENCE = "---"
+_SIZES = ((10**3, "n<1K"), (10**4, "1K<n<10K"), (10**5, "10K<n<100K"), (10**6, "100K<n<1M"), (10**7, "1M<n<10M"))
+_LARGER = ((10**8, "10M<n<100M"), (10**9, "100M<n<1B"))
+
+
+def front_matter(subject: Subject) -> str:
+    """The front matter with its fences."""
+    info, licence = subject.info, said_licence(subject.origin, subject.publisher)
+    values: dict[str, Any] = {
+        "pretty_name": info.title,
+        "license": hub_identifier(licence),
+        **({} if licence_address(licence) else {"license_details": licence}),
+        "task_categories": ["robotics"],
+        "tags": tags(subject),
+        "size_categories": [size_category(info.tables.get("observations", {}).get("rows", 0))],
+        "configs": [_config(name) for name in subject.tables],
+        "vbbench": {"dataset": subject.id, "digest": subject.digest, "version": info.package_version},
+    }
+    text = yaml.safe_dump(values, allow_unicode=True, sort_keys=False, width=2**16)
+    return f"{FENCE}\n{text}{FENCE}"
+
+
+def tags(subject: Subject) -> list[str]:
+    """Words to find the dataset by."""
+    kind, info = "recorded" if subject.origin.recorded else "simulated", subject.info
+    return ["view-birdification", "crowd", "pedestrians", "trajectories", "localization", kind, info.split, info.tier]
+
+
+def size_category(rows: int) -> str:
+    """The hub's name of a number of rows."""
+    return next((name for most, name in (*_SIZES, *_LARGER) if rows < most), "1B<n<10B")
+
+
+def config_name(table: str) -> str:
+    """A table's name as hubs allow it: without a slash."""
+    return table.replace("/", "_")
+
+
+def _config(table: str) -> dict[str, Any]:
+    first = {"default": True} if table == "observations" else {}
+    return {"config_name": config_name(table), **first, "data_files": f"{table}.parquet"}
 
 
 def readme(subject: Subject, said: Statements) -> str:

@@ -6,8 +6,7 @@ The README and the fields of Croissant's vocabulary for responsible AI say the s
 
 from dataclasses import dataclass
 
-from vbbench.files.cards.front_matter import hub_identifier
-from vbbench.files.cards.origin import OWN, Origin, Publisher, said_licence
+from vbbench.files.cards.origin import OWN, Origin, Publisher, hub_identifier, said_licence
 from vbbench.files.cards.subject import Subject
 from vbbench.files.dataset_info import DatasetInfo, told_noise
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from vbbench.errors import SourceMissingError, VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.submission_rows import SubmittedEstimates
+from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.files.tables import ODOMETRY_TABLE
 from vbbench.folders.locks import loose_files
 from vbbench.generation.generator import Plan, tables_of

@@ -12,8 +12,8 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
+from vbbench.files.tables import first_repetition
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.parsing.rows import first_repetition
 from vbbench_generators.footage.found_boxes import sure_boxes
 from vbbench_generators.footage.jrdb.labels import MOST_METRES, MOST_PIXELS, TALLEST, PictureLabels, PlaceLabels
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchWarning
+from vbbench.files.tables import first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
-from vbbench.parsing.rows import first_repetition
 from vbbench_generators.footage.kitti.calibration import Calibration
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
 
