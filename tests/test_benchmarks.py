@@ -9,6 +9,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 SMALLEST = {
     "bench_birdify": "--frames 40 --people 3 --runs 1",
+    "bench_cars": "--rows 2000",
     "bench_estimator": "--people 3 --frames 8 --runs 1",
     "bench_footage": "--rows 2000",
     "bench_former": "--people 3 --runs 1",
