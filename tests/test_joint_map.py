@@ -596,3 +596,28 @@ def test_a_state_of_another_version_is_refused() -> None:
     for wrong in (b"", state[:-8], state + bytes(8)):
         with pytest.raises(VbbenchError, match="the state is not that of an estimator of this version"):
             Estimator.__new__(Estimator).__setstate__(wrong)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_head_that_turns_at_once_does_not_move_the_camera(seed: int) -> None:
+    made = crowd(12, 2, seed=seed)
+    poses = made.poses + np.array([0.0, 0.0, -0.35]) * (np.arange(12) >= 8)[:, None]
+    scene = Crowd(poses, made.places, boxes_of(poses, made.places, np.full(2, 1.7)))
+    answers = Run(2, known=False).through(scene)
+    off = np.array([answer["pose"] for answer in answers])[8:] - poses[8:]
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.4
+    assert np.abs(off[:, 2]).max() < 0.06
+
+
+def test_given_places_that_contradict_a_box_do_not_send_the_camera_away() -> None:
+    """A person appears, is seen ahead, and is given a place 40 m behind the camera."""
+    scene, run = crowd(13, 2), Run(2, known=False)
+    for t, boxes in enumerate(scene.boxes):
+        poses, positions = NOWHERE.copy(), np.full((3, 2, 2), np.nan)
+        poses[2] = scene.poses[t] if t < 2 else np.nan
+        positions[2, 0] = scene.places[t, 0] if t < 2 else np.nan
+        if t == 12:
+            positions[2, 1] = scene.poses[t, :2] - (40.0, 0.0)
+        seen = np.where(np.arange(2)[:, None] <= (t == 12), boxes, np.nan)
+        answer = run.step(boxes=seen, poses=poses, positions=positions)
+    assert np.hypot(*(answer["pose"] - scene.poses[-1])[:2]) < 50.0

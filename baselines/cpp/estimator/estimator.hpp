@@ -60,6 +60,8 @@ constexpr double kTurning = 0.1;      ///< rad by which a camera may turn betwee
 constexpr double kStray = 0.05;       ///< m by which people stray from their ways between key frames
 constexpr int kWalkLate = 4;          ///< frames after which an innovation counts
 constexpr double kWalkMemory = 60.0;  ///< s for which it counts
+constexpr double kStrayed = 0.2;      ///< m by which people stray from their ways within a key frame
+constexpr double kBehind = 1.6;       ///< rad off its bearing: a person who went past the camera did not
 constexpr double kBlind = 2.0;        ///< s without anybody in sight after which places that are given find the camera
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
@@ -586,8 +588,11 @@ class Estimator {
       if (seen) {
         person.nodes.back().seen = true;
         person.nodes.back().box = box;
-        if (!alone && person.last() - last_seen_before(person) > 1)
-          interpolate(person, placed(box, person.log_height, frame));
+        const std::array<double, 2> by_box = placed(box, person.log_height, frame);
+        if (!alone && person.last() - last_seen_before(person) > 1) interpolate(person, by_box);
+        std::array<double, 2>& at = person.nodes.back().at;
+        const double away = wrap(std::atan2(at[1] - frame.at[1], at[0] - frame.at[0]) - frame.at[2] + box.azimuth);
+        if (std::abs(away) > kBehind) at = by_box;  // the descent would not turn it round the camera
       }
       for (int back = reach(newest + 1); back >= 1; --back) {
         const double* at = input.positions + 2 * ((3 - back) * columns + k);
@@ -598,6 +603,7 @@ class Estimator {
         here.given_at = here.at = {at[0], at[1]};
       }
     }
+    if (!frame.given && !frame.motion.measured) turn_to_bearings(frame);
     for (const Person& person : window_.people)
       if (person.last() == newest && person.frames() > 1 && person.nodes.back().seen) inform(person, frame);
     for (Person& person : window_.people)
@@ -655,6 +661,25 @@ class Estimator {
       window_ = std::move(other);
       solution = found;
     }
+  }
+
+  /// Begins at the yaw by which people who go on as they went are at their bearings: a head turns by more than a
+  /// descent from the last yaw finds.
+  void turn_to_bearings(Frame& frame) const {
+    const int newest = static_cast<int>(window_.frames.size()) - 1;
+    double information = 1.0 / (kTurning * kTurning), turn = 0.0;
+    for (const Person& person : window_.people) {
+      const int n = person.frames();
+      if (person.last() != newest || n < 3 || !person.nodes[n - 1].seen || !person.nodes[n - 2].seen) continue;
+      const Box& box = person.nodes[n - 1].box;
+      const double dx = person.nodes[n - 1].at[0] - frame.at[0], dy = person.nodes[n - 1].at[1] - frame.at[1];
+      const double r = std::hypot(dx, dy) + 1e-9;
+      const double error = std::hypot(model_.people.noise.share[0] * box.width, kStrayed / r);
+      const double weight = 1.0 / (error * error);
+      turn += weight * wrap(std::atan2(dy, dx) - frame.at[2] + box.azimuth - window_.calibration.at[kOffset]);
+      information += weight;
+    }
+    frame.at[2] += turn / information;
   }
 
   /// Adds what the newest box of a person who was seen before shows of the camera's step.

@@ -22,6 +22,8 @@ struct Solution {
   bool ended = false;
 };
 
+constexpr double kLongestStep = 10.0;  ///< m: robust costs are flat far away, where a longer step would end
+
 class Window {
  public:
   std::vector<Frame> frames;
@@ -61,9 +63,9 @@ class Window {
       }
       ++solution.steps;
       save();
-      apply();
+      const double way = apply();
       const double now = cost(model);
-      if (std::isfinite(now) && now <= solution.cost + 1e-9) {
+      if (std::isfinite(now) && now <= solution.cost + 1e-9 && way <= kLongestStep) {
         const double gain = solution.cost - now;
         solution.cost = now;
         damping = std::max(0.1 * damping, 1e-8);
@@ -382,8 +384,8 @@ class Window {
     return reduced_.factorise();
   }
 
-  /// Takes the step of the linearised system.
-  void apply() {
+  /// Takes the step of the linearised system. Returns the longest way of a pose, in m.
+  double apply() {
     step_.assign(reduced_.lines[0] + 1, reduced_.lines[0] + 1 + layout_.size());
     solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
     for (std::size_t p = 0; p < people.size(); ++p) {
@@ -394,10 +396,15 @@ class Window {
       person.log_height += own_[eliminations_[p].local - 2];
       person.own_edge += own_[eliminations_[p].local - 1];
     }
-    for (int t = held; t < layout_.frames; ++t)
-      for (int c = 0; c < layout_.unknowns; ++c) frames[t].at[c] += step_[layout_.camera(kFrame * t + c)];
+    double longest = 0.0;
+    for (int t = held; t < layout_.frames; ++t) {
+      const double* step = &step_[layout_.camera(kFrame * t)];
+      longest = std::max(longest, std::hypot(step[0], step[1]));
+      for (int c = 0; c < layout_.unknowns; ++c) frames[t].at[c] += step[c];
+    }
     for (int g = 0; g < kGlobals; ++g)
       if (calibration.free[g]) calibration.at[g] += step_[g];
+    return longest;
   }
 
   /// Moves what the factors of node 0 say into the person's marginal prior.

@@ -57,11 +57,11 @@ struct Cue {
   bool used = false;
 };
 
-constexpr double kNearest = 0.2;                  ///< m, no box is of anybody nearer
-constexpr double kCutTolerance = 0.03;            ///< of the log height, by which a cut box may be too tall
-constexpr double kShown = 0.2, kShownStd = 0.25;  ///< −ln of the share that shows of a person who is cut, and its σ
-constexpr double kSideFactor = 4.0;               ///< by which a column is less certain where the side is cut
-constexpr double kPartSide = 0.05;  ///< box heights by which a column is uncertain where only a part shows
+constexpr double kNearest = 0.2;                 ///< m, no box is of anybody nearer
+constexpr double kCutTolerance = 0.03;           ///< of the log height, by which a cut box may be too tall
+constexpr double kShown = 0.3, kShownStd = 0.4;  ///< −ln of the share that shows of a person who is cut, and its σ
+constexpr double kSideFactor = 4.0;              ///< by which a column is less certain where the side is cut
+constexpr double kPartSide = 0.05;               ///< box heights by which a column is uncertain where only a part shows
 
 /// State that one box depends on, and where its person is from the camera.
 struct BoxState {
