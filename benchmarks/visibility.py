@@ -114,7 +114,7 @@ class Onlooker:
     def _alone(self, limbs: Limbs, eye: FloatArray, rays: Rays) -> BoolArray:
         """[H, W] whether limbs show in a picture of nothing else."""
         count, blank = len(limbs.mesh), np.zeros((2, 2), np.float32)
-        shadows = ShadowMap(blank, blank, 0.0, 0.0, 1.0, 0.0, 0.0)
+        shadows = ShadowMap(blank, blank[:1, :1], blank, 0.0, 0.0, 1.0, 0.0, 0.0)
         _, _, ids = place(self._parts, limbs, np.zeros(count, bool), eye, rays).draw(
             np.arange(count, dtype=np.int32),
             looks_of(limbs),

@@ -169,17 +169,16 @@ struct TextureArrays {
 
 /// The map of `vbbench_renderers.raster.ShadowMap`.
 struct ShadowArrays {
-  Array<const float> heights, open;
+  Array<const float> heights, highest, open;
   ShadowMap map;
 
-  explicit ShadowArrays(const nb::object& of) : heights(square(of, "heights")), open(square(of, "open")) {
-    map = {{heights.data(), static_cast<int>(heights.shape(0))},
-           {open.data(), static_cast<int>(open.shape(0))},
-           number<double>(of, "x"),
-           number<double>(of, "y"),
-           number<double>(of, "scale"),
-           number<double>(of, "slope_x"),
-           number<double>(of, "slope_y")};
+  explicit ShadowArrays(const nb::object& of)
+      : heights(square(of, "heights")), highest(square(of, "highest")), open(square(of, "open")) {
+    const int size = static_cast<int>(heights.shape(0)), coarse = static_cast<int>(highest.shape(0));
+    if (coarse != blocks(size)) refuse("highest must have a number for each block of heights");
+    map = {{heights.data(), size},        {highest.data(), coarse},     {open.data(), static_cast<int>(open.shape(0))},
+           number<double>(of, "x"),       number<double>(of, "y"),      number<double>(of, "scale"),
+           number<double>(of, "slope_x"), number<double>(of, "slope_y")};
   }
 
   static Array<const float> square(const nb::object& of, const char* name) {
@@ -256,18 +255,20 @@ class Frame {
   Placed placed_;
 };
 
-nb::object shadow_heights(const MeshArrays& meshes, const nb::object& mesh, const nb::object& joined, Int texels,
-                          Int threads) {
+nb::tuple shadow_heights(const MeshArrays& meshes, const nb::object& mesh, const nb::object& joined, Int texels,
+                         Int threads) {
   const auto in_mesh = meshes.limbs(mesh);
   const auto in_joined = array<const double>(joined, "joined", {in_mesh.size(), 3, 4});
   const int size = whole(texels, "texels", 1), team_size = whole(threads, "threads", 1);
-  New<float> heights({static_cast<std::size_t>(size), static_cast<std::size_t>(size)});
+  const auto side = static_cast<std::size_t>(size), coarse = static_cast<std::size_t>(blocks(size));
+  New<float> heights({side, side}), highest({coarse, coarse});
   {
     const nb::gil_scoped_release released;
     Team team(team_size);
-    cast(meshes.meshes(), length(in_mesh), in_mesh.data(), rows<Transform>(in_joined), size, heights.data(), team);
+    cast(meshes.meshes(), length(in_mesh), in_mesh.data(), rows<Transform>(in_joined), size, heights.data(),
+         highest.data(), team);
   }
-  return heights.numpy();
+  return nb::make_tuple(heights.numpy(), highest.numpy());
 }
 
 void stain_ground(const nb::object& spots, double x, double y, double scale, const nb::object& openness) {

@@ -76,8 +76,13 @@ class Frame:
         owners : [N + 1] id of each limb's person, `vbbench.sequence.NOBODY` for surroundings, less for the sky.
         """
 
-def shadow_heights(meshes: Meshes, mesh: Int32, joined: FloatArray, texels: int, threads: int) -> Float32:
-    """[S, S] heights of limbs along the sun's rays; ``joined`` [N, 3, 4] float64 is to texel column, row and m."""
+def shadow_heights(
+    meshes: Meshes, mesh: Int32, joined: FloatArray, texels: int, threads: int
+) -> tuple[Float32, Float32]:
+    """[S, S] heights of limbs along the sun's rays, and the highest of each block of 16 x 16 texels.
+
+    ``joined`` [N, 3, 4] float64 is to texel column, row and m.
+    """
 
 def stain(spots: FloatArray, x: float, y: float, scale: float, openness: Float32) -> None:
     """Darken ``openness`` [S, S], of which ``scale`` are a metre from x, y on, under spots.

@@ -250,6 +250,7 @@ class ShadowMap(NamedTuple):
     Parameters
     ----------
     heights : [S, S] in m; row is y, column is x.
+    highest : [S / 16, S / 16] of each block of texels.
     open : [S, S] share of the sky that the ground sees, 0 … 1.
     x, y : the ground point at the outer corner of texel (0, 0), in m.
     scale : texels a metre.
@@ -257,6 +258,7 @@ class ShadowMap(NamedTuple):
     """
 
     heights: Float32
+    highest: Float32
     open: Float32
     x: float
     y: float
@@ -287,9 +289,9 @@ def draw_map(
     joined[:, 0, 3] -= x
     joined[:, 1, 3] -= y
     joined[:, :2] *= scale
-    heights = _core.shadow_heights(parts.core, mesh, joined, texels, _core.available_threads())
+    heights, highest = _core.shadow_heights(parts.core, mesh, joined, texels, _core.available_threads())
     openness = np.ones((texels // 4, texels // 4), np.float32)
-    return ShadowMap(heights, openness, float(x), float(y), scale, float(shear[0, 2]), float(shear[1, 2]))
+    return ShadowMap(heights, highest, openness, float(x), float(y), scale, float(shear[0, 2]), float(shear[1, 2]))
 
 
 def darken_contacts(shadows: ShadowMap, limbs: Limbs) -> None:

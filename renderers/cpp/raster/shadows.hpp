@@ -17,6 +17,7 @@ namespace vbbench::renderers {
 
 constexpr float kNothing = -1e9f;          ///< height in a map where nothing blocks the sun
 constexpr int kBand = 32;                  ///< rows of a map that one thread draws at a time
+constexpr int kBlock = 16;                 ///< texels along a side of a block, which divides a band
 constexpr double kOverGround = 1.0 / 3.0;  ///< m up to which contact shadows reach
 
 /// S x S numbers about the ground.
@@ -32,6 +33,7 @@ struct Grid {
 /// Heights along the sun's rays.
 struct ShadowMap {
   Grid heights;             ///< in m
+  Grid highest;             ///< of each block of texels: where nothing reaches a point, no texel need be read
   Grid open;                ///< share of the sky that the ground sees, 0 … 1
   double x, y;              ///< the ground point at the outer corner of texel (0, 0), in m
   double scale;             ///< texels a metre
@@ -45,6 +47,9 @@ struct ShadowMap {
     if (!heights.inside(u, v)) return 1.0;
     const int column = static_cast<int>(u), row = static_cast<int>(v);
     const double fx = u - column, fy = v - row, level = height + slack;
+    const bool one_block = column % kBlock < kBlock - 1 && row % kBlock < kBlock - 1;
+    if (one_block && highest.at(row / kBlock, column / kBlock) <= level)
+      return (1.0 - fx) * (1.0 - fy) + fx * (1.0 - fy) + (1.0 - fx) * fy + fx * fy;
     double lit = 0.0;
     if (heights.at(row, column) <= level) lit += (1.0 - fx) * (1.0 - fy);
     if (heights.at(row, column + 1) <= level) lit += fx * (1.0 - fy);
@@ -128,9 +133,12 @@ VBBENCH_WIDE inline void cast_face(const Point& a, const Point& b, const Point& 
   }
 }
 
-/// Heights [S, S] of limbs by their transforms [N] to texel columns, texel rows and m.
+/// The number of blocks along a side of a map.
+inline int blocks(int size) { return (size + kBlock - 1) / kBlock; }
+
+/// Heights [S, S] of limbs by their transforms [N] to texel columns, texel rows and m, and the highest of each block.
 inline void cast(const Meshes& meshes, Int limbs, const int* mesh, const Transform* joined, int size, float* heights,
-                 Team& team) {
+                 float* highest, Team& team) {
   struct Bounds {
     double low_x = kInfinity, high_x = -kInfinity, low_y = kInfinity, high_y = -kInfinity;
   };
@@ -142,6 +150,9 @@ inline void cast(const Meshes& meshes, Int limbs, const int* mesh, const Transfo
     total += meshes.first_vertex[mesh[limb] + 1] - meshes.first_vertex[mesh[limb]];
   }
   std::vector<Point> points(total);
+  const auto highest_of = [&](int row, int column) {
+    return highest + static_cast<std::size_t>(row / kBlock) * blocks(size) + column / kBlock;
+  };
   team.run(static_cast<int>(limbs), [&](int limb) {
     const Int begin = meshes.first_vertex[mesh[limb]], count = meshes.first_vertex[mesh[limb] + 1] - begin;
     Point* own = points.data() + first[limb];
@@ -167,6 +178,15 @@ inline void cast(const Meshes& meshes, Int limbs, const int* mesh, const Transfo
         cast_face(points[corners[0] + shift], points[corners[1] + shift], points[corners[2] + shift], begin, end, size,
                   heights);
       }
+    }
+    for (int first_row = begin; first_row < end; first_row += kBlock) {
+      std::vector<float> columns(size, kNothing);
+      for (int row = first_row; row < std::min(end, first_row + kBlock); ++row)
+        for (int n = 0; n < size; ++n)
+          columns[n] = std::max(columns[n], heights[static_cast<std::size_t>(row) * size + n]);
+      for (int n = 0; n < size; n += kBlock)
+        *highest_of(first_row, n) =
+            *std::max_element(columns.begin() + n, columns.begin() + std::min(size, n + kBlock));
     }
   });
 }
