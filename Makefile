@@ -91,6 +91,7 @@ results-check: $(VENV)/.dev
 
 bench-summary: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks.bench_generation --summary
+	@$(BIN)/python -m benchmarks.bench_rendering --sizes 320x240
 
 bench: $(VENV)/.dev
 	for file in benchmarks/bench_*.py; do $(BIN)/python -m benchmarks.$$(basename $$file .py) || exit 1; done
