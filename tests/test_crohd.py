@@ -114,7 +114,7 @@ def test_rows_that_do_not_count_are_left_out_whatever_they_say(tmp_path: Path, l
         ("3,7,1,1,0,60,1,1,1", "the box is 0 x 60 px"),
         ("3,7,1,1,20,-60,1,1,1", "the box is 20 x -60 px"),
         ("3,7,1,1,20,60,1,1,1.5", "visibility is 1.5"),
-        ("2,7,1,1,20,60,1,1,1", "id 7 already has a box in this frame, in line 1; leave one of them out"),
+        ("2,7,1,1,20,60,1,1,1", "id 7 already has a box in this frame, in line 1; remove one of them"),
     ],
 )
 @pytest.mark.parametrize("packed", [False, True])
@@ -344,7 +344,7 @@ def test_with_a_homography_metres_are_metres(recording: Path, tmp_path: Path) ->
 
 
 def test_dt_is_that_of_the_recording(recording: Path) -> None:
-    with pytest.raises(VbbenchError, match=r"`dt` is for the split 'custom'; here seqinfo\.ini tells"):
+    with pytest.raises(VbbenchError, match=r"`dt` is for the split 'custom'; here seqinfo\.ini has"):
         load_scenes(get_recipe("shibuya01"), recording, seed=0, dt=0.4)
 
 

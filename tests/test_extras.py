@@ -151,7 +151,7 @@ def test_covariances_are_written_when_asked_for(dataset: Dataset, tmp_path: Path
 
 
 def test_covariances_that_nobody_reports_are_refused(dataset: Dataset, tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match=r"reports no covariances; leave .covariance. out"):
+    with pytest.raises(VbbenchError, match=r"reports no covariances; remove .covariance."):
         solve(dataset, f"{__name__}:Plain", "sequential", tmp_path / "out", covariance=True)
     assert not (tmp_path / "out").exists()
 

@@ -153,7 +153,7 @@ def with_class(text: str, number: int) -> str:
 def test_classes_of_trackers_are_left_out_and_counted(training: Path, people: int, others: int) -> None:
     bicycles = [(f, 50 + t, *edges) for f, t, *edges in LABELLED[:99]]
     text = with_class(mot(LABELLED, linked=True), people) + with_class(mot(bicycles, linked=True), others)
-    with pytest.warns(VbbenchWarning, match=f"99 of 699 boxes are left out: 99 of class {others}"):
+    with pytest.warns(VbbenchWarning, match=f"99 of 699 boxes are dropped: 99 of class {others}"):
         recordings = read(training, text)
     assert figures(recordings)["detected"]["found"] == len(LABELLED)
 

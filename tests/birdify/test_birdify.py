@@ -308,7 +308,7 @@ def test_people_who_all_move_as_fast_as_the_odometry_says_point_at_it(tmp_path):
     walk = make_walk(60)
     folder = write_folder(tmp_path / "walk", walk)
     wrong = write_tum(folder / "odo.txt", replace(walk, poses=walk.poses * [6.0, 6.0, 1.0]))
-    with pytest.warns(VbbenchWarning, match=r"people walk at .* m/s \(median\), all much alike: check the odometry"):
+    with pytest.warns(VbbenchWarning, match=r"people walk at .* m/s \(median\), all much the same: check the odometry"):
         birdify(folder / "boxes.csv", folder, tmp_path / "map", odometry=wrong, solver=FAST)
 
 

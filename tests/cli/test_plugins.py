@@ -54,8 +54,8 @@ def test_a_command_of_another_package_runs_and_its_status_counts(
     [
         ("nowhere:TOOLS", "broken", "command 'broken' (nowhere:TOOLS) cannot be imported"),
         (f"{__name__}:NOTHING", "broken", "cannot be imported"),
-        (f"{__name__}:greet", "broken", "commands 'broken' are left out: it is not a dict"),
-        (f"{__name__}:TOOLS", "score", "commands 'score' are left out: its name is a command of vbbench"),
+        (f"{__name__}:greet", "broken", "commands 'broken' are skipped: it is not a dict"),
+        (f"{__name__}:TOOLS", "score", "commands 'score' are skipped: its name is a command of vbbench"),
     ],
 )
 def test_a_broken_one_is_a_warning_that_names_it(

@@ -226,7 +226,7 @@ def test_label_folders_are_read(tmp_path: Path, cells: Callable[[int, int], str]
 
 def test_labels_without_an_id_among_others_are_left_out(tmp_path: Path) -> None:
     rows = read_boxes(labels(tmp_path / "a", lambda n, k: "" if n == 2 else f" {k}"), 0.1, picture=PICTURE)
-    assert "3 of 18 boxes are left out: they have no id" in rows.notes[0]
+    assert "3 of 18 boxes are dropped: they have no id" in rows.notes[0]
     assert len(rows.frame) == 10
 
 

@@ -54,7 +54,7 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         (
             TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n.2,1,2,3,4,50\n.1,1,2,3,4,50\n.2,1,2,3,4,50\n",
             5,
-            "id 1 already has a box in this frame, in line 3; leave one of them out, or split the recording in line 5",
+            "id 1 already has a box in this frame, in line 3; remove one of them, or split the recording in line 5",
         ),
         (TIMED + "0,1,2,3,4,50\n.1,1,2,3,4,50\n3600,1,2,3,4,50\n", 4, "the clock jumps by 3599.9 s"),
         (
@@ -128,7 +128,7 @@ def test_a_repeated_row_in_a_file_sorted_by_person_is_named(tmp_path):
     times = [(n, 1) for n in range(9)] + [(n, 2) for n in range(9)] + [(4, 2), (5, 2)]
     path.write_text(TIMED + "".join(f"{0.1 * n:.1f},{k},2,3,4,50\n" for n, k in times))
     with pytest.raises(
-        FileError, match="id 2 already has a box in this frame, in line 15; leave one of them out, or split"
+        FileError, match="id 2 already has a box in this frame, in line 15; remove one of them, or split"
     ) as said:
         read_boxes(path, None)
     assert "line 20" in str(said.value)
@@ -137,7 +137,7 @@ def test_a_repeated_row_in_a_file_sorted_by_person_is_named(tmp_path):
 def test_a_row_that_is_there_twice_is_no_clock_that_goes_back(tmp_path):
     path = tmp_path / "boxes.csv"
     path.write_text(TIMED + "".join(f"{0.1 * n:.1f},1,2,3,4,50\n" for n in (*range(9), 0)))
-    with pytest.raises(FileError, match="id 1 already has a box in this frame, in line 2; leave one of them out"):
+    with pytest.raises(FileError, match="id 1 already has a box in this frame, in line 2; remove one of them"):
         read_boxes(path, None)
 
 

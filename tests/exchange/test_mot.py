@@ -320,7 +320,7 @@ def test_people_are_class_0_of_coco_or_as_stated(dataset, files, tmp_path):
     coco = rewritten(files, number, tmp_path / "coco", lambda *row: ",".join([*row, "0.9", "0", "-1"]))
     path = next(coco.iterdir())
     path.write_text(path.read_text() + "1,900,1,1,20,60,0.9,2,-1\n")
-    with pytest.warns(VbbenchWarning, match="boxes are left out: 1 of class 2"):
+    with pytest.warns(VbbenchWarning, match="boxes are dropped: 1 of class 2"):
         made = import_mot(coco, dataset, tmp_path / "b")
     np.testing.assert_array_equal(made.sequence(0).observations, expected)
     other = rewritten(files, number, tmp_path / "other", lambda *row: ",".join([*row, "0.9", "7", "-1"]))

@@ -226,7 +226,7 @@ def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, wal
     (folder / "camera.toml").write_text(CAMERA_TOML)
     text = (folder / "boxes.csv").read_text()
     (folder / "boxes.csv").write_text(text + "3,99,1300,300,30,90\n")
-    assert any(note.startswith("1 of 481 boxes are left out") for note in read(folder).notes)
+    assert any(note.startswith("1 of 481 boxes are dropped") for note in read(folder).notes)
     (folder / "boxes.csv").write_text(HEAD + "".join(f"{t},1,.4,.4,.1,.3\n" for t in range(9)))
     with pytest.raises(FileError, match="shares of the picture"):
         read(folder)
@@ -391,7 +391,7 @@ def test_a_trackers_boxes_are_not_matched_where_people_are_not_known(folder, tmp
 
 def test_what_does_not_look_right_is_a_warning_of_the_split(folder, tmp_path):
     (folder / "boxes.csv").write_text((folder / "boxes.csv").read_text() + "3,99,1300,300,30,90\n")
-    with pytest.warns(VbbenchWarning, match="walk: 1 of 481 boxes are left out"):
+    with pytest.warns(VbbenchWarning, match="walk: 1 of 481 boxes are dropped"):
         generate("own", tmp_path / "d", Options(source=folder))
     assert Dataset(tmp_path / "d").info.calibration["notes"]["walk"][0].startswith("1 of 481")
 

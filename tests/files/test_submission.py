@@ -202,7 +202,7 @@ def test_parquet_columns_of_the_wrong_kind(dataset, tmp_path, change, fault):
 def test_parquet_beside_csv_is_ambiguous(dataset, tmp_path):
     folder = submit(tmp_path, dataset, true_answers(dataset))
     (folder / "poses.csv").write_text("sequence,frame,x,y,yaw\n")
-    assert faults_of(folder, dataset) == ("poses.csv: stands beside poses.parquet; remove one of them",)
+    assert faults_of(folder, dataset) == ("poses.csv: stands next to poses.parquet; remove one of them",)
 
 
 def test_many_faults_of_one_kind_are_counted(dataset, tmp_path, scored):

@@ -1,1 +1,1 @@
-"""Boxes in, map out: from somebody's own recording to poses, positions, pictures and a report of how sure they are."""
+"""Boxes in, map out: from a user's recording to poses, positions, pictures and a report of how sure they are."""

@@ -5,7 +5,7 @@ OUT/poses.parquet, poses.csv          frame, time, x, y, yaw, and standard devia
 OUT/poses.txt                         the same as a TUM trajectory
 OUT/positions.parquet, positions.csv  frame, time, id, x, y, and standard deviation
 OUT/map.png                           the whole map
-OUT/film.mp4                          the map beside the boxes, frame by frame, on request
+OUT/film.mp4                          the map next to the boxes, frame by frame, on request
 OUT/recording                         the files that it was made from: 'vbbench generate own' reads the folder
 OUT/dataset, OUT/submission           the same as a dataset and an answer to it: plot, render, view, export
 """
@@ -116,7 +116,7 @@ def birdify(
     dt : seconds per frame where neither camera file nor boxes say it.
     name : what the recording is called; by default as the file of boxes.
     pictures : where the pictures of the frames are, to draw over.
-    mount : keys that the camera file leaves out: ``mount_height`` in m, ``pitch`` in rad, ``carried_by``.
+    mount : keys that the camera file lacks: ``mount_height`` in m, ``pitch`` in rad, ``carried_by``.
     person_class : class of people in the boxes, by number or name, where the file does not show it.
     overwrite : replace a folder that birdify made.
     announce : called with a line for each stage.

@@ -23,7 +23,7 @@ from vbbench.geometry import FloatArray, IntArray
 BORDER = 5.0
 """Boxes that end nearer than this, in px, to the picture's upper or lower border may be cut by it."""
 FARTHEST, HIGHEST = 60.0, 100.0
-"""Boxes of people farther away, in m, or seen from higher up, tell nothing."""
+"""Boxes of people farther away, in m, or seen from higher up, have no information."""
 FEWEST_BOXES, FEWEST_TRACKS = 50, 3
 ROUNDS, TUNING = 15, 1.345
 """Of reweighting, with Huber's constant."""
@@ -39,7 +39,7 @@ its bearer's steps, 1.5 to 2 times a second, is, averaged over these, where it w
 DRAWS, MIDDLE = 200, (15.87, 84.13)
 """Draws of tracks, with replacement, for how certain the figures are; the percentiles one σ to either side."""
 CERTAIN, SIDES = 3.0, 0.02
-"""What differs from side to side counts from so many σ and rad on; else all of it is noise, and left out."""
+"""What differs from side to side counts from so many σ and rad on; else all of it is noise, and removed."""
 RIDGE = 1e-9
 
 
@@ -90,14 +90,14 @@ def compare_cues(boxes: FloatArray, camera: Camera, people: HeightPrior, dt: flo
     later = sorted({max(1, round(seconds / dt)) for seconds in LATER})
     if _can_tilt(camera):
         starts = (*STARTS, -camera.pitch) if isinstance(camera, CentralCamera) else STARTS
-        looks = (_settled(boxes, camera, people, later, tilt=start) for start in starts)
+        looks = (_solution(boxes, camera, people, later, tilt=start) for start in starts)
     else:
         looks = [_compare(boxes, camera, people, later)]
     possible = (cues for cues in looks if cues is not None and cues.mount_height > LOWEST)
     return next((cues for cues in possible if abs(cues.tilt) <= STEEPEST_PITCH), None)
 
 
-def _settled(boxes: FloatArray, camera: Any, people: HeightPrior, later: Sequence[int], *, tilt: float) -> Cues | None:
+def _solution(boxes: FloatArray, camera: Any, people: HeightPrior, later: Sequence[int], *, tilt: float) -> Cues | None:
     """The cues of a camera that can tilt, once a ``tilt`` in rad to begin with is the one that is found again."""
     for _ in range(LOOKS):
         if abs(camera.pitch + tilt) > STEEPEST_PITCH:

@@ -92,7 +92,7 @@ def _check_size(shot: Film, own: OwnCamera) -> None:
 
 
 def _find(shot: Film, own: OwnCamera, out: Path, detection: Detection, announce: Callable[[str], object]) -> FilmBoxes:
-    """The boxes of the film, in a file beside the folder to make."""
+    """The boxes of the film, in a file next to the folder to make."""
     seconds = own.facts.seconds
     fps = None if seconds is None else 1.0 / seconds
     if fps and shot.fps and abs(fps / shot.fps - 1.0) > 0.02:

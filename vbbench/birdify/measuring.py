@@ -26,8 +26,8 @@ FAST_PEOPLE, SLOW_PEOPLE, SHORT, TALL = 2.5, 0.45, 1.5, 1.95
 """Median speeds in m/s, and heights in m, beyond which people are not what people are, unless they stand."""
 NEAR_EDGE = 0.45
 """In m, by how much the edge of a body that its box is about is nearer than its middle, as in tier ``field``."""
-ALIKE = 0.3
-"""In m/s: people whose velocities differ by less all move alike, and nobody can tell them from the camera."""
+COMMON = 0.3
+"""In m/s: velocities that differ by less are a common one, which boxes do not separate from the camera's."""
 OFTEN = 0.3
 """Share of frames with few people above which a warning says so."""
 
@@ -131,7 +131,7 @@ def _doubts(report: Report) -> Iterator[str]:
         yield f"people come out {report.heights_median:.2f} m high (median): the map's scale does not fit their boxes"
     if report.few_people > OFTEN:
         share = f"{report.few_people:.0%} of the frames show fewer than {FEW_PEOPLE} people"
-        yield f"{share}: they tell little of how the camera moves"
+        yield f"{share}: they have little information on how the camera moves"
     if report.misfits > SCALE_DOUBT:
         yield f"{report.misfits:.0%} of the boxes are not where their person is on the map: do tracks switch people?"
 
@@ -208,14 +208,14 @@ def _smaller_picture(tilt: float, camera: Camera, sequence: Sequence) -> str | N
 def _doubts_of_speed(report: Report) -> Iterator[str]:
     """Whether people walk as people do."""
     if report.people_speed.median > FAST_PEOPLE:
-        alike = report.odometry is not None and report.people_differ < 0.5 * report.people_speed.median
-        causes = "the odometry (unit, axes, clock), then dt and fps" if alike else "dt, fps, and the focal length"
-        how = ", all much alike" if alike else ""
+        common = report.odometry is not None and report.people_differ < 0.5 * report.people_speed.median
+        causes = "the odometry (unit, axes, clock), then dt and fps" if common else "dt, fps, and the focal length"
+        how = ", all much the same" if common else ""
         yield f"people walk at {report.people_speed.median:.2g} m/s (median){how}: check {causes}"
-    if report.odometry is None and report.people_differ < ALIKE:
+    if report.odometry is None and report.people_differ < COMMON:
         yield (
-            f"people move alike (their velocities differ by {report.people_differ:.2g} m/s): boxes alone do not tell "
-            "whether they go one way or the camera the other, and neither does the map; give it --odometry"
+            f"people move together (their velocities differ by {report.people_differ:.2g} m/s): boxes alone do not "
+            "show whether they go one way or the camera the other, and neither does the map; give it --odometry"
         )
     elif report.odometry is None and report.people_speed.median < SLOW_PEOPLE:
         yield (

@@ -90,7 +90,7 @@ def _write(folder: Path, name: str, columns: dict[str, NDArray[Any]]) -> None:
 
 REPORT = "report.json"
 FEW_PEOPLE = 3
-"""Fewer people than this in a frame tell little of how the camera moves."""
+"""Fewer people than this in a frame have little information on how the camera moves."""
 MISPLACED = 0.5
 """A box farther from where its person is estimated, in box heights, does not fit."""
 
@@ -117,7 +117,7 @@ class Report:
     few_people : share of frames with fewer than `FEW_PEOPLE`; ``empty`` those with nobody.
     pixel_std : noise in px that boxes are taken to have.
     camera_height, pitch : as the camera file has them.
-    height_mean, height_std : of people, as the solver is told.
+    height_mean, height_std : of people, as given to the solver.
     travelled : length of the camera's path in m, over steps of about a second.
     camera_speed, people_speed : in m/s, over about a second.
     people_differ : in m/s, how far people's velocities in a frame are from their mean (RMS), the median over frames.
@@ -195,7 +195,7 @@ class Report:
         yield "people in a frame", f"{self.people_mean:.1f} on average, {self.people_max} at most"
         yield f"frames with fewer than {FEW_PEOPLE} people", f"{self.few_people:.0%}; with nobody {self.empty:.0%}"
         heights = plus_minus(self.height_mean, self.height_std)
-        yield "solver", f"{self.solver}, told: box noise {self.pixel_std:g} px, heights {heights} m"
+        yield "solver", f"{self.solver}, given: box noise {self.pixel_std:g} px, heights {heights} m"
         if self.odometry is not None:
             yield "odometry", f"in {self.odometry:.0%} of the frames"
         yield "camera", f"{self.travelled:.3g} m travelled; {_spread(self.camera_speed, 'm/s', last=False)}"

@@ -51,7 +51,7 @@ def birdify(
         weights: Of a film: file of the detector's network, for --detector yolo.
         tracker: Of a film: byte (default), or module:attribute of your own.
         every: Of a film: use only every n-th frame for the map; all are tracked.
-        film: Make film.mp4 of the map beside the boxes, too.
+        film: Make film.mp4 of the map next to the boxes, too.
         overwrite: Replace a folder that birdify made.
     """
     from vbbench.birdify.birdify import birdify as make
@@ -65,7 +65,7 @@ def birdify(
     asked = {"detector": detector, "weights": weights, "tracker": tracker, "every": every}
     given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
     if given and not filmed:
-        raise VbbenchError(f"--{next(iter(given))} is for films, and {recording} is a file of boxes; leave it out")
+        raise VbbenchError(f"--{next(iter(given))} is for films, and {recording} is a file of boxes; remove it")
     if dt is not None and filmed:
         raise VbbenchError(
             f"--dt is for boxes, and {recording} is a film; write dt or fps in {camera} if its own is wrong"
@@ -73,7 +73,7 @@ def birdify(
     stated = {"mount_height": mount_height, "pitch": pitch, "carried_by": carried_by}
     mount: dict[str, float | str] = {name: value for name, value in stated.items() if value is not None}
     if person_class is not None and filmed:
-        raise VbbenchError(f"--person-class is for boxes, and {recording} is a film; leave it out")
+        raise VbbenchError(f"--person-class is for boxes, and {recording} is a film; remove it")
     if camera is None and not bag:
         raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
     if boxes is not None and not bag:

@@ -165,7 +165,7 @@ def merge(folder: Path, /, out: Path | None = None, overwrite: bool = False) -> 
     Args:
         folder: The partitioned dataset or submission.
         out: Folder to make; default: the merged files replace the partitions.
-        overwrite: Replace an existing dataset or submission in OUT, and the truth beside it.
+        overwrite: Replace an existing dataset or submission in OUT, and the truth next to it.
     """
     from vbbench.parallel.partitions import merge as merge_partitions
 
@@ -185,7 +185,7 @@ def info(
     Args:
         folder: The dataset.
         json: Machine-readable.
-        realism: Distributions of speed, nearest distance, acceleration and path efficiency, beside recordings.
+        realism: Distributions of speed, nearest distance, acceleration and path efficiency, next to recordings.
         plot: With --realism: PNG file to write; default: realism.png.
         truth: With --realism: folder with the truth tables, where they are kept elsewhere.
     """
@@ -236,7 +236,7 @@ def card(
         creator: Who made it.
         url: Where it is published.
         published: The day, such as 2026-11-30.
-        contact: Whom to ask, or to tell of a mistake.
+        contact: Whom to ask, or to report a mistake to.
         licence: Of a recording of your own; that of every other split is known.
         citation: How to cite this dataset, or a recording of your own.
         overwrite: Replace its cards.
@@ -263,7 +263,7 @@ def parts(
 
     Args:
         folder: The dataset.
-        by: time cuts each recording in three, with gaps that nobody stays through; recording leaves one out (--test);
+        by: time cuts each recording in three, with gaps that nobody stays through; recording holds one out (--test);
             seed looks at the seed of a simulated split: 0 tests, 1 validates, others train. Default: seed for
             simulated splits, time for others.
         test: With --by recording: name of the recording that tests, such as hotel.

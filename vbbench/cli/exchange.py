@@ -7,7 +7,7 @@ from vbbench.cli.views import announce
 
 
 def export_csv(folder: Path, /, out: Path) -> None:
-    """Write a dataset's boxes and given positions as CSV, for programs that cannot read Parquet; truth is left out.
+    """Write a dataset's boxes and given positions as CSV, for programs that cannot read Parquet; truth is not written.
 
     Args:
         folder: The dataset.
@@ -82,7 +82,7 @@ def export_mot(
     from vbbench.pictures.rendering import Backend
 
     if heads and frames:
-        raise VbbenchError("--heads writes no pictures: leave --frames out")
+        raise VbbenchError("--heads writes no pictures: remove --frames")
     if heads:
         from vbbench.exchange.heads import HeadOptions, export_heads
 

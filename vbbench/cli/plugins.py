@@ -18,7 +18,7 @@ def plugin_commands(taken: Container[str]) -> dict[str, Callable[..., Any]]:
     for group, commands in load_all("command").items():
         if group in taken or not isinstance(commands, Mapping):
             reason = "its name is a command of vbbench" if group in taken else "it is not a dict of functions"
-            warnings.warn(f"commands '{group}' are left out: {reason}", VbbenchWarning, stacklevel=2)
+            warnings.warn(f"commands '{group}' are skipped: {reason}", VbbenchWarning, stacklevel=2)
             continue
         found |= {f"{group} {name}": function for name, function in commands.items()}
     return found

@@ -20,7 +20,7 @@ def plot(
     solver: str = "vb-cv",
     protocol: ProtocolName = "one-step",
 ) -> None:
-    """Draw a sequence: the bird's-eye view beside the observer's view, or beside the posterior of its place.
+    """Draw a sequence: the bird's-eye view next to the observer's view, or to the posterior of its place.
 
     Args:
         folder: The dataset.
@@ -39,7 +39,7 @@ def plot(
 
     if posterior:
         if estimate:
-            raise VbbenchError("--posterior draws what --solver estimates; leave --estimate out")
+            raise VbbenchError("--posterior draws what --solver estimates; remove --estimate")
         options = {"solver": solver, "protocol": protocol, "frame": frame}
         print(plot_posterior_to_file(Dataset(folder, truth), sequence, out, **options))
         return
@@ -98,7 +98,7 @@ def render(
     plain: bool = False,
     seed: int = 0,
 ) -> None:
-    """Film a sequence: the observer's view, with boxes and ids, beside the bird's-eye view.
+    """Film a sequence: the observer's view, with boxes and ids, next to the bird's-eye view.
 
     Args:
         folder: The dataset, of any split.
@@ -150,7 +150,7 @@ def view(
     Args:
         folder: The dataset.
         sequence: Number of the sequence.
-        estimate: Submissions to show beside the truth.
+        estimate: Submissions to show next to the truth.
         out: The .rrd file to write; default: named after split and sequence.
         backend: Render every frame, with depth and ids, by auto, pyrender, raster or module:attribute of
             your own. Default: no pictures.

@@ -68,8 +68,8 @@ def read_box_file(path: Path, picture: Picture = None) -> BoxTable:
     if path.name.lower().endswith(".zip"):
         return _of_archive(path, picture)
     table = _of_content(path, path.read_bytes(), picture)
-    beside = path.parent / "labels.txt"
-    return replace(table, class_names=_class_names(beside.read_bytes(), 1)) if beside.is_file() else table
+    labels = path.parent / "labels.txt"
+    return replace(table, class_names=_class_names(labels.read_bytes(), 1)) if labels.is_file() else table
 
 
 def is_label_folder(path: Path) -> bool:
@@ -169,7 +169,7 @@ def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTabl
     boxes = box_table(replace(table, header=replace(header, units=shares)), picture, base=0)
     loose = np.array([not rest.get("id") for rest in more])
     if loose.any() and not loose.all():
-        note = f"{int(loose.sum())} of {len(loose)} boxes are left out: they have no id"
+        note = f"{int(loose.sum())} of {len(loose)} boxes are dropped: they have no id"
         boxes = replace(boxes.select(~loose), notes=(note,))
     class_names = _class_names(files[lists[0]], 0) if lists else {}
     return replace(boxes, base=1, class_names=class_names)

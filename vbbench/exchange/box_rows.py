@@ -130,7 +130,7 @@ class BoxRows:
         width, height = self.boxes[:, 2], self.boxes[:, 3]
         reach = np.abs(self.boxes).max(axis=1, initial=0.0)
         checks = (
-            ((width <= 0.0) | (height <= 0.0), "the box is {2:g} x {3:g} px; leave it out"),
+            ((width <= 0.0) | (height <= 0.0), "the box is {2:g} x {3:g} px; remove it"),
             (reach > FARTHEST, "the box reaches {reach:g} px; boxes are in px of the picture"),
             ((self.visible < 0.0) | (self.visible > 1.0), "visibility is {visible:g}; it is a share, from 0 to 1"),
         )
@@ -148,7 +148,7 @@ class BoxRows:
             hint = f", or split the recording in line {self.lines[between[-1]]}: time goes back" if between else ""
             at = f"line {self.lines[before]}" if self.lines[before] else f"box {before + 1}"
             box = f"id {self.ids.of(self.track[[again]])[0]} already has a box in this frame, in {at}"
-            raise self.fault(again, f"{box}; leave one of them out{hint}")
+            raise self.fault(again, f"{box}; remove one of them{hint}")
 
 
 def rows_of(
@@ -188,7 +188,7 @@ def tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
         raise table.table.fault(row, f"{problem}; give every box an id, or none")
     if len(ids) >= FEWEST_ALONE and len(np.unique(ids)) == len(ids) and len(np.unique(table.frame)) > 1:
         problem = f"no id occurs in two of {len(ids)} boxes: these are numbers of boxes, not of people"
-        raise FileError(table.path, f"{problem}; leave the column out to have boxes linked")
+        raise FileError(table.path, f"{problem}; remove the column to have boxes linked")
     if len(ids) >= FEWEST_ALONE and (ids == ids[0]).all() and 2 * len(np.unique(table.frame)) <= len(ids):
         problem = f"all boxes have id {ids[0]}, several of them in one frame: is this column the class?"
         raise FileError(table.path, f"{problem} Then name the columns in a first line")

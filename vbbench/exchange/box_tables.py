@@ -34,7 +34,7 @@ RIVAL = 0.5
 def of_people(
     path: Path, classes: NDArray[Any], given: int | str | None = None, names: Mapping[int, str] | None = None
 ) -> tuple[BoolArray, str]:
-    """Which boxes are of people, [N], and what is left out, class by class; empty where nothing is.
+    """Which boxes are of people, [N], and what is dropped, class by class; empty where nothing is.
 
     Class 0 means people where it is there, as trackers write that count as COCO does; else class 1, as in MOTChallenge.
     Ground truth of MOTChallenge has no class 0.
@@ -379,7 +379,7 @@ def _plain(values: FloatArray) -> BoolArray:
 
 
 def people_in(table: BoxTable, person_class: int | str | None = None) -> tuple[BoolArray, tuple[str, ...]]:
-    """Which boxes count, [N]: of people, and not marked as ignored; and a note on those left out, counted.
+    """Which boxes count, [N]: of people, and not marked as ignored; and a note that counts the others.
 
     Raises
     ------
@@ -394,7 +394,7 @@ def people_in(table: BoxTable, person_class: int | str | None = None) -> tuple[B
     kept[counted] = people
     marked = f"{int((~counted).sum())} marked as ignored (conf 0 or visibility 0)" if not counted.all() else ""
     why = " and ".join(part for part in (others, marked) if part)
-    dropped = f"{int((~kept).sum())} of {len(kept)} boxes are left out: {why}"
+    dropped = f"{int((~kept).sum())} of {len(kept)} boxes are dropped: {why}"
     return kept, (dropped,) if why else ()
 
 

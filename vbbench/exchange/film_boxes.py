@@ -23,7 +23,7 @@ from vbbench.exchange.detection import NOBODY, Detections, Detector, TrackerFact
 from vbbench.exchange.mot import write_mot
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.folders.swapping import beside
+from vbbench.folders.swapping import next_to
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.reading import Film
 from vbbench.registry import load
@@ -105,7 +105,7 @@ def _read(lines: list[str]) -> Iterator[Detections]:
 
 
 FEWEST_BOXES = 3
-"""Shorter tracks are left out: they are false alarms more often than people."""
+"""Shorter tracks are dropped: they are false alarms more often than people."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,7 +170,7 @@ def find_boxes(
         raise VbbenchError(f"every must be at least 1 frame, not {every}")
     finder = make_detector(detector, weights)
     factory: TrackerFactory = load("tracker", tracker)
-    with kept_detections(beside(out, ".detections"), key_of(film, detector, weights, period)) as kept:
+    with kept_detections(next_to(out, ".detections"), key_of(film, detector, weights, period)) as kept:
         _detect(film, finder, kept, period)
         linking, detections = factory(dt=1.0 / rate, period=period), sum(len(one.scores) for one in kept.found)
         found = [linking.step(one) for one in kept.found]

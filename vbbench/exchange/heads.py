@@ -290,10 +290,10 @@ def _candidates(heads: Heads, feet: FloatArray, rows: IntArray) -> tuple[IntArra
     across, high = heads.sizes[rows].T
     left, right = np.minimum(u, feet[rows, 0]), np.maximum(u, feet[rows, 0])
     half = across * (SHOULDER_WIDTH / HEAD / 2.0)
-    beside = (u[:, None] + across[:, None] > left - half) & (u[:, None] - across[:, None] < right + half)
+    overlapping = (u[:, None] + across[:, None] > left - half) & (u[:, None] - across[:, None] < right + half)
     level = (v[:, None] + high[:, None] > v - high) & (v[:, None] - high[:, None] < feet[rows, 1])
     nearer = heads.depth[rows] < heads.depth[rows, None]
-    hidden, hiding = np.nonzero(beside & level & nearer)
+    hidden, hiding = np.nonzero(overlapping & level & nearer)
     return hidden, hiding
 
 
@@ -308,13 +308,13 @@ def _by_bodies(shoulders: FloatArray, feet: FloatArray, focal: float, spots: Flo
     along = (spots[..., 1] - shoulders[:, None, 1]) / (feet - shoulders)[:, None, 1]
     middle = shoulders[:, None, 0] + along * (feet - shoulders)[:, None, 0]
     depth = shoulders[:, None, 2] + along * (feet - shoulders)[:, None, 2]
-    beside = np.abs(spots[..., 0] - middle) <= focal * SHOULDER_WIDTH / 2.0 / depth
-    return np.asarray(beside & (along >= 0.0) & (along <= 1.0))
+    across = np.abs(spots[..., 0] - middle) <= focal * SHOULDER_WIDTH / 2.0 / depth
+    return np.asarray(across & (along >= 0.0) & (along <= 1.0))
 
 
 KEY_EVERY = 5
 """Frames from one box drawn by hand to the next."""
-ALIKE = 0.5
+CORRELATION = 0.5
 """Correlation of the errors of a box's width and height."""
 SMALLEST = 0.2
 """No box is drawn smaller than this part of the head."""
@@ -336,7 +336,7 @@ def draw_boxes(heads: Heads, noise: float, rng: np.random.Generator) -> FloatArr
     keys = _keys(heads)
     spread = noise * _raised()
     errors = rng.standard_normal((len(keys), 5))
-    factor = 1.0 + spread * (np.sqrt(ALIKE) * errors[:, :1] + np.sqrt(1.0 - ALIKE) * errors[:, 1:3])
+    factor = 1.0 + spread * (np.sqrt(CORRELATION) * errors[:, :1] + np.sqrt(1.0 - CORRELATION) * errors[:, 1:3])
     sizes = heads.sizes[keys] * np.maximum(factor, SMALLEST)
     corners = heads.places[keys] + 0.5 * spread * errors[:, 3:] * heads.sizes[keys] - sizes / 2.0
     return _joined(heads, keys, np.concatenate([corners, sizes], axis=1))
@@ -373,7 +373,7 @@ _KINDS = np.repeat([STATIC, ON_VEHICLE, PEDESTRIAN, IGNORE], [4, 3, 5, 2])
 
 @dataclass(frozen=True, kw_only=True)
 class Others:
-    """Boxes that an evaluation leaves out.
+    """Boxes that an evaluation ignores.
 
     Parameters
     ----------
@@ -410,7 +410,7 @@ def export_heads(
 ) -> Path:
     """Photograph the crowd of a sequence from above and write the boxes of its heads as a folder of Head Tracking 21.
 
-    The folder holds ``seqinfo.ini`` and ``gt/gt.txt`` (9 columns, frames and boxes counted from 1), and beside them
+    The folder holds ``seqinfo.ini`` and ``gt/gt.txt`` (9 columns, frames and boxes counted from 1), and next to them
     `TRUTH_TABLE` (frame from 0, track, person, right, forward, x, y in m, u, v, size in px, visible) and `TRUTH_FACTS`.
     Everybody in the scene is photographed, including the observer. The same options and seed give the same bytes.
 
@@ -480,7 +480,7 @@ def _station(scene: Scene, camera: SurveillanceCamera, options: HeadOptions) -> 
 
 
 def _truth_text(heads: Heads, boxes: FloatArray, visible: FloatArray, others: Others) -> str:
-    """The lines of ``gt.txt``, by track and frame; boxes that do not count follow with ids of their own."""
+    """The lines of ``gt.txt``, by track and frame; boxes that do not count follow with further ids."""
     ids = np.concatenate([heads.track, heads.track.max() + 1 + others.number])
     frames = np.concatenate([heads.frame, others.frame]) + 1
     drawn = np.concatenate([boxes, others.boxes]) + np.array([1.0, 1.0, 0.0, 0.0])

@@ -14,7 +14,7 @@ LEAST_OVERLAP = 0.5
 """Boxes that overlap less (intersection over union) are never matched, as in MOTChallenge and the paper."""
 
 LEAST_FRAMES = 3
-"""Tracks matched in fewer frames are left out, unless asked otherwise; the paper wants more than three."""
+"""Tracks matched in fewer frames are dropped, unless asked otherwise; the paper wants more than three."""
 
 MOST_LATER = 30
 """Frames by which boxes and people are shifted against each other, to see whether they fit better."""
@@ -43,7 +43,7 @@ def match_boxes(
     found, true : [N, 4] and [M, 4] (left, top, width, height) in px; NaN = absent.
     camera : the camera of the picture; a panorama's closes on itself.
     least : least intersection over union of a pair.
-    paired : [N, M] which were a pair before; none if left out.
+    paired : [N, M] which were a pair before; none by default.
 
     Returns
     -------
@@ -119,7 +119,7 @@ def frame_offset(
     *,
     least: float = 0.0,
 ) -> FrameOffset | None:
-    """How many frames later, or earlier, people fit boxes better; ``None`` where no shift does, or all are alike.
+    """How many frames later, or earlier, people fit boxes better; ``None`` where no shift does, or all fit equally.
 
     The overlap of a box is that with its own person, or else the largest. A shift counts if its mean gain is several of
     the standard errors that blocks of frames show, so that people who stand give none.

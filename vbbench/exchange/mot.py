@@ -184,8 +184,8 @@ def import_mot(
 ) -> Dataset:
     """Make a dataset of tier `tracked` from a tracker's boxes on the pictures of ``dataset``.
 
-    Tracks are matched to people frame by frame (`match_boxes`); those matched in too few are left out.
-    Given is where the person behind a track is in its first two matched frames. Sequences without a file are left out,
+    Tracks are matched to people frame by frame (`match_boxes`); those matched in too few are dropped.
+    Given is where the person behind a track is in its first two matched frames. Sequences without a file are dropped,
     and the others renumbered in order. A file may have a first line of names, time stamps in place of frames, and gaps.
 
     Parameters
@@ -226,7 +226,7 @@ def import_mot(
 
 
 def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
-    """Refuse boxes that hardly match anybody, warn of those that match badly, and say how many are kept."""
+    """Refuse boxes that hardly match people, warn of those that match badly, and say how many are kept."""
     matched, kept, shifted = np.zeros(len(plan), np.int64), 0, ""
     for index, (number, path) in enumerate(plan.files.items()):
         _check_pictures(path, plan.dataset, number)
@@ -255,8 +255,8 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
 
 def _check_pictures(path: Path, dataset: Dataset, number: int) -> None:
     """Refuse a file whose ``seqinfo.ini`` is of pictures of another size or frame rate."""
-    beside, above = path.parent / path.stem / SEQUENCE_INFO, path.parent.parent / SEQUENCE_INFO
-    info = beside if beside.is_file() else above
+    inside, above = path.parent / path.stem / SEQUENCE_INFO, path.parent.parent / SEQUENCE_INFO
+    info = inside if inside.is_file() else above
     facts = picture_facts(info)
     size, rate = facts.size, facts.rate
     wanted = dataset.camera(dataset.sequence(number)).picture_size
@@ -344,7 +344,7 @@ class TrackedPlan:
         return source, camera, people[others], true
 
     def build(self, index: int) -> SequenceData:
-        """Match the tracks of one sequence, and leave out those that match nobody; its world is that of the source."""
+        """Match the tracks of one sequence, and drop those that match no person; its world is that of the source."""
         found = self.match(index)
         source, kept = found.source, lasting_tracks(found.persons, self.least_track)
         matched = found.persons[:, kept]

@@ -250,7 +250,7 @@ def _after_header(path: Path, content: bytes, nouns: Sequence[str], ordered: boo
 
 
 def _read_fast(body: bytes, layout: _Layout) -> Read | None:
-    """The rows of a table whose lines are all alike, empty cells only where they may be; else ``None``."""
+    """The rows of a table whose lines all have the same columns, empty cells only where they may be; else ``None``."""
     if (layout.span and not layout.span[0] <= layout.width <= layout.span[1]) or b"0x" in body or b"0X" in body:
         return None
     names = [str(column) for column in range(layout.width)]

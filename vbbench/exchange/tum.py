@@ -31,7 +31,7 @@ _LAST_FRAME = 2**31 - 1
 
 
 def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, path: Path | str) -> None:
-    """Write poses [T, 3] (x, y, yaw) in m and rad as a TUM trajectory; frames whose pose is NaN are left out.
+    """Write poses [T, 3] (x, y, yaw) in m and rad as a TUM trajectory; frames whose pose is NaN are skipped.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> I
     found = first_repetition(frames)
     if found is not None:
         before, again = found
-        problem = f"frame {frames[again]} was already given in line {lines[before]}; leave one of them out"
+        problem = f"frame {frames[again]} was already given in line {lines[before]}; remove one of them"
         raise FileError(path, problem, int(lines[again]))
     return frames
 

@@ -169,7 +169,7 @@ class Dataset:
         Raises
         ------
         VbbenchError
-            If the truth is withheld, or only tells where people are relative to the camera.
+            If the truth is withheld, or only says where people are relative to the camera.
         """
         self._require_truth()
         if self.info.truth == "relative":

@@ -210,7 +210,7 @@ def check_tracks(path_of: PathOf, index: int, frames: int, tracks: IntArray, row
 def check_frame(path_of: PathOf, index: int, rows: Rows) -> None:
     """Raise FileError unless there is one world of sequence ``index``, of finite numbers."""
     if len(rows["x"]) != 1 or not np.isfinite([rows[name][0] for name in ("x", "y", "yaw")]).all():
-        raise _contradiction(path_of("truth/frames"), f"sequence {index} has no world of its own, or several")
+        raise _contradiction(path_of("truth/frames"), f"sequence {index} has no world, or several")
 
 
 def _all_below(values: NDArray[Any], end: int) -> bool:

@@ -22,7 +22,7 @@ from vbbench.parsing.json_text import canonical_digest, read_object
 from vbbench.solver import Carrier
 
 FORMAT_VERSION = 2
-"""Since 2 every sequence has a world of its own (``truth/frames``), and tracks are not numbered like people."""
+"""Since 2 every sequence has its own world (``truth/frames``), and tracks are not numbered like people."""
 INFO_FILE = "dataset.json"
 
 
@@ -199,7 +199,7 @@ def _checked(path: Path) -> dict[str, Any]:
     if version != FORMAT_VERSION:
         problem = f"format version {quoted(version)}, this vbbench reads {FORMAT_VERSION}"
         raise FileError(
-            path, f"{problem}; make it anew with '{generate_command(values, str(path.parent))} --overwrite'"
+            path, f"{problem}; make it again with '{generate_command(values, str(path.parent))} --overwrite'"
         )
     fault = find_fault(values)
     if fault is not None:
@@ -220,7 +220,7 @@ _NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution", "calibr
 def summary(info: DatasetInfo) -> dict[str, Any]:
     """The row of the paper's Table 1, and what identifies the dataset.
 
-    Frames count where anybody is observed. Recipes say whether the people of Table 1 include the observer.
+    Frames count where people are observed. Recipes say whether the people of Table 1 include the observer.
     """
     counts, extra = info.counts, int(info.definition.get("count_observer", False))
     return {
@@ -258,7 +258,7 @@ def describe(info: DatasetInfo) -> str:
         f"{info.split}: {info.title}",
         f"  {s['sequences']} sequences, mean {s['mean_frames']:.2f} frames, people ({included}) "
         f"{s['people_min']} / {s['people_mean']:.2f} / {s['people_max']} (min / mean / max)",
-        f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({told_noise(info)}), "
+        f"  {s['observations']} observations; camera {s['camera']}, tier {s['tier']} ({given_noise(info)}), "
         f"dt {info.dt:g} s",
         f"  heights N({info.height_mean:.2f}, {info.height_std:g}²) m, seed {info.spoken_seed}, id {s['id']}",
     ]
@@ -275,8 +275,8 @@ def describe(info: DatasetInfo) -> str:
     return "\n".join(lines)
 
 
-def told_noise(info: DatasetInfo) -> str:
-    """What solvers are told of the errors of boxes and camera, as text."""
+def given_noise(info: DatasetInfo) -> str:
+    """The errors that solvers are given, of boxes and camera, as text."""
     parts = [
         (True, f"{info.pixel_std:g} px"),
         (info.box_std, f"{info.box_std:.2%} of a box"),

@@ -8,7 +8,7 @@ from vbbench.camera import camera_to_dict, make_camera
 from vbbench.errors import VbbenchError
 
 LEAST_TRACK = 3
-"""Frames of the shortest tracks where ``least_track`` is left out."""
+"""Frames of the shortest tracks where ``least_track`` is not given."""
 OWN_ENGINE = "numba"
 """What definitions call vbbench's own crowd engine, after what first ran it: ids of datasets stay as they are."""
 FOOTAGE_FILES = {"poses": "poses", "boxes": "boxes", "bag": "bags"}
@@ -28,7 +28,7 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
 
     Parameters
     ----------
-    facts : the values in a ``dataset.json`` of any format; whatever cannot be part of a line is left out.
+    facts : the values in a ``dataset.json`` of any format; whatever cannot be part of a line is dropped.
     """
     if "import" in _object(facts.get("definition")):
         return f"vbbench import mot FOLDER --dataset DATASET --out {out}"
@@ -45,7 +45,7 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
 
 
 def options_of(facts: Mapping[str, Any]) -> dict[str, Any]:
-    """The options that make the dataset with these ``facts``, by name; those that may be left out are.
+    """The options that make the dataset with these ``facts``, by name; without those that are the default.
 
     Parameters
     ----------

@@ -229,7 +229,7 @@ def _problem(name: str, value: Any) -> str | None:
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if value is None or (number and 0 <= value <= LONGEST_FRAME):
             return None
-        return f"is {quoted(value)}; give a number of seconds from 0 to {LONGEST_FRAME:.0f}, or leave it out"
+        return f"is {quoted(value)}; give a number of seconds from 0 to {LONGEST_FRAME:.0f}, or remove it"
     if name == "delay":
         return _delay_problem(value)
     if not isinstance(value, str):
@@ -237,7 +237,7 @@ def _problem(name: str, value: Any) -> str | None:
     if len(value) > LONGEST_TEXT:
         return f"has {len(value)} characters; write {LONGEST_TEXT} or fewer"
     if not is_printable(value):
-        return f"is {quoted(value)}; leave out ends of lines and control characters"
+        return f"is {quoted(value)}; remove ends of lines and control characters"
     choices = {"failure_policy": FAILURE_POLICIES, "protocol": PROTOCOLS}.get(name)
     if choices and value not in choices:
         return f"is {quoted(value)}, which is unknown; choose {', '.join(choices)}"

@@ -65,7 +65,7 @@ def open_table(
     possible = dataset.rows["frames"] if name == "poses" else dataset.cells
     bound = RowBound(int(possible.sum(dtype=np.int64)))
     if parquet.is_file() and csv.is_file():
-        faults.add(f"{csv.name}: stands beside {parquet.name}; remove one of them")
+        faults.add(f"{csv.name}: stands next to {parquet.name}; remove one of them")
     try:
         if parquet.is_file():
             return SequenceTable(parquet, name, optional=optional, bound=bound)
@@ -239,7 +239,7 @@ def answer_rows(sequence: Sequence, protocol: Protocol, estimate: Estimate, cova
         If covariances are wanted and not reported.
     """
     if covariance and estimate.pose_covariances is None and estimate.position_covariances is None:
-        raise VbbenchError("the solver reports no covariances; leave `covariance` out")
+        raise VbbenchError("the solver reports no covariances; remove `covariance`")
     tables = {
         "poses": _pose_rows(sequence, estimate, covariance),
         "positions": _position_rows(sequence, protocol, estimate, covariance),
@@ -361,7 +361,7 @@ def _covariances(table: str, rows: Arrays, where: tuple[Any, ...], shape: tuple[
 
 
 def unique_names(infos: Several[SubmissionInfo], submissions: Several[Path | str]) -> list[str]:
-    """Names, no two alike: of solvers, with the protocol for one that comes twice, else with folder and number."""
+    """Names, no two equal: of solvers, with the protocol for one that comes twice, else with folder and number."""
     solvers = [info.solver for info in infos]
     protocols = [f"{info.solver} {info.protocol}" if solvers.count(info.solver) > 1 else info.solver for info in infos]
     folders = [

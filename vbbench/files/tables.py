@@ -51,22 +51,22 @@ SCHEMAS: dict[str, pa.Schema] = {
 """Columns of every table, by its path in the folder without ``.parquet``; one row group per sequence (or scene)."""
 
 ODOMETRY_TABLE = "odometry"
-"""The table of what observers measure of their own motion, with the upper triangle of its covariance row by row."""
+"""The table of what observers measure of their motion, with the upper triangle of its covariance row by row."""
 
 TRACK_TABLE = "truth/tracks"
-"""The table of the person behind each track: one row where it begins to stand for somebody, until its next row."""
+"""The table of the person behind each track: one row where it begins to stand for a person, until its next row."""
 
 FRAME_TABLE = "truth/frames"
 """The table of worlds: where the scene lies in each sequence's own."""
 
 SCENE_TABLES = ("truth/scenes", "truth/people")
-"""The tables of scenes: written by sequence where every sequence has a scene of its own."""
+"""The tables of scenes: written by sequence where every sequence has its own scene."""
 
 FALLBACK = "fallback"
 """Optional column of ``poses``: whether the observer's prior decided the frame, as too few people were seen."""
 
 CONVERGED = "converged"
-"""Optional column of ``poses``: whether the solver believes that it found its own optimum."""
+"""Optional column of ``poses``: whether the solver found its optimum, by its own account."""
 
 COVARIANCES = {"poses": ("xx", "xy", "x_yaw", "yy", "y_yaw", "yaw_yaw"), "positions": ("xx", "xy", "yy")}
 """Optional columns of ``poses`` and ``positions``: the upper triangle, row by row, of a covariance."""
@@ -275,11 +275,11 @@ def content_sha256(path: Path) -> str:
 def first_repetition(*columns: IntArray) -> tuple[int, int] | None:
     """The first row, in their order, that says in all ``columns`` [N] what an earlier one says: (earlier, later).
 
-    ``None`` if no two rows are alike. Rows in ascending order, as most files have them, are not sorted.
+    ``None`` if no two rows are equal. Rows in ascending order, as most files have them, are not sorted.
     """
     if _steps(columns)[1].all():
         return None
-    order = np.lexsort(columns)  # stable: of two alike, the earlier row comes first
+    order = np.lexsort(columns)  # stable: of two equal ones, the earlier row comes first
     same = np.flatnonzero(_steps([column[order] for column in columns])[0])
     if not len(same):
         return None
@@ -289,10 +289,10 @@ def first_repetition(*columns: IntArray) -> tuple[int, int] | None:
 
 def _steps(columns: Iterable[IntArray]) -> tuple[BoolArray, BoolArray]:
     """[N − 1] whether each row is like the one before, and whether it is greater where they first differ."""
-    alike: BoolArray = np.array(True)
+    equal: BoolArray = np.array(True)
     greater: BoolArray = np.array(False)
     for column in columns:
         step = np.diff(column)
-        greater = greater | (alike & (step > 0))
-        alike = alike & (step == 0)
-    return alike, greater
+        greater = greater | (equal & (step > 0))
+        equal = equal & (step == 0)
+    return equal, greater

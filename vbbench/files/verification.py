@@ -90,7 +90,7 @@ def _check_sequence(dataset: Dataset, sequence: Sequence) -> IntArray:
     if np.isnan(sequence.given.poses[:first]).any():
         raise FileError(dataset.table_path("given"), f"{where}: the observer's first poses are not given")
     if (~np.isnan(sequence.given.positions[..., 0]) & ~seen).any():
-        raise FileError(dataset.table_path("given"), f"{where}: a position is given of somebody not observed")
+        raise FileError(dataset.table_path("given"), f"{where}: a position is given of a person who is not observed")
     if dataset.has_whole_truth:
         _check_truth(dataset, sequence, where)
     elif dataset.has_truth and dataset.info.truth == "relative":

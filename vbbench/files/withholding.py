@@ -12,7 +12,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.folders.swapping import NEW_TRUTH, TRUTH, WORK, beside, real
+from vbbench.folders.swapping import NEW_TRUTH, TRUTH, WORK, next_to, real
 from vbbench.parsing.json_text import read_json
 
 SEED_FILE = "seed.json"
@@ -28,14 +28,14 @@ def draw_seed() -> int:
 
 def secret_seed(out: Path) -> int:
     """An unguessable seed: that of interrupted work on ``out``, or a new one."""
-    path = beside(real(out), WORK) / NEW_TRUTH / SEED_FILE
+    path = next_to(real(out), WORK) / NEW_TRUTH / SEED_FILE
     seed = read_seed(path) if path.is_file() else 0
     return seed if seed.bit_length() > GUESSABLE_BITS else draw_seed()
 
 
-def truth_folder_beside(out: Path) -> Path:
+def truth_folder_of(out: Path) -> Path:
     """Where withheld truth is kept."""
-    return beside(real(out), TRUTH)
+    return next_to(real(out), TRUTH)
 
 
 def check_truth_free(kept: Path, overwrite: bool) -> None:
@@ -49,7 +49,7 @@ def check_truth_free(kept: Path, overwrite: bool) -> None:
 
 
 def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
-    """Keep the seed beside the truth tables in the folder ``truth``; return what may be published."""
+    """Keep the seed next to the truth tables in the folder ``truth``; return what may be published."""
     keep_seed(info, truth)
     return info.without_seed()
 

@@ -20,7 +20,7 @@ _LONGEST = 48
 
 @contextmanager
 def replacing(path: Path | str, suffix: str = "") -> Iterator[Path]:
-    """A temporary name beside ``path``; the file written there becomes ``path`` when the block ends without error.
+    """A temporary name next to ``path``; the file written there becomes ``path`` when the block ends without error.
 
     If ``path`` is a link, its target is replaced. A device or pipe is written to directly. Temporary files that stopped
     processes left in the folder are removed.
@@ -83,7 +83,7 @@ def _is_stream(path: Path) -> bool:
 
 
 def _new_file(target: Path, suffix: str) -> tuple[Path, int]:
-    """A new file beside ``target``, and its handle, locked while this process writes it."""
+    """A new file next to ``target``, and its handle, locked while this process writes it."""
     while True:
         name = f".{target.name[:_LONGEST]}.vbbench-{secrets.token_hex(4)}{suffix}"
         temporary = target.with_name(name)

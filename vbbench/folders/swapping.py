@@ -1,4 +1,4 @@
-"""Replaces a folder, and the withheld truth beside it, by new ones: both or neither.
+"""Replaces a folder, and the withheld truth next to it, by new ones: both or neither.
 
 Two folders cannot be renamed in one step. So a journal is written first, into the work folder that holds the new ones;
 from then on the swap is decided. Any command that finds the journal, after a kill at any step, completes the swap.
@@ -32,7 +32,7 @@ def real(folder: Path | str) -> Path:
     return Path(os.path.realpath(folder))
 
 
-def beside(folder: Path, ending: str) -> Path:
+def next_to(folder: Path, ending: str) -> Path:
     """The folder of the same name with that ending."""
     return folder.with_name(folder.name + ending)
 
@@ -87,7 +87,7 @@ def finish_swaps(folder: Path | str) -> None:
     folder = real(folder)
     is_truth = folder.name.endswith(TRUTH) and folder.name != TRUTH
     for out in [folder, folder.with_name(folder.name.removesuffix(TRUTH))] if is_truth else [folder]:
-        work, end = beside(out, WORK), time.monotonic() + _PATIENCE
+        work, end = next_to(out, WORK), time.monotonic() + _PATIENCE
         while is_decided(work):
             try:
                 with locked(work, out):
@@ -100,8 +100,8 @@ def finish_swaps(folder: Path | str) -> None:
 
 
 def _steps(work: Path, out: Path) -> tuple[tuple[Path, Path, Path], ...]:
-    """New folder, place of the old one, and name of each; truth first: no new dataset is ever beside an old truth."""
-    return (work / NEW_TRUTH, work / OLD_TRUTH, real(beside(out, TRUTH))), (work / NEW, work / OLD, out)
+    """New folder, place of the old one, and name of each; truth first: no new dataset is ever next to an old truth."""
+    return (work / NEW_TRUTH, work / OLD_TRUTH, real(next_to(out, TRUTH))), (work / NEW, work / OLD, out)
 
 
 def _rename(work: Path, out: Path) -> None:

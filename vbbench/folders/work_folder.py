@@ -25,7 +25,7 @@ from vbbench import __version__
 from vbbench.errors import VbbenchError, plain_errors
 from vbbench.folders.locks import HOLDS_OPEN_FILES, LOCK, locked
 from vbbench.folders.replacing import is_temporary, is_unused, write_text_atomically
-from vbbench.folders.swapping import MARK, NEW, NEW_TRUTH, WORK, beside, go_on, is_decided, is_done, real, swap
+from vbbench.folders.swapping import MARK, NEW, NEW_TRUTH, WORK, go_on, is_decided, is_done, next_to, real, swap
 
 PARTS = "parts"
 NO_KEY = "0" * 16
@@ -49,7 +49,7 @@ class WorkFolder:
 
     def __init__(self, out: Path | str, check: Callable[[], None] = lambda: None) -> None:
         self.out, self._shown, self._check = real(out), Path(out), check
-        self._work = beside(self.out, WORK)
+        self._work = next_to(self.out, WORK)
         self.parts, self.new, self.new_truth = (self._work / name for name in (PARTS, NEW, NEW_TRUTH))
         self._retired: list[Path] = []
         self._done: set[str] = set()

@@ -29,7 +29,7 @@ from vbbench.files.tables import (
     table_schema,
     to_arrow,
 )
-from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_beside, withhold
+from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_of, withhold
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
@@ -178,7 +178,7 @@ def generate(
     load("generator", split)  # a name that is unknown is no reason to begin a folder
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
         _write(planned(split, options), work, jobs, withhold_truth)
-    return Dataset(out, truth_folder_beside(out) if withhold_truth else None)
+    return Dataset(out, truth_folder_of(out) if withhold_truth else None)
 
 
 def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
@@ -247,7 +247,7 @@ def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, tls: Path | 
 def _check(out: Path, overwrite: bool, withhold_truth: bool) -> None:
     check_free(out, INFO_FILE, "dataset", overwrite)
     if withhold_truth:
-        check_truth_free(truth_folder_beside(out), overwrite)
+        check_truth_free(truth_folder_of(out), overwrite)
 
 
 def _tables(plan: Plan) -> list[str]:

@@ -23,7 +23,7 @@ from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, 
 from vbbench.files.sequence_tables import Ranges
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.tables import OPTIONAL, TableWriter, table_bytes, table_schema
-from vbbench.files.withholding import check_truth_free, truth_folder_beside, withhold
+from vbbench.files.withholding import check_truth_free, truth_folder_of, withhold
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
 from vbbench.folders.swapping import finish_swaps, real
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
@@ -239,7 +239,7 @@ def _check(folder: Path, target: Path, overwrite: bool, overwrite_truth: bool) -
     layout = read_layout(folder)
     check_free(target, layout.marker, "merged folder", overwrite)
     if layout.withheld:
-        check_truth_free(truth_folder_beside(target), overwrite_truth)
+        check_truth_free(truth_folder_of(target), overwrite_truth)
 
 
 def _write_whole(folder: Path, layout: Layout, work: WorkFolder) -> None:

@@ -306,11 +306,11 @@ def _calibration(folder: Path) -> Path:
     """The log's folder of calibration, or the only one next to it."""
     if (folder / CALIBRATION).is_dir():
         return folder / CALIBRATION
-    beside = sorted(path for path in folder.parent.glob(f"{CALIBRATION}*") if path.is_dir())
-    if len(beside) != 1:
+    nearby = sorted(path for path in folder.parent.glob(f"{CALIBRATION}*") if path.is_dir())
+    if len(nearby) != 1:
         raise FileError(folder / CALIBRATION, f"is missing; {AGAIN}")
-    warnings.warn(VbbenchWarning(f"{folder}: has no {CALIBRATION}; {beside[0]} is used"), stacklevel=2)
-    return beside[0]
+    warnings.warn(VbbenchWarning(f"{folder}: has no {CALIBRATION}; {nearby[0]} is used"), stacklevel=2)
+    return nearby[0]
 
 
 argoverse2 = Argoverse2Split()

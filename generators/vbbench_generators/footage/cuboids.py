@@ -5,12 +5,10 @@ their top and bottom lie on the near edge of a cuboid, not on the person's axis.
 """
 
 import hashlib
-import tomllib
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from importlib.resources import files
 from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar, Literal
@@ -25,6 +23,7 @@ from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
+from vbbench.parsing.toml_text import bundled_table
 from vbbench.scene import Scene
 from vbbench_generators.footage.found_boxes import file_for, read_found
 from vbbench_generators.footage.runs import RunRules
@@ -375,7 +374,7 @@ def _summary(facts: Mapping[str, Mapping[str, Any]]) -> str:
 
 @cache
 def _rules() -> dict[str, dict[str, Any]]:
-    return tomllib.loads(files("vbbench_generators.footage").joinpath("parts.toml").read_text())
+    return bundled_table("vbbench_generators.footage", "parts.toml")
 
 
 def part_of(split: str, name: str, folder: str = "") -> Part:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE
-from vbbench.files.withholding import GUESSABLE_BITS, SEED_FILE, read_seed, truth_folder_beside
+from vbbench.files.withholding import GUESSABLE_BITS, SEED_FILE, read_seed, truth_folder_of
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
@@ -129,7 +129,7 @@ class Organiser:
     @property
     def truth(self) -> Path:
         """Its truth, and the seed."""
-        return truth_folder_beside(self.data)
+        return truth_folder_of(self.data)
 
     def results(self, part: Part) -> Path:
         """The result files of a part."""

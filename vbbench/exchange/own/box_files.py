@@ -32,7 +32,7 @@ class OwnBoxes(BoxRows):
     ----------
     timeline : of the frames.
     notes : what the user should know.
-    plain : whether the file is text that is read alike under another name.
+    plain : whether the file is text whose reading does not depend on its name.
     """
 
     timeline: Timeline
@@ -147,7 +147,7 @@ def _goes_back(rows: OwnBoxes) -> list[str]:
 
 
 def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
-    """The frame of each row of a table beside the boxes, −1 where there is none.
+    """The frame of each row of a table of the same recording, −1 where there is none.
 
     Raises
     ------

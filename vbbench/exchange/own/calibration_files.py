@@ -37,7 +37,7 @@ NAMES = {
 """What a calibration states, by the names that programs give it."""
 _QUANTITIES = {plain_name(name): quantity for quantity, names in NAMES.items() for name in names}
 WHICH = "distortion_model: plumb_bob (k1 k2 p1 p2 k3) or distortion_model: equidistant (fisheye: k1 k2 k3 k4)"
-ONE = "keep the camera that the boxes are of, in a file of its own"
+ONE = "keep the camera that the boxes are of, in a separate file"
 COLMAP = {
     "SIMPLE_PINHOLE": "f cx cy",
     "PINHOLE": "fx fy cx cy",

@@ -100,12 +100,12 @@ class CameraFile:
     model : a registered camera model, such as ``perspective``, ``panorama`` (a cylinder) or ``equirectangular``.
     width, height : of the picture in px.
     mount_height : of the camera over the ground in m.
-    focal : focal length in px; or ``fx`` and ``fy``. A panorama's is the vertical one, of square pixels if left out.
+    focal : focal length in px; or ``fx`` and ``fy``. A panorama's is the vertical one, of square pixels by default.
     fov, vertical_fov : field of view in degrees from left to right, or top to bottom, in place of a focal length.
-    cx, cy : principal point in px; the middle of the picture if left out.
+    cx, cy : principal point in px; the middle of the picture by default.
     pitch, roll : how far the optical axis points above the horizon, and the right side hangs lower, in rad.
     dt, fps : seconds per frame, or frames per second.
-    pixel_std : standard deviation in px of the boxes' columns, tops and bottoms; measured from the boxes if left out.
+    pixel_std : standard deviation in px of the boxes' columns, tops and bottoms; measured from the boxes by default.
     height_mean, height_std : of people's heights in m, where they are others than adults in the street.
     carried_by : what carries the camera.
     box_edge : distance in m from a person's axis to the plane in which top and bottom of a box lie, where it is known.
@@ -214,7 +214,7 @@ def read_camera(path: Path, mount: Mapping[str, float | str] | None = None) -> O
     Parameters
     ----------
     path : ``camera.toml``, or one of the files of `vbbench.exchange.own.calibration_files`.
-    mount : keys that the file leaves out: ``mount_height``, ``pitch``, ``carried_by``.
+    mount : keys that the file lacks: ``mount_height``, ``pitch``, ``carried_by``.
 
     Raises
     ------

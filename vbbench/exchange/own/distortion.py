@@ -109,7 +109,7 @@ def _by_name(model: str, values: Any) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class Distortion:
-    """The table ``[distortion]`` of a camera file; coefficients are OpenCV's, those left out are 0."""
+    """The table ``[distortion]`` of a camera file; coefficients are OpenCV's and 0 by default."""
 
     model: Literal["opencv", "fisheye"] = "opencv"
     k1: Coefficient = 0.0
@@ -125,7 +125,7 @@ class Distortion:
         check_ranges(self)
         unknown = [name for name in ("p1", "p2", "k5", "k6") if self.model == "fisheye" and getattr(self, name)]
         if unknown:
-            raise ValueError(f"[distortion]: OpenCV's fisheye model has k1 to k4 only, not {unknown[0]}; leave it out")
+            raise ValueError(f"[distortion]: OpenCV's fisheye model has k1 to k4 only, not {unknown[0]}; remove it")
 
     def bend(self, straight: FloatArray) -> FloatArray:
         """Where the lens shows points [..., 2] (right, down per forward) of a pinhole's picture, in the same units."""
@@ -158,7 +158,7 @@ class Distortion:
                 off = self.bend(points) - bent
                 if not (np.abs(off) > EXACT).any():
                     break
-                points = points - _solve(self._slopes(points), off)
+                points = points - _solve(self._jacobian(points), off)
             exact = (np.abs(self.bend(points) - bent) <= 100.0 * EXACT).all(axis=-1)
             unfolded = np.all([self._is_upright(share * points) for share in ON_THE_WAY], axis=0)
             near = np.linalg.norm(points, axis=-1) <= np.tan(WIDEST)
@@ -166,21 +166,21 @@ class Distortion:
 
     def _is_upright(self, points: FloatArray) -> BoolArray:
         """Whether the picture keeps its orientation in both directions at points [..., 2], as every lens's does."""
-        slopes = self._slopes(points)
-        upright: BoolArray = (np.linalg.det(slopes) > 0.0) & (np.trace(slopes, axis1=-2, axis2=-1) > 0.0)
+        jacobian = self._jacobian(points)
+        upright: BoolArray = (np.linalg.det(jacobian) > 0.0) & (np.trace(jacobian, axis1=-2, axis2=-1) > 0.0)
         return upright
 
-    def _slopes(self, points: FloatArray) -> FloatArray:
-        """[..., 2, 2] the derivatives of `bend`."""
+    def _jacobian(self, points: FloatArray) -> FloatArray:
+        """[..., 2, 2] the Jacobian of `bend`."""
         columns = [
             (self.bend(points + STEP * axis) - self.bend(points - STEP * axis)) / (2 * STEP) for axis in np.eye(2)
         ]
         return np.stack(columns, axis=-1)
 
 
-def _solve(slopes: FloatArray, off: FloatArray) -> FloatArray:
+def _solve(jacobian: FloatArray, off: FloatArray) -> FloatArray:
     """The Newton step of each point; by the formula for 2x2, as a singular one must not stop the others."""
-    (a, b), (c, d) = np.moveaxis(slopes, (-2, -1), (0, 1))
+    (a, b), (c, d) = np.moveaxis(jacobian, (-2, -1), (0, 1))
     x, y = np.moveaxis(off, -1, 0)
     step: FloatArray = np.stack([d * x - b * y, a * y - c * x], axis=-1) / (a * d - b * c)[..., None]
     return step

@@ -246,7 +246,7 @@ def _in_order(trajectory: Trajectory) -> Trajectory:
     lines, times = trajectory.lines[order], times[order]
     again = np.flatnonzero(np.diff(times) == 0.0)
     if len(again):
-        problem = f"time {times[again[0]]:.10g} s stands twice; leave one of them out"
+        problem = f"time {times[again[0]]:.10g} s stands twice; remove one of them"
         raise FileError(trajectory.path, problem, int(lines[again[0] + 1]))
     return replace(
         trajectory,

@@ -57,7 +57,7 @@ def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
             misfit = misfit._replace(text=text)
     outside = outside_picture(rows.boxes, own.camera, picture)
     lost, shown = int(outside.sum()), f"{picture[0]:g} x {picture[1]:g} px"
-    note = f"{lost} of {len(outside)} boxes are left out: their middle is outside the picture of {shown}"
+    note = f"{lost} of {len(outside)} boxes are dropped: their middle is outside the picture of {shown}"
     notes = [*([note] if lost else []), *([misfit.text] if misfit else [])]
     return rows.select(~outside), tuple(notes)
 
@@ -70,8 +70,8 @@ def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None
     FileError
         If there is a ``seqinfo.ini`` that names another size or frame rate.
     """
-    beside = (folder / SEQUENCE_INFO for folder in (boxes.parent, boxes.parent.parent))
-    found = next((path for path in beside if path.is_file()), boxes.parent / SEQUENCE_INFO)
+    nearby = (folder / SEQUENCE_INFO for folder in (boxes.parent, boxes.parent.parent))
+    found = next((path for path in nearby if path.is_file()), boxes.parent / SEQUENCE_INFO)
     stated = picture_facts(found)
     size, rate = stated.size, stated.rate
     facts, seconds = own.facts, own.facts.seconds or dt
@@ -133,7 +133,7 @@ def read_people(
     Raises
     ------
     FileError
-        If it cannot be read; with the line, if an id is not whole, or somebody is at two places in a frame; if no row
+        If it cannot be read; with the line, if an id is not whole, or a person is at two places in a frame; if no row
         is of a frame of the boxes, or it has time stamps where they have frames, or the other way round.
     """
     if not path.is_file():
@@ -257,7 +257,7 @@ def boxes_in(folder: Path) -> Path | None:
 
 
 def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = None) -> RecordingFiles:
-    """The files of a recording in a folder; ``boxes`` and ``poses`` are taken in place of its own.
+    """The files of a recording in a folder; ``boxes`` and ``poses`` replace those in it.
 
     Raises
     ------
@@ -269,14 +269,14 @@ def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = No
         raise FileError(folder / CAMERA, "the file is missing; docs/own.md says what to write")
     if found is None:
         raise FileError(folder, f"holds no boxes; write {', '.join(BOXES[:-1])} or {BOXES[-1]}")
-    beside = {name: path if (path := folder / name).is_file() else None for name in (POSES, ODOMETRY, PEOPLE)}
+    optional = {name: path if (path := folder / name).is_file() else None for name in (POSES, ODOMETRY, PEOPLE)}
     return RecordingFiles(
         name=folder.resolve().name,
         camera=folder / CAMERA,
         boxes=found,
-        poses=poses or beside[POSES],
-        odometry=beside[ODOMETRY],
-        people=beside[PEOPLE],
+        poses=poses or optional[POSES],
+        odometry=optional[ODOMETRY],
+        people=optional[PEOPLE],
     )
 
 
@@ -295,7 +295,7 @@ def read_recording(
     files : where it is.
     dt : seconds per frame where the camera file does not say it, such as those of a film.
     pictures : where the pictures are.
-    mount : keys that the camera file leaves out, such as ``mount_height`` and ``carried_by``.
+    mount : keys that the camera file lacks, such as ``mount_height`` and ``carried_by``.
     person_class : class of people in the boxes, where the file does not show it.
 
     Raises
@@ -372,7 +372,7 @@ def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
             "summary": f"{count} of the user's own, boxes taken to be off by {worst:g} px",
             "notes": {one.footage.name: list(one.notes) for one in read},
         },
-        caution="a recording of somebody's own; nobody has checked its camera file",
+        caution="a user's recording; nobody has checked its camera file",
         pixel_std=worst,
         **facts,
     )
@@ -403,7 +403,7 @@ def _straight(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, list[str]]:
             f"[distortion] leaves {lost} of {count} boxes without a place in the picture; are these its coefficients?"
         )
         raise FileError(own.path, problem)
-    notes = [f"{lost} of {count} boxes are left out: the lens shows them too far from its axis"] if lost else []
+    notes = [f"{lost} of {count} boxes are dropped: the lens shows them too far from its axis"] if lost else []
     return replace(rows, boxes=boxes).select(kept), notes
 
 
@@ -437,7 +437,7 @@ def _with_persons(
     frame, track = np.nonzero((persons != NOBODY) & footage.observed)
     boxes = int(footage.observed.sum())
     if not len(frame):
-        how = "overlaps the box that anybody would have" if linked_here else "has the id of a person in its frame"
+        how = "overlaps the box of a person of usual height" if linked_here else "has the id of a person in its frame"
         raise FileError(path, f"none of {boxes} boxes {how}; {offset or _ELSEWHERE}")
     seen, real = footage.boxes[frame, track], expected[frame, np.searchsorted(scene.people, persons[frame, track])]
     aside = shorter_way(seen[:, 0] - real[:, 0], footage.camera.period)

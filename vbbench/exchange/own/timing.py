@@ -14,14 +14,14 @@ SAME_FRAME = 0.1
 UNEVEN = 0.25
 """How far the time between two frames may be from a whole number of frames before it is worth a note."""
 SLOWEST, MOST_FRAMES = 5.0, 300.0
-"""Stamps that are usually so many s apart, or frames where it is told how long one lasts, are no seconds."""
+"""Stamps that are usually so many s apart, or frames whose duration is given, are no seconds."""
 
 LONGEST_GAP, LONGEST_ABSENCE = 60.0, 3600.0
 """A clock that goes on by more seconds from one box to the next has jumped; so has a frame number."""
 SEVERAL_TICKS, DOUBTED = 200, 0.12
-"""Ticks that tell how long one of an even clock lasts, and by what share that may differ from what is stated."""
+"""Ticks that show how long one of an even clock lasts, and by what share that may differ from what is stated."""
 FIRST_TICKS, FOLLOWS = 10, 0.1
-"""Stamps that tell when it ticks, and the share of what a stamp is off by that it follows."""
+"""Stamps that show when it ticks, and the share of what a stamp is off by that it follows."""
 DRIFT = 0.02
 """How far the mean time of a frame may be from the stated one before it is worth a note, as a share."""
 
@@ -51,7 +51,7 @@ class Timeline:
     numbered: bool = False
 
     def frame_of_number(self, number: FloatArray) -> FloatArray:
-        """The frame of numbers in a file beside the boxes; not whole, or outside, where there is none."""
+        """The frame of numbers in another file of the recording; not whole, or outside, where there is none."""
         return (number - self.first_number) / self.step
 
     @property

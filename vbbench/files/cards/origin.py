@@ -19,14 +19,14 @@ LONGEST_NOTE = 1000
 
 @dataclass(frozen=True, kw_only=True)
 class Publisher:
-    """What only the person who publishes a dataset knows; ``None`` is left out of the cards.
+    """What only the person who publishes a dataset knows; ``None`` is not in the cards.
 
     Parameters
     ----------
     creator : who made the dataset.
     url : where it is published.
     published : the day, as YYYY-MM-DD.
-    contact : whom to ask, or to tell of a mistake.
+    contact : whom to ask, or to report a mistake to.
     licence, citation : of a recording of one's own.
 
     Raises
@@ -106,7 +106,7 @@ def said_licence(origin: Origin, publisher: Publisher) -> str:
         If the publisher names another one than that of the sources.
     """
     if publisher.licence is not None and not origin.is_own:
-        raise VbbenchError(f"the licence is that of the sources, {quoted(str(origin.licence))}; leave yours out")
+        raise VbbenchError(f"the licence is that of the sources, {quoted(str(origin.licence))}; remove yours")
     return publisher.licence or origin.licence or "not known: the split is not installed where this card was written"
 
 

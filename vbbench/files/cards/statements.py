@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from vbbench.files.cards.origin import OWN, Origin, Publisher, hub_identifier, said_licence
 from vbbench.files.cards.subject import Subject
-from vbbench.files.dataset_info import DatasetInfo, told_noise
+from vbbench.files.dataset_info import DatasetInfo, given_noise
 
 TASK = (
     "View birdification asks where a moving camera is on the ground plane, which way it looks, and where the people "
@@ -84,7 +84,7 @@ def _collection(footage: bool, recorded: bool) -> str:
     if footage and recorded:
         return "A camera filmed people; boxes about them were drawn or detected in its pictures. No picture is kept."
     if footage:
-        return "A game made pictures of its own people and wrote down where they are. No picture is kept."
+        return "A game made pictures of its people and wrote down where they are. No picture is kept."
     if recorded:
         return (
             "The paths of people were recorded and read from pictures by others. Here a simulated camera moves among "
@@ -110,13 +110,13 @@ def _own_sources(info: DatasetInfo) -> str:
 def _preprocessing(info: DatasetInfo, origin: Origin, footage: bool) -> tuple[str, ...]:
     tier = f" {origin.tier}" if origin.tier else ""
     steps = [
-        f"Tier `{info.tier}`.{tier} Solvers are told these errors: {told_noise(info)}.",
+        f"Tier `{info.tier}`.{tier} Solvers are given these errors: {given_noise(info)}.",
     ]
     if info.truth in ("whole", "poses"):
-        steps.append("Every sequence has a world of its own: its scene, turned and shifted at random.")
+        steps.append("Every sequence has its own world: its scene, turned and shifted at random.")
     if not footage:
-        told = f"N({info.height_mean:g}, {info.height_std:g}²) m"
-        steps.append(f"People's heights are drawn, not measured; solvers are told {told}.")
+        given = f"N({info.height_mean:g}, {info.height_std:g}²) m"
+        steps.append(f"People's heights are drawn, not measured; solvers are given {given}.")
     grid = info.definition.get("grid")
     if isinstance(grid, float):
         steps.append(f"Places in the source are multiples of {grid:g} m, and were spread within that by the seed.")
@@ -129,7 +129,7 @@ def _preprocessing(info: DatasetInfo, origin: Origin, footage: bool) -> tuple[st
 
 
 def _missing(info: DatasetInfo) -> str:
-    parts = ["A person without a box in a frame has no row there; NaN stands for what was not measured or is not told"]
+    parts = ["A person without a box in a frame has no row there; NaN stands for what was not measured or is not given"]
     limit, stride = (info.definition.get(name) for name in ("limit", "stride"))
     if limit is not None:
         parts.append(f"only the first {limit} sequences were asked for")
@@ -142,7 +142,7 @@ def _known(info: DatasetInfo) -> str:
     if info.seed is None:
         return (
             "The truth and the seed are withheld by whoever made the dataset; the SHA-256 of every truth table "
-            "lets anybody check later that it was not exchanged."
+            "lets people check later that it was not exchanged."
         )
     return {
         "whole": "Truth is in the folder `truth`: the observer's poses, everybody's positions and heights.",
@@ -155,13 +155,13 @@ def _known(info: DatasetInfo) -> str:
 
 def _limitations(info: DatasetInfo, origin: Origin, footage: bool) -> tuple[str, ...]:
     said = [_sentence(info.caution)] if info.caution else []
-    said.append("A place is two numbers on a plane: slopes and stairs are not in the data.")
+    said.append("A place is two numbers on a plane: ramps and stairs are not in the data.")
     if not footage:
         said.append("A simulated camera has no lens, no blur and no exposure, unless the tier says otherwise.")
     if info.tier == "ideal":
         said.append("Boxes are exact: figures measured here are a diagnostic, and say little of real cameras.")
     if origin.files:
-        said.append("The source is public: whoever has it knows the truth, even where it is not told.")
+        said.append("The source is public: whoever has it knows the truth, even where it is not given.")
     if info.scenes:
         said.append("Sequences of one scene share people and time, so that their errors are not independent.")
     return tuple(said)
@@ -207,7 +207,7 @@ def _uses(info: DatasetInfo) -> tuple[str, ...]:
 def _misuses(recorded: bool) -> tuple[str, ...]:
     said = ["Proof that a robot or vehicle is safe among people: no figure measured here is one."]
     if recorded:
-        said.append("Finding, following or telling apart real persons, in this recording or in others.")
+        said.append("Finding, following or identifying real persons, in this recording or in others.")
     return tuple(said)
 
 
@@ -237,7 +237,7 @@ def _maintenance(publisher: Publisher) -> str:
 
 
 def _sentence(text: str) -> str:
-    """The text as a sentence of its own."""
+    """The text as a separate sentence."""
     return f"{text[0].upper()}{_full(text[1:])}"
 
 

@@ -94,7 +94,7 @@ TABLE_MEANINGS: dict[str, TableMeaning] = {
         },
     ),
     "given": TableMeaning(
-        about="One row per place that a solver is told: the observer's in frames 0 and 1, everybody else's in their "
+        about="One row per place that a solver is given: the observer's in frames 0 and 1, everybody else's in their "
         "first two frames with a box.",
         key=("sequence", "frame", "track"),
         columns={

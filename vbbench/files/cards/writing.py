@@ -1,4 +1,4 @@
-"""Writes the cards of a dataset folder, and tells whether they fit it."""
+"""Writes the cards of a dataset folder, and checks whether they fit it."""
 
 import re
 from pathlib import Path
@@ -16,7 +16,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.parsing.json_text import read_object
 
 README, CROISSANT = "README.md", "croissant.json"
-_AGAIN = "write it anew with 'vbbench card FOLDER --overwrite'"
+_AGAIN = "write it again with 'vbbench card FOLDER --overwrite'"
 _WITHOUT_CARDS = "; no card says what it is: 'vbbench card FOLDER' writes one"
 _NOT_OURS = f"; its {README} is not one of vbbench's cards and was not checked"
 _LONGEST_README = 2**22
@@ -25,7 +25,7 @@ _LONGEST_README = 2**22
 def card_texts(folder: Path, publisher: Publisher | None = None) -> dict[str, str]:
     """The text of each card of the complete dataset in ``folder``, by file name.
 
-    Nothing but ``dataset.json`` is read, so that nothing can be told that is not published; what is said of the split
+    Nothing but ``dataset.json`` is read, so that nothing unpublished can be in it; what is said of the split
     is the ``card`` that is registered under its name. ``publisher`` has what only the publisher knows.
     """
     info = DatasetInfo.read(folder)
@@ -84,7 +84,7 @@ def check_cards(folder: Path, info: DatasetInfo) -> str:
 
 
 def _check_readme(path: Path, info: DatasetInfo) -> str:
-    """Its front matter names the dataset by id and digest, whoever has written it anew: hubs do."""
+    """Its front matter names the dataset by id and digest, whoever has rewritten it: hubs do."""
     head = _front_matter(path)
     if "vbbench:" not in head:
         return _NOT_OURS
@@ -110,13 +110,13 @@ def _check_croissant(path: Path, info: DatasetInfo) -> None:
     if values.get("identifier") != info.id:
         raise FileError(path, f"describes another dataset than {info.id}; {_AGAIN}")
     sums = {f"{name}.parquet": info.tables[name]["sha256"] for name in tables_here(info)}
-    told = _told_sums(values.get("distribution"))
+    stated = _stated_sums(values.get("distribution"))
     for name, digest in {INFO_FILE: file_sha256(path.parent / INFO_FILE), **sums}.items():
-        if told.get(name) != digest:
+        if stated.get(name) != digest:
             raise FileError(path, f"has not the SHA-256 of {name}; {_AGAIN}")
 
 
-def _told_sums(distribution: Any) -> dict[Any, Any]:
+def _stated_sums(distribution: Any) -> dict[Any, Any]:
     """SHA-256 of each file that a distribution names."""
     files = [entry for entry in distribution if isinstance(entry, dict)] if isinstance(distribution, list) else []
     return {str(entry.get("@id")): entry.get("sha256") for entry in files}

@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
-from vbbench.folders.swapping import TRUTH, WORK, beside
+from vbbench.folders.swapping import TRUTH, WORK, next_to
 from vbbench.parallel.stopping import end_with_parent
 
 SYSTEM = (
@@ -62,7 +62,7 @@ def readable_paths(hidden: Sequence[Path], needed: Sequence[Path] = ()) -> list[
 def folders_with(folder: Path) -> list[Path]:
     """The folder, and those that belong to it: its work folder and withheld truth."""
     place = folder.resolve()
-    return [place, *(beside(place, ending) for ending in (WORK, TRUTH))]
+    return [place, *(next_to(place, ending) for ending in (WORK, TRUTH))]
 
 
 def device_paths() -> list[str]:
