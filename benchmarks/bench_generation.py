@@ -21,7 +21,7 @@ from vbbench.errors import SourceMissingError
 from vbbench.generation import generate
 from vbbench.generation.generator import Card, Options
 from vbbench.registry import load
-from vbbench_generators.crowds.demo import record_plaza
+from vbbench_generators.crowds.sim import record_plaza
 from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 

@@ -25,8 +25,7 @@ import numpy as np
 from vbbench.files.dataset import Dataset
 from vbbench.generation.generator import Card, Options
 from vbbench.scene import Scene
-from vbbench_generators.crowds.scenario import get_scenario
-from vbbench_generators.crowds.scenes import draw_crowd, walk
+from vbbench_generators.crowds.scenario import draw_crowd, get_scenario, walk
 from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.noise import Precision

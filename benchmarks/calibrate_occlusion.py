@@ -18,7 +18,7 @@ from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench_generators.splits import street
-from vbbench_generators.tiers.occlusion import Outline, see
+from vbbench_generators.tiers.noise import Outline, see
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
 

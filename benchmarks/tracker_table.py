@@ -18,8 +18,8 @@ from vbbench.generation.generator import Generator, Options
 from vbbench.generation.tier import Observations, Sight, Tier, get_tier
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.registry import load
-from vbbench_generators.tiers.occlusion import enough, see
-from vbbench_generators.tiers.tracking.fine_time import finer
+from vbbench_generators.tiers.noise import enough, see
+from vbbench_generators.tiers.tracking.observing import finer
 
 SPLITS = {"hotel": 1, "eth": 1, "eth-15fps": 1, "students": 16, "students-resampled": 16, "street": 1}
 """Splits, and every how many sequences are measured unless asked otherwise."""

@@ -10,7 +10,7 @@ import numpy as np
 from vbbench.geometry import FloatArray, moved_as_one, wrap_angle
 from vbbench_generators.footage.jrdb.recording import CAMERA
 from vbbench_generators.footage.odometry_filter import Readings
-from vbbench_generators.views.robot import STEP, changing, get_robot, sense
+from vbbench_generators.views.vehicle import STEP, changing, get_robot, sense
 
 START = 1.55e9
 RATE = 15.0

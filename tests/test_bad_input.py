@@ -27,7 +27,7 @@ from vbbench.parsing.numbers import Within
 from vbbench_generators.crowds.scenario import read_scenario
 from vbbench_generators.recordings.readers.crohd import parse_seqinfo
 from vbbench_generators.recordings.readers.tables import read_trajnet
-from vbbench_generators.recordings.readers.text import read_homography
+from vbbench_generators.recordings.readers.tracks import read_homography
 from vbbench_generators.recordings.readers.vsp import read_vsp
 from vbbench_generators.recordings.recipe import read_recipe
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vbbench.scene import Scene
-from vbbench_generators.crowds.demo import HALF_SIDE, PEOPLE, record_plaza
+from vbbench_generators.crowds.sim import HALF_SIDE, PEOPLE, record_plaza
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,7 @@ import pytest
 
 from vbbench.errors import VbbenchError
 from vbbench_generators import _core
-from vbbench_generators.crowds.social_force.engine import model_numbers
-from vbbench_generators.social_force import Model
+from vbbench_generators.social_force import Model, model_numbers
 
 MODULES = [f"vbbench_{package}._core" for package in ("generators", "renderers", "baselines")]
 FUSED = re.compile(r"\tvfn?m(?:add|sub)|\tfn?m(?:add|sub)\b|\tfml[as]\b")

@@ -7,7 +7,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.generation.tier import Sight
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.sequence import Truth
-from vbbench_generators.tiers.tracking.fine_time import finer
+from vbbench_generators.tiers.tracking.observing import finer
 
 DT = 0.4
 

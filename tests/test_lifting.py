@@ -6,18 +6,17 @@ from functools import partial
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photograph, walk
 from tests.work import work_of
 from vbbench.errors import VbbenchError
 from vbbench_generators.lifting.camera import camera_of_homography, camera_of_plane
-from vbbench_generators.lifting.head_sizes import SizePlane
-from vbbench_generators.lifting.heads import HeadBoxes, Heads, split_at_gaps
+from vbbench_generators.lifting.heads import HeadBoxes, Heads, SizePlane, split_at_gaps
 from vbbench_generators.lifting.lift import lift
 from vbbench_generators.lifting.settings import LiftingSettings
-from vbbench_generators.lifting.smoothing import estimate_strength, smooth
+from vbbench_generators.lifting.walking import estimate_strength, smooth
 
 DT = 0.04
 AREA = (-9.0, 10.0, 9.0, 32.0)
@@ -48,6 +47,7 @@ cameras = st.builds(
 @given(camera=cameras)
 def test_without_noise_plumb_lines_give_the_camera_exactly(camera: Camera) -> None:
     truth, boxes = crowd(camera=camera, people=100, frames=80)
+    assume(len(np.unique(boxes.track)) > 12)  # a steep, long lens sees too few people
     lifted = lift(boxes, LiftingSettings(vertical_vanishing_point=plumb(camera), resamples=20))
     found = lifted.calibration
     assert found.method == "vanishing-point"

@@ -12,8 +12,7 @@ from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.registry import load
 from vbbench_generators.tiers.corruption import noisy
 from vbbench_generators.views import reprojection
-from vbbench_generators.views.looking.laws import LAWS, Law, Way, natural_yaws
-from vbbench_generators.views.looking.settings import natural_look
+from vbbench_generators.views.looking import LAWS, Law, Way, natural_look, natural_yaws
 
 LOOK = natural_look()
 STEADY = replace(LOOK, walking=replace(LOOK.walking, offset_std=0.0, unsteady_std=0.0))

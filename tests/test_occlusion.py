@@ -16,7 +16,7 @@ from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench_generators.splits import demo
 from vbbench_generators.tiers.corruption import Hiding
-from vbbench_generators.tiers.occlusion import Outline, see
+from vbbench_generators.tiers.noise import Outline, see
 
 CAMERAS: list[Camera] = [PerspectiveCamera(), PanoramaCamera()]
 HERE = np.array([[0.0, 0.0, 0.0]])

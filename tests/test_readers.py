@@ -13,7 +13,7 @@ from vbbench.errors import FileError, VbbenchWarning
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import detect_format
 from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
-from vbbench_generators.recordings.readers.text import read_homography, to_ground
+from vbbench_generators.recordings.readers.tracks import read_homography, to_ground
 from vbbench_generators.recordings.readers.vsp import polyline, read_vsp, smooth_curve
 
 Write = Callable[..., Path]

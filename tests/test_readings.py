@@ -26,7 +26,7 @@ from vbbench.reproduction.readings.study import (
 from vbbench.scene import Scene
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_generators.recordings.eligibility import Rules
-from vbbench_generators.recordings.scaling import scale_to_field
+from vbbench_generators.recordings.loading import scale_to_field
 
 EVERY = 85
 """Four sequences of Hotel."""

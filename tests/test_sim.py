@@ -16,7 +16,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.generation.options_file import parse_people
 from vbbench.registry import load
-from vbbench_generators.crowds import scenes as simulation
+from vbbench_generators.crowds import scenario as simulation
 from vbbench_generators.crowds.scenario import get_scenario, read_scenario, scenario_names
 from vbbench_generators.crowds.sim import SimulationPlan
 
@@ -58,7 +58,7 @@ def test_people_start_apart_in_the_field_and_never_stop(people: int) -> None:
 
 
 def test_desired_speeds_are_normal_and_cut_off() -> None:
-    from vbbench_generators.crowds.scenes import draw_speeds
+    from vbbench_generators.crowds.scenario import draw_speeds
 
     speeds = draw_speeds(get_scenario("open"), 100_000, np.random.default_rng(0))
     assert np.mean(speeds) == pytest.approx(1.34, abs=0.005)
@@ -152,7 +152,7 @@ def test_standing_still_is_being_stuck_and_turning_round_is_not() -> None:
 def test_endless_redrawing_ends_in_one_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulation, "is_stuck", lambda positions, speeds, dt: np.array([True]))
     monkeypatch.setattr(simulation, "ATTEMPTS", 3)
-    with pytest.raises(VbbenchError, match="scenario 'open' with 10 people: in each of 3 crowds somebody was stuck"):
+    with pytest.raises(VbbenchError, match="scenario 'open' with 10 people: in each of 3 crowds a person was stuck"):
         plan().build(0)
 
 

@@ -65,7 +65,7 @@ def test_bytes_do_not_depend_on_company_or_threads(model: Model, walls: Any) -> 
 def test_a_large_crowd_walks_as_a_small_one_up_to_rounding(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
     one = crowd(60)
     small = simulate(one, model, frames=5, **STEP)
-    monkeypatch.setattr("vbbench_generators.crowds.social_force.engine.LARGE", 2)
+    monkeypatch.setattr("vbbench_generators.social_force.LARGE", 2)
     np.testing.assert_allclose(simulate(one, model, frames=5, **STEP), small, atol=1e-10)
 
 

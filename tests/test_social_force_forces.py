@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench_generators._core import row_forces
-from vbbench_generators.crowds.social_force.engine import model_numbers
-from vbbench_generators.social_force import HelbingMolnar, Model, Moussaid, WallForce
+from vbbench_generators.social_force import HelbingMolnar, Model, Moussaid, WallForce, model_numbers
 
 NO_WALLS = np.empty((0, 4))
 HELBING_MOLNAR = Model(repulsion=HelbingMolnar(stride_time=1.0, unseen_weight=1.0))

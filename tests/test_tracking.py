@@ -12,8 +12,7 @@ from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.toml_text import read_toml
-from vbbench_generators.tiers.noise import wandering
-from vbbench_generators.tiers.occlusion import Outline, see
+from vbbench_generators.tiers.noise import Outline, see, wandering
 from vbbench_generators.tiers.tracking.detector import Visible, detect, log_odds
 from vbbench_generators.tiers.tracking.observing import track_people
 from vbbench_generators.tiers.tracking.settings import DetectorModel, TrackingSettings, get_tracking

@@ -17,7 +17,7 @@ from vbbench.generation.options_file import read_options
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, SequenceData
-from vbbench_generators.crowds.demo import record_plaza
+from vbbench_generators.crowds.sim import record_plaza
 from vbbench_generators.footage.own import own
 from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.splits import sim, street

@@ -36,7 +36,7 @@ def march(
     goals : [P, 2] in m, of one person after the other.
     members, groups : indices, within their scene, of people in groups, and where each group starts among them.
     walls : [M, 4] segments x0, y0, x1, y1 in m.
-    numbers : of the model, see `vbbench_generators.crowds.social_force.engine.NUMBERS`.
+    numbers : of the model, see `vbbench_generators.social_force.NUMBERS`.
     dt : seconds per frame, in ``substeps`` steps.
     paths : [T, N, 2] in m.
     threads : of which each walks a scene; where scenes are ``large``, they share the people of one.
@@ -65,7 +65,7 @@ def sweep(
     Parameters
     ----------
     figures, distances : [T, K, 3] (u, row of the feet, l) in px and [T, K] in m; NaN = not there.
-    half, top : [S] of the `vbbench_generators.tiers.occlusion.Outline`.
+    half, top : [S] of the `vbbench_generators.tiers.noise.Outline`.
     columns, bottom : of the picture, in px; infinity where it ``wraps``.
     """
 
@@ -159,7 +159,7 @@ def steer(
     Parameters
     ----------
     goals, start : [N, 2] and [2] in m.
-    top_speed, acceleration, turn_rate, turn_time, lead : see `vbbench_generators.views.robot.RobotModel`.
+    top_speed, acceleration, turn_rate, turn_time, lead : see `vbbench_generators.views.vehicle.RobotModel`.
     step : in s.
     """
 

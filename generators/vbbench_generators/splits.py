@@ -6,11 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.crowds.demo import DemoSplit
-from vbbench_generators.crowds.sim import SimSplit, StreetSplit
-from vbbench_generators.recordings.loading import load_scenes
+from vbbench_generators.crowds.sim import DemoSplit, SimSplit, StreetSplit
+from vbbench_generators.recordings.loading import load_scenes, scale_to_field
 from vbbench_generators.recordings.recipe import Recipe, get_recipe, read_recipe
-from vbbench_generators.recordings.scaling import scale_to_field
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 

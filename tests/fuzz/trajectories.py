@@ -18,7 +18,7 @@ from vbbench.exchange.tum import import_tum
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import load_scenes
 from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
-from vbbench_generators.recordings.readers.text import read_homography
+from vbbench_generators.recordings.readers.tracks import read_homography
 from vbbench_generators.recordings.readers.vsp import read_key_points, read_vsp
 from vbbench_generators.recordings.recipe import get_recipe
 

@@ -11,7 +11,7 @@ from vbbench_generators.lifting.camera import GroundCamera
 from vbbench_generators.lifting.fitting import PlaneFit
 from vbbench_generators.lifting.heads import Heads
 from vbbench_generators.lifting.settings import LiftingSettings, Method
-from vbbench_generators.lifting.smoothing import Smoothed
+from vbbench_generators.lifting.walking import Smoothed
 
 
 @dataclass(frozen=True, kw_only=True)

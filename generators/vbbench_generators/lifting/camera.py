@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vbbench.geometry import FloatArray, freeze
-from vbbench_generators.lifting.head_sizes import SizePlane
+from vbbench_generators.lifting.heads import SizePlane
 
 
 @dataclass(frozen=True, kw_only=True)

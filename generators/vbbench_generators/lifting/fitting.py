@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_generators.lifting.head_sizes import SizePlane
-from vbbench_generators.lifting.heads import Heads
+from vbbench_generators.lifting.heads import Heads, SizePlane
 
 _TAIL = 4.0
 _ROUNDS = 60

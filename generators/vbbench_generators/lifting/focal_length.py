@@ -6,11 +6,17 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench_generators.lifting.fitting import PlaneFit
-from vbbench_generators.lifting.head_sizes import SizePlane
-from vbbench_generators.lifting.heads import HeadBoxes, Heads
+from vbbench_generators.lifting.heads import HeadBoxes, Heads, SizePlane
 from vbbench_generators.lifting.settings import LiftingSettings, Method
-from vbbench_generators.lifting.smoothing import estimate_strength
-from vbbench_generators.lifting.walking import Pace, Segments, Steps, cut_segments, estimate_pace, log_likelihood
+from vbbench_generators.lifting.walking import (
+    Pace,
+    Segments,
+    Steps,
+    cut_segments,
+    estimate_pace,
+    estimate_strength,
+    log_likelihood,
+)
 
 LEAST_PEOPLE = 10
 """With fewer walkers, motion is not used."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
+from vbbench_generators.lifting.settings import BoxSize
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,3 +89,77 @@ def split_at_gaps(heads: Heads, gap: float) -> Heads:
     since = np.maximum.accumulate(np.where(opening | broken, np.arange(len(opening)), 0))
     track = np.where(broken[since], heads.track.max() + piece[since], heads.track)
     return replace(heads, track=track).take(np.argsort(track, kind="stable"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SizePlane:
+    """Sizes of heads in px.
+
+    Parameters
+    ----------
+    a, b, c : size at the picture's centre in px, and its growth a px downwards and to the right.
+    """
+
+    a: float
+    b: float
+    c: float
+
+    def at(self, x: FloatArray, nu: FloatArray) -> FloatArray:
+        """Sizes [N] in px at ``x``, ``nu`` [N]; not positive on the horizon and above it."""
+        return self.a + self.b * nu + self.c * x
+
+    @property
+    def slope(self) -> float:
+        """How fast sizes grow towards the camera's foot."""
+        return float(np.hypot(self.b, self.c))
+
+    @property
+    def roll(self) -> float:
+        """Angle in rad by which the picture has to be turned clockwise for its horizon to be level."""
+        return float(np.arctan2(self.c, self.b))
+
+    @property
+    def depth(self) -> float:
+        """f·tan θ: distance in px from the picture's centre up to the horizon, once that is level."""
+        return self.a / self.slope
+
+    def levelled(self, x: FloatArray, nu: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The same points [N] in the picture turned level."""
+        cos, sin = np.cos(self.roll), np.sin(self.roll)
+        return x * cos - nu * sin, x * sin + nu * cos
+
+
+_CUT = 0.5
+
+
+def box_sizes(boxes: FloatArray, kind: BoxSize) -> FloatArray:
+    """What counts as the size in px of head ``boxes`` [N, 4]."""
+    width, height = boxes[:, 2], boxes[:, 3]
+    return {"mean": np.sqrt(width * height), "width": width, "height": height}[kind]
+
+
+def roundness(heads: Heads, boxes: FloatArray, focal: float) -> float:
+    """How much of a ball's lengthening boxes show: 0 discs, 1 balls.
+
+    A least-squares slope of the logarithm of width over height; a track of n boxes counts √n, odd boxes are removed.
+
+    Parameters
+    ----------
+    boxes : [N, 4] (left, top, width, height) in px of the ``heads``.
+    focal : in px.
+    """
+    ratio = np.log(boxes[:, 2] / boxes[:, 3])
+    ratio = ratio - np.median(ratio)
+    fair = np.abs(ratio) < _CUT
+    ball = 0.5 * (np.log1p((heads.x / focal) ** 2) - np.log1p((heads.nu / focal) ** 2))
+    _, number, count = np.unique(heads.track, return_inverse=True, return_counts=True)
+    weight = fair / np.sqrt(count[number])
+    centred = ball - np.average(ball, weights=weight)
+    spread = float((weight * centred**2).sum())
+    return float(np.clip((weight * centred * ratio).sum() / spread, 0.0, 1.0)) if spread > 0.0 else 0.0
+
+
+def lengthening(heads: Heads, focal: float, kind: BoxSize) -> FloatArray:
+    """By what factor [N] a ball's size in the picture, of this ``kind``, is larger than f·D/Z."""
+    across, down = 0.5 * np.log1p((heads.x / focal) ** 2), 0.5 * np.log1p((heads.nu / focal) ** 2)
+    return np.exp({"mean": (across + down) / 2.0, "width": across, "height": down}[kind])

@@ -11,11 +11,17 @@ from vbbench_generators.lifting.calibration import Calibration, FoundCamera, cal
 from vbbench_generators.lifting.camera import GroundCamera, camera_of_homography, camera_of_plane
 from vbbench_generators.lifting.fitting import fit_plane
 from vbbench_generators.lifting.focal_length import find_focal_length
-from vbbench_generators.lifting.head_sizes import SizePlane, box_sizes, lengthening, roundness
-from vbbench_generators.lifting.heads import HeadBoxes, Heads, split_at_gaps
+from vbbench_generators.lifting.heads import (
+    HeadBoxes,
+    Heads,
+    SizePlane,
+    box_sizes,
+    lengthening,
+    roundness,
+    split_at_gaps,
+)
 from vbbench_generators.lifting.settings import LiftingSettings
-from vbbench_generators.lifting.smoothing import smooth_tracks
-from vbbench_generators.lifting.walking import walking_speed
+from vbbench_generators.lifting.walking import smooth_tracks, walking_speed
 
 SEED = 20200830
 """Of the resampling: the same boxes give the same intervals."""

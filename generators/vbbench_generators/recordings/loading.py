@@ -1,5 +1,6 @@
 """From a recipe to scenes: what a reader of a format offers, and how one is found and asked."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,21 @@ from vbbench.geometry import FloatArray
 from vbbench.registry import load_all, load_registered
 from vbbench.scene import Scene
 from vbbench.streams import Stream, random_stream
-from vbbench_generators.recordings.readers.text import count_columns, read_header, read_homography, read_lines
+from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.recordings.readers.tracks import count_columns, read_header, read_homography, read_lines
 from vbbench_generators.recordings.recipe import DETECTED, Recipe
+
+
+def scale_to_field(scenes: Sequence[Scene], rules: Rules, half_width: float) -> tuple[list[Scene], Rules]:
+    """The scenes within ±``half_width`` m about their middles, all by the factor of the largest, and their rules."""
+    corners = [(np.nanmin(scene.positions, axis=(0, 1)), np.nanmax(scene.positions, axis=(0, 1))) for scene in scenes]
+    factor = 2.0 * half_width / float(max(np.max(high - low) for low, high in corners))
+    scaled = [
+        replace(scene, positions=(scene.positions - (low + high) / 2.0) * factor)
+        for scene, (low, high) in zip(scenes, corners, strict=True)
+    ]
+    return scaled, replace(rules, standing_displacement=rules.standing_displacement * factor)
+
 
 FileSum = tuple[str, str]
 """A source file's path, the same on every machine, and its SHA-256."""

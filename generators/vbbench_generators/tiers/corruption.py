@@ -7,10 +7,8 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.generation.tier import Observations, Sight, Tier, Told
-from vbbench_generators.tiers.noise import add_pixel_noise
-from vbbench_generators.tiers.occlusion import Outline, Showing, enough, see
-from vbbench_generators.tiers.tracking.fine_time import VIDEO_RATE, finer
-from vbbench_generators.tiers.tracking.observing import track_video
+from vbbench_generators.tiers.noise import Outline, Showing, add_pixel_noise, enough, see
+from vbbench_generators.tiers.tracking.observing import VIDEO_RATE, finer, track_video
 from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tracking
 
 

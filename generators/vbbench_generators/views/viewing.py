@@ -16,8 +16,7 @@ from vbbench.streams import Stream, random_stream
 from vbbench_generators.recordings.eligibility import Span
 from vbbench_generators.tiers.noise import Precision, wandering
 from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME, wrapped
-from vbbench_generators.views.looking.laws import LONGEST_LEAD, Law, Way, natural_yaws
-from vbbench_generators.views.looking.settings import natural_look
+from vbbench_generators.views.looking import LONGEST_LEAD, Law, Way, natural_look, natural_yaws
 
 
 def look_definition(look: Look) -> dict[str, Any]:

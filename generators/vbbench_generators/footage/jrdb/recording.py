@@ -16,10 +16,9 @@ from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.scene import Scene
 from vbbench_generators.footage.found_boxes import read_found
-from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels
+from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, are_results, read_tracked_boxes
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion
 from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
-from vbbench_generators.footage.jrdb.text import are_results, read_boxes
 from vbbench_generators.footage.pictures import pictures_in
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow
 
@@ -110,7 +109,7 @@ class Recording:
         """
         frames = int(self.grid.frames[-1]) + 1
         if are_results(path):
-            found = read_boxes(path).within(frames)
+            found = read_tracked_boxes(path).within(frames)
         else:
             found = read_found(path, frames, 1.0 / RATE, SIZE, person_class)
         slots = self.grid.slot_of(found.frame)

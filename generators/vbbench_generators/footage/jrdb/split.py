@@ -13,15 +13,27 @@ from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.generation.generator import Card, Options
 from vbbench_generators.footage.found_boxes import file_for
-from vbbench_generators.footage.jrdb.bags import read_bag
-from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, read_pictures, read_places
-from vbbench_generators.footage.jrdb.motion import MeasuredMotion, follow_poses, measure_motion
-from vbbench_generators.footage.jrdb.odometry_file import read_odometry_file
+from vbbench_generators.footage.jrdb.labels import (
+    BOXES,
+    PLACES,
+    PictureLabels,
+    PlaceLabels,
+    pictures_of,
+    read_pictures,
+    read_places,
+    read_sample,
+    read_tracked_boxes,
+    read_tracked_places,
+)
+from vbbench_generators.footage.jrdb.motion import (
+    MeasuredMotion,
+    follow_poses,
+    measure_motion,
+    read_bag,
+    read_odometry_file,
+)
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, Grid, Stamps, lay_out, nominal_stamps, read_stamps
-from vbbench_generators.footage.jrdb.text import BOXES, PLACES, pictures_of, read_sample
-from vbbench_generators.footage.jrdb.text import read_boxes as read_tracked_boxes
-from vbbench_generators.footage.jrdb.text import read_places as read_tracked_places
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks
 

@@ -9,26 +9,111 @@ import numpy as np
 
 from vbbench.boxes import observations_of
 from vbbench.camera import PerspectiveCamera
-from vbbench.errors import FileError, VbbenchWarning
+from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning, quoted, suggestion
+from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
+from vbbench.generation.sources import data_folders
 from vbbench.geometry import FloatArray, IntArray, motion_between, wrap_angle
 from vbbench.scene import Scene
 from vbbench_generators.footage.found_boxes import file_for
-from vbbench_generators.footage.kitti import folder as files
-from vbbench_generators.footage.kitti.boxes import read_boxes
 from vbbench_generators.footage.kitti.calibration import Calibration, read_calibration
-from vbbench_generators.footage.kitti.folder import KittiFolder
 from vbbench_generators.footage.kitti.labels import (
     Labels,
+    read_boxes,
     read_labels,
     refuse_boxes_outside,
     refuse_places_elsewhere,
     size_of_pictures,
 )
-from vbbench_generators.footage.kitti.parked import ParkedCars, watch_parked_cars
-from vbbench_generators.footage.kitti.poses import in_the_world, on_the_ground, read_oxts, read_poses, refuse_too_few
+from vbbench_generators.footage.kitti.poses import (
+    ParkedCars,
+    in_the_world,
+    on_the_ground,
+    read_oxts,
+    read_poses,
+    refuse_too_few,
+    watch_parked_cars,
+)
+from vbbench_generators.footage.pictures import pictures_in
 from vbbench_generators.footage.tracks import FoundTracks, follow
+
+LABELS, CALIBRATION, OXTS, PICTURES = "label_02", "calib", "oxts", "image_02"
+SITE = "https://www.cvlibs.net/datasets/kitti/eval_tracking.php"
+WANTED = f"training/{LABELS}, training/{CALIBRATION} and training/{OXTS} of the tracking benchmark, from {SITE}"
+
+
+@dataclass(frozen=True)
+class KittiFolder:
+    """The folder ``training``.
+
+    Parameters
+    ----------
+    root : it.
+    """
+
+    root: Path
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the sequences that have labels, sorted."""
+        return sorted(path.stem for path in (self.root / LABELS).glob("*.txt"))
+
+    def chosen(self, names: tuple[str, ...] | None) -> list[str]:
+        """The sequences called ``names``, or all of them.
+
+        Raises
+        ------
+        VbbenchError
+            If there is none of a name; the nearest is suggested.
+        """
+        known = self.names
+        if not known:
+            raise FileError(self.root / LABELS, "holds no labels; they are called 0000.txt and so on")
+        for name in names or ():
+            if name not in known:
+                raise VbbenchError(f"no sequence of {self.root} is called {quoted(name)}; {suggestion(name, known)}")
+        return list(dict.fromkeys(names)) if names else known
+
+    def file(self, kind: str, name: str) -> Path:
+        """The file of a sequence in one of the folders."""
+        return self.root / kind / f"{name}.txt"
+
+    def pictures(self, name: str) -> Pictures | None:
+        """Where the pictures of a sequence are; ``None`` if they are not here."""
+        return pictures_in(self.root / PICTURES / name, "{:06d}.png", first=0)
+
+    def size_of_pictures(self, name: str) -> tuple[int, int] | None:
+        """Width and height of the first picture of a sequence in px; ``None`` if it is not here."""
+        from PIL import Image, UnidentifiedImageError
+
+        pictures = self.pictures(name)
+        if pictures is None or not pictures.path(0).is_file():
+            return None
+        try:
+            with Image.open(pictures.path(0)) as picture:
+                return picture.size
+        except (OSError, UnidentifiedImageError) as error:
+            raise FileError(pictures.path(0), "is no picture that can be read; download it again") from error
+
+
+def find_folder(source: Path | None) -> KittiFolder:
+    """The folder ``training`` that the user names, or whose parent; ``kitti`` in the data folders if nothing is named.
+
+    Raises
+    ------
+    VbbenchError
+        If it is not there; says what is wanted and where to get it.
+    """
+    places = [folder / "kitti" for folder in data_folders()] if source is None else [source]
+    for place in places:
+        for root in (place / "training", place):
+            if (root / LABELS).is_dir():
+                return KittiFolder(root)
+    if source is None:
+        raise SourceMissingError(f"kitti is made from files of your own: name with --source the folder with {WANTED}")
+    raise FileError(source, f"holds no {LABELS}; kitti is made from a folder with {WANTED}")
+
 
 DT = 0.1
 """Seconds per frame as documented; by the speedometer frames are about .1035 s apart."""
@@ -133,8 +218,8 @@ def read_recording(
 
 def _paths(folder: KittiFolder, name: str, asked: FootageOptions, several: bool) -> dict[str, Path]:
     """The files of a sequence by what they hold; GPS/IMU may be missing where the user has poses."""
-    oxts = folder.file(files.OXTS, name)
-    paths = {"labels": folder.file(files.LABELS, name), "calibration": folder.file(files.CALIBRATION, name)}
+    oxts = folder.file(OXTS, name)
+    paths = {"labels": folder.file(LABELS, name), "calibration": folder.file(CALIBRATION, name)}
     if asked.poses is not None:
         paths["poses"] = file_for(asked.poses, name, several)
     if asked.poses is None or oxts.is_file():

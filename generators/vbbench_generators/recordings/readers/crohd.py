@@ -24,8 +24,7 @@ from vbbench_generators.lifting.calibration import describe_calibration
 from vbbench_generators.lifting.heads import HeadBoxes
 from vbbench_generators.lifting.lift import lift
 from vbbench_generators.recordings.loading import Loaded, Reader, Wishes, every_frame
-from vbbench_generators.recordings.readers.text import read_homography
-from vbbench_generators.recordings.readers.tracks import check_size, check_speed
+from vbbench_generators.recordings.readers.tracks import check_size, check_speed, read_homography
 from vbbench_generators.recordings.recipe import Recipe
 
 SEQINFO, BOXES = SEQUENCE_INFO, "gt/gt.txt"

@@ -14,8 +14,14 @@ from vbbench.geometry import FloatArray
 from vbbench.parsing.column_names import SHARES, UNITS, header_of
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
-from vbbench_generators.recordings.readers.text import NOUNS, count_columns, read_header, read_numbers
-from vbbench_generators.recordings.readers.tracks import scene_of_rows, steps_of_people
+from vbbench_generators.recordings.readers.tracks import (
+    NOUNS,
+    count_columns,
+    read_header,
+    read_numbers,
+    scene_of_rows,
+    steps_of_people,
+)
 
 TRAJNET = ("frame", "id", "x", "y")
 OBSMAT = ("frame", "id", "x", "z", "y", "vx", "vz", "vy")

@@ -20,12 +20,15 @@ from vbbench.errors import FileError, quoted
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
-from vbbench_generators.recordings.readers.text import Lines, parse_row, read_lines, to_ground
 from vbbench_generators.recordings.readers.tracks import (
+    Lines,
     check_homography,
     check_integers,
     check_on_ground,
+    parse_row,
+    read_lines,
     scene_of_rows,
+    to_ground,
 )
 
 FRAME_RATE = 25.0

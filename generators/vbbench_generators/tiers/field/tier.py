@@ -13,9 +13,8 @@ from vbbench_generators.tiers.field.annotator import drawn
 from vbbench_generators.tiers.field.carriage import carry
 from vbbench_generators.tiers.field.projection import cut_rows, frame, whole_boxes
 from vbbench_generators.tiers.field.recipe import FieldRecipe, get_field
-from vbbench_generators.tiers.occlusion import Outline, Showing, see_figures
-from vbbench_generators.tiers.tracking.fine_time import finer
-from vbbench_generators.tiers.tracking.observing import track_video
+from vbbench_generators.tiers.noise import Outline, Showing, see_figures
+from vbbench_generators.tiers.tracking.observing import finer, track_video
 from vbbench_generators.tiers.tracking.settings import get_tracking
 
 

@@ -1,1 +1,0 @@
-"""The crowd engine: the social force model, many scenes side by side, compiled."""
