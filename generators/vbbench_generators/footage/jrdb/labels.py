@@ -15,9 +15,9 @@ import numpy as np
 from vbbench.errors import FileError, quoted, suggestion
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
+from vbbench.files.tables import first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
-from vbbench.files.tables import first_repetition
 from vbbench_generators.footage.found_boxes import sure_boxes
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
 

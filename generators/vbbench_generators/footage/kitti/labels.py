@@ -10,8 +10,8 @@ import numpy as np
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
-from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.files.tables import first_repetition
+from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench_generators.footage.found_boxes import read_found, sure_boxes
 from vbbench_generators.footage.kitti.calibration import Calibration
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
