@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from time import perf_counter, process_time
 
@@ -82,7 +83,7 @@ def main() -> None:
             nuscenes: many_scenes(Path(room) / "v1.0-mini", options.rows),
         }
         for split, folder in made.items():
-            count, clock, processor = quickest(lambda split=split, folder=folder: boxes(split, folder))
+            count, clock, processor = quickest(partial(boxes, split, folder))
             rates = f"{count / clock:,.0f} a second by the clock, {count / processor:,.0f} by processor time"
             print(f"{split.card.name}: {count:,} boxes, {rates}")
         if options.log:

@@ -58,7 +58,8 @@ def distance_errors(dataset: Dataset, solver: Any, index: int) -> FloatArray:
     true, found = (
         np.linalg.norm(world_to_relative(one.positions, one.poses)[rows], axis=-1) for one in (truth, estimate)
     )
-    return np.stack([true, np.abs(found - true)], axis=-1)[np.isfinite(true)]
+    known = np.isfinite(true)
+    return np.stack([true[known], np.abs(found - true)[known]], axis=-1)
 
 
 def segment_errors(true: FloatArray, found: FloatArray) -> Iterator[tuple[float, float, float]]:

@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks import kinds
 from tests.board_results import result as made_result
+from tests.generators.footage import cars
 from vbbench.cli import main
 from vbbench.errors import SourceMissingError, UnknownNameError
+from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
@@ -22,6 +25,7 @@ from vbbench_leaderboards.checks.checking import drift
 from vbbench_leaderboards.checks.rerunning import Rerun, code_of, disagreements
 from vbbench_leaderboards.results.boards import BoardSource, bundled_solvers, chosen_sources
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
+from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
 from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
 
 KEPT = Path("sim", "one-step-ideal", "cv.json")
@@ -161,6 +165,37 @@ def test_datasets_that_are_named_are_made_once(no_data: Path) -> None:
     assert [(one.split, one.tier) for one in found] == [("kitti", "footage"), ("hotel", "noisy"), ("hotel", "field")]
     with pytest.raises(UnknownNameError, match="did you mean 'hotel'"):
         chosen_sources(("kitti", "hotle"), ("noisy",))
+
+
+def test_real_recordings_are_regenerated_by_whoever_has_them(
+    no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cars.write_log(tmp_path / "data" / "argoverse2" / "val" / cars.LOG, cars.Drive())
+    cars.write_tables(tmp_path / "data" / "nuscenes" / "v1.0-mini", {"scene-0003": cars.Drive(ground=0.0)})
+    asked = ["leaderboard", "rerun", "--split", "real", "--solver", "cv", "--root", str(tmp_path / "data"), "--update"]
+    folders = ["--results", str(tmp_path / "results"), "--work", str(tmp_path / "work")]
+    assert main([*asked, *folders, "--seed", SEED, "--together"]) == 0
+    rows = {str(path.relative_to(tmp_path / "results")) for path in (tmp_path / "results").glob("*/*/*.json")}
+    protocols = ("sequential", "rollout", "cold-start")
+    assert rows == {f"{s}/{p}-footage/cv.json" for s in ("argoverse2", "nuscenes") for p in protocols}
+    said = capsys.readouterr().err
+    assert "kitti footage is left out" in said
+    assert "jrdb footage is left out" in said
+    work = tmp_path / "work"
+    submissions = [
+        submission_folder(work, Board(split="nuscenes", tier="footage", protocol=p), "cv") for p in protocols
+    ]
+    table = kinds.errors(submissions[0], dataset_folder(work, "nuscenes", "footage"))
+    assert table.shape == (1, 3)
+    assert np.isfinite(table).all()
+    found = dict(kinds.kinds(kinds.features(Dataset(dataset_folder(work, "nuscenes", "footage")))))
+    assert [name for name, numbers in found.items() if len(numbers)] == [
+        "all",
+        "camera driven, m: 1 or more",
+        "people a frame: 5 to 10",
+        "speed of people, m/s: 1 or more",
+        "box height, px: 80 or more",
+    ]
 
 
 def test_whatever_a_solver_reads_makes_what_it_answered_old(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

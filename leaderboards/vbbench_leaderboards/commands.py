@@ -147,13 +147,15 @@ def rerun(
     jobs: int = 1,
     scheduler: str | None = None,
     tls: Path | None = None,
+    root: Path | None = None,
 ) -> int:
     """Make the datasets, solve and score every board again with a new seed, and report which results stand.
 
     Exit status 1 means that something drifted and was not written.
 
     Args:
-        split: Splits; default: all with published boards whose source files are available.
+        split: Splits; default: all with published boards whose source files are available. 'real' are all families of
+            real recordings.
         solver: Solvers; default: all that come with vbbench.
         tier: Tiers; default: those with published boards.
         seed: Seed of the datasets; default: a new one, which is printed. With the boards' own seed (in their records)
@@ -168,6 +170,8 @@ def rerun(
         jobs: Number of processes; the figures do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that generates and solves instead.
         tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
+        root: Folder with your downloads of real recordings, in folders kitti, argoverse2, nuscenes and jrdb; default:
+            the usual places.
     """
     from vbbench_leaderboards.checks.rerunning import Rerun
 
@@ -182,6 +186,7 @@ def rerun(
         jobs=jobs,
         scheduler=scheduler,
         tls=tls,
+        root=root,
     )
     drifted = 0
     for outcome in run.boards(split, solver, tier):

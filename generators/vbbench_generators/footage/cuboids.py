@@ -17,7 +17,7 @@ import numpy as np
 
 from vbbench.boxes import cut_to_picture, observations_of
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.errors import SourceMissingError, UnknownNameError, VbbenchError
 from vbbench.exchange.own.distortion import Distortion, straighten_boxes
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
@@ -419,7 +419,7 @@ def chosen(split: str, names: Iterable[str] | None, known: Mapping[str, str]) ->
         if name in PARTS:
             part = [one for one in known if part_of(split, one, known[one]) == name]
             if not part:
-                raise VbbenchError(f"{split}: none of the {len(known)} recordings here is of the part '{name}'")
+                raise SourceMissingError(f"{split}: none of the {len(known)} recordings here is of the part '{name}'")
             found += part
         elif name in known:
             found.append(name)

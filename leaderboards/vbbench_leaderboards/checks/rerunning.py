@@ -103,6 +103,7 @@ class Rerun:
     jobs : processes.
     scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates;
         this process merges and scores.
+    root : folder with folders of real recordings, called like their splits; ``None`` for the usual places.
     """
 
     results: Path
@@ -115,6 +116,7 @@ class Rerun:
     jobs: int = 1
     scheduler: str | None = None
     tls: Path | None = None
+    root: Path | None = None
 
     def boards(
         self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ()
@@ -139,7 +141,7 @@ class Rerun:
                 try:
                     dataset = run.dataset(one)
                 except SourceMissingError as error:
-                    if splits:
+                    if one.split in splits:
                         raise
                     sys.stderr.write(f"vbbench: {one.split} {one.tier} is left out: {error}\n")
                     bar.update(len(pairs))
@@ -173,7 +175,10 @@ class Rerun:
 
     def dataset(self, source: BoardSource) -> Dataset:
         """The dataset of a split and tier's boards; what is whole there and of the same code is kept."""
-        folder, options = dataset_folder(self.room, source.split, source.tier), source.options(self.seed or 0)
+        folder, options = (
+            dataset_folder(self.room, source.split, source.tier),
+            source.options(self.seed or 0, self.root),
+        )
 
         def make() -> None:
             if self.scheduler is None:

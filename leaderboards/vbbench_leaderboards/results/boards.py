@@ -23,6 +23,9 @@ LEADING_SPLITS = ("sim", "street", "hotel", "eth-15fps", "students-resampled")
 REAL_SPLITS = ("kitti",)
 """Splits that a real camera saw: their figures can be published, their data cannot."""
 
+REAL, REAL_FAMILIES = "real", ("kitti", "argoverse2", "nuscenes", "jrdb")
+"""All families of real recordings, by one name: whoever has the data can regenerate boards on them."""
+
 PAPER_SPLITS = ("eth", "students")
 """Splits of the paper whose recordings are too smooth to tell solvers apart."""
 
@@ -36,6 +39,11 @@ PAPER_TIER = "ideal"
 """The paper's exact boxes, which tell what no camera could."""
 
 KITTI_RECORDINGS = ("0015", "0017", "0019")
+"""The solvers that come with vbbench were tuned on them."""
+_RECORDINGS = {"kitti": KITTI_RECORDINGS, "argoverse2": ("test",), "nuscenes": ("test",)}
+_OF_CARS: tuple[str, ...] = ("sequential", "rollout", "cold-start")
+_PROTOCOLS = {"argoverse2": _OF_CARS, "nuscenes": _OF_CARS, "jrdb": _OF_CARS[-1:]}
+"""Those of the boards of a family; where the robot was is not known in all recordings of JRDB."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,16 +63,25 @@ class BoardSource:
     stride: int | None = None
     observer: Observer = "walker"
 
-    def options(self, seed: int) -> Options:
-        """What is asked of the generator."""
+    def options(self, seed: int, root: Path | None = None) -> Options:
+        """What is asked of the generator.
+
+        Parameters
+        ----------
+        root : folder that holds folders of real recordings, called like their splits; ``None`` for the usual places.
+        """
         if self.tier != FOOTAGE:
             return Options(tier=self.tier, seed=seed, limit=self.limit, stride=self.stride, observer=self.observer)
-        return Options(seed=seed, footage=FootageOptions(sequences=KITTI_RECORDINGS, poses=_poses_at_hand()))
+        folder = None if root is None or not (root / self.split).is_dir() else root / self.split
+        poses = _poses_at_hand(folder) if self.split == "kitti" else None
+        asked = FootageOptions(sequences=_RECORDINGS.get(self.split), poses=poses)
+        return Options(source=folder, seed=seed, footage=asked)
 
     @property
     def boards(self) -> tuple[Board, ...]:
         """The boards that stand on it."""
-        return tuple(Board(split=self.split, tier=self.tier, protocol=protocol) for protocol in PROTOCOLS)
+        protocols = _PROTOCOLS.get(self.split, PROTOCOLS)
+        return tuple(Board(split=self.split, tier=self.tier, protocol=protocol) for protocol in protocols)
 
 
 _LIMITS = {"sim": 150, "street": 6}
@@ -98,18 +115,19 @@ def published_sources() -> tuple[BoardSource, ...]:
 def chosen_sources(splits: Sequence[str] = (), tiers: Sequence[str] = ()) -> tuple[BoardSource, ...]:
     """The datasets of some splits and tiers; without names, of all that is published.
 
-    Footage has no other tier than its own.
+    `REAL` stands for the `REAL_FAMILIES`, published or not. Footage has no other tier than its own.
 
     Raises
     ------
     VbbenchError
         If a split is unknown, or no board is published on what is named, and one of both is not named.
     """
+    splits = [one for split in splits for one in (REAL_FAMILIES if split == REAL else (split,))]
     for split in splits:
         load("generator", split)
     published = published_sources()
-    if splits and tiers:
-        pairs = [(split, FOOTAGE if split in REAL_SPLITS else tier) for split in splits for tier in tiers]
+    if splits and (tiers or set(splits) <= set(REAL_FAMILIES)):
+        pairs = [(split, FOOTAGE if split in REAL_FAMILIES else tier) for split in splits for tier in tiers or ("",)]
         return tuple(source(split, tier) for split, tier in dict.fromkeys(pairs))
     found = tuple(one for one in published if (not splits or one.split in splits) and (not tiers or one.tier in tiers))
     if not found:
@@ -134,9 +152,10 @@ def is_headline(board: Board) -> bool:
     )
 
 
-def _poses_at_hand() -> Path | None:
+def _poses_at_hand(kitti: Path | None) -> Path | None:
     """The folder of camera poses beside KITTI's recordings, which are better than its own where it drives far."""
-    places = [folder / "kitti" / "poses" for folder in data_folders()]
+    folders = [folder / "kitti" for folder in data_folders()] if kitti is None else [kitti]
+    places = [folder / "poses" for folder in folders]
     return next((place for place in places if place.is_dir()), None)
 
 
