@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from tests.browser.browsing import chromium
-from tests.made_player import write_crowd, write_page
+from tests.leaderboards.made_player import write_crowd, write_page
 from tests.made_sequence import made_sequence
 from vbbench_leaderboards.results.folder import read_results
 from vbbench_leaderboards.site.player import FOLDER, Films, write_player

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from tests.exchange.mot_text import read_mot
+from tests.leaderboards.tiny_board import tiny_dataset
 from tests.make_dataset import Crowd
-from tests.tiny_board import tiny_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.tum import import_tum

@@ -156,5 +156,5 @@ def test_every_test_is_found_without_any_extra() -> None:
         [sys.executable, "-c", WITHOUT_EXTRAS], cwd=ROOT, capture_output=True, encoding="utf-8", check=False
     )
     assert found.returncode == 0, found.stdout[-3000:]
-    skipped = dict(re.findall("SKIPPED .* tests/(\\w+).py:.*: needs the extra (\\w+)", found.stdout))
+    skipped = dict(re.findall("SKIPPED .* tests/(?:\\w+/)*(\\w+).py:.*: needs the extra (\\w+)", found.stdout))
     assert skipped == NEEDS

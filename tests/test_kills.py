@@ -20,8 +20,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.challenges import withheld_challenge
 from tests.kill_harness import Command, Point, Stage, read_tree, without_chance
+from tests.leaderboards.challenges import withheld_challenge
 from tests.rehearsal import Rehearsal, Scenario
 from tests.system_calls import why_not
 from tests.test_cluster import wait_until

@@ -11,9 +11,9 @@ import pytest
 from matplotlib.text import Text
 
 from tests.answers import submit, true_answers
-from tests.board_results import BOARD, result
+from tests.leaderboards.board_results import BOARD, result
+from tests.leaderboards.site.test_building import site_of
 from tests.make_dataset import Crowd, write_dataset
-from tests.test_leaderboard_page import site_of
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.pictures.plotting import plot_sequence

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.board_results import ABOUT
 from tests.commands import ended, start
 from tests.extensions import fisheye
 from tests.flat_renderer import FlatRenderer
+from tests.leaderboards.board_results import ABOUT
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera, camera_from_dict, camera_to_dict, make_camera
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify

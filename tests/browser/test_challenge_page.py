@@ -8,7 +8,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from tests.browser.browsing import DESKTOP, PHONE, Visitor
-from tests.challenges import vbbench, withheld_challenge
+from tests.leaderboards.challenges import vbbench, withheld_challenge
 from vbbench.generation.generator import Options
 
 

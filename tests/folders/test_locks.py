@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.challenges import withheld_challenge
+from tests.leaderboards.challenges import withheld_challenge
 from tests.stopping import contents, names, stopped_at
 from tests.test_merging import last_part_first
 from vbbench.cli import main

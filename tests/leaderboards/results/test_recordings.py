@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from release.facts import outdated
-from tests.board_results import ABOUT, record_of, result
+from tests.leaderboards.board_results import ABOUT, record_of, result
 from vbbench.camera import PanoramaCamera, camera_to_dict
 from vbbench.registry import load
 from vbbench_leaderboards.results.dataset_record import BoardDataset
@@ -93,6 +93,7 @@ def test_both_facts_count() -> None:
     assert seen_by(replace(ABOUT, trained_on="Hotel"), record("hotel")) == "trained"
 
 
+@settings(max_examples=30, deadline=None)
 @given(st.text(max_size=80), st.sampled_from(["kitti", "hotel", "zara01"]))
 def test_any_text_is_read(fact: str, split: str) -> None:
     is_seen(split, fact)

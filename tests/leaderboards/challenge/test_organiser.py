@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.challenges import SECRET, TEXT, make_challenge, run_lines, vbbench
-from tests.made_results import made_results
+from tests.leaderboards.challenges import SECRET, TEXT, make_challenge, run_lines, vbbench
+from tests.leaderboards.made_results import made_results
 from vbbench.cli import all_commands, main
 from vbbench.cli.parsing import parse
 from vbbench.errors import FileError, VbbenchError

@@ -1,4 +1,4 @@
-"""Boards made again on a cluster: the same figures as here."""
+"""Boards regenerated on a cluster: the same figures as here."""
 
 from pathlib import Path
 
@@ -11,6 +11,7 @@ pytest.importorskip("distributed", reason="needs the extra dask")
 pytestmark = pytest.mark.extra
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from distributed import LocalCluster
 

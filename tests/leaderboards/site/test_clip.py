@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.made_player import hidden_people
+from tests.leaderboards.made_player import hidden_people
+from tests.leaderboards.player_decoding import METRE, decode_unboxed
 from tests.made_sequence import made_sequence
-from tests.player_decoding import METRE, decode_unboxed
 from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
 from vbbench.files.dataset import Dataset
