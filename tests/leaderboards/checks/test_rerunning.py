@@ -23,7 +23,7 @@ from vbbench.solving.runner import run_sequence
 from vbbench_leaderboards.checks import rerunning
 from vbbench_leaderboards.checks.checking import drift
 from vbbench_leaderboards.checks.rerunning import Rerun, code_of, disagreements
-from vbbench_leaderboards.results.boards import BoardSource, bundled_solvers
+from vbbench_leaderboards.results.boards import BoardSource, bundled_solvers, chosen_sources
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
 from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
 from vbbench_leaderboards.results.result import Board, Result, read_result, write_result
