@@ -43,22 +43,20 @@ void check_within(const Array<const T>& found, Int least, Int below, const char*
 
 Int length(const auto& found) { return static_cast<Int>(found.shape(0)); }
 
-/// Meshes, whose indices are checked once.
+/// The meshes of `vbbench_renderers.meshes.Parts`, whose indices are checked once.
 class MeshArrays {
  public:
-  MeshArrays(const nb::object& vertices, const nb::object& normals, const nb::object& colours, const nb::object& uv,
-             const nb::object& layers, const nb::object& grain, const nb::object& triangles,
-             const nb::object& first_vertex, const nb::object& first_triangle, const nb::object& spheres)
-      : vertices_(array<const float>(vertices, "vertices", {kAny, 3})),
-        normals_(array<const float>(normals, "normals", {vertices_.shape(0), 3})),
-        colours_(array<const float>(colours, "colours", {vertices_.shape(0), 3})),
-        uv_(array<const float>(uv, "uv", {vertices_.shape(0), 2})),
-        triangles_(array<const int>(triangles, "triangles", {kAny, 3})),
-        layers_(array<const int>(layers, "layers", {triangles_.shape(0)})),
-        grain_(array<const float>(grain, "grain", {triangles_.shape(0)})),
-        spheres_(array<const float>(spheres, "spheres", {kAny, 4})),
-        first_vertex_(array<const Int>(first_vertex, "first_vertex", {spheres_.shape(0) + 1})),
-        first_triangle_(array<const Int>(first_triangle, "first_triangle", {spheres_.shape(0) + 1})) {
+  explicit MeshArrays(const nb::object& of)
+      : vertices_(array_of<const float>(of, "vertices", {kAny, 3})),
+        normals_(array_of<const float>(of, "normals", {vertices_.shape(0), 3})),
+        colours_(array_of<const float>(of, "colours", {vertices_.shape(0), 3})),
+        uv_(array_of<const float>(of, "uv", {vertices_.shape(0), 2})),
+        triangles_(array_of<const int>(of, "triangles", {kAny, 3})),
+        layers_(array_of<const int>(of, "layers", {triangles_.shape(0)})),
+        grain_(array_of<const float>(of, "grain", {triangles_.shape(0)})),
+        spheres_(array_of<const float>(of, "spheres", {kAny, 4})),
+        first_vertex_(array_of<const Int>(of, "first_vertex", {spheres_.shape(0) + 1})),
+        first_triangle_(array_of<const Int>(of, "first_triangle", {spheres_.shape(0) + 1})) {
     check_starts(first_vertex_, length(vertices_), "first_vertex");
     check_starts(first_triangle_, length(triangles_), "first_triangle");
     if (length(vertices_) > std::numeric_limits<int>::max()) refuse("vertices must be fewer");
@@ -284,12 +282,7 @@ NB_MODULE(_core, m) {
   m.doc() = "The renderers' inner loops in C++.";
   m.attr("NEAR") = kNear;
   m.def("available_threads", &available_threads, "How many threads this process may run at the same time.");
-  nb::class_<MeshArrays>(m, "Meshes", "Meshes, joined.")
-      .def(nb::init<const nb::object&, const nb::object&, const nb::object&, const nb::object&, const nb::object&,
-                    const nb::object&, const nb::object&, const nb::object&, const nb::object&, const nb::object&>(),
-           array_arg("vertices"), array_arg("normals"), array_arg("colours"), array_arg("uv"), array_arg("layers"),
-           array_arg("grain"), array_arg("triangles"), array_arg("first_vertex"), array_arg("first_triangle"),
-           array_arg("spheres"));
+  nb::class_<MeshArrays>(m, "Meshes", "Meshes, joined.").def(nb::init<const nb::object&>(), nb::arg("parts"));
   nb::class_<Frame>(m, "Frame", "Limbs as a camera sees them.")
       .def(nb::init<const MeshArrays&, const nb::object&, const nb::object&, const nb::object&, const nb::object&,
                     Int>(),

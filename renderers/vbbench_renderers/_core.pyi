@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.geometry import FloatArray, IntArray
-from vbbench_renderers.meshes import Float32, Int32
+from vbbench.geometry import FloatArray
+from vbbench_renderers.meshes import Float32, Int32, Parts
 from vbbench_renderers.raster import Looks, ShadowMap, Textures
 from vbbench_renderers.views import Rays
 
@@ -20,21 +20,9 @@ def available_threads() -> int:
     """How many threads this process may run at the same time."""
 
 class Meshes:
-    """The fields of `vbbench_renderers.meshes.Parts`, whose indices are checked once."""
+    """Meshes whose indices are checked once; the arrays are those of ``parts``."""
 
-    def __init__(
-        self,
-        vertices: Float32,
-        normals: Float32,
-        colours: Float32,
-        uv: Float32,
-        layers: Int32,
-        grain: Float32,
-        triangles: Int32,
-        first_vertex: IntArray,
-        first_triangle: IntArray,
-        spheres: Float32,
-    ) -> None: ...
+    def __init__(self, parts: Parts) -> None: ...
 
 class Frame:
     """Limbs as a camera sees them.

@@ -104,7 +104,7 @@ class Parts:
     @cached_property
     def core(self) -> _core.Meshes:
         """The same for the functions in C++."""
-        return _core.Meshes(**vars(self))
+        return _core.Meshes(self)
 
 
 def join_parts(meshes: Sequence[Mesh]) -> Parts:

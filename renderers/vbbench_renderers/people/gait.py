@@ -316,95 +316,44 @@ def vigour(speed: FloatArray) -> FloatArray:
     return np.asarray(np.minimum(np.sqrt(speed / 1.3), 1.25))
 
 
-def place_feet(paths: Paths, moment: Moment, size: FloatArray, track: FloatArray, stance: FloatArray) -> Feet:
-    """The feet at a moment.
-
-    Parameters
-    ----------
-    paths, moment : see there.
-    size : [N] the person's metres per metre of a person of 1.75 m.
-    track : [N] half the step width in m for 1.75 m.
-    stance : [N, 2] how far in m the feet of each stand in front, when still.
-    """
-    size, gait = size[:, None], walking(moment.speed)[:, None, None]
-    steps = _steps(paths, moment, size * track[:, None])
-    planted = steps.planted[..., None]
-    here, contact, rolling = _roll(steps, size)
-    arc, ahead, swung = _swing(steps, size)
-    still, facing = _still(moment, size, track, stance)
-    ahead = gait * np.where(planted, steps.old[..., 2:], ahead) + (1.0 - gait) * facing
-    return Feet(
-        person=moment.person,
-        ankle=gait * np.where(planted, here, arc) + (1.0 - gait) * still,
-        contact=contact,
-        pitch=np.where(steps.planted, rolling, swung) * gait[..., 0],
-        yaw=np.arctan2(ahead[..., 1], ahead[..., 0]),
-        planted=(steps.planted & (gait[..., 0] == 1.0)) | (gait[..., 0] == 0.0),
-    )
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Steps:
-    """Where in its step each foot [N, 2] is.
-
-    Parameters
-    ----------
-    planted : whether in stance.
-    rolled, share : how much of the stance, or of the swing, is over, 0 … 1.
-    old, new : [N, 2, 4] the foothold that it stands on or comes from, and the next one; see `_foothold`.
-    strike, push : pitch at heel strike and at toe-off.
-    swing : `vigour`, [N, 1].
-    """
-
-    planted: BoolArray
-    rolled: FloatArray
-    share: FloatArray
-    old: FloatArray
-    new: FloatArray
-    strike: FloatArray
-    push: FloatArray
-    swing: FloatArray
-
-
-def _steps(paths: Paths, moment: Moment, aside: FloatArray) -> _Steps:
-    """Each foot's step; footholds are `aside` [N, 1] m from the path."""
+def place_feet(paths: Paths, moment: Moment, style: Style) -> Feet:
+    """The feet at a moment, of people with a style [N] each."""
+    size, gait = style.size[:, None], walking(moment.speed)[:, None, None]
     half = 0.5 * np.clip(0.62 - 0.06 * (moment.speed - 1.3), 0.35, 0.66)[:, None]
     from_left = moment.phase[:, None] - (0.0, 0.5)
     cycle = np.round(from_left)
     since = from_left - cycle
     number = np.array([0, 1]) + (2.0 * cycle).astype(np.int64) - 2 * (since < -half)
     plants = paths.plants[(paths.first_plant[moment.run][:, None] + number)[..., None] + (0, 2)]
-    old, new = (_foothold(plants[:, :, i], aside) for i in (0, 1))
+    old, new = (_foothold(plants[:, :, i], size * style.track[:, None]) for i in (0, 1))
+    stands = np.abs(since) <= half
     swing = vigour(moment.speed)[:, None]
-    return _Steps(
-        planted=np.abs(since) <= half,
-        rolled=np.clip(0.5 * since / half + 0.5, 0.0, 1.0),
-        share=np.clip((np.where(since > 0, since, since + 1.0) - half) / (1.0 - 2.0 * half), 0.0, 1.0),
-        old=old,
-        new=new,
-        strike=-STRIKE * swing + 0.0 * since,
-        push=PUSH * swing + 0.0 * since,
-        swing=swing,
+    strike, push = -STRIKE * swing + 0.0 * since, PUSH * swing + 0.0 * since
+
+    rolled = np.clip(0.5 * since / half + 0.5, 0.0, 1.0)  # heel strike, flat, off over the toes
+    landing = strike * (1.0 - smooth_step(rolled / 0.16))
+    rolling = landing + push * smooth_step((rolled - 0.5) / 0.5) ** 1.5
+    here, contact = _stand(old, rolling, size)
+
+    share = np.clip((np.where(since > 0, since, since + 1.0) - half) / (1.0 - 2.0 * half), 0.0, 1.0)  # of the swing
+    eased, bow = smooth_step(share)[..., None], np.sin(np.pi * share)
+    tuck = TUCK * swing * np.sin(np.pi * np.clip(2.0 * share, 0.0, 1.0)) ** 2
+    swung = push * (1.0 - smooth_step(share / 0.6)) + strike * smooth_step((share - 0.45) / 0.55) + tuck
+    arc = (1.0 - eased) * _stand(old, push, size)[0] + eased * _stand(new, strike, size)[0]
+    arc[..., 2] = np.maximum(arc[..., 2] + 0.02 * size * swing * bow, size * (_clearance(swung) + 0.012 * bow))
+    ahead = (1.0 - eased) * old[..., 2:] + eased * new[..., 2:]
+
+    still, facing = _still(moment, style)
+    planted = stands[..., None]
+    ahead = gait * np.where(planted, old[..., 2:], ahead) + (1.0 - gait) * facing
+    return Feet(
+        person=moment.person,
+        ankle=gait * np.where(planted, here, arc) + (1.0 - gait) * still,
+        contact=contact,
+        pitch=np.where(stands, rolling, swung) * gait[..., 0],
+        yaw=np.arctan2(ahead[..., 1], ahead[..., 0]),
+        planted=(stands & (gait[..., 0] == 1.0)) | (gait[..., 0] == 0.0),
     )
-
-
-def _roll(steps: _Steps, size: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Ankles and contacts [N, 2, 3] and pitch [N, 2] of feet in stance: heel strike, flat, off over the toes."""
-    landing = steps.strike * (1.0 - smooth_step(steps.rolled / 0.16))
-    pitch = landing + steps.push * smooth_step((steps.rolled - 0.5) / 0.5) ** 1.5
-    return *_stand(steps.old, pitch, size), pitch
-
-
-def _swing(steps: _Steps, size: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Ankles [N, 2, 3], directions [N, 2, 2] and pitch [N, 2] of feet in the air, clear of the ground."""
-    share, eased = steps.share, smooth_step(steps.share)[..., None]
-    tuck = TUCK * steps.swing * np.sin(np.pi * np.clip(2.0 * share, 0.0, 1.0)) ** 2
-    pitch = steps.push * (1.0 - smooth_step(share / 0.6)) + steps.strike * smooth_step((share - 0.45) / 0.55) + tuck
-    lifted, landed = _stand(steps.old, steps.push, size)[0], _stand(steps.new, steps.strike, size)[0]
-    arc = (1.0 - eased) * lifted + eased * landed
-    bow = np.sin(np.pi * share)
-    arc[..., 2] = np.maximum(arc[..., 2] + 0.02 * size * steps.swing * bow, size * (_clearance(pitch) + 0.012 * bow))
-    return arc, (1.0 - eased) * steps.old[..., 2:] + eased * steps.new[..., 2:], pitch
 
 
 def _foothold(plant: FloatArray, aside: FloatArray) -> FloatArray:
@@ -436,13 +385,14 @@ def _clearance(pitch: FloatArray) -> FloatArray:
     return np.asarray(np.max([z * cos + x * sin for x, z in points], axis=0))
 
 
-def _still(moment: Moment, size: FloatArray, track: FloatArray, stance: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _still(moment: Moment, style: Style) -> tuple[FloatArray, FloatArray]:
     """Ankles [N, 2, 3] and directions [N, 2, 2] of feet side by side."""
+    size = style.size[:, None]
     angle = moment.heading[:, None] + 1.8 * TOE_OUT * SIDES
     direction = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     ahead = np.stack([np.cos(moment.heading), np.sin(moment.heading)], axis=-1)[:, None]
     left = np.stack([-ahead[..., 1], ahead[..., 0]], axis=-1)
-    aside, along = size * (track[:, None] + 0.045) * SIDES, size * stance
+    aside, along = size * (style.track[:, None] + 0.045) * SIDES, size * style.stance
     middle = moment.position[:, None] + aside[..., None] * left + along[..., None] * ahead
     ankle = middle - (size * BEHIND)[..., None] * direction
     return np.concatenate([ankle, (ANKLE * size + 0.0 * along)[..., None]], axis=-1), direction

@@ -65,8 +65,7 @@ class Walkers:
         return self._parts.placed(people, bones, np.searchsorted(NEAR, distance * (NEAR_FOCAL / focal)))
 
     def _feet(self, moment: Moment) -> Feet:
-        style = self._style.of(moment.person)
-        return place_feet(self._paths, moment, style.size, style.track, style.stance)
+        return place_feet(self._paths, moment, self._style.of(moment.person))
 
 
 class _PartTable:

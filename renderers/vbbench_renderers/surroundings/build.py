@@ -9,9 +9,9 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.meshes import Mesh, Sky, Surroundings, join_meshes
-from vbbench_renderers.surroundings.furniture import FEET, THINGS, hedge, tree
+from vbbench_renderers.surroundings.furniture import THINGS, hedge, tree
 from vbbench_renderers.surroundings.houses import house_meshes
-from vbbench_renderers.surroundings.shapes import SPREAD, Quads, place, turned
+from vbbench_renderers.surroundings.shapes import SPREAD, STREET, Quads, place, turned
 from vbbench_renderers.surroundings.site import (
     FAR_PAVEMENT,
     PAVEMENT,
@@ -49,8 +49,9 @@ def outfit(site: Site, tone: Tone, rng: np.random.Generator) -> list[Mesh]:
     meshes = []
     for spot in spots:
         meshes.append(_thing(site, spot, rng))
-        if spot.kind in FEET and site.distance(spot.u, spot.v) < 45.0:
-            meshes.append(dark_spot(site, tone, np.array([spot.u, spot.v]), FEET[spot.kind], spot.yaw))
+        if spot.kind in STREET["spots"] and site.distance(spot.u, spot.v) < 45.0:
+            half = np.array(STREET["spots"][spot.kind])
+            meshes.append(dark_spot(site, tone, np.array([spot.u, spot.v]), half, spot.yaw))
     return meshes
 
 
@@ -90,13 +91,9 @@ def _side(site: Site, side: int, rng: np.random.Generator) -> list[Spot]:
             line = 2.8
         else:
             kind = rng.random()
-            things = (
-                ["cafe", "cafe", "planter"]
-                if kind < 0.45
-                else ["bench", "bin", "lamp"]
-                if kind < 0.8
-                else ["planter", "sign"]
-            )
+            things = ["planter", "sign"]
+            if kind < 0.8:
+                things = ["cafe", "cafe", "planter"] if kind < 0.45 else ["bench", "bin", "lamp"]
             offsets = [0.0, 2.7, -1.9]
             line = 2.6
         spots += [

@@ -7,11 +7,21 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench_renderers.meshes import Float32, Mesh, join_meshes
-from vbbench_renderers.surroundings.shapes import Quads, boxes, icosphere, join, place, quads, smooth_mesh, tube, turned
+from vbbench_renderers.surroundings.shapes import (
+    STREET,
+    Quads,
+    boxes,
+    icosphere,
+    join,
+    one_of,
+    place,
+    quads,
+    smooth_mesh,
+    tube,
+    turned,
+)
 from vbbench_renderers.surroundings.textures import TILE, Layer, quarter
 
-GREENS = [(0.20, 0.34, 0.07), (0.27, 0.40, 0.08), (0.17, 0.30, 0.09), (0.35, 0.40, 0.08), (0.22, 0.37, 0.12)]
-"""Colours of foliage, linear RGB, multiplied with the texture."""
 BARK = np.array([0.20, 0.155, 0.115])
 NEAR = 12.0
 """Trees nearer than this are detailed, m."""
@@ -46,7 +56,7 @@ def tree(size: float, distance: float, rng: np.random.Generator) -> Mesh:
 
 def hedge(length: float, distance: float, rng: np.random.Generator) -> Mesh:
     """A clipped hedge along x, 0.9 m high, in its own frame."""
-    green = np.array(GREENS[rng.integers(len(GREENS))])
+    green = one_of(STREET["foliage"], rng)
     half, deep, tall = 0.5 * length, 0.32, 0.9
     core = boxes(
         [-half, -deep, 0.0], [half, deep, tall], green * 0.8, layer=Layer.LEAVES, tile=TILE[Layer.LEAVES], foot=0.4
@@ -70,7 +80,7 @@ def _crown(
     centres: FloatArray, radii: FloatArray, centre: FloatArray, cards: int, leaf: float, rng: np.random.Generator
 ) -> list[Mesh]:
     """Blobs of foliage and the cards around them; the lower and inner parts are darker."""
-    green = np.array(GREENS[rng.integers(len(GREENS))]) * rng.uniform(0.85, 1.15)
+    green = one_of(STREET["foliage"], rng) * rng.uniform(0.85, 1.15)
     parts = [_core(c, r, centre, green, 0 if leaf > 0.44 else 1, rng) for c, r in zip(centres, radii, strict=True)]
     owner = rng.choice(len(radii), 3 * cards, p=radii**2 / np.sum(radii**2))
     out = rng.standard_normal((3 * cards, 3))
@@ -143,26 +153,6 @@ def _bough(start: FloatArray, end: FloatArray, size: float) -> Mesh:
     )
 
 
-PAINTS = [
-    (0.45, 0.46, 0.48),
-    (0.10, 0.11, 0.13),
-    (0.40, 0.05, 0.05),
-    (0.06, 0.12, 0.27),
-    (0.62, 0.62, 0.60),
-    (0.20, 0.24, 0.20),
-]
-"""Linear RGB."""
-STATIONS = np.array(
-    [
-        [-2.10, 0.70, 0.62],
-        [-1.95, 0.80, 0.72],
-        [-0.9, 0.87, 0.92],
-        [1.6, 0.86, 0.95],
-        [2.05, 0.80, 0.90],
-        [2.12, 0.74, 0.70],
-    ]
-)
-"""Along the lower body: x, half width and height of the shoulder, m."""
 GLASS = np.array([0.035, 0.045, 0.055])
 SKY = np.array([0.22, 0.28, 0.34])
 """The reflection at the upper edge of the glass."""
@@ -170,12 +160,12 @@ SKY = np.array([0.22, 0.28, 0.34])
 
 def car(rng: np.random.Generator) -> list[Mesh | Quads]:
     """A car 4.2 m long along x, its nose at negative x."""
-    paint = np.array(PAINTS[rng.integers(len(PAINTS))])
+    paint = one_of(STREET["cars"], rng)
     tall, back = rng.uniform(1.40, 1.55), rng.uniform(1.35, 1.85)
     wheels = [
         place(_wheel(), x, side * 0.89, 0.5 * np.pi * (side + 1.0), 0.32) for x in (-1.35, 1.30) for side in (-1, 1)
     ]
-    return [_hull(STATIONS, paint), *_cabin(paint, tall, back), *_lights(), *wheels]
+    return [_hull(np.array(STREET["car_stations"]), paint), *_cabin(paint, tall, back), *_lights(), *wheels]
 
 
 def _hull(stations: FloatArray, paint: FloatArray) -> Quads:
@@ -249,7 +239,6 @@ Parts = list[Mesh | Quads]
 """What a thing is made of; only quadrilaterals need be divided."""
 IRON = np.array([0.035, 0.04, 0.042])
 OAK = np.array([0.42, 0.27, 0.15])
-CLOTHS = [(0.62, 0.56, 0.45), (0.45, 0.09, 0.07), (0.10, 0.22, 0.16), (0.62, 0.42, 0.14)]
 
 
 def lamp(rng: np.random.Generator) -> Parts:
@@ -353,7 +342,7 @@ def cafe(rng: np.random.Generator) -> Parts:
     top = tube([[0.38, 0.70], [0.38, 0.73], [0.0, 0.735]], [0.55, 0.53, 0.50], sides=10)
     leg = tube([[0.22, 0.0], [0.03, 0.06], [0.03, 0.70]], IRON, sides=6)
     pole = tube([[0.025, 0.73], [0.025, 2.55]], [0.5, 0.48, 0.44], sides=5)
-    cloth = np.array(CLOTHS[rng.integers(len(CLOTHS))])
+    cloth = one_of(STREET["parasols"], rng)
     shade = tube([[1.05, 2.08], [1.05, 2.14], [0.0, 2.58]], cloth, sides=14)
     under = tube([[1.04, 2.11], [0.0, 2.55]], cloth * 0.4, sides=14)
     angles = rng.uniform(0.0, np.pi) + np.array([0.0, rng.uniform(2.4, 3.8)])
@@ -389,15 +378,3 @@ THINGS: dict[str, Callable[[np.random.Generator], Parts]] = {
     "car": car,
 }
 """What can be placed."""
-FEET: dict[str, FloatArray] = {
-    "lamp": np.array([0.3, 0.3]),
-    "bench": np.array([1.1, 0.5]),
-    "bin": np.array([0.4, 0.4]),
-    "bollard": np.array([0.2, 0.2]),
-    "planter": np.array([0.65, 0.65]),
-    "column": np.array([0.95, 0.95]),
-    "cafe": np.array([1.2, 1.0]),
-    "car": np.array([2.5, 1.2]),
-    "tree": np.array([0.75, 0.75]),
-}
-"""Half axes of the dark spot on the ground under a thing, m."""

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vbbench.geometry import FloatArray
 from vbbench_renderers.meshes import Mesh
-from vbbench_renderers.surroundings.shapes import SPREAD, Quads, boxes, join, place, quads
+from vbbench_renderers.surroundings.shapes import SPREAD, STREET, Quads, boxes, join, one_of, place, quads
 from vbbench_renderers.surroundings.site import Plot
 from vbbench_renderers.surroundings.textures import TILE, Layer, quarter
 
@@ -227,17 +227,6 @@ def _nothing() -> Quads:
     return quads(np.zeros((0, 4, 3)), 0.0)
 
 
-PAINTS = [
-    (0.05, 0.09, 0.07),
-    (0.06, 0.08, 0.16),
-    (0.28, 0.05, 0.05),
-    (0.09, 0.09, 0.10),
-    (0.32, 0.22, 0.13),
-    (0.45, 0.44, 0.40),
-]
-"""Colours of doors and shop fronts, linear RGB."""
-CLOTHS = [(0.55, 0.07, 0.06), (0.06, 0.22, 0.14), (0.08, 0.14, 0.34), (0.70, 0.50, 0.16), (0.42, 0.20, 0.10)]
-"""Colours of awnings, linear RGB; every second stripe is pale."""
 PALE = np.array([0.78, 0.75, 0.68])
 DEEP = 0.24
 """Depth of shop windows and doors in the wall, m."""
@@ -246,8 +235,8 @@ DEEP = 0.24
 def ground_floor(front: Front, rng: np.random.Generator, *, shop: bool) -> Quads:
     """The ground floor, bay by bay; one bay has the door of the house."""
     entrance = int(rng.integers(len(front.bays) - 1))
-    paint = np.array(PAINTS[rng.integers(len(PAINTS))])
-    cloth = np.array(CLOTHS[rng.integers(len(CLOTHS))])
+    paint = one_of(STREET["doors"], rng)
+    cloth = one_of(STREET["awnings"], rng)
     number, awnings = int(rng.integers(4)), rng.random() < 0.55
     parts: list[Quads] = []
     for bay, (x0, x1) in enumerate(zip(front.bays[:-1], front.bays[1:], strict=True)):
@@ -379,23 +368,6 @@ RELIEF = 14.0
 RELIEF_WIDTH, PLAIN_WIDTH = 30.0, 84.0
 """… as long as their total width is at most this, m; up to the second width windows are on the surface, beyond it
 they are painted."""
-WALLS = {
-    Layer.PLASTER: [
-        (0.80, 0.70, 0.50),
-        (0.72, 0.46, 0.30),
-        (0.84, 0.80, 0.72),
-        (0.62, 0.66, 0.66),
-        (0.74, 0.56, 0.46),
-        (0.55, 0.62, 0.50),
-        (0.82, 0.62, 0.36),
-        (0.50, 0.56, 0.64),
-    ],
-    Layer.BRICK: [(0.50, 0.20, 0.13), (0.60, 0.30, 0.19), (0.42, 0.19, 0.15), (0.62, 0.46, 0.30)],
-    Layer.ASHLAR: [(0.72, 0.64, 0.50), (0.66, 0.62, 0.56), (0.78, 0.72, 0.62)],
-}
-"""Colours of walls by what they are made of, linear RGB, multiplied with the texture."""
-TRIMS = [(0.80, 0.77, 0.70), (0.62, 0.57, 0.49), (0.86, 0.85, 0.83), (0.55, 0.50, 0.44)]
-TILES = [(0.50, 0.22, 0.14), (0.40, 0.20, 0.15), (0.20, 0.20, 0.22), (0.30, 0.25, 0.22)]
 
 
 def house_meshes(plots: tuple[Plot, ...], rng: np.random.Generator) -> list[Mesh]:
@@ -411,7 +383,7 @@ def house_mesh(plot: Plot, rng: np.random.Generator, before: float) -> Mesh:
     relief = plot.distance < RELIEF and before < RELIEF_WIDTH
     flat = plot.distance > FLAT or before > PLAIN_WIDTH
     front = _front(plot, rng)
-    parts = [_roof(plot, np.array(TILES[rng.integers(len(TILES))]), front, rng, dormers=relief)]
+    parts = [_roof(plot, one_of(STREET["tiles"], rng), front, rng, dormers=relief)]
     if flat:
         parts.append(_painted(plot, front))
     else:
@@ -427,12 +399,11 @@ def _front(plot: Plot, rng: np.random.Generator) -> Front:
     count = max(int(np.round(plot.width / rng.uniform(2.5, 3.3))), 2)
     foot = rng.uniform(3.7, 4.2)
     storeys = max(int(np.round((plot.height - foot) / 3.2)), 1)
-    choices = WALLS[wall]
     bay = plot.width / count
     return Front(
         wall=wall,
-        colour=np.array(choices[rng.integers(len(choices))]) * rng.uniform(0.88, 1.05),
-        trim=np.array(TRIMS[rng.integers(len(TRIMS))]),
+        colour=one_of(STREET["walls"][wall.name], rng) * rng.uniform(0.88, 1.05),
+        trim=one_of(STREET["trims"], rng),
         bays=np.linspace(0.0, plot.width, count + 1),
         floors=np.linspace(foot, plot.height, storeys + 1),
         window=(min(rng.uniform(1.0, 1.45), bay - 0.9), rng.uniform(1.55, 2.0)),

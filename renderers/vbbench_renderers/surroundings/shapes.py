@@ -4,9 +4,12 @@ Quadrilaterals are divided for the panorama and made a mesh at the end. Objects 
 the right and y away as seen from the front, z up) and then placed.
 """
 
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib.resources import files
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -15,8 +18,14 @@ from numpy.typing import ArrayLike
 from vbbench.geometry import FloatArray, IntArray
 from vbbench_renderers.meshes import PLAIN, Mesh
 
+STREET: dict[str, Any] = tomllib.loads(files(__package__).joinpath("street.toml").read_text("utf-8"))
 SPREAD = 0.104
 """The largest width of a part of an object over its distance, rad: its corners may be projected on a cylinder."""
+
+
+def one_of(colours: list[list[float]], rng: np.random.Generator) -> FloatArray:
+    """One of the colours."""
+    return np.array(colours[rng.integers(len(colours))])
 
 
 def place(mesh: Mesh, x: float, y: float, yaw: float = 0.0, z: float = 0.0) -> Mesh:

@@ -6,7 +6,7 @@ Pictures of windows, shop fronts, doors and signs stand four to a layer, drawn u
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -94,12 +94,8 @@ def shops(rng: np.random.Generator) -> FloatArray:
         _goods(pane, rng, number)
         pane += 0.05 * np.clip(_slanted(), 0.0, 1.0)[..., None]
         pane[:14] = np.array([0.06, 0.06, 0.065])
-        _bars(
-            pane,
-            [[0.05, 0.05, 0.055], [0.25, 0.16, 0.09], [0.5, 0.5, 0.48], [0.05, 0.09, 0.07]][number],
-            columns=1 + number % 2,
-            rows=[0.80],
-        )
+        frame = [[0.05, 0.05, 0.055], [0.25, 0.16, 0.09], [0.5, 0.5, 0.48], [0.05, 0.09, 0.07]][number]
+        _bars(pane, frame, columns=1 + number % 2, rows=[0.80])
         pictures.append(pane)
     return _sheet(pictures)
 
@@ -108,12 +104,9 @@ def doors(rng: np.random.Generator) -> FloatArray:
     """A panelled door, a glazed one, a boarded one and a shop's."""
     pictures = []
     for number in range(4):
-        grain = (
-            1.0 + 0.10 * np.repeat(cloudy(rng, 0.6)[:1, :HALF], HALF, axis=0) + 0.03 * cloudy(rng, 0.2)[:HALF, :HALF]
-        )
-        door = grain[..., None] * np.array(
-            [[0.70, 0.70, 0.70], [0.65, 0.65, 0.65], [0.62, 0.60, 0.56], [0.3, 0.3, 0.3]][number]
-        )
+        stripes = np.repeat(cloudy(rng, 0.6)[:1, :HALF], HALF, axis=0)
+        grain = 1.0 + 0.10 * stripes + 0.03 * cloudy(rng, 0.2)[:HALF, :HALF]
+        door = grain[..., None] * np.array([[0.7] * 3, [0.65] * 3, [0.62, 0.60, 0.56], [0.3] * 3][number])
         if number == 0:
             for low, high in ((20, 90), (104, 190), (200, 236)):
                 for left, right in ((30, 118), (138, 226)):
@@ -234,65 +227,25 @@ def _letter(board: FloatArray, rng: np.random.Generator, column: int, wide: int,
             board[row : row + 12, column : column + wide] = ink
 
 
-class Layer(IntEnum):
-    """The number of each texture layer."""
-
-    PAVING = 0
-    SETTS = 1
-    ASPHALT = 2
-    GRASS = 3
-    BRICK = 4
-    PLASTER = 5
-    ASHLAR = 6
-    ROOF = 7
-    LEAVES = 8
-    WOOD = 9
-    WINDOWS = 10
-    WINDOWS_OLD = 11
-    SHOPS = 12
-    DOORS = 13
-    SIGNS = 14
-    DISTANT = 15
-
-
-TILE = {
-    Layer.PAVING: 2.4,
-    Layer.SETTS: 1.6,
-    Layer.ASPHALT: 3.0,
-    Layer.GRASS: 3.0,
-    Layer.BRICK: 2.0,
-    Layer.PLASTER: 4.0,
-    Layer.ASHLAR: 2.4,
-    Layer.ROOF: 2.4,
-    Layer.LEAVES: 1.2,
-    Layer.WOOD: 0.8,
-}
+Layer = IntEnum(
+    "Layer",
+    "PAVING SETTS ASPHALT GRASS BRICK PLASTER ASHLAR ROOF LEAVES WOOD WINDOWS WINDOWS_OLD SHOPS DOORS SIGNS DISTANT",
+    start=0,
+)
+"""The number of each texture layer."""
+TILE = dict(zip(Layer, (2.4, 1.6, 3.0, 3.0, 2.0, 4.0, 2.4, 2.4, 1.2, 0.8), strict=False))
 """Width of a layer in the world, m; the others hold pictures, four to a layer."""
 
 
 @lru_cache(maxsize=1)
 def textures() -> NDArray[np.uint8]:
     """[L, S, S, 3] all layers; they are the same for every seed."""
-    painters: dict[Layer, Callable[[np.random.Generator], FloatArray]] = {
-        Layer.PAVING: _paving,
-        Layer.SETTS: _setts,
-        Layer.ASPHALT: _asphalt,
-        Layer.GRASS: _grass,
-        Layer.BRICK: _brick,
-        Layer.PLASTER: _plaster,
-        Layer.ASHLAR: _ashlar,
-        Layer.ROOF: _roof,
-        Layer.LEAVES: _leaves,
-        Layer.WOOD: _wood,
-        Layer.WINDOWS: lambda rng: windows(rng, old=False),
-        Layer.WINDOWS_OLD: lambda rng: windows(rng, old=True),
-        Layer.SHOPS: shops,
-        Layer.DOORS: doors,
-        Layer.SIGNS: signs,
-        Layer.DISTANT: _distant,
-    }
-    layers = [srgb(painters[layer](np.random.default_rng([2111, layer]))) for layer in Layer]
-    stack = np.stack(layers)
+    stones, plants = (_brick, _plaster, _ashlar, _roof), (_leaves, _wood)
+    openings = (partial(windows, old=False), partial(windows, old=True), shops, doors, signs, _distant)
+    painters: tuple[Callable[[np.random.Generator], FloatArray], ...]
+    painters = (_paving, _setts, _asphalt, _grass, *stones, *plants, *openings)
+    streams = (np.random.default_rng([2111, layer]) for layer in Layer)
+    stack = np.stack([srgb(paint(rng)) for paint, rng in zip(painters, streams, strict=True)])
     stack.flags.writeable = False
     return stack
 
