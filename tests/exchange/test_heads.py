@@ -164,11 +164,12 @@ def test_a_screen_hides_whatever_is_behind():
 
 
 def test_what_does_not_count_is_in_the_picture():
-    others = draw_others(CAMERA, 500, np.random.default_rng(0))
-    assert set(others.kind[others.confidence == 1]) == {2, 3, 4}
-    assert set(others.kind[others.confidence == 0]) == {1}
-    pairs = np.stack([others.frame, others.number], axis=1)
-    assert len(np.unique(pairs, axis=0)) == len(pairs)
+    frame, number, left, top, width, height, confidence, kind, _ = draw_others(CAMERA, 50, np.random.default_rng(0)).T
+    assert (set(kind[confidence == 1]), set(kind[confidence == 0])) == ({2, 3, 4}, {1})
+    assert len(set(zip(frame, number, strict=True))) == len(frame) == 50 * number.max()
+    assert min(left.min(), top.min(), frame.min(), number.min()) >= 1
+    assert (left + width).max() <= 1921
+    assert (top + height).max() <= 1081
 
 
 def test_the_folder_is_one_of_head_tracking_21(folder, crowd):

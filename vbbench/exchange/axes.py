@@ -41,8 +41,6 @@ _UNUSUAL = 0.1
 """How much better another order than the usual one must fit."""
 _AHEAD = 0.8
 """Rad: motion within this angle is forward."""
-_SIDEWAYS = 0.8
-"""Share of the way that leads elsewhere from which on a note says so."""
 _BEND, _CUSP = 0.25, 2.1
 """Rad by which a path bends that needs rotations, and by which no path without rotations may turn at once."""
 

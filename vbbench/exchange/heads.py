@@ -371,38 +371,16 @@ _KINDS = np.repeat([STATIC, ON_VEHICLE, PEDESTRIAN, IGNORE], [4, 3, 5, 2])
 """Classes of what does not count: people who sit, people on vehicles, reflections, and regions to ignore."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Others:
-    """Boxes that an evaluation ignores.
+def draw_others(camera: SurveillanceCamera, frames: int, rng: np.random.Generator) -> FloatArray:
+    """Rows [N, 9] of ``gt.txt`` that do not count, at one place of the picture in every frame; ids are from 1.
 
-    Parameters
-    ----------
-    frame : [N] from 0.
-    number : [N] which object they belong to, from 0.
-    boxes : [N, 4] (left, top, width, height) in px from 0.
-    kind : [N] class.
-    confidence : [N] 0 or 1; 0 of reflections, which have the class of pedestrians.
+    Reflections have the class of pedestrians, and confidence 0.
     """
-
-    frame: IntArray
-    number: IntArray
-    boxes: FloatArray
-    kind: IntArray
-    confidence: IntArray
-
-
-def draw_others(camera: SurveillanceCamera, frames: int, rng: np.random.Generator) -> Others:
-    """What does not count, at one place of the picture in every frame."""
+    count = len(_KINDS)
     sizes = np.where(_KINDS[:, None] == IGNORE, [camera.width / 8.0, camera.height / 20.0], 0.02 * camera.height)
-    corners = rng.uniform(0.0, [camera.width, camera.height] - sizes)
-    frame, number = np.divmod(np.arange(frames * len(_KINDS)), len(_KINDS))
-    return Others(
-        frame=frame,
-        number=number,
-        boxes=np.column_stack([corners, sizes])[number],
-        kind=_KINDS[number],
-        confidence=np.where(_KINDS[number] == PEDESTRIAN, 0, 1),
-    )
+    corners = rng.uniform(0.0, [camera.width, camera.height] - sizes) + 1.0
+    columns = [1 + np.arange(count), *corners.T, *sizes.T, _KINDS != PEDESTRIAN, _KINDS, np.ones(count)]
+    return np.column_stack([np.repeat(1 + np.arange(frames), count), np.tile(np.column_stack(columns), (frames, 1))])
 
 
 def export_heads(
@@ -479,17 +457,14 @@ def _station(scene: Scene, camera: SurveillanceCamera, options: HeadOptions) -> 
     return np.append(scene.positions[scene.present].mean(axis=0) - ahead, yaw)
 
 
-def _truth_text(heads: Heads, boxes: FloatArray, visible: FloatArray, others: Others) -> str:
-    """The lines of ``gt.txt``, by track and frame; boxes that do not count follow with further ids."""
-    ids = np.concatenate([heads.track, heads.track.max() + 1 + others.number])
-    frames = np.concatenate([heads.frame, others.frame]) + 1
-    drawn = np.concatenate([boxes, others.boxes]) + np.array([1.0, 1.0, 0.0, 0.0])
-    confidence = np.concatenate([np.ones(len(heads), np.int64), others.confidence])
-    kinds = np.concatenate([np.full(len(heads), PEDESTRIAN), others.kind])
-    shares = np.concatenate([visible, np.ones(len(others.frame))])
-    columns = (frames, ids, *drawn.T, confidence, kinds, shares)
-    line = "{},{},{:.2f},{:.2f},{:.2f},{:.2f},{},{},{:.2f}\n"
-    return "".join(line.format(*row) for row in zip(*(column.tolist() for column in columns), strict=True))
+def _truth_text(heads: Heads, boxes: FloatArray, visible: FloatArray, others: FloatArray) -> str:
+    """The lines of ``gt.txt``, by track and frame; rows that do not count follow with further ids."""
+    ones = np.ones(len(heads))
+    drawn = boxes + np.array([1.0, 1.0, 0.0, 0.0])
+    people = np.column_stack([heads.frame + 1, heads.track, drawn, ones, PEDESTRIAN * ones, visible])
+    others = others + np.array([0, heads.track.max(), 0, 0, 0, 0, 0, 0, 0])
+    line = "{:.0f},{:.0f},{:.2f},{:.2f},{:.2f},{:.2f},{:.0f},{:.0f},{:.2f}\n"
+    return "".join(line.format(*row) for row in np.vstack([people, others]).tolist())
 
 
 def _truth_table(heads: Heads, visible: FloatArray, scene: Scene) -> bytes:
