@@ -28,7 +28,7 @@ from vbbench_generators.footage.kitti.split import kitti
 from vbbench_generators.footage.motsynth import motsynth
 from vbbench_generators.footage.nuscenes import nuscenes
 from vbbench_generators.footage.own import own
-from vbbench_generators.footage.runs import RunRules, find_runs
+from vbbench_generators.footage.sequences import RunRules, find_runs
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 
 CARD = Card(name="walk", title="A walk", licence="CC0", citation="-", sources=())
@@ -337,7 +337,7 @@ def test_a_damaged_list_of_cameras_is_refused(tmp_path):
     path = tmp_path / "d" / "dataset.json"
     values = json.loads(path.read_text())
     path.write_text(json.dumps({**values, "cameras": []}))
-    with pytest.raises(VbbenchError, match=r"key .cameras. is .*, not a list of cameras"):
+    with pytest.raises(VbbenchError, match=r"at `\$\.cameras`"):
         Dataset(tmp_path / "d")
 
 

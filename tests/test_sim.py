@@ -233,25 +233,6 @@ def test_a_scenario_of_ones_own(write: Callable[..., Path], tmp_path: Path) -> N
     assert (len(made), made.info.definition["scenario"]["name"]) == (2, "mine")
 
 
-def test_the_forces_of_1995_walk_otherwise(write: Callable[..., Path]) -> None:
-    with_forces = SMALL.replace("dt = 0.4", 'dt = 0.4\nforces = "helbing-molnar"').replace("[2]", "[12]")
-    own = plan(scenario=str(write(with_forces, "mine.toml"))).build(0).scene
-    other = plan(scenario=str(write(SMALL.replace("[2]", "[12]"), "other.toml"))).build(0).scene
-    assert own is not None
-    assert other is not None
-    assert not np.array_equal(own.positions[1], other.positions[1])
-
-
-def test_the_library_has_no_other_forces(
-    write: Callable[..., Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    path = write(SMALL.replace("dt = 0.4", 'dt = 0.4\nforces = "helbing-molnar"'), "mine.toml")
-    options = write('engine = "pysocialforce"', "options.toml")
-    asked = ["--scenario", str(path), "--options", str(options), "--out", str(tmp_path / "out")]
-    assert main(["generate", "sim", *asked]) == 2
-    assert "has no forces 'helbing-molnar'" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -9,10 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vbbench.geometry import FloatArray
-from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate, simulate_many
+from vbbench_generators.social_force import Crowd, Model, Moussaid, simulate, simulate_many
 
-MODELS = {"moussaid": Model(), "helbing-molnar": Model(repulsion=HelbingMolnar())}
-both = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
+MODEL = Model()
 STEP: dict[str, Any] = {"dt": 0.1, "substeps": 1}
 
 
@@ -38,35 +37,30 @@ def turned(one: Crowd, angle: float, shift: FloatArray) -> Crowd:
     return replace(one, velocities=one.velocities @ turn.T, **move)
 
 
-@both
 @settings(max_examples=20, deadline=None)
 @given(angle=st.floats(-7, 7), x=st.floats(-50, 50), y=st.floats(-50, 50), seed=st.integers(0, 99))
-def test_crowds_walk_the_same_way_wherever_the_world_points(
-    model: Model, angle: float, x: float, y: float, seed: int
-) -> None:
+def test_crowds_walk_the_same_way_wherever_the_world_points(angle: float, x: float, y: float, seed: int) -> None:
     one, shift = crowd(12, seed, grouped=True), np.array([x, y])
-    paths = simulate(one, model, frames=6, **STEP)
-    again = simulate(turned(one, angle, shift), model, frames=6, **STEP)
+    paths = simulate(one, MODEL, frames=6, **STEP)
+    again = simulate(turned(one, angle, shift), MODEL, frames=6, **STEP)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     np.testing.assert_allclose(again, paths @ turn.T + shift, atol=1e-8)
 
 
-@both
 @pytest.mark.parametrize("walls", [(), [[-8, -8, 8, -8], [-8, 8, 8, 8]]], ids=["open", "walls"])
-def test_bytes_do_not_depend_on_company_or_threads(model: Model, walls: Any) -> None:
+def test_bytes_do_not_depend_on_company_or_threads(walls: Any) -> None:
     crowds = [crowd(people, people, grouped=True) for people in (10, 300, 1, 50, 2, 257)]
-    alone = [simulate(one, model, frames=4, dt=0.2, substeps=2, walls=walls, threads=1).tobytes() for one in crowds]
+    alone = [simulate(one, MODEL, frames=4, dt=0.2, substeps=2, walls=walls, threads=1).tobytes() for one in crowds]
     for threads in (None, 1, 2):
-        paths = simulate_many(crowds, model, frames=4, dt=0.2, substeps=2, walls=walls, threads=threads)
+        paths = simulate_many(crowds, MODEL, frames=4, dt=0.2, substeps=2, walls=walls, threads=threads)
         assert [path.tobytes() for path in paths] == alone
 
 
-@both
-def test_a_large_crowd_walks_as_a_small_one_up_to_rounding(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_crowd_walks_as_a_small_one_up_to_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
     one = crowd(60)
-    small = simulate(one, model, frames=5, **STEP)
+    small = simulate(one, MODEL, frames=5, **STEP)
     monkeypatch.setattr("vbbench_generators.social_force.LARGE", 2)
-    np.testing.assert_allclose(simulate(one, model, frames=5, **STEP), small, atol=1e-10)
+    np.testing.assert_allclose(simulate(one, MODEL, frames=5, **STEP), small, atol=1e-10)
 
 
 def test_momentum_is_kept_by_moussaid() -> None:
@@ -76,36 +70,32 @@ def test_momentum_is_kept_by_moussaid() -> None:
     assert np.abs((paths[1] - paths[0]).sum(axis=0)).max() < 1e-11
 
 
-@both
-def test_one_person_alone_reaches_the_desired_speed_and_stops_at_the_goal(model: Model) -> None:
-    paths = simulate(lone([[20.0, 0.0]]), model, frames=301, **STEP)[:, 0]
+def test_one_person_alone_reaches_the_desired_speed_and_stops_at_the_goal() -> None:
+    paths = simulate(lone([[20.0, 0.0]]), MODEL, frames=301, **STEP)[:, 0]
     assert np.linalg.norm(paths[100] - paths[99]) == pytest.approx(0.13, rel=1e-6)
     assert np.linalg.norm(paths[-1] - [20.0, 0.0]) < 0.5
     np.testing.assert_array_equal(paths[-1], paths[-20])
 
 
-@both
-def test_goals_are_headed_for_one_after_the_other_without_a_stop(model: Model) -> None:
+def test_goals_are_headed_for_one_after_the_other_without_a_stop() -> None:
     goals = [[6.0, 0.0], [6.0, 6.0], [0.0, 6.0]]
-    paths = simulate(lone(goals), model, frames=301, **STEP)[:, 0]
+    paths = simulate(lone(goals), MODEL, frames=301, **STEP)[:, 0]
     near = [np.flatnonzero(np.linalg.norm(paths - goal, axis=1) <= 1.0)[0] for goal in goals]
     assert near == sorted(near)
     assert np.linalg.norm(np.diff(paths[5 : near[-1]], axis=0), axis=1).min() > 0.05
     assert np.linalg.norm(paths[-1] - goals[-1]) < 0.5
 
 
-@both
-def test_nobody_walks_faster_than_the_cap(model: Model) -> None:
+def test_nobody_walks_faster_than_the_cap() -> None:
     one = crowd(50, 3)
-    speeds = np.linalg.norm(np.diff(simulate(one, model, frames=60, dt=0.05, substeps=1), axis=0), axis=2) / 0.05
+    speeds = np.linalg.norm(np.diff(simulate(one, MODEL, frames=60, dt=0.05, substeps=1), axis=0), axis=2) / 0.05
     assert np.all(speeds <= 1.3 * one.speeds + 1e-9)
 
 
-@both
-def test_walls_keep_people_out(model: Model) -> None:
+def test_walls_keep_people_out() -> None:
     wall = [[3.0, -20.0, 3.0, 20.0]]
-    assert simulate(lone([[6.0, 0.1]]), model, frames=200, **STEP)[-1, 0, 0] > 5.0
-    assert simulate(lone([[6.0, 0.1]]), model, frames=200, **STEP, walls=wall)[:, 0, 0].max() < 3.0
+    assert simulate(lone([[6.0, 0.1]]), MODEL, frames=200, **STEP)[-1, 0, 0] > 5.0
+    assert simulate(lone([[6.0, 0.1]]), MODEL, frames=200, **STEP, walls=wall)[:, 0, 0].max() < 3.0
 
 
 def test_a_group_stays_closer_together_than_strangers() -> None:
@@ -117,16 +107,13 @@ def test_a_group_stays_closer_together_than_strangers() -> None:
     assert spread[1] < 0.7 * spread[0]
 
 
-@both
 @pytest.mark.parametrize("strict", [False, True])
-def test_degenerate_crowds_stay_finite(model: Model, strict: bool) -> None:
-    if strict and isinstance(model.repulsion, HelbingMolnar):
-        pytest.skip("strict is for Moussaid alone")
+def test_degenerate_crowds_stay_finite(strict: bool) -> None:
     zeros, walls = np.zeros((5, 2)), [[0, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0.05, 0]]
     one = Crowd(positions=zeros, velocities=zeros, speeds=np.zeros(5), goals=zeros[:, None], groups=[0, 0, 1, 1, -1])
     moving = replace(one, velocities=np.arange(10).reshape(5, 2), speeds=np.ones(5))
     for start in (one, moving):
-        assert np.all(np.isfinite(simulate(start, replace(model, strict=strict), frames=9, **STEP, walls=walls)))
+        assert np.all(np.isfinite(simulate(start, replace(MODEL, strict=strict), frames=9, **STEP, walls=walls)))
 
 
 def test_nobody_at_all_is_a_crowd_too() -> None:
@@ -185,12 +172,10 @@ def test_steps_that_make_no_sense(change: dict[str, Any], message: str) -> None:
         lambda: Model(relaxation_time=0.0),
         lambda: Model(top_speed=0.9),
         lambda: Model(arrival_radius=0.1),
-        lambda: Model(strict=True, repulsion=HelbingMolnar()),
         lambda: Moussaid(reach=-1.0),
         lambda: Moussaid(factor=float("nan")),
-        lambda: HelbingMolnar(view_angle=400.0),
     ],
 )
 def test_models_that_make_no_sense(make: Any) -> None:
-    with pytest.raises(ValueError, match=r"Model|Moussaid|HelbingMolnar"):
+    with pytest.raises(ValueError, match=r"Model|Moussaid"):
         make()

@@ -8,10 +8,9 @@ from hypothesis import strategies as st
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench_generators._core import row_forces
-from vbbench_generators.social_force import HelbingMolnar, Model, Moussaid, WallForce, model_numbers
+from vbbench_generators.social_force import Model, Moussaid, WallForce, model_numbers
 
 NO_WALLS = np.empty((0, 4))
-HELBING_MOLNAR = Model(repulsion=HelbingMolnar(stride_time=1.0, unseen_weight=1.0))
 
 
 def people(count: int, seed: int, half: float | None = None) -> FloatArray:
@@ -87,43 +86,9 @@ def test_action_is_reaction_to_the_bit(values: tuple[float, float, float, float]
     assert np.all(np.isfinite(forces))
 
 
-@pytest.mark.parametrize("model", [Model(), HELBING_MOLNAR, Model(strict=True)])
+@pytest.mark.parametrize("model", [Model(), Model(strict=True)])
 def test_people_who_stand_in_one_place_feel_nothing_and_no_nan(model: Model) -> None:
     assert np.all(row_forces(np.zeros((7, 2)), NO_WALLS, model_numbers(model)) == 0.0)
-
-
-def potential(r: FloatArray, s: FloatArray) -> FloatArray:
-    """V0 exp(−b/σ) of r, s e [N, 2]; Helbing & Molnár (1995)."""
-    both = np.linalg.norm(r, axis=1) + np.linalg.norm(r - s, axis=1)
-    return 2.1 * np.exp(-np.sqrt(both**2 - np.sum(s * s, axis=1)) / 2.0 / 0.3)
-
-
-def helbing_molnar_exactly(r: FloatArray, s: FloatArray) -> FloatArray:
-    """−∇V [N, 2] by central differences."""
-    h = 1e-6
-    slopes = [(potential(r + a, s) - potential(r - a, s)) / (2 * h) for a in (np.array([h, 0.0]), np.array([0.0, h]))]
-    return -np.stack(slopes, axis=1)
-
-
-def test_pairs_of_helbing_and_molnar_are_the_slope_of_the_potential() -> None:
-    rng = np.random.default_rng(2)
-    r, s = rng.normal(0.0, 1.5, (5000, 2)), rng.normal(0.0, 1.0, (5000, 2))
-    exact = helbing_molnar_exactly(r, s)
-    clear = np.sum(r * (r - s), axis=1) > 1e-3
-    np.testing.assert_allclose(of_pairs(r, s, HELBING_MOLNAR)[clear], exact[clear], rtol=1e-5, atol=1e-8)
-
-
-@pytest.mark.parametrize("count", [1, 2, 50, 120])
-def test_people_behind_count_less(count: int) -> None:
-    rows = people(count, count)
-    forces = row_forces(rows, NO_WALLS, model_numbers(Model(repulsion=HelbingMolnar())))
-    i, j = np.nonzero(~np.eye(count, dtype=bool))
-    s = 2.0 * np.linalg.norm(rows[2:4], axis=0) * rows[4:6]
-    force = of_pairs((rows[:2, i] - rows[:2, j]).T, s[:, j].T, HELBING_MOLNAR)
-    seen = -np.sum(rows[4:6, i].T * force, axis=1) >= np.linalg.norm(force, axis=1) * np.cos(np.radians(100.0))
-    exact = np.zeros((count, 2))
-    np.add.at(exact, i, np.where(seen, 1.0, 0.5)[:, None] * force)
-    np.testing.assert_allclose(forces.T, exact, rtol=0.0, atol=1e-8)
 
 
 @settings(max_examples=100, deadline=None)
@@ -138,16 +103,6 @@ def test_walls_are_the_sum_of_their_points(place: tuple[float, float], wall: tup
     exact = (away / distance[:, None] * np.exp(-(distance - 0.35) / 0.2)[:, None])[felt].sum(axis=0) * 10.0
     got = of_wall(place, np.array(wall), Model(walls=WallForce()))
     np.testing.assert_allclose(got, exact, rtol=1e-9, atol=1e-5)
-
-
-def test_the_wall_of_helbing_and_molnar_repels_from_its_nearest_point() -> None:
-    wall = np.array([0.0, 0.0, 4.0, 0.0])
-    for place, force in (
-        ((1.0, 0.3), (0.0, 50.0 * np.exp(-1.5))),
-        ((-0.3, 0.0), (-50.0 * np.exp(-1.5), 0.0)),
-        ((1.0, 0.0), (0.0, 0.0)),
-    ):
-        assert of_wall(place, wall, HELBING_MOLNAR) == pytest.approx(force)
 
 
 def test_parameters_reach_the_forces() -> None:
@@ -166,7 +121,7 @@ def test_parameters_reach_the_forces() -> None:
         (np.zeros((7, 2)), np.zeros((1, 3)), {}, r"walls must have the shape \[any, 4\]"),
         (None, NO_WALLS, {}, "people must be an array"),
         (np.zeros((7, 2)), NO_WALLS, {"reach": np.nan}, "reach must be a finite number"),
-        (np.zeros((7, 2)), NO_WALLS, {"kind": 3}, "kind must be"),
+        (np.zeros((7, 2)), NO_WALLS, {"kind": 2}, "kind must be"),
     ],
 )
 def test_what_is_no_crowd_is_refused(people: FloatArray, walls: FloatArray, numbers: object, problem: str) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.test_social_force import crowd
-from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate
+from vbbench_generators.social_force import Crowd, Model, Moussaid, simulate
 
 pytestmark = pytest.mark.extra("pysocialforce")
 STRICT = Model(strict=True)
@@ -67,7 +67,7 @@ def test_the_engines_agree_where_no_angle_passes_half_a_turn() -> None:
     np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=1e-8)
 
 
-@pytest.mark.parametrize("model", [Model(repulsion=HelbingMolnar()), Model(repulsion=Moussaid(factor=0.0))])
+@pytest.mark.parametrize("model", [Model(repulsion=Moussaid(factor=0.0))])
 def test_what_the_library_cannot_do_is_said(model: Model) -> None:
     with pytest.raises(ValueError, match="pysocialforce"):
         simulate(crowd(2), model, frames=2, dt=0.1, substeps=1, engine="pysocialforce")

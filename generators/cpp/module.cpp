@@ -68,10 +68,6 @@ social_force::Settings settings_of(const nb::dict& numbers) {
                                                               {"reach", &Settings::reach},
                                                               {"side_sharpness", &Settings::side_sharpness},
                                                               {"brake_sharpness", &Settings::brake_sharpness},
-                                                              {"fall_off", &Settings::fall_off},
-                                                              {"stride_time", &Settings::stride_time},
-                                                              {"view_cosine", &Settings::view_cosine},
-                                                              {"unseen_weight", &Settings::unseen_weight},
                                                               {"wall_factor", &Settings::wall_factor},
                                                               {"wall_fall_off", &Settings::wall_fall_off},
                                                               {"wall_reach", &Settings::wall_reach},
@@ -83,7 +79,7 @@ social_force::Settings settings_of(const nb::dict& numbers) {
   Settings settings;
   for (const auto& [name, number] : names) settings.*number = finite(numbers, name);
   const double kind = finite(numbers, "kind");
-  if (kind != 0.0 && kind != 1.0 && kind != 2.0) refuse("kind must be 0, 1 or 2");
+  if (kind != 0.0 && kind != 1.0) refuse("kind must be 0 or 1");
   settings.kind = static_cast<social_force::Repulsion>(static_cast<int>(kind));
   return settings;
 }

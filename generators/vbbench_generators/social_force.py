@@ -26,7 +26,7 @@ from vbbench.generation.generator import Engine
 from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench_generators import _core
 
-__all__ = ["Crowd", "GroupForces", "HelbingMolnar", "Model", "Moussaid", "WallForce", "simulate", "simulate_many"]
+__all__ = ["Crowd", "GroupForces", "Model", "Moussaid", "WallForce", "simulate", "simulate_many"]
 
 NO_GROUP = -1
 
@@ -119,37 +119,8 @@ class Moussaid:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HelbingMolnar:
-    """Repulsion of Helbing & Molnár, Phys. Rev. E 51 (1995) 4282: elliptical potentials about everybody.
-
-    Parameters
-    ----------
-    strength : V0 in m²/s².
-    fall_off : σ in m.
-    stride_time : Δt in s; the ellipse is as long as what the other walks in this time.
-    view_angle : 2φ in degrees, the width of the field of view.
-    unseen_weight : c, weight of people outside it.
-    wall_strength : U0 in m²/s².
-    wall_fall_off : R in m.
-    """
-
-    strength: float = 2.1
-    fall_off: float = 0.3
-    stride_time: float = 2.0
-    view_angle: float = 200.0
-    unseen_weight: float = 0.5
-    wall_strength: float = 10.0
-    wall_fall_off: float = 0.2
-
-    def __post_init__(self) -> None:
-        _check(self, "strength", "stride_time", "unseen_weight", "wall_strength")
-        if self.view_angle > 360:
-            raise ValueError(f"HelbingMolnar.view_angle must be at most 360 degrees, not {self.view_angle}")
-
-
-@dataclass(frozen=True, kw_only=True)
 class WallForce:
-    """Walls next to `Moussaid`, as in pysocialforce: lines sampled at 10 points a metre, each of which repels.
+    """Walls, as in pysocialforce: lines sampled at 10 points a metre, each of which repels.
 
     Parameters
     ----------
@@ -196,7 +167,7 @@ class Model:
     Parameters
     ----------
     repulsion : how people keep apart.
-    walls : how walls repel with `Moussaid`; `HelbingMolnar` has its own potential.
+    walls : how walls repel.
     groups : how groups keep together.
     relaxation_time : τ in s, to regain the desired velocity.
     top_speed : maximum speed, relative to the desired speed.
@@ -205,7 +176,7 @@ class Model:
         and the top speed are ``top_speed`` times the speed at the start; ``Crowd.speeds`` is not looked at.
     """
 
-    repulsion: Moussaid | HelbingMolnar = field(default_factory=Moussaid)
+    repulsion: Moussaid = field(default_factory=Moussaid)
     walls: WallForce = field(default_factory=WallForce)
     groups: GroupForces = field(default_factory=GroupForces)
     relaxation_time: float = 0.5
@@ -219,20 +190,17 @@ class Model:
             raise ValueError(f"Model.top_speed must be at least 1, not {self.top_speed}")
         if self.arrival_radius < STOP_RADIUS:
             raise ValueError(f"Model.arrival_radius must be at least {STOP_RADIUS} m, not {self.arrival_radius}")
-        if self.strict and not isinstance(self.repulsion, Moussaid):
-            raise ValueError("Model.strict is pysocialforce to the letter, which has the repulsion of Moussaid only")
 
 
 NUMBERS = (
     *("desired_factor", "relaxation_time", "top_speed", "arrival_radius", "stop_radius"),
     *("factor", "velocity_weight", "reach", "side_sharpness", "brake_sharpness"),
-    *("fall_off", "stride_time", "view_cosine", "unseen_weight"),
     *("wall_factor", "wall_fall_off", "wall_reach", "body_radius"),
     *("cohesion", "gaze", "separation", "personal_space"),
 )
 """Names of a model's numbers; lengths are in m, times in s."""
 
-MOUSSAID, HELBING_MOLNAR, PYSOCIALFORCE = range(3)
+MOUSSAID, PYSOCIALFORCE = range(2)
 """The kinds of repulsion."""
 
 LARGE = 256
@@ -352,14 +320,10 @@ def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, s
 
 def model_numbers(model: Model) -> dict[str, float]:
     """The model's numbers; 0 for those that it has not."""
-    repulsion, walls = model.repulsion, vars(model.walls)
-    own = {**vars(model), **vars(model.groups), **vars(repulsion), "desired_factor": 1.0}
+    walls = vars(model.walls)
+    own = {**vars(model), **vars(model.groups), **vars(model.repulsion), "desired_factor": 1.0}
     own |= {"stop_radius": STOP_RADIUS, "kind": MOUSSAID}
-    if isinstance(repulsion, HelbingMolnar):
-        own |= {"kind": HELBING_MOLNAR, "factor": repulsion.strength, "wall_factor": repulsion.wall_strength}
-        own["view_cosine"] = np.cos(np.radians(repulsion.view_angle / 2.0))
-    else:
-        own |= {f"wall_{name}": value for name, value in walls.items()} | {"body_radius": walls["body_radius"]}
+    own |= {f"wall_{name}": value for name, value in walls.items()} | {"body_radius": walls["body_radius"]}
     if model.strict:
         own |= {"kind": PYSOCIALFORCE, "desired_factor": model.top_speed}
     return {name: float(own.get(name, 0.0)) for name in ("kind", *NUMBERS)}
@@ -377,11 +341,13 @@ def walk_by_library(
     Raises
     ------
     ValueError
-        If the model is not one that the library has, or a number is zero, which the library takes for "default".
+        If a number is zero, which the library takes for "default".
     """
-    repulsion = _repulsion(model)
+    numbers = [*vars(model.repulsion).values(), *vars(model.walls).values(), *vars(model.groups).values()]
+    if 0 in numbers:
+        raise ValueError("engine='pysocialforce' takes a parameter of 0 for its default; use the engine vbbench")
     with _contained():
-        simulator = _simulator(crowd, model, repulsion, walls, dt / substeps)
+        simulator = _simulator(crowd, model, walls, dt / substeps)
         paths = np.empty((frames, crowd.people, 2))
         current = np.zeros(crowd.people, dtype=np.int64)
         paths[0] = crowd.positions
@@ -393,16 +359,6 @@ def walk_by_library(
                 simulator.peds.group_states.clear()
             paths[frame] = simulator.peds.pos()
     return paths
-
-
-def _repulsion(model: Model) -> Moussaid:
-    """The model's repulsion; raises ValueError unless the library can do what the model says."""
-    if not isinstance(model.repulsion, Moussaid):
-        raise ValueError("engine='pysocialforce' has the repulsion of Moussaid only")
-    numbers = [*vars(model.repulsion).values(), *vars(model.walls).values(), *vars(model.groups).values()]
-    if 0 in numbers:
-        raise ValueError("engine='pysocialforce' takes a parameter of 0 for its default; use the engine vbbench")
-    return model.repulsion
 
 
 @contextmanager
@@ -435,7 +391,7 @@ def _import_quietly() -> None:
             root.setLevel(level)
 
 
-def _simulator(crowd: Crowd, model: Model, repulsion: Moussaid, walls: FloatArray, step: float) -> Any:
+def _simulator(crowd: Crowd, model: Model, walls: FloatArray, step: float) -> Any:
     """The library's simulator with its parameters set."""
     library = import_module("pysocialforce")
     current = crowd.goals[:, 0]
@@ -444,7 +400,7 @@ def _simulator(crowd: Crowd, model: Model, repulsion: Moussaid, walls: FloatArra
     long_enough = np.hypot(*(walls[:, 2:] - walls[:, :2]).T) * RESOLUTION >= 1
     obstacles = walls[long_enough][:, [0, 2, 1, 3]].tolist()
     simulator = library.Simulator(state, groups=[list(group) for group in crowd.members()], obstacles=obstacles)
-    simulator.config.from_dict(_configuration(model, repulsion))
+    simulator.config.from_dict(_configuration(model))
     simulator.forces = simulator.make_forces(simulator.config)
     people = simulator.peds
     people.step_width, people.agent_radius = step, model.walls.body_radius
@@ -458,9 +414,9 @@ def _simulator(crowd: Crowd, model: Model, repulsion: Moussaid, walls: FloatArra
     return simulator
 
 
-def _configuration(model: Model, repulsion: Moussaid) -> dict[str, dict[str, float]]:
+def _configuration(model: Model) -> dict[str, dict[str, float]]:
     """The model in the words of the library."""
-    walls, groups = model.walls, model.groups
+    repulsion, walls, groups = model.repulsion, model.walls, model.groups
     return {
         "desired_force": {"factor": 1.0, "relaxation_time": model.relaxation_time, "goal_threshold": 0.2},
         "social_force": {

@@ -11,7 +11,6 @@
 
 #include "basics.hpp"
 #include "groups.hpp"
-#include "helbing_molnar.hpp"
 #include "moussaid.hpp"
 #include "threads.hpp"
 #include "walls.hpp"
@@ -45,18 +44,15 @@ struct Crowds {
 /// Adds repulsion and walls for the people first, first + stride, … in m/s².
 inline void add_row_forces(const People& people, int first, int stride, std::span<const Wall> walls, const Settings& s,
                            Pairs& pairs, Forces& forces) {
-  if (s.kind == Repulsion::kHelbingMolnar) {
-    add_helbing_molnar(people, first, stride, s, pairs, forces);
-  } else if (s.kind == Repulsion::kPysocialforce) {
+  const bool strict = s.kind == Repulsion::kPysocialforce;
+  if (strict) {
     add_strict(people, first, stride, s, forces);
   } else {
     add_moussaid(people, first, stride, s, pairs, forces);
   }
   for (int k = first; k < people.count; k += stride) {
     for (const Wall& wall : walls) {
-      const auto [fx, fy] = s.kind == Repulsion::kHelbingMolnar
-                                ? wall_potential(people.x[k], people.y[k], wall, s.wall_factor, s.wall_fall_off)
-                                : sampled_wall(people.x[k], people.y[k], wall, s, s.kind == Repulsion::kPysocialforce);
+      const auto [fx, fy] = sampled_wall(people.x[k], people.y[k], wall, s, strict);
       forces.x[k] += fx;
       forces.y[k] += fy;
     }

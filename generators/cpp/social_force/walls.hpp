@@ -88,16 +88,4 @@ inline Vector sampled_wall(double x, double y, const Wall& wall, const Settings&
   return {s.wall_factor * fx, s.wall_factor * fy};
 }
 
-/// Force (m/s²) of the nearest point of one wall: −∇ U0 exp(−d/R), Helbing & Molnár (1995), eq. 5.
-inline Vector wall_potential(double x, double y, const Wall& wall, double strength, double fall_off) {
-  const double ax = wall.x1 - wall.x0, ay = wall.y1 - wall.y0, squared = ax * ax + ay * ay;
-  double along = squared > 0.0 ? ((x - wall.x0) * ax + (y - wall.y0) * ay) / squared : 0.0;
-  along = std::min(std::max(along, 0.0), 1.0);
-  const double dx = x - (wall.x0 + along * ax), dy = y - (wall.y0 + along * ay);
-  const double distance = std::sqrt(dx * dx + dy * dy);
-  if (distance == 0.0) return {0.0, 0.0};
-  const double push = strength / fall_off * std::exp(-distance / fall_off) / distance;
-  return {push * dx, push * dy};
-}
-
 }  // namespace vbbench::social_force

@@ -15,7 +15,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
 from vbbench.scene import Scene
-from vbbench_generators.social_force import Crowd, HelbingMolnar, Model, Moussaid, simulate
+from vbbench_generators.social_force import Crowd, Model, simulate
 from vbbench_generators.views.heading import causal_headings, limit_turns
 
 Place = Annotated[float, Within(-1e5, 1e5, "m")]
@@ -70,7 +70,7 @@ class Scenario:
     warm_up : seconds that the crowd walks before frame 0.
     camera : what the observer carries unless the user says otherwise.
     min_seen : the observer is one who sees at least so many people in every frame, and at least one person in some.
-    forces : how people keep apart: Moussaïd et al. 2009, or Helbing & Molnár 1995.
+    forces : how people keep apart: Moussaïd et al. 2009.
     turn_rate : how fast the camera turns at most, in rad/s: people take about a second to turn round.
     speed_mean, speed_std : desired speeds in m/s, normal, cut off at three standard deviations.
     spacing : least distance of two people at the start, in m.
@@ -90,7 +90,7 @@ class Scenario:
     warm_up: Annotated[float, Within(0.0, 3600.0, "s")] = 0.0
     camera: str = "perspective"
     min_seen: Annotated[int, Within(0, MOST_PEOPLE)] = 0
-    forces: Literal["moussaid", "helbing-molnar"] = "moussaid"
+    forces: Literal["moussaid"] = "moussaid"
     turn_rate: Annotated[float, Within(0.01, 100.0, "rad/s")] = 3.0
     speed_mean: Annotated[float, Within(0.01, 10.0, "m/s")] = 1.34
     speed_std: Annotated[float, Within(0.0, 3.0, "m/s")] = 0.26
@@ -171,7 +171,6 @@ SPEED_RANGE = 3.0
 """Desired speeds are cut off at this number of standard deviations from their mean."""
 DRAWS, AT_ONCE = 64, 32
 """Number of draws for a place, and of candidates per draw."""
-REPULSIONS: dict[str, type[Moussaid] | type[HelbingMolnar]] = {"moussaid": Moussaid, "helbing-molnar": HelbingMolnar}
 ATTEMPTS = 100
 """Crowds drawn for one sequence before giving up."""
 STUCK_TIME, STUCK_SPEED = 2.0, 0.1
@@ -282,7 +281,7 @@ def draw_scene(
     VbbenchError
         If no such scene was found, or there is no room for the crowd.
     """
-    model = Model(repulsion=REPULSIONS[scenario.forces]())
+    model = Model()
     for _ in range(ATTEMPTS):
         crowd = draw_crowd(scenario, people, model, rng)
         candidates = rng.permutation(people)

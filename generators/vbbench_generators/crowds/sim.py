@@ -228,8 +228,6 @@ def plan_simulation(
         scenario = replace(scenario, **{name: value for name, value in numbers.items() if value is not None})
     except ValueError as error:
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
-    if asked.engine == "pysocialforce" and scenario.forces != "moussaid":
-        raise VbbenchError(f"`engine` pysocialforce has no forces '{scenario.forces}'; remove `engine`")
     camera, heights = options.camera or tier.own_camera or make_camera(scenario.camera), chosen_heights(options)
     look = options.look or tier.look
     info = DatasetInfo(

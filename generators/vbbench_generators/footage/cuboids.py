@@ -25,11 +25,9 @@ from vbbench.generation.generator import Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench.parsing.toml_text import bundled_table
 from vbbench.scene import Scene
-from vbbench_generators.footage.found_boxes import file_for, read_found
-from vbbench_generators.footage.runs import RunRules
-from vbbench_generators.footage.sequences import FootageSequences
+from vbbench_generators.footage.sequences import FootageSequences, RunRules
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
-from vbbench_generators.footage.tracks import FoundTracks, follow
+from vbbench_generators.footage.tracks import FoundTracks, file_for, follow, read_found
 
 DT = 0.1
 """Seconds per frame of every recording."""

@@ -18,7 +18,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
 from vbbench_generators.footage.motsynth_json import read_annotations
-from vbbench_generators.footage.pictures import pictures_in
+from vbbench_generators.footage.sequences import pictures_in
 from vbbench_generators.footage.split import FootageSplit
 
 WHERE = (

@@ -10,7 +10,7 @@ from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWar
 from vbbench.exchange.own.recording import BOXES, CAMERA, RecordingFiles, as_recordings, files_in, read_recording
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.footage.runs import RunRules
+from vbbench_generators.footage.sequences import RunRules
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
 
 CARD = Card(

@@ -2,18 +2,65 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from vbbench.files.dataset_checks import PUBLIC, TRUTH_TABLES, Known
-from vbbench.files.dataset_info import DatasetInfo
+from vbbench.files.dataset_info import DatasetInfo, Pictures
 from vbbench.files.tables import ODOMETRY_TABLE, TRACK_TABLE
 from vbbench.generation.footage import Footage
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray, runs_of_true
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, NOBODY, Given, Odometry, Sequence, SequenceData, Truth
-from vbbench_generators.footage.runs import Run
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunRules:
+    """Which frames become sequences.
+
+    Parameters
+    ----------
+    fewest : people who must be seen in every frame.
+    shortest : frames of the shortest run.
+    longest : frames after which a run is cut; ``None`` = never.
+    """
+
+    fewest: int = 3
+    shortest: int = 5
+    longest: int | None = 40
+
+
+class Run(NamedTuple):
+    """Frames first ≤ frame < last of a recording."""
+
+    recording: int
+    first: int
+    last: int
+
+
+def find_runs(recording: int, observed: BoolArray, rules: RunRules) -> list[Run]:
+    """The runs of a recording, from who is observed in each frame [T, K]."""
+    runs = []
+    for begin, end in runs_of_true(observed.sum(axis=1) >= rules.fewest).tolist():
+        longest = rules.longest or end - begin
+        runs += [Run(recording, first, min(first + longest, end)) for first in range(begin, end, longest)]
+    return [run for run in runs if run.last - run.first >= rules.shortest]
+
+
+def pictures_in(folder: Path, name: str, first: int) -> Pictures | None:
+    """The consecutive pictures in a folder, whatever its name, from number ``first`` on; ``None`` if it is not there.
+
+    Parameters
+    ----------
+    name : of a picture in the form of `str.format`, such as ``{:06d}.png``.
+    """
+    if not folder.is_dir():
+        return None
+    whole = str(folder.absolute()).replace("{", "{{").replace("}", "}}")
+    return Pictures(pattern=f"{whole}/{name}", first=first, step=1)
 
 
 @dataclass(frozen=True)

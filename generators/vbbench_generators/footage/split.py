@@ -9,8 +9,7 @@ from vbbench.files.dataset_info import DatasetInfo, Pictures
 from vbbench.generation.footage import FOOTAGE, Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
 from vbbench.geometry import BoolArray
-from vbbench_generators.footage.runs import Run, RunRules, find_runs
-from vbbench_generators.footage.sequences import FootageSequences, least_known
+from vbbench_generators.footage.sequences import FootageSequences, Run, RunRules, find_runs, least_known
 
 __all__ = ["READ_BY_ALL", "REVISION", "FootageSplit", "Recordings"]
 

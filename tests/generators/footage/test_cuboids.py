@@ -22,7 +22,7 @@ from vbbench_generators.footage.argoverse2 import argoverse2
 from vbbench_generators.footage.cuboids import CuboidSplit, chosen, part_of
 from vbbench_generators.footage.nuscenes import nuscenes
 from vbbench_generators.footage.own import own
-from vbbench_generators.footage.runs import RunRules
+from vbbench_generators.footage.sequences import RunRules
 
 SPLITS: dict[str, CuboidSplit] = {"argoverse2": argoverse2, "nuscenes": nuscenes}
 EVERY = 5

@@ -18,8 +18,8 @@ from vbbench.exchange.box_tables import UNLINKED
 from vbbench.files.tables import first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
-from vbbench_generators.footage.found_boxes import sure_boxes
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
+from vbbench_generators.footage.tracks import sure_boxes
 
 VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.25, "Fully_occluded": 0.0}
 """JRDB's words of occlusion, as visible fractions; who is fully hidden is seen by no camera."""

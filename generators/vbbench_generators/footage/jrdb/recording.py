@@ -15,12 +15,11 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.scene import Scene
-from vbbench_generators.footage.found_boxes import read_found
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, are_results, read_tracked_boxes
 from vbbench_generators.footage.jrdb.motion import MeasuredMotion
 from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
-from vbbench_generators.footage.pictures import pictures_in
-from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow
+from vbbench_generators.footage.sequences import pictures_in
+from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow, read_found
 
 CAMERA = PanoramaCamera(width=3760, focal=482.9, cy=209.4, mount_height=1.03)
 """The stitched panorama, 3760 × 480: columns run clockwise from behind, rows v = 209.4 + 482.9·y/√(x² + z²).

@@ -12,7 +12,6 @@ from vbbench.errors import FileError, SourceMissingError, UnknownNameError, Vbbe
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.footage.found_boxes import file_for
 from vbbench_generators.footage.jrdb.labels import (
     BOXES,
     PLACES,
@@ -35,7 +34,7 @@ from vbbench_generators.footage.jrdb.motion import (
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, Grid, Stamps, lay_out, nominal_stamps, read_stamps
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
-from vbbench_generators.footage.tracks import FoundTracks
+from vbbench_generators.footage.tracks import FoundTracks, file_for
 
 ADDRESS = "https://jrdb.erc.monash.edu"
 

@@ -12,9 +12,9 @@ from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
 from vbbench.files.tables import first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
-from vbbench_generators.footage.found_boxes import read_found, sure_boxes
 from vbbench_generators.footage.kitti.calibration import Calibration
 from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
+from vbbench_generators.footage.tracks import read_found, sure_boxes
 
 WALKERS = ("Pedestrian", "Person", "Person_sitting")
 """Classes of people on their feet, and of people who sit; versions of the download call these in two ways."""

@@ -16,7 +16,6 @@ from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.generation.sources import data_folders
 from vbbench.geometry import FloatArray, IntArray, motion_between, wrap_angle
 from vbbench.scene import Scene
-from vbbench_generators.footage.found_boxes import file_for
 from vbbench_generators.footage.kitti.calibration import Calibration, read_calibration
 from vbbench_generators.footage.kitti.labels import (
     Labels,
@@ -35,8 +34,8 @@ from vbbench_generators.footage.kitti.poses import (
     refuse_too_few,
     watch_parked_cars,
 )
-from vbbench_generators.footage.pictures import pictures_in
-from vbbench_generators.footage.tracks import FoundTracks, follow
+from vbbench_generators.footage.sequences import pictures_in
+from vbbench_generators.footage.tracks import FoundTracks, file_for, follow
 
 LABELS, CALIBRATION, OXTS, PICTURES = "label_02", "calib", "oxts", "image_02"
 SITE = "https://www.cvlibs.net/datasets/kitti/eval_tracking.php"

@@ -8,13 +8,11 @@ import numpy as np
 
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.footage.found_boxes import LEAST_SCORE
 from vbbench_generators.footage.kitti.labels import CYCLISTS, WALKERS
 from vbbench_generators.footage.kitti.recording import WANTED, KittiRecording, Way, find_folder, read_recording
-from vbbench_generators.footage.runs import RunRules
-from vbbench_generators.footage.sequences import FootageSequences
+from vbbench_generators.footage.sequences import FootageSequences, RunRules
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
-from vbbench_generators.footage.tracks import LEAST_OVERLAP, FoundTracks
+from vbbench_generators.footage.tracks import LEAST_OVERLAP, LEAST_SCORE, FoundTracks
 
 SPOKEN = {"oxts": "oxts", "poses": "--poses"}
 LONGEST = 900

@@ -1,4 +1,4 @@
-r"""Boxes of people as a carried camera sees them: tilted, at its own height, over uneven ground; exact.
+"""Boxes of people as a carried camera sees them: tilted, at its own height, over uneven ground; exact.
 
 A person at (right X, forward Z), h tall, has the near edge of the body at ρ(X, Z), ρ = (d − δ)/d with d = √(X² + Z²)
 and the edge δ, but at least a half. Feet and head are D = m_t + z(camera) − z(person) and D − h below the optical
@@ -16,9 +16,31 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.generation.tier import Sight
-from vbbench.geometry import BoolArray, FloatArray, shorter_way
+from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench_generators import _core
 from vbbench_generators.tiers.field.carriage import Carriage
+from vbbench_generators.tiers.field.recipe import AnnotatorModel
+from vbbench_generators.tiers.noise import wandering
+
+
+def drawn(boxes: FloatArray, who: IntArray, dt: float, model: AnnotatorModel, rng: np.random.Generator) -> FloatArray:
+    """Boxes [N, 3] (u, v, l) in px with the errors of whoever drew them.
+
+    Parameters
+    ----------
+    boxes : [T, K, 3] exact.
+    who : [N] of which of them, counted through [T, K]; everybody has errors, so that these do not depend on it.
+    dt : seconds per frame.
+    """
+    shape, person = boxes.shape[:2], who % max(boxes.shape[1], 1)
+    column_bias, bottom_bias = rng.standard_normal((2, shape[1]))[:, person]
+    column_walk = wandering(shape, model.column_time, dt, rng).take(who)
+    bottom_walk = wandering(shape, model.bottom_time, dt, rng).take(who)
+    column = model.column_person_std * column_bias + model.column_std * column_walk
+    bottom = model.bottom_person_std * bottom_bias + model.bottom_std * bottom_walk
+    top = model.top_std * rng.standard_normal(shape).take(who)
+    u, v, length = boxes.reshape(-1, 3).take(who, axis=0).T
+    return np.stack([u + column * length, v + 0.5 * (top + bottom) * length, length * (1.0 + bottom - top)], axis=-1)
 
 
 def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edge: float) -> FloatArray:
