@@ -26,6 +26,7 @@ organisers = "Somebody"
 contact = "somebody@example.org"
 licence = "CC BY 4.0"
 protocol = "sequential"
+baseline = ""
 rules = ["Be kind."]
 [data]
 split = "sim"
@@ -62,7 +63,7 @@ def make_challenge(folder: Path) -> Path:
     assert vbbench("challenge", "new", folder) == 0
     (folder / "challenge.toml").write_text(TEXT, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vbbench.files.verification.draw_seed", lambda: SECRET)
+        patch.setattr("vbbench.files.withholding.draw_seed", lambda: SECRET)
         assert vbbench("challenge", "generate", folder) == 0
     for solver in ("cv", "sf"):
         words = ["--solver", solver, "--protocol", "sequential", "--out", folder.parent / solver]

@@ -4,8 +4,9 @@ import shutil
 import zipfile
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from vbbench.errors import VbbenchError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.files.cards.writing import CROISSANT, README
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, describe
@@ -13,6 +14,7 @@ from vbbench.files.tables import file_sha256
 from vbbench.files.verification import verify
 from vbbench.folders.replacing import replacing
 from vbbench.folders.work_folder import WorkFolder
+from vbbench_leaderboards.challenge.codabench import write_codabench
 from vbbench_leaderboards.challenge.definition import read_challenge
 from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_withheld
 from vbbench_leaderboards.challenge.submissions import check
@@ -25,21 +27,29 @@ _THEN = (1980, 1, 1, 0, 0, 0)
 """The day that every member of the archive bears: the first that the format has."""
 
 
-def make_bundle(folder: Path, out: Path, *, archive: bool = False) -> list[Path]:
-    """Write the bundle of a challenge into the folder ``out``, and into ``out.zip`` if asked; return their paths.
+def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bool = False) -> list[Path]:
+    """Write the bundle of a challenge into the folder ``out``; return the paths of all that is written.
+
+    Parameters
+    ----------
+    archive : also write it into ``out.zip``.
+    codabench : also write ``out.codabench.zip``, to be uploaded there; it holds the truth.
 
     Raises
     ------
     VbbenchError
-        If the secret set is missing, damaged or gives anything away, or ``out`` exists and is not a bundle.
+        If the secret set is missing, damaged or gives anything away, ``challenge.toml`` has texts of the template, or
+        ``out`` exists and is not a bundle.
     """
     organiser = Organiser(folder)
     dataset, challenge = organiser.dataset, organiser.challenge
+    if challenge.placeholders:
+        problem = f"{', '.join(challenge.placeholders)}: as in the template; say who holds the challenge"
+        raise FileError(folder / CHALLENGE_FILE, problem)
     verify(dataset.folder, organiser.truth)
-    rules = "".join(f"{n}. {rule}\n" for n, rule in enumerate(challenge.all_rules, 1))
     texts = {
         README: render("bundle.md", challenge=challenge, description=describe(dataset.info)),
-        "RULES.md": f"# Rules of {challenge.title}\n\n{rules}",
+        "RULES.md": render("codabench/terms.md", challenge=challenge),
         "LICENCE.txt": f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n",
     }
     with WorkFolder(out, partial(_check_bundle, out)) as work:
@@ -56,7 +66,12 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False) -> list[Path]
         sums = "".join(f"{file_sha256(work.new / name)}  {name}\n" for name in _names(work.new))
         (work.new / SUMS).write_text(sums, encoding="utf-8", newline="\n")
         work.publish()
-    return [out, _pack(out, challenge.name)] if archive else [out]
+    made = [out, _pack(out, out.with_name(f"{out.name}.zip"), f"{challenge.name}/")] if archive else [out]
+    if codabench:
+        with TemporaryDirectory(dir=out.parent) as room:
+            write_codabench(organiser, Path(room))
+            made.append(_pack(Path(room), out.with_name(f"{out.name}.codabench.zip"), ""))
+    return made
 
 
 def check_for_participant(submission: Path, folder: Path) -> str:
@@ -83,12 +98,11 @@ def _names(folder: Path) -> list[str]:
     return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
 
 
-def _pack(folder: Path, name: str) -> Path:
-    """The archive of a bundle: stored members in the order of their names, of one day, so that its bytes are fixed."""
-    path = folder.with_name(f"{folder.name}.zip")
+def _pack(folder: Path, path: Path, prefix: str) -> Path:
+    """The archive of a folder: stored members in the order of their names, of one day, so that its bytes are fixed."""
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
         for member in _names(folder):
-            facts = zipfile.ZipInfo(f"{name}/{member}", _THEN)
+            facts = zipfile.ZipInfo(f"{prefix}{member}", _THEN)
             facts.external_attr, facts.create_system = 0o644 << 16, 3
             archive.writestr(facts, (folder / member).read_bytes())
     return path

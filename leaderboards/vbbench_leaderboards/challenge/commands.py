@@ -31,17 +31,18 @@ def generate(folder: Path, /, jobs: int = 1) -> None:
     make(folder, lambda words: parse({"generate": data.generate}, [*words, "--jobs", str(jobs)])())
 
 
-def bundle(folder: Path, /, out: Path, archive: bool = False) -> None:
+def bundle(folder: Path, /, out: Path, archive: bool = False, codabench: bool = False) -> None:
     """Make what participants get: the data without truth, their card, licence, rules and commands.
 
     Args:
         folder: The challenge.
         out: Folder to make; replaced only if it is such a bundle.
         archive: Also write OUT.zip, of which anybody's copy has the same bytes.
+        codabench: Also write OUT.codabench.zip, with the truth, to be uploaded to Codabench and published nowhere else.
     """
     from vbbench_leaderboards.challenge.bundle import make_bundle
 
-    for path in make_bundle(folder, out, archive=archive):
+    for path in make_bundle(folder, out, archive=archive, codabench=codabench):
         _say(path)
 
 
@@ -57,19 +58,30 @@ def check(submission: Path, /, challenge: Path) -> None:
     _say(check_for_participant(submission, challenge))
 
 
-def accept(submission: Path, /, challenge: Path, team: str, date: str = "") -> None:
+def accept(submission: Path, /, challenge: Path, team: str = "", date: str = "") -> int:
     """Take a team's submission into a challenge, or refuse it and say why; both are kept in its log.
 
     Args:
-        submission: Folder with submission.json, poses and positions (.parquet or .csv).
+        submission: Folder with submission.json, poses and positions (.parquet or .csv); without --team an inbox, whose
+            folders have the names of the teams that they are from. Exit status 1: one of these was refused.
         challenge: The organiser's folder.
         team: Whose it is, as in challenge.toml.
         date: When it was handed in, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
     """
+    from vbbench.errors import VbbenchError
     from vbbench_leaderboards.challenge.definition import parse_moment
     from vbbench_leaderboards.challenge.submissions import accept as take
+    from vbbench_leaderboards.challenge.submissions import accept_inbox
 
-    _say(take(challenge, submission, team, parse_moment(date)).text())
+    moment = parse_moment(date)
+    if team:
+        _say(take(challenge, submission, team, moment).text())
+        return 0
+    refused = 0
+    for answer in accept_inbox(challenge, submission, moment):
+        refused += isinstance(answer, VbbenchError)
+        _say(f"refused: {answer}" if isinstance(answer, VbbenchError) else answer.text())
+    return int(refused > 0)
 
 
 def status(folder: Path, /, date: str = "") -> None:

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import tomllib
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
@@ -14,6 +15,11 @@ from vbbench_leaderboards.site.words import is_web_address
 
 Part = Literal["public", "hidden"]
 MOST_SUBMISSIONS = 1000
+BASELINE = "baseline"
+"""The team whose answers are those of a solver that comes with vbbench."""
+
+START = Path(__file__).with_name("start.toml")
+"""The template of the file."""
 
 OWN_RULES = (
     "A solver uses boxes, camera, dt, the prior of heights, and what the protocol gives. It does not look for the "
@@ -143,6 +149,8 @@ class Challenge:
     data : the secret set.
     phases : in order of time; a hidden one is the last.
     teams : who may submit.
+    baseline : solver of vbbench whose answers are taken first in every phase, as those of the team `BASELINE`; "" for
+        none.
     """
 
     name: str
@@ -158,6 +166,7 @@ class Challenge:
     rules: tuple[str, ...] = ()
     bundle: str = ""
     teams: tuple[Team, ...] = ()
+    baseline: str = "cv"
 
     def __post_init__(self) -> None:
         if not _NAME.fullmatch(self.name):
@@ -173,7 +182,10 @@ class Challenge:
         if self.bundle and not is_web_address(self.bundle):
             raise ValueError(f"bundle = '{self.bundle}' is not an address; give one that begins with https://")
         self._check_phases()
-        _check_unique("teams", [team.name.casefold() for team in self.teams])
+        names = [team.name.casefold() for team in self.teams]
+        _check_unique("teams", names)
+        if self.baseline and BASELINE in names:
+            raise ValueError(f"[[teams]] name = '{BASELINE}' is that of vbbench's own row; choose another")
 
     def _check_phases(self) -> None:
         if not self.phases:
@@ -232,6 +244,12 @@ class Challenge:
         if following is not None:
             return f"No phase is open. Phase {following.name} opens on {following.start}."
         return f"The challenge is over: its last phase closed after {self.phases[-1].end}."
+
+    @property
+    def placeholders(self) -> list[str]:
+        """The keys whose text is that of the template."""
+        template = tomllib.loads(START.read_text("utf-8"))
+        return [key for key in ("title", "organisers", "contact") if getattr(self, key) == template[key]]
 
     @property
     def parts_words(self) -> str:

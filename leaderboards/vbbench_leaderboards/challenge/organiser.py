@@ -20,7 +20,7 @@ from vbbench.files.withholding import GUESSABLE_BITS, SEED_FILE, read_seed, trut
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
-from vbbench_leaderboards.challenge.definition import Challenge, Part, read_challenge
+from vbbench_leaderboards.challenge.definition import START, Challenge, Part, read_challenge
 from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences, read_dataset, record_path
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
@@ -39,7 +39,7 @@ class Entry:
     number : from 1 on, accepted or not.
     time : when it was handed in, in UTC, and when that was written down.
     team, phase : who, and in which phase; a phase is empty where none was open.
-    decision, reason : what became of it, and why it was refused.
+    decision, reason : what became of it; why it was refused, or what an organiser should look at.
     answers : SHA-256 of what it answers, whatever its files look like; empty where that could not be read.
     files : file → SHA-256 of each file.
     about : the facts of the team's row (`About`).
@@ -211,7 +211,7 @@ def check_withheld(data: Path) -> None:
 
 def start(folder: Path) -> Path:
     """Write a commented ``challenge.toml`` into a folder, created if necessary; return its path."""
-    path, text = folder / CHALLENGE_FILE, Path(__file__).with_name("start.toml").read_text("utf-8")
+    path, text = folder / CHALLENGE_FILE, START.read_text("utf-8")
     with loose_files(folder):
         if path.exists() and not (path.is_file() and path.read_bytes() == text.encode()):
             raise VbbenchError(f"{path} exists and may be yours; choose another folder")

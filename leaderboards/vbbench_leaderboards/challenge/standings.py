@@ -95,5 +95,7 @@ def status_text(organiser: Organiser, moment: datetime) -> str:
         used = ", ".join(f"{taken.count(one.name)} of {one.submissions} in {one.name}" for one in challenge.phases)
         refused = len(own) - len(taken)
         lines.append(f"  {team.name:<16} {used}" + (f"; {refused} refused" if refused else ""))
+    near = [entry for entry in entries if entry.is_accepted and entry.reason]
+    lines += [f"  look at number {entry.number} of {entry.team}: {entry.reason}" for entry in near]
     lines.append(f"  log: {len(entries)} submissions, none changed later")
     return "\n".join([*lines, standings_text(organiser, moment)])

@@ -9,7 +9,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
+
+import numpy as np
 
 from vbbench.errors import FileError, SubmissionError, VbbenchError
 from vbbench.files.dataset import Dataset
@@ -17,10 +20,11 @@ from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.locks import NO_LINKS, locked
 from vbbench.folders.work_folder import WorkFolder
-from vbbench.geometry import wrap_angle
+from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.scoring import score
 from vbbench.scoring.answers import OR_HOLD, Checked, CheckedSubmission, check_submission
-from vbbench_leaderboards.challenge.definition import Challenge, Part, Phase, parse_moment
+from vbbench.solving import solve
+from vbbench_leaderboards.challenge.definition import BASELINE, Challenge, Part, Phase, parse_moment
 from vbbench_leaderboards.challenge.organiser import Entry, Organiser, append, digest_of_last, moment_text
 from vbbench_leaderboards.challenge.standings import standings_text
 from vbbench_leaderboards.results.ranking import headline
@@ -29,6 +33,10 @@ from vbbench_leaderboards.results.result import NOBODY_YET, About, Result, write
 FILES = (SUBMISSION_FILE, "poses.parquet", "positions.parquet", "poses.csv", "positions.csv")
 MOST_BYTES = 1 << 30
 """Of one file: no answer to a challenge is larger."""
+
+NEAR = 0.05
+"""Answers are called a near copy, in m, where half of all positions lie closer to another team's: noise of 2 cm moves
+them by 2.4 cm, two good solvers differ by their errors, which are several times as large."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +98,10 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
         has faults, answers something else, or repeats what another team handed in.
     """
     organiser = Organiser(folder)
-    organiser.challenge.check_team(team)
+    if team != BASELINE:
+        organiser.challenge.check_team(team)
+        _take_baseline(organiser, moment)
+        organiser = Organiser(folder)
     with locked(folder):
         _ = organiser.parts  # what is wrong with the challenge is no refusal of a team
         entries = organiser.entries
@@ -111,6 +122,45 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
             refused = replace(blank, phase=phase.name if phase else "", decision="refused", reason=reason)
             append(folder, entries, refused)
             raise
+
+
+def accept_inbox(folder: Path, inbox: Path, moment: datetime) -> Iterator[Receipt | VbbenchError]:
+    """Take the submissions in an inbox, whose folders have the names of their teams; yield receipts and refusals."""
+    teams = sorted(path.name for path in inbox.iterdir() if path.is_dir()) if inbox.is_dir() else []
+    if not teams or (inbox / SUBMISSION_FILE).exists():
+        raise VbbenchError(f"{inbox} is no inbox: name the `team`, or put submissions into folders named like teams")
+    for team in teams:
+        try:
+            yield accept(folder, inbox / team, team, moment)
+        except VbbenchError as error:
+            yield error
+
+
+def _take_baseline(organiser: Organiser, moment: datetime) -> None:
+    """Take the baseline's answers into the phase that is open, unless they are there."""
+    challenge, phase = organiser.challenge, organiser.challenge.phase_at(moment)
+    if not challenge.baseline or phase is None or BASELINE in organiser.last_accepted({phase.name}):
+        return
+    with TemporaryDirectory() as room:
+        answers = Path(room) / "answers"
+        solve(Dataset(organiser.data), challenge.baseline, challenge.protocol, answers)
+        accept(organiser.folder, answers, BASELINE, phase.opens)
+
+
+def _near_copy(organiser: Organiser, team: str, submission: Path) -> str:
+    """Which other team's last answers are nearly the same, in words for the log; "" if none are."""
+    own = _positions(submission, organiser.dataset)
+    others = {entry.team: entry for entry in organiser.entries if entry.is_accepted and entry.team != team}
+    for other in others.values():
+        apart = np.linalg.norm(own - _positions(organiser.folder / other.folder, organiser.dataset), axis=1)
+        if (middle := float(np.nanmedian(apart))) < NEAR:
+            return f"half of the positions lie within {middle:.3f} m of those of {other.team}, number {other.number}"
+    return ""
+
+
+def _positions(submission: Path, dataset: Dataset) -> FloatArray:
+    """The positions [N, 2] that a submission without a fault answers, in one order."""
+    return np.concatenate([one.positions for _, one in CheckedSubmission(submission, dataset, None).chunks()])
 
 
 def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> Receipt:
@@ -144,6 +194,7 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
             if other.is_accepted and other.answers == entry.answers and other.team != team:
                 where = f"on {other.day} (submission {other.number})"
                 raise VbbenchError(f"these are the answers that {other.team} handed in {where}; hand in your own")
+        entry = replace(entry, reason=_near_copy(organiser, team, work.new))
         result = result_of(organiser, entry, work.new, "public") if phase.part == "public" else None
         work.publish()
     if result is not None:

@@ -350,3 +350,47 @@ def test_the_page_shows_what_may_be_known(room: Path, tmp_path: Path) -> None:
     for part in ("public", "hidden"):
         assert (site / part / "index.html").is_file()
         assert "--dataset ../data --truth ../data.truth" in (site / part / "index.html").read_text("utf-8")
+
+
+def test_an_inbox_is_taken_in_one_command(room: Path, refused: Refused, capsys: pytest.CaptureFixture[str]) -> None:
+    inbox = room / "inbox"
+    shutil.copytree(room / "cv", inbox / "honest")
+    shutil.copytree(room / "sf", inbox / "strangers")
+    asked = ["challenge", "accept", inbox, "--challenge", room / "tiny", "--date", "2026-12-02"]
+    assert vbbench(*asked) == 1
+    said = capsys.readouterr().out
+    assert "tiny: taken from honest in phase development" in said
+    assert "refused: no team of tiny is called 'strangers'" in said
+    asked[2] = room / "cv"
+    assert "is no inbox" in refused(*asked)
+
+
+@pytest.mark.parametrize(("noise", "flagged"), [(0.02, True), (0.3, False)])
+def test_near_copies_are_shown_to_the_organiser_alone(
+    room: Path, capsys: pytest.CaptureFixture[str], noise: float, flagged: bool
+) -> None:
+    assert vbbench(*accept(room, "cv")) == 0
+    rows = pd.read_parquet(room / "cv" / "positions.parquet")
+    rows[["x", "y"]] += np.random.default_rng(0).normal(0.0, noise, (len(rows), 2))
+    rows.to_parquet(room / "cv" / "positions.parquet")
+    assert vbbench(*accept(room, "cv", "cheat")) == 0
+    assert "half of the positions" not in capsys.readouterr().out
+    assert vbbench("challenge", "status", room / "tiny", "--date", "2026-12-03") == 0
+    said = capsys.readouterr().out
+    assert ("look at number 2 of cheat: half of the positions lie within 0.0" in said) == flagged
+    assert "of those of honest, number 1" in said or not flagged
+
+
+def test_the_baseline_stands_there_first(room: Path, refused: Refused, capsys: pytest.CaptureFixture[str]) -> None:
+    path = room / "tiny" / "challenge.toml"
+    path.write_text(path.read_text("utf-8").replace('baseline = ""', 'baseline = "cv"'), encoding="utf-8")
+    assert "are the answers that baseline handed in on 2026-12-01" in refused(*accept(room, "cv"))
+    assert vbbench(*accept(room, "sf")) == 0
+    assert [(entry.team, entry.decision) for entry in read_log(room / "tiny")] == [
+        ("baseline", "accepted"),
+        ("honest", "refused"),
+        ("honest", "accepted"),
+    ]
+    assert set(dx(room, "public")) == {"baseline", "honest"}
+    path.write_text(path.read_text("utf-8").replace('"cheat"', '"Baseline"'), encoding="utf-8")
+    assert "is that of vbbench's own row" in refused(*accept(room, "sf"))
