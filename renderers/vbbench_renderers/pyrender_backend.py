@@ -25,11 +25,11 @@ from numpy.typing import NDArray
 import vbbench_renderers.required  # noqa: F401 (says what to install)
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, needs_extra
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
-from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Pattern, Sky, Surroundings, join_meshes
+from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Sky, Surroundings, join_meshes
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import linear_to_srgb, looks_of
 from vbbench_renderers.surroundings import surroundings_of
@@ -172,37 +172,20 @@ class Stage:
 
 
 def _baked(meshes: tuple[Mesh, ...], limbs: Limbs, normals: Float32, rows: range) -> Mesh:
-    """The limbs of a person as one mesh in the world, dyed vertex by vertex."""
+    """The limbs of a person as one mesh in the world; vertices are too far apart to show patterns of clothes."""
     placed = []
     for row in rows:
         mesh, turn = meshes[limbs.mesh[row]], limbs.transform[row]
-        second = _patterned(int(limbs.pattern[row]), mesh.vertices)[:, None]
         outward = mesh.normals @ normals[row].T
         placed.append(
             replace(
                 mesh,
                 vertices=mesh.vertices @ turn[:, :3].T + turn[:, 3],
                 normals=outward / (np.linalg.norm(outward, axis=1, keepdims=True) + 1e-20),
-                colours=mesh.colours * np.where(second, limbs.second_colour[row], limbs.colour[row]),
+                colours=mesh.colours * limbs.colour[row],
             )
         )
     return join_meshes(placed)
-
-
-def _patterned(pattern: int, points: Float32) -> BoolArray:
-    """Whether a limb shows its second colour at points [V, 3] of its frame; see ``patterned`` in ``meshes.hpp``."""
-    x, y, z = points.astype(np.float64).T
-    if pattern == Pattern.RINGS:
-        return _low(12.0 * z)
-    if pattern == Pattern.STRIPES:
-        return _low(16.0 * np.arctan2(y, x) / (2.0 * np.pi))
-    if pattern == Pattern.CHECKS:
-        return np.asarray(_low(14.0 * x) != _low(14.0 * z))
-    return np.asarray((z < 0.0) & (pattern == Pattern.LOWER_HALF))
-
-
-def _low(values: FloatArray) -> BoolArray:
-    return np.asarray(values - np.floor(values) < 0.5)
 
 
 def sky_picture(sky: Sky, camera: Camera, pose: FloatArray) -> NDArray[np.uint8]:

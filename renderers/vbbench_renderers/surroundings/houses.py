@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from vbbench.geometry import FloatArray
 from vbbench_renderers.meshes import Mesh
-from vbbench_renderers.surroundings.shapes import SPREAD, STREET, Quads, boxes, join, one_of, place, quads
+from vbbench_renderers.surroundings.shapes import SPREAD, STREET, Quads, boxes, join, one_of, place, points, quads
 from vbbench_renderers.surroundings.site import Plot
 from vbbench_renderers.surroundings.textures import TILE, Layer, quarter
 
@@ -36,12 +36,10 @@ class Front:
 
 def upright(x0: ArrayLike, x1: ArrayLike, z0: ArrayLike, z1: ArrayLike, y: float = 0.0) -> FloatArray:
     """[N, 4, 3] rectangles that face the walking area, at depth y, m."""
-    left, right, low, high = np.broadcast_arrays(
-        *(np.atleast_1d(np.asarray(value, float)) for value in (x0, x1, z0, z1))
-    )
-    level = np.full(left.shape, y)
-    corners = [(left, level, low), (right, level, low), (right, level, high), (left, level, high)]
-    return np.asarray(np.stack([np.stack(corner, axis=-1) for corner in corners], axis=1))
+    values = (np.atleast_1d(np.asarray(value, float)) for value in (x0, x1, z0, z1))
+    left, right, low, high = np.broadcast_arrays(*values)
+    corners = (left, low), (right, low), (right, high), (left, high)
+    return np.stack([points(x, y, z) for x, z in corners], axis=1)
 
 
 def graded(colour: ArrayLike, foot: float, head: float) -> FloatArray:
@@ -132,7 +130,7 @@ def _windows(
 ) -> Quads:
     """Panes and the reveals around them."""
     panes = _panes(front, x0, x1, low, high, SET_BACK, rng)
-    ends = [np.column_stack([x, np.full(len(x), y), z]) for x in (x0, x1) for y in (0, SET_BACK) for z in (low, high)]
+    ends = [points(x, y, z) for x in (x0, x1) for y in (0, SET_BACK) for z in (low, high)]
     a, b, c, d, e, f, g, h = ends  # left: front low, front high, back low, back high; then right
     sides = np.concatenate([np.stack([a, c, d, b], axis=1), np.stack([g, e, f, h], axis=1)])
     lids = np.stack([b, d, h, f], axis=1)
@@ -158,24 +156,18 @@ def _mouldings(
 ) -> Quads:
     """A sill under every window and, on some houses, a lintel or a whole frame around it."""
     out = rng.uniform(0.07, 0.13)
-    zero = np.zeros_like(x0)
     sills = boxes(
-        np.column_stack([x0 - 0.08, zero - out, low - 0.09]), np.column_stack([x1 + 0.08, zero + SET_BACK, low]),
-        front.trim, faces=("front", "bottom"),
-    )  # fmt: skip
+        points(x0 - 0.08, -out, low - 0.09), points(x1 + 0.08, SET_BACK, low), front.trim, faces=("front", "bottom")
+    )
     parts = [sills]
     style = rng.random()
     if style < 0.65:
-        parts.append(
-            boxes(np.column_stack([x0 - 0.12, zero - 0.06, high]), np.column_stack([x1 + 0.12, zero, high + 0.16]),
-                  front.trim, faces=("left", "right", "front"))
-        )  # fmt: skip
+        lintel = points(x0 - 0.12, -0.06, high), points(x1 + 0.12, 0.0, high + 0.16)
+        parts.append(boxes(*lintel, front.trim, faces=("left", "right", "front")))
     if style < 0.2:
         for start, end in ((x0 - 0.12, x0), (x1, x1 + 0.12)):
-            parts.append(
-                boxes(np.column_stack([start, zero - 0.045, low]), np.column_stack([end, zero, high]), front.trim,
-                      faces=("left", "right", "front"))
-            )  # fmt: skip
+            side = points(start, -0.045, low), points(end, 0.0, high)
+            parts.append(boxes(*side, front.trim, faces=("left", "right", "front")))
     return join(parts)
 
 
@@ -195,7 +187,7 @@ def _balcony(front: Front, x: float, z: float, iron: FloatArray) -> Quads:
         [x - half, -out, z - 0.14], [x + half, 0, z], front.trim * 0.9, faces=("left", "right", "front", "bottom")
     )
     bars = np.linspace(x - half + 0.03, x + half - 0.03, 7)
-    low = np.column_stack([bars - 0.012, np.full(7, -out + 0.02), np.full(7, z)])
+    low = points(bars - 0.012, -out + 0.02, z)
     posts = boxes(low, low + np.array([0.024, 0.024, 0.95]), iron, faces=("front",))
     rails = [
         boxes([x - half, -out, z + 0.92], [x + half, -out + 0.05, z + 0.98], iron, faces=("front", "bottom")),
@@ -210,16 +202,12 @@ def _flowers(x: float, z: float, half: float, rng: np.random.Generator) -> Quads
         [x - half, -0.30, z - 0.02], [x + half, -0.06, z + 0.14], [0.30, 0.12, 0.07], faces=("front", "left", "right")
     )
     spots = np.linspace(x - half + 0.05, x + half - 0.22, 4)
-    low = np.column_stack([spots, rng.uniform(-0.30, -0.22, 4), np.full(4, z + 0.14)])
+    low = points(spots, rng.uniform(-0.30, -0.22, 4), z + 0.14)
     tall = rng.uniform(0.08, 0.22, 4)
     green, bloom = np.array([0.08, 0.16, 0.04]), np.array([[0.6, 0.05, 0.07], [0.65, 0.25, 0.35], [0.65, 0.45, 0.06]])
-    bush = boxes(
-        low, low + np.column_stack([np.full(4, 0.20), np.full(4, 0.14), tall]), green, faces=("left", "right", "front")
-    )
-    high = low + np.column_stack([np.zeros(4), np.zeros(4), tall * 0.6])
-    heads = boxes(
-        high - [0.0, 0.025, 0.0], high + np.array([0.12, 0.0, 0.07]), bloom[rng.integers(3)], faces=("front",)
-    )
+    bush = boxes(low, low + points(0.20, 0.14, tall), green, faces=("left", "right", "front"))
+    high = low + points(0.0, 0.0, tall * 0.6)
+    heads = boxes(high - [0.0, 0.025, 0.0], high + points(0.12, 0.0, 0.07), bloom[rng.integers(3)], faces=("front",))
     return join([box, bush, heads])
 
 
@@ -308,10 +296,9 @@ def _plinth(front: Front, entrance: int, *, shop: bool) -> Quads:
             start = middle + 0.5 * wide
     gaps.append((start, float(front.bays[-1])))
     edges = np.array(gaps)
-    zero = np.zeros(len(edges))
     return boxes(
-        np.column_stack([edges[:, 0], zero - 0.05, zero]),
-        np.column_stack([edges[:, 1], zero, zero + 0.42]),
+        points(edges[:, 0], -0.05, 0.0),
+        points(edges[:, 1], 0.0, 0.42),
         [0.42, 0.40, 0.37],
         layer=Layer.ASHLAR,
         tile=TILE[Layer.ASHLAR],
@@ -351,7 +338,7 @@ def _awning(x0: float, x1: float, cloth: FloatArray) -> Quads:
 
     def strip(y0: float, z0: float, y1: float, z1: float) -> FloatArray:
         ends = [(a, y0, z0), (b, y0, z0), (b, y1, z1), (a, y1, z1)]
-        return np.stack([np.column_stack([x, np.full(count, y), np.full(count, z)]) for x, y, z in ends], axis=1)
+        return np.stack([points(*end) for end in ends], axis=1)
 
     upper = quads(strip(out, low, -0.15, high), stripes)
     front = quads(strip(out, hem, out, low), stripes * 0.95)
@@ -447,10 +434,8 @@ def _cornice(plot: Plot, front: Front, rng: np.random.Generator) -> Quads:
     ]
     if plot.distance < RELIEF and rng.random() < 0.5:
         blocks = np.arange(0.3, plot.width - 0.3, 1.1)
-        low = np.column_stack([blocks, np.full_like(blocks, -reach * 0.9), np.full_like(blocks, top - 0.36)])
-        parts.append(
-            boxes(low, low + np.array([0.16, reach * 0.9, 0.16]), front.trim * 0.85, faces=("left", "right", "front"))
-        )
+        low = points(blocks, -reach * 0.9, top - 0.36)
+        parts.append(boxes(low, low + points(0.16, reach * 0.9, 0.16), front.trim * 0.85, faces=faces[:3]))
     return join(parts)
 
 

@@ -189,6 +189,11 @@ def quads(
     )
 
 
+def points(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> FloatArray:
+    """[N, 3] points of coordinates [N] or of numbers that are the same for all."""
+    return np.column_stack(np.broadcast_arrays(*(np.atleast_1d(np.asarray(one, np.float64)) for one in (x, y, z))))
+
+
 def boxes(
     low: ArrayLike,
     high: ArrayLike,
