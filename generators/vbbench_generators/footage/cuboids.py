@@ -137,6 +137,12 @@ def between(quaternions: FloatArray, later: FloatArray, share: FloatArray) -> Fl
     return quaternions + share[:, None] * (sign * later - quaternions)
 
 
+def rows_by_group(groups: IntArray, count: int) -> list[IntArray]:
+    """The rows of each of the first ``count`` groups, ascending."""
+    order = np.argsort(groups, kind="stable")
+    return np.split(order, np.searchsorted(groups[order], np.arange(1, count + 1)))[:count]
+
+
 def motion_at(times: FloatArray, known: FloatArray, quaternions: FloatArray, origins: FloatArray) -> CarMotion:
     """The car's motion at ``times`` [T], interpolated between poses at ``known`` times [M], ascending."""
     last = np.searchsorted(known, times, side="left").clip(1, max(len(known) - 1, 1))
@@ -233,10 +239,10 @@ def footage_of(one: CarRecording, name: str, sensor_name: str) -> tuple[Footage,
     visible[at] = cuboids.visible
     visible[np.isnan(boxes[..., 0])] = np.nan
     places[at] = cuboids.centres[:, :2] - 0.5 * cuboids.sizes[:, 2:] * cuboids.rotations[:, :2, 2]  # their feet
-    order = np.argsort(cuboids.person, kind="stable")
-    people, first = np.unique(cuboids.person[order], return_index=True)
-    heights = np.full(count, np.nan)
-    heights[people] = [np.median(each) for each in np.split(cuboids.sizes[order, 2], first[1:])] if count else []
+    order = np.lexsort((cuboids.sizes[:, 2], cuboids.person))
+    people, first, labels = np.unique(cuboids.person[order], return_index=True, return_counts=True)
+    heights, tall = np.full(count, np.nan), cuboids.sizes[order, 2]
+    heights[people] = 0.5 * (tall[first + (labels - 1) // 2] + tall[first + labels // 2])  # medians
     eyes = motion.origins + motion.rotations @ sensor.origin
     ahead = motion.rotations @ sensor.rotation[:, 2]
     seen = ~np.isnan(boxes[..., 0]).all(axis=0)

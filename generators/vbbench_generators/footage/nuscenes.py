@@ -27,6 +27,7 @@ from vbbench_generators.footage.cuboids import (
     panorama,
     pinhole,
     rotation_matrices,
+    rows_by_group,
 )
 
 SITE = "nuscenes.org/nuscenes"
@@ -122,10 +123,8 @@ class JsonTable:
         text = self.path.read_bytes().translate(_BLANKS).strip()
         if not (text.startswith(b"[") and text.endswith(b"]")):
             raise FileError(self.path, f"is no list of objects in JSON from '[' to ']'; {AGAIN}")
-        rows = (
-            text[1:-1].strip().replace(b"}, {", b"}\n{")
-        )  # as the official files are, with a line break for the blank
-        rows = _BETWEEN.sub(b"}\n{", rows) if rows.count(b"}\n{") + 1 < rows.count(b"{") else rows
+        rows = text[1:-1].strip().replace(b"}, {", b"} \n{")  # of the official layout; of any other:
+        rows = _BETWEEN.sub(b"}\n{", rows) if rows.count(b"\n") + 1 < rows.count(b"{") else rows
         options = arrow_json.ParseOptions(explicit_schema=schema, unexpected_field_behavior="ignore")
         block = arrow_json.ReadOptions(block_size=1 << 24)
         try:
@@ -185,7 +184,7 @@ class Scenes:
         self.labels, self.pose = tables["sample_annotation"], tables["ego_pose"]
         self.calibrated = tables["calibrated_sensor"]
         self.names = self.scene.texts("name")
-        self.scene_of_sample = self.sample.rows_of("scene_token", self.scene)
+        scenes = self.sample.rows_of("scene_token", self.scene)
         self.sample_of_data = self.data.rows_of("sample_token", self.sample)
         self.pose_of_data = self.data.rows_of("ego_pose_token", self.pose)
         self.mounted = self.data.rows_of("calibrated_sensor_token", self.calibrated)
@@ -195,14 +194,16 @@ class Scenes:
         self.instance_of_label = self.labels.rows_of("instance_token", tables["instance"])
         self.rank_of_instance = np.argsort(np.argsort(np.array(tables["instance"].texts("token"), str)))
         walks = np.isin(np.array(tables["category"].texts("name"), object), WALKERS)
-        self.counts = walks[tables["instance"].rows_of("category_token", tables["category"])][self.instance_of_label]
+        counts = walks[tables["instance"].rows_of("category_token", tables["category"])][self.instance_of_label]
         shares = np.array([*(VISIBLE.get(level, 1.0) for level in tables["visibility"].texts("level")), 1.0])
         seen = shares[self.labels.rows_of("visibility_token", tables["visibility"], needed=False)]
         self.visible = np.where(self.labels.values("num_lidar_pts") >= FEWEST_POINTS, seen, 0.0)
         names = dict(zip(tables["attribute"].texts("name"), tables["attribute"].texts("token"), strict=True))
         attributes = self.labels.table["attribute_tokens"].combine_chunks()
         sits = np.asarray(pc.equal(pc.list_flatten(attributes), names.get(NOT_UPRIGHT, "")).fill_null(False))
-        self.counts[np.asarray(pc.list_parent_indices(attributes))[sits]] = False
+        counts[np.asarray(pc.list_parent_indices(attributes))[sits]] = False
+        groups = scenes, scenes[self.sample_of_data], np.where(counts, scenes[self.sample_of_label], len(self.names))
+        self.samples, self.data_rows, self.label_rows = (rows_by_group(one, len(self.names)) for one in groups)
 
     def read(self, name: str, cameras: tuple[str, ...], digest: str) -> CarRecording:
         """One scene, seen by ``cameras``.
@@ -212,10 +213,11 @@ class Scenes:
         FileError
             At the first row that is not valid.
         """
-        samples = np.flatnonzero(self.scene_of_sample == self.names.index(name))
+        scene = self.names.index(name)
+        samples = self.samples[scene]
         samples = samples[np.argsort(self.sample.values("timestamp")[samples], kind="stable")]
         keys = self._keys(name, samples)
-        data = np.flatnonzero(np.isin(self.sample_of_data, samples))
+        data = self.data_rows[scene]
         channels = {channel: data[self.channel_of_data[data] == channel] for channel in set(self.channel_of_data[data])}
         ring = [channel for channel in sorted(channels) if channel.startswith(RING)]
         sensors, motions, origin = {}, {}, None
@@ -232,7 +234,7 @@ class Scenes:
             name=name,
             sensors=sensors,
             motions=motions,
-            cuboids=self._people(samples, keys, np.zeros(3) if origin is None else origin),
+            cuboids=self._people(self.label_rows[scene], samples, keys, np.zeros(3) if origin is None else origin),
             digests={"tables": digest},
         )
 
@@ -287,9 +289,8 @@ class Scenes:
         except ValueError as error:
             raise FileError(self.calibrated.path, f"row {mounted[0]}: {error}; {AGAIN}") from error
 
-    def _people(self, samples: IntArray, keys: IntArray, origin: FloatArray) -> Cuboids:
+    def _people(self, rows: IntArray, samples: IntArray, keys: IntArray, origin: FloatArray) -> Cuboids:
         """People on foot in key frames, numbered in the order of their tokens, and between two of them."""
-        rows = np.flatnonzero(self.counts & np.isin(self.sample_of_label, samples))
         order = np.argsort(samples)
         key = order[np.searchsorted(samples[order], self.sample_of_label[rows])]
         _, person = np.unique(self.rank_of_instance[self.instance_of_label[rows]], return_inverse=True)

@@ -54,6 +54,9 @@ def is_seen(split: str, fact: str) -> bool:
         ("zara02", "Zara"),
         ("jrdb", "the training part of JRDB"),
         ("crossing", "Crossing"),
+        ("argoverse2", "Argoverse 2"),
+        ("argoverse2", "Hotel, and argoverse2 val"),
+        ("nuscenes", "nuScenes and 2 logs of Argoverse 2"),
     ],
 )
 def test_a_fact_that_names_a_recording_of_the_board_is_found(split: str, fact: str) -> None:
@@ -74,6 +77,10 @@ def test_a_fact_that_names_a_recording_of_the_board_is_found(split: str, fact: s
         ("sim", "sim, 74,000 crowds"),
         ("own", "our own recordings"),
         ("hotel", "simulated crowds of vbbench alone; no recording"),
+        ("argoverse2", "2 logs of Argoverse 2, 4 scenes of nuScenes"),
+        ("argoverse2", "Argoverse 2 training logs"),
+        ("nuscenes", "JRDB, 2 logs of Argoverse 2, 4 scenes of nuScenes"),
+        ("nuscenes", "nuScenes (train)"),
     ],
 )
 def test_other_facts_are_not(split: str, fact: str) -> None:
