@@ -54,6 +54,7 @@ struct EgoMotion {
   std::array<double, 2> stand{};
   std::array<double, 2> lag{};   ///< how far a head follows within a frame, 0 to 1
   std::array<double, 3> head{};  ///< rad
+  double pace = 0.15;            ///< 1/s, weight of the prior of a pedestrian's speed
   double nu = 4.0, first = 1.6, slow = 0.12;
   double duration = 1.0;  ///< weight of laws that hold for seconds, by frame
   Modes start{};          ///< prior of the modes
@@ -69,6 +70,7 @@ struct EgoMotion {
     for (int i = 0; i < 2; ++i) e.lag[i] = 1.0 - std::exp(-dt / c.head_lag[i]);
     e.head = {c.head_scale[0] * dt / 0.4, c.head_scale[1], c.head_scale[2] * dt / 0.4};
     e.nu = c.drive_nu;
+    e.pace = c.pace;
     e.first = c.drive_speed * dt;
     e.slow = 0.3 * dt;
     e.duration = dt / 0.4;
@@ -153,6 +155,14 @@ struct EgoMotion {
     } else {
       gaussian(step.forward, first);
       gaussian(step.left, first);
+    }
+    if (pace > 0.0) {
+      using std::sqrt;
+      const T x = T(1.0 / dt) * (now[0] - before[0]), y = T(1.0 / dt) * (now[1] - before[1]);
+      const Pace usual = pace_of(value_of(sqrt(x * x + y * y + T(1e-8))), pace * dt);
+      add(sqrt(x * x + y * y + T(1e-8)) - T(kStroll), usual.walking, -pace * dt * std::log(usual.density));
+      add(x, usual.resting, 0.0);
+      add(y, usual.resting, 0.0);
     }
     const double gamma = head[mode - kFollow];
     if (mode == kWander) {

@@ -83,9 +83,6 @@ struct PeopleModel {
   double pace = 0.3, first_speed = 1.2, own_edge_std = 0.08;
 };
 
-constexpr double kStroll = 1.3, kStrollStd = 0.35;  ///< m/s: how fast people walk
-constexpr double kRestStd = 0.25, kResting = 0.25;  ///< m/s and the share of those who stand
-
 /// The log-determinant term of the integral over a person's place, −s ln r − s' ln(r − δ) with the leverages s of
 /// the column and s' of height and foot: a box is
 /// surer of the place of a person who is nearer. Without it smaller worlds, whose people move less, are more probable.
@@ -202,21 +199,18 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         visit(row);
       }
     }
-    if (model.pace > 0.0) {  // a mixture of those who walk and those who stand, as expectation maximisation sees it
+    if (model.pace > 0.0) {
       const double dt = model.walk.dt, speed = std::sqrt(dx * dx + dy * dy) / dt + 1e-9;
-      const double off = (speed - kStroll) / kStrollStd;
-      const double walking = (1.0 - kResting) / kStrollStd * std::exp(-0.5 * off * off);
-      const double resting = kResting / kRestStd * std::exp(-0.5 * speed * speed / (kRestStd * kRestStd)) + 1e-12;
-      const double share = walking / (walking + resting), weight = model.pace * dt;
+      const Pace pace = pace_of(speed, model.pace * dt);
       const double spread = 1.0 / dt;
       Row row;
       row.node = i;
       row.reach = 1;
       row.law = Row::kPace;
       row.e = speed - kStroll;
-      row.w = weight * share / (kStrollStd * kStrollStd);
-      row.power = -weight;
-      row.base = walking + resting;
+      row.w = pace.walking;
+      row.power = -model.pace * dt;
+      row.base = pace.density;
       const double ux = dx / (speed * dt), uy = dy / (speed * dt);
       row.by[kSlotPlace] = ux * spread;
       row.by[kSlotPlace + 1] = uy * spread;
@@ -228,7 +222,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         rest.node = i;
         rest.reach = 1;
         rest.e = (axis ? dy : dx) / dt;
-        rest.w = weight * (1.0 - share) / (kRestStd * kRestStd);
+        rest.w = pace.resting;
         rest.by[kSlotPlace + axis] = spread;
         rest.by[kSlotPlaceBefore + axis] = -spread;
         visit(rest);

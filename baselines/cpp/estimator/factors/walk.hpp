@@ -68,4 +68,21 @@ struct Walk {
   }
 };
 
+constexpr double kStroll = 1.3, kStrollStd = 0.35;  ///< m/s: how fast people walk
+constexpr double kRestStd = 0.25, kResting = 0.25;  ///< m/s and the share of those who stand
+
+/// Weights and density of a speed under the prior of pedestrians, who walk or stand: e = speed − kStroll with the
+/// weight `walking`, and each component of the velocity with the weight `resting`, as expectation maximisation has
+/// them.
+struct Pace {
+  double walking, resting, density;
+};
+inline Pace pace_of(double speed, double weight) {
+  const double walking = (1.0 - kResting) / kStrollStd * std::exp(-0.5 * std::pow((speed - kStroll) / kStrollStd, 2));
+  const double resting = kResting / kRestStd * std::exp(-0.5 * speed * speed / (kRestStd * kRestStd)) + 1e-12;
+  const double share = walking / (walking + resting);
+  return {weight * share / (kStrollStd * kStrollStd), weight * (1.0 - share) / (kRestStd * kRestStd),
+          walking + resting};
+}
+
 }  // namespace vbbench
