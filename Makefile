@@ -21,8 +21,9 @@ SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/
 CPP := $(shell find cpp */cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
-SANITIZED := $(patsubst %,tests/test_%.py,joint_map former_inference ego_motion message_passing uncertainty vb_sf_terms \
-  social_force social_force_forces occlusion tracking_in_video field vehicle robot_observer looking odometry_filter lifting) tests/renderers/test_raster.py tests/renderers/test_visibility.py
+SANITIZED := $(patsubst %,tests/test_%.py,joint_map former_inference ego_motion message_passing uncertainty vb_sf_terms) \
+  $(patsubst %,tests/generators/test_%.py,social_force social_force_forces occlusion tracking_in_video field vehicle \
+  robot_observer looking odometry_filter lifting) tests/renderers/test_raster.py tests/renderers/test_visibility.py
 KILLS := tests/test_kills.py tests/folders/test_work_folder.py
 WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile

@@ -17,8 +17,8 @@ import pandas as pd
 import pytest
 
 from tests.commands import ROOT, ended, start, wait_until
+from tests.generation.test_datasets import digests
 from tests.slow_split import BEFORE_THE_GATE, GATE, PARTS, SEQUENCES
-from tests.test_generation import digests
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset

@@ -20,12 +20,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.generation.test_sources import SHA256, Handler
 from tests.kill_harness import Command, Point, Stage, read_tree, without_chance
 from tests.leaderboards.challenges import withheld_challenge
 from tests.rehearsal import Rehearsal, Scenario
 from tests.system_calls import why_not
 from tests.test_cluster import wait_until
-from tests.test_sources import SHA256, Handler
 from vbbench.generation.generator import Card
 from vbbench.generation.sources import Source
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.test_generation import digests
+from tests.generation.test_datasets import digests
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset

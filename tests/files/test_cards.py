@@ -16,10 +16,10 @@ import yaml
 from tests import jrdb_recording, kitti_files, motsynth_recording, own_recording
 from tests.crohd_files import write_recording
 from tests.generators.footage import cars
+from tests.generators.test_footage import made as made_footage
+from tests.generators.test_footage import recording as footage
+from tests.generators.test_footage import relative
 from tests.make_dataset import Crowd, write_dataset
-from tests.test_footage import made as made_footage
-from tests.test_footage import recording as footage
-from tests.test_footage import relative
 from tests.test_merging import last_part_first
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning

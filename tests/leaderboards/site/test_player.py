@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from tests.answers import submit, true_answers
+from tests.generators.test_footage import FRAMES, made
+from tests.generators.test_footage_pictures import known_as, photographed
 from tests.leaderboards.board_results import ABOUT
 from tests.leaderboards.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_estimate, numbers
 from tests.made_sequence import DT, MadeSequence, made_sequence
 from tests.make_dataset import Crowd, write_dataset
-from tests.test_footage import FRAMES, made
-from tests.test_footage_pictures import known_as, photographed
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import wrap_angle
@@ -253,7 +253,7 @@ def test_another_dataset_than_the_results_are_of_is_refused(work: Path, results:
 
 
 __all__ = ["photographed"]
-WALKER = "tests.test_footage_pictures:Walker"
+WALKER = "tests.generators.test_footage_pictures:Walker"
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ torch = pytest.importorskip("torch", reason="needs the extra torch")
 pytestmark = pytest.mark.extra
 
 OPTIONS = Options(simulation=Simulation(people=(5, 8)))
-PAGE = Path(__file__).parents[1] / "docs" / "torch.md"
+PAGE = Path(__file__).parents[2] / "docs" / "torch.md"
 
 
 @pytest.fixture(scope="module")

@@ -103,7 +103,7 @@ def test_a_recording_without_a_bag_is_relative_and_its_places_are_those_around_t
         np.testing.assert_allclose(truth[seen], places[seen], atol=1e-9)
         again = CAMERA.project(places, np.broadcast_to(files.heights[people], places.shape[:2]))
         np.testing.assert_allclose(sequence.observations[seen], again[seen], atol=1e-6)
-    answer = solve(dataset, "tests.test_footage:Still", "cold-start", tmp_path / "a")
+    answer = solve(dataset, "tests.generators.test_footage:Still", "cold-start", tmp_path / "a")
     metrics = score(answer, tmp_path / "d").values()["metrics"]
     assert [name for name, figure in metrics.items() if figure["mean"] is not None] == ["dx_rel"]
 
@@ -223,7 +223,7 @@ def test_from_boxes_and_bag_to_scores(files: Files, root: Path, tmp_path: Path, 
         np.testing.assert_allclose(odometry.motions[1:, 0], moved[:, 1], atol=0.06)
         np.testing.assert_allclose(odometry.motions[1:, 2], wrap_angle(np.diff(truth[frames, 2])), atol=0.05)
         assert (np.linalg.eigvalsh(odometry.covariances[1:]) > 0.0).all()
-    for solver, protocol in (("cv", "sequential"), ("tests.test_footage:Still", "cold-start")):
+    for solver, protocol in (("cv", "sequential"), ("tests.generators.test_footage:Still", "cold-start")):
         answer = tmp_path / protocol
         figures = score(solve(dataset, solver, protocol, answer), out).values()["metrics"]
         assert figures["dx"]["mean"] is not None

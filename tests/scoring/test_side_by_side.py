@@ -142,7 +142,7 @@ def test_every_format_of_one_submission(room: Path, form: str, capsys: pytest.Ca
     [
         (("score", "--dataset", "x"), "which submission? give one folder or more"),
         (("score", "a", "b", "--dataset", "x", "--per-sequence", "y.csv"), "--per-sequence is of one submission"),
-        (("score", "a", "b", "--dataset", "x", "--format", "tex"), "no value of --format is called 'tex'"),
+        (("score", "a", "b", "--dataset", "x", "--format", "tex"), "--format: cannot be 'tex'"),
     ],
 )
 def test_mistakes_are_said_in_one_line(

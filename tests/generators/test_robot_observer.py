@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.test_odometry_filter import in_ellipse
+from tests.generators.test_odometry_filter import in_ellipse
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import ALWAYS

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.test_footage import FRAMES, Still, made, recording, relative
+from tests.generators.test_footage import FRAMES, Still, made, recording, relative
 from tests.test_plotting import gids, part, points, words
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main

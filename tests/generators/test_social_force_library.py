@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.test_social_force import crowd
+from tests.generators.test_social_force import crowd
 from vbbench_generators.social_force import Crowd, Model, Moussaid, simulate
 
 pytestmark = pytest.mark.extra("pysocialforce")

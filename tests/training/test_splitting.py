@@ -18,7 +18,7 @@ from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import BoolArray
 from vbbench.training.splitting import GAP, NAMES, SHARES, find_cuts, official_lists, parts, recording_names
 
-RECIPES = Path(__file__).parents[1] / "generators" / "vbbench_generators" / "recipes"
+RECIPES = Path(__file__).parents[2] / "generators" / "vbbench_generators" / "recipes"
 DT = 0.4
 
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.generators.test_kitti import read, straightened
 from tests.kitti_files import FRAMES, Drive, write_kitti
-from tests.test_kitti import read, straightened
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench_generators.footage.kitti.labels import WALKERS
 
