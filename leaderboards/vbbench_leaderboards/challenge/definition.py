@@ -2,14 +2,13 @@
 
 import re
 import shlex
-import tomllib
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
 from typing import Literal
 
 from vbbench.errors import FileError, VbbenchError, is_printable
-from vbbench.parsing.toml_text import read_toml
+from vbbench.parsing.toml_text import read_toml, toml_table
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 from vbbench_leaderboards.site.words import is_web_address
 
@@ -248,7 +247,7 @@ class Challenge:
     @property
     def placeholders(self) -> list[str]:
         """The keys whose text is that of the template."""
-        template = tomllib.loads(START.read_text("utf-8"))
+        template = toml_table(START)
         return [key for key in ("title", "organisers", "contact") if getattr(self, key) == template[key]]
 
     @property

@@ -4,11 +4,9 @@ Quadrilaterals are divided for the panorama and made a mesh at the end. Objects 
 the right and y away as seen from the front, z up) and then placed.
 """
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -16,9 +14,10 @@ import trimesh
 from numpy.typing import ArrayLike
 
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.toml_text import bundled_table
 from vbbench_renderers.meshes import PLAIN, Mesh
 
-STREET: dict[str, Any] = tomllib.loads(files(__package__).joinpath("street.toml").read_text("utf-8"))
+STREET: dict[str, Any] = bundled_table(__package__, "street.toml")
 SPREAD = 0.104
 """The largest width of a part of an object over its distance, rad: its corners may be projected on a cylinder."""
 
