@@ -26,7 +26,7 @@ from vbbench_leaderboards.results.folder import (
     read_results,
     submission_folder,
 )
-from vbbench_leaderboards.results.ranking import SEEN_WORDS, headline, rank_apart
+from vbbench_leaderboards.results.ranking import KINDS, headline, rank_apart
 from vbbench_leaderboards.results.result import NEEDED, NOBODY_YET, About, Board, Result, write_result
 
 TEMPLATE = Path(__file__).parent / "template"
@@ -160,17 +160,9 @@ class Trial:
         between = "" if place.best == place.worst else f" (between {place.best} and {place.worst})"
         interval = "" if figure.low is None else f", 95 % interval {figure.low:.4f}–{figure.high:.4f}"
         return (
-            f"{self.name} on {self.board.key}: rank {place.rank}{between} of {rivals} {_KINDS[own.group]}, "
+            f"{self.name} on {self.board.key}: rank {place.rank}{between} of {rivals} {KINDS[own.group]}, "
             f"Δx {figure.value:.4f} m{interval}"
         )
-
-
-_KINDS = {
-    (False, False): "causal solvers",
-    (False, True): f"causal solvers {SEEN_WORDS}",
-    (True, False): "solvers that see the future",
-    (True, True): f"solvers that see the future, {SEEN_WORDS}",
-}
 
 
 def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int = 1) -> Trial:

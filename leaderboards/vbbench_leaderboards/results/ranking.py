@@ -4,12 +4,12 @@ Boards rank by capped means. Every pair of solvers is compared by its difference
 a block bootstrap over time. The p-values of a metric are corrected after Holm, so that on the whole board a difference
 that is none is called one with a chance of at most `LEVEL`. A solver's rank is one more than the number of solvers
 that are significantly better, and no lower than that of anybody whose figure is smaller: errors that come in clumps
-make a solver's mean so uncertain that nobody is significantly better, and being wrong must not pay. Solvers between
-which nothing is settled can share a rank.
+make a solver's mean so uncertain that nobody is significantly better, and being wrong must not pay. Solvers without
+a significant difference can share a rank.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -26,6 +26,27 @@ from vbbench_leaderboards.results.result import Board, Result
 
 LEVEL = 0.05
 
+GROUPS = {
+    (False, False): "",
+    (False, True): "Trained or tuned on recordings of this board, so figures are not of unseen data: ranked among "
+    "themselves",
+    (True, False): "These see frames after the one they answer: ranked among themselves",
+    (True, True): "These see frames after the one they answer, and were trained or tuned on recordings of this board: "
+    "ranked among themselves",
+}
+"""Groups of solvers that compete (`Result.group`) in the order of a table, with the words above their rows."""
+
+SEEN_MARK, SEEN_WORDS = "†", "trained or tuned on recordings of the board"
+"""The mark of a figure in a table without room for words, and what it means."""
+
+KINDS = {
+    (False, False): "causal solvers",
+    (False, True): f"causal solvers {SEEN_WORDS}",
+    (True, False): "solvers that see the future",
+    (True, True): f"solvers that see the future, {SEEN_WORDS}",
+}
+"""What the solvers of a group are called in a sentence."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Pair:
@@ -36,7 +57,8 @@ class Pair:
     a, b : names of the solvers.
     difference, ci95 : the mean and its interval, in the metric's unit; NaN where they share no sequence, and no
         interval where the board has too few sequences or too little time for one.
-    p : two-sided, corrected for all pairs of the board; 1 without an interval.
+    p : two-sided; corrected for all pairs of the board in a `Ranking`, there 1 without an interval.
+    sequences, won : how many have a figure of both, and in how many of them ``a`` is better.
     """
 
     a: str
@@ -44,6 +66,8 @@ class Pair:
     difference: float
     ci95: tuple[float, float]
     p: float
+    sequences: int = 0
+    won: int = 0
 
     @property
     def better(self) -> str | None:
@@ -70,82 +94,22 @@ class Ranking:
     pairs: tuple[Pair, ...]
 
 
-def rank(results: Sequence[Result]) -> dict[str, Ranking]:
-    """Rankings by metric (keys of `METRICS`) of the results of one board."""
-    names = [result.solver for result in results]
-    pairs = list(combinations(range(len(results)), 2))
-    if not pairs:
-        return {metric: Ranking(places=_places(dict.fromkeys(names, 0.0), ()), pairs=()) for metric in METRICS}
-    timeline, _, figures = capped_table(results)
-    differences = np.stack([figures[a] - figures[b] for a, b in pairs], axis=1)
-    found = block_means(timeline, differences.reshape(len(differences), -1))
-    shape = (len(pairs), len(METRICS))
-    mean, p = found.mean.reshape(shape), np.nan_to_num(found.p_values(), nan=1.0).reshape(shape)
-    interval = found.interval().reshape(*shape, 2)
-    return {
-        metric: _ranking(_means(names, figures[:, :, m]), pairs, mean[:, m], interval[:, m], holm(p[:, m]))
-        for m, metric in enumerate(METRICS)
-    }
+@dataclass(frozen=True, kw_only=True)
+class Contrasts:
+    """Every two solvers of a board.
 
-
-def _means(names: list[str], figures: FloatArray) -> dict[str, float]:
-    """The means of capped errors [solvers, N] of a metric; infinite without any."""
-    counts = np.isfinite(figures).sum(axis=1)
-    means = np.where(counts > 0, np.nansum(figures, axis=1) / np.maximum(counts, 1), np.inf)
-    return dict(zip(names, means.tolist(), strict=True))
-
-
-def holm(p: FloatArray) -> FloatArray:
-    """p-values [P] corrected after Holm (1979) for being P at once: none falls, and their order stays."""
-    order = np.argsort(p, kind="stable")
-    raised = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))
-    corrected = np.empty(len(p))
-    corrected[order] = np.minimum(raised, 1.0)
-    return corrected
-
-
-def capped_table(results: Sequence[Result]) -> tuple[Timeline, IntArray, FloatArray]:
-    """The sequences that any result of a board has, and all their capped errors.
-
-    Returns
-    -------
-    When the sequences were, their numbers [N], and figures [solvers, N, metrics], NaN where there is none.
+    Parameters
+    ----------
+    solvers : their names.
+    sequences : [N] numbers of the sequences.
+    figures : [solvers, N, metrics] capped errors, NaN where there is none; metrics in the order of `METRICS`.
+    pairs : (a, b), numbers of solvers with a < b → metric → their difference, its p-value for this pair alone.
     """
-    own = [result.per_sequence for result in results]
-    columns = ("sequence", "scene", "first_frame", "last_frame")
-    every = np.concatenate([np.stack([getattr(one, name) for name in columns], axis=1) for one in own])
-    sequences, first = np.unique(every[:, 0], return_index=True)
-    caps = get_protocol(results[0].board.protocol).caps
-    figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
-    for row, one in zip(figures, own, strict=True):
-        row[np.searchsorted(sequences, one.sequence)] = capped_figures(caps, {n: one.figures[n] for n in METRICS})
-    return Timeline.of(*every[first, 1:].T), sequences, figures
 
-
-def _ranking(
-    means: dict[str, float], pairs: list[tuple[int, int]], mean: FloatArray, interval: FloatArray, p: FloatArray
-) -> Ranking:
-    """One metric's ranking, from the pairs' mean differences [P], their intervals [P, 2] and p-values [P]."""
-    names = list(means)
-    found = tuple(
-        Pair(a=names[a], b=names[b], difference=difference, ci95=(low, high), p=value)
-        for (a, b), difference, (low, high), value in zip(
-            pairs, mean.tolist(), interval.tolist(), p.tolist(), strict=True
-        )
-    )
-    return Ranking(places=_places(means, found), pairs=found)
-
-
-def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
-    """Places of solvers with these means."""
-    settled = [(pair.better, pair.a if pair.better == pair.b else pair.b) for pair in pairs if pair.better]
-    better = {name: sum(loser == name for _, loser in settled) for name in means}
-    worse = {name: sum(winner == name for winner, _ in settled) for name in means}
-    places, last = dict[str, Place](), 1
-    for name in sorted(means, key=lambda name: (means[name], better[name])):
-        last = max(last, 1 + better[name])
-        places[name] = Place(rank=last, best=last, worst=max(last, len(means) - worse[name]))
-    return places
+    solvers: tuple[str, ...]
+    sequences: IntArray
+    figures: FloatArray
+    pairs: dict[tuple[int, int], dict[str, Pair]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,21 +140,6 @@ def summary(result: Result, metric: str) -> dict[str, Any]:
     return found
 
 
-GROUPS = {
-    (False, False): "",
-    (False, True): "Trained or tuned on recordings of this board, so figures are not of unseen data: ranked among "
-    "themselves",
-    (True, False): "These see frames after the one they answer: ranked among themselves",
-    (True, True): "These see frames after the one they answer, and were trained or tuned on recordings of this board: "
-    "ranked among themselves",
-}
-"""Groups of solvers that compete (`Result.group`) in the order of a table, with the words above their rows."""
-
-
-SEEN_MARK, SEEN_WORDS = "†", "trained or tuned on recordings of the board"
-"""The mark of a figure in a table without room for words, and what it means."""
-
-
 def grouped(results: Iterable[Result]) -> dict[tuple[bool, bool], list[Result]]:
     """The results of each group that has any, in the order of `GROUPS`."""
     rows = list(results)
@@ -210,62 +159,83 @@ def rank_apart(results: Sequence[Result]) -> dict[str, Ranking]:
     }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Contrast:
-    """One metric of two solvers: mean over sequences of (a − b), both capped, so that below 0 ``a`` is better.
+def rank(results: Sequence[Result]) -> dict[str, Ranking]:
+    """Rankings by metric (keys of `METRICS`) of the results of one board."""
+    found, rankings = contrasts(results, at_once=True), {}
+    counts = np.isfinite(found.figures).sum(axis=1)
+    means = np.where(counts > 0, np.nansum(found.figures, axis=1) / np.maximum(counts, 1), np.inf)
+    for m, metric in enumerate(METRICS):
+        own = [pair[metric] for pair in found.pairs.values()]
+        corrected = holm(np.nan_to_num([pair.p for pair in own], nan=1.0)).tolist()
+        pairs = tuple(replace(pair, p=p) for pair, p in zip(own, corrected, strict=True))
+        of_solvers = dict(zip(found.solvers, means[:, m].tolist(), strict=True))
+        rankings[metric] = Ranking(places=_places(of_solvers, pairs), pairs=pairs)
+    return rankings
+
+
+def holm(p: FloatArray) -> FloatArray:
+    """p-values [P] corrected after Holm (1979) for being P at once: none falls, and their order stays."""
+    order = np.argsort(p, kind="stable")
+    raised = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))
+    corrected = np.empty(len(p))
+    corrected[order] = np.minimum(raised, 1.0)
+    return corrected
+
+
+def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
+    """Places of solvers with these means."""
+    decided = [(pair.better, pair.a if pair.better == pair.b else pair.b) for pair in pairs if pair.better]
+    better = {name: sum(loser == name for _, loser in decided) for name in means}
+    worse = {name: sum(winner == name for winner, _ in decided) for name in means}
+    places, last = dict[str, Place](), 1
+    for name in sorted(means, key=lambda name: (means[name], better[name])):
+        last = max(last, 1 + better[name])
+        places[name] = Place(rank=last, best=last, worst=max(last, len(means) - worse[name]))
+    return places
+
+
+def contrasts(results: Sequence[Result], *, at_once: bool = False) -> Contrasts:
+    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions.
 
     Parameters
     ----------
-    difference, low, high : the mean and its 95 % interval, in the metric's unit; NaN where there is none.
-    p : two-sided, for this pair alone; NaN without an interval.
-    sequences, won : how many have a figure of both, and in how many of them ``a`` is better.
+    at_once : take blocks of time that suit all pairs, as ranks do, instead of each pair's own.
     """
-
-    difference: float
-    low: float
-    high: float
-    p: float
-    sequences: int
-    won: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class Contrasts:
-    """Every two solvers of a board.
-
-    Parameters
-    ----------
-    solvers : their names.
-    sequences : [N] numbers of the sequences.
-    figures : [solvers, N, metrics] capped errors, NaN where there is none; metrics in the order of `METRICS`.
-    pairs : (a, b), numbers of solvers with a < b → metric → their difference.
-    """
-
-    solvers: tuple[str, ...]
-    sequences: IntArray
-    figures: FloatArray
-    pairs: dict[tuple[int, int], dict[str, Contrast]]
-
-
-def contrasts(results: Sequence[Result]) -> Contrasts:
-    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions."""
-    timeline, sequences, figures = capped_table(results)
-    pairs = {}
-    for a in range(len(results)):
-        for b in range(a + 1, len(results)):
-            differences = figures[a] - figures[b]
-            means = block_means(timeline, differences)
-            known, won = (differences == differences).sum(axis=0), (differences < 0).sum(axis=0)
-            columns = zip(METRICS, means.mean, means.interval(), means.p_values(), known, won, strict=True)
-            pairs[a, b] = {
-                metric: Contrast(
-                    difference=float(mean), low=float(low), high=float(high), p=float(p), sequences=int(n), won=int(w)
-                )
-                for metric, mean, (low, high), p, n, w in columns
-            }
-    return Contrasts(
-        solvers=tuple(result.solver for result in results), sequences=sequences, figures=figures, pairs=pairs
-    )
+    own, names = [result.per_sequence for result in results], tuple(result.solver for result in results)
+    columns = ("sequence", "scene", "first_frame", "last_frame")
+    every = np.concatenate([np.stack([getattr(one, name) for name in columns], axis=1) for one in own])
+    sequences, first = np.unique(every[:, 0], return_index=True)
+    caps = get_protocol(results[0].board.protocol).caps
+    figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
+    for row, one in zip(figures, own, strict=True):
+        row[np.searchsorted(sequences, one.sequence)] = capped_figures(caps, {n: one.figures[n] for n in METRICS})
+    numbers = list(combinations(range(len(results)), 2))
+    if not numbers:
+        return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs={})
+    differences = np.stack([figures[a] - figures[b] for a, b in numbers], axis=1)
+    timeline, shape = Timeline.of(*every[first, 1:].T), differences.shape[1:]
+    columns_of = [differences.reshape(len(sequences), -1)] if at_once else list(differences.swapaxes(0, 1))
+    found = [block_means(timeline, columns) for columns in columns_of]
+    mean = np.concatenate([one.mean for one in found]).reshape(shape)
+    p = np.concatenate([one.p_values() for one in found]).reshape(shape)
+    interval = np.concatenate([one.interval() for one in found]).reshape(*shape, 2)
+    count, won = np.isfinite(differences).sum(axis=0), (differences < 0).sum(axis=0)
+    pairs = {
+        (a, b): {
+            metric: Pair(
+                a=names[a],
+                b=names[b],
+                difference=float(mean[n, m]),
+                ci95=(float(interval[n, m, 0]), float(interval[n, m, 1])),
+                p=float(p[n, m]),
+                sequences=int(count[n, m]),
+                won=int(won[n, m]),
+            )
+            for m, metric in enumerate(METRICS)
+        }
+        for n, (a, b) in enumerate(numbers)
+    }
+    return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs=pairs)
 
 
 def leading_rows(results: Boards, boards: Sequence[Board], *, late: bool) -> dict[str, Mapping[Board, Result]]:

@@ -97,15 +97,7 @@ _HEAD = ("split", "tier", "protocol", "dataset", *_PLACES, "solver", "version", 
 
 @dataclass(frozen=True, kw_only=True)
 class ExportedBoard:
-    """A board with all that its table says.
-
-    Parameters
-    ----------
-    board : split, tier and protocol.
-    record : of its dataset.
-    results : its rows: of each group that competes, in the order of `GROUPS`, the best first.
-    places : solver → its rank, among its like.
-    """
+    """A board, the record of its dataset, its rows in the order of its table, and solver → its rank in its group."""
 
     board: Board
     record: BoardDataset

@@ -195,7 +195,7 @@ class Site:
             firsts = [row.solver for row in rows if self.place(board, row).rank == 1]
             if len(firsts) > 1:
                 names = f"{', '.join(firsts[:-1])} and {firsts[-1]}"
-                kind = _KINDS[group]
+                kind = ranking.KINDS[group]
                 found.append(f"does not separate the best of its {len(rows)} {kind}: {names} share rank 1.")
         return found
 
@@ -235,14 +235,6 @@ class Site:
         ]
         points = [(value, low, high) for value, low, high in past if value is not None]
         return decimals(value for value, _, _ in points), points
-
-
-_KINDS = {
-    (False, False): "causal solvers",
-    (False, True): f"causal solvers {ranking.SEEN_WORDS}",
-    (True, False): "solvers that see the future",
-    (True, True): f"solvers that see the future, {ranking.SEEN_WORDS}",
-}
 
 
 def _order(board: Board) -> list[tuple[int, str]]:
@@ -394,8 +386,8 @@ def comparison_values(site: Site, board: Board) -> dict[str, Any]:
     }
 
 
-def _contrast(found: ranking.Contrast) -> list[float | None]:
-    figures = (found.difference, found.low, found.high, found.p)
+def _contrast(found: ranking.Pair) -> list[float | None]:
+    figures = (found.difference, *found.ci95, found.p)
     return [*_short(map(finite_or_none, figures)), found.sequences, found.won]
 
 

@@ -39,7 +39,7 @@ def test_two_results_differ_as_their_submissions_do(tmp_path: Path) -> None:
     for metric, difference in wanted.items():
         found = own[metric]
         assert found.difference == pytest.approx(difference.difference, rel=1e-5)
-        assert (found.low, found.high) == pytest.approx(difference.ci95, rel=1e-4)
+        assert found.ci95 == pytest.approx(difference.ci95, rel=1e-4)
         assert found.p == pytest.approx(difference.p_value, rel=1e-3)
         assert found.sequences == difference.sequences
 
