@@ -291,6 +291,11 @@ class CuboidSplit(FootageSplit):
         pixel_std = self.pixel_std if asked.boxes is None else FOUND_PIXEL_STD
         return FootageSplit.plan(replace(self, rules=rules, pixel_std=pixel_std), options)
 
+    @property
+    def counted_where(self) -> str:
+        """See `FootageSplit.counted_where`."""
+        return f" within {self.near:g} m"
+
     def counted(self, one: Footage) -> BoolArray:
         """See `FootageSplit.counted`: those near the camera."""
         positions, _ = one.positions()
@@ -370,7 +375,7 @@ def _facts(one: Footage) -> dict[str, Any]:
 def _summary(facts: Mapping[str, Mapping[str, Any]]) -> str:
     moving = [row for row in facts.values() if row["camera"] == "moves"]
     people = [row["people"] for row in facts.values()]
-    text = f"{len(facts)} recordings, the camera moves in {len(moving)}"
+    text = f"recordings: {len(facts)}, the camera moves in {len(moving)}"
     if moving:
         text += f" ({np.mean([row['driven'] for row in moving]):.0f} m on average)"
     return f"{text}; {np.mean(people):.1f} people a frame; boxes are projections of cuboids" if people else text

@@ -88,9 +88,14 @@ class FootageSplit(ABC):
         runs = [run for n, one in enumerate(footage) for run in find_runs(n, self.counted(one), rules)]
         runs = runs[: options.limit]
         if not runs:
-            wanted = f"{rules.shortest} frames in a row, {every} apart, with {rules.fewest} people"
+            wanted = f"{rules.shortest} frames in a row, {every} apart, with {rules.fewest} people{self.counted_where}"
             raise VbbenchError(f"{self.card.name}: nowhere are there {wanted}; try another `every`")
         return FootageSequences(self._info(options, found, footage, runs, every, rules), footage, tuple(runs))
+
+    @property
+    def counted_where(self) -> str:
+        """Where the boxes are that count for the rules, as the end of an error; empty where all count."""
+        return ""
 
     def counted(self, one: Footage) -> BoolArray:
         """[T, K] the boxes that count for the rules: all of them."""

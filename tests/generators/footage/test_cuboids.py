@@ -125,10 +125,10 @@ def test_sequences_need_three_people_near_for_eight_seconds(tmp_path, split):
     drive = drive_of(split)
     assert len(SPLITS[split].plan(asked(source_of(split, tmp_path / "a", drive)))) == 1
     short = source_of(split, tmp_path / "b", replace(drive, frames=71))
-    with pytest.raises(VbbenchError, match="nowhere are there 16 frames in a row, 5 apart, with 3 people"):
+    with pytest.raises(VbbenchError, match="nowhere are there 16 frames in a row, 5 apart, with 3 people within 40 m"):
         SPLITS[split].plan(asked(short))
     far = source_of(split, tmp_path / "c", drive_of(split, speed=6.0, people=3))
-    with pytest.raises(VbbenchError, match="nowhere are there 16 frames in a row, 5 apart, with 3 people"):
+    with pytest.raises(VbbenchError, match="nowhere are there 16 frames in a row, 5 apart, with 3 people within 40 m"):
         SPLITS[split].plan(asked(far))
 
 
