@@ -214,13 +214,14 @@ class Challenge:
         found = self.phase_at(moment)
         if found is None:
             when = f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC"
-            following = self._phase_after(moment)
+            following = self.phase_after(moment)
             if following is not None:
                 raise VbbenchError(f"{when}: phase {following.name} opens on {following.start}")
             raise VbbenchError(f"{when}: its last phase, {self.phases[-1].name}, closed after {self.phases[-1].end}")
         return found
 
-    def _phase_after(self, moment: datetime) -> Phase | None:
+    def phase_after(self, moment: datetime) -> Phase | None:
+        """The next phase that opens."""
         return next((phase for phase in self.phases if moment < phase.opens), None)
 
     def is_over(self, moment: datetime) -> bool:
@@ -235,38 +236,11 @@ class Challenge:
                 f"no team of {self.name} is called '{name}'; known: {names}. teams stand in {CHALLENGE_FILE}"
             )
 
-    def now_words(self, moment: datetime) -> str:
-        """Which phase is open, or when one opens."""
-        open_now, following = self.phase_at(moment), self._phase_after(moment)
-        if open_now is not None:
-            return f"Phase {open_now.name} is open, to the end of {open_now.end} (UTC)."
-        if following is not None:
-            return f"No phase is open. Phase {following.name} opens on {following.start}."
-        return f"The challenge is over: its last phase closed after {self.phases[-1].end}."
-
     @property
     def placeholders(self) -> list[str]:
         """The keys whose text is that of the template."""
         template = toml_table(START)
         return [key for key in ("title", "organisers", "contact") if getattr(self, key) == template[key]]
-
-    @property
-    def parts_words(self) -> str:
-        """How the secret set is divided, for participants."""
-        if self.hidden_phase is None:
-            return "A part of the sequences counts. Which ones follows from the secret seed."
-        return (
-            f"About {self.data.public_share:.0%} of the sequences are the public part, the others the hidden one. A "
-            "submission answers all of them. Which are which follows from the secret seed, which is published after "
-            "the end."
-        )
-
-    @property
-    def missing_words(self) -> str:
-        """What becomes of a gap."""
-        if self.missing_rows == "refuse":
-            return "Every row that is scored must be there."
-        return "A missing row counts as the last one known, if submission.json declares the failure policy 'hold'."
 
     @property
     def all_rules(self) -> list[str]:
