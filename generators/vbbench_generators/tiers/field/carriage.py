@@ -1,4 +1,4 @@
-"""How a camera is carried, unknown to solvers: tilted, swaying, higher or lower than they are told, over uneven ground.
+"""How a camera is carried, unknown to solvers: tilted, swaying, higher or lower than given, over uneven ground.
 
 At frame t the camera's pitch and roll are p_t = p + sway and r_t = r + sway, constants p and r of the sequence with a
 sway that is an Ornstein–Uhlenbeck process. Its optical centre is at z(x_t, y_t) + h0 + h + bob_t above level zero.
@@ -54,7 +54,7 @@ def carry(
     Parameters
     ----------
     poses : [T, 3] (x, y, yaw) of it.
-    mount_height : h0 in m that solvers are told.
+    mount_height : h0 in m that solvers are given.
     dt : seconds per frame.
     observer : who carries it; only walkers bob.
     """

@@ -44,12 +44,12 @@ def drawn(boxes: FloatArray, who: IntArray, dt: float, model: AnnotatorModel, rn
 
 
 def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edge: float) -> FloatArray:
-    """Boxes [T, K, 3] (u, v, l) in px as if pictures had no borders and nobody hid anybody; NaN behind the camera.
+    """Boxes [T, K, 3] (u, v, l) in px as if pictures had no borders and nobody was hidden; NaN behind the camera.
 
     Parameters
     ----------
     relative : [T, K, 2] (right, forward) in m of everybody.
-    sight : who is where in the scene, and the camera as solvers are told of it.
+    sight : who is where in the scene, and the camera that solvers are given.
     carriage : how it is carried.
     near_edge : δ in m.
     """

@@ -43,7 +43,7 @@ class MountModel(_Checked):
 
     Parameters
     ----------
-    std : standard deviation in m about the height that solvers are told, constant throughout a sequence.
+    std : standard deviation in m about the height that solvers are given, constant throughout a sequence.
     bob : m by which a walker carries it up and down, at ``bob_pace`` in m/s and faster; in proportion below.
     step_rate : steps a second.
     """
@@ -91,7 +91,7 @@ class AnnotatorModel(_Checked):
     top_std : of the upper edge, from frame to frame.
     least_visible : who shows less than this share of what is inside the picture has no box.
     least_inside : nor has who shows less than this share of the box inside the picture.
-    pixel_std : what solvers are told, in px at the focal length of the recipe's camera.
+    pixel_std : what solvers are given, in px at the focal length of the recipe's camera.
     """
 
     bottom_person_std: Share
@@ -114,8 +114,8 @@ class AnnotatorModel(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ToldOfDetector(_Checked):
-    """What solvers are told of the noise of boxes that were found, in px, in pictures with borders and in panoramas."""
+class DetectorNoise(_Checked):
+    """What solvers are given of the noise of boxes that were found, in px, in pictures with borders and in panoramas."""
 
     perspective_std: Annotated[float, Within(0.0, 100.0, "px")]
     panorama_std: Annotated[float, Within(0.0, 100.0, "px")]
@@ -133,10 +133,10 @@ class FieldRecipe:
     heights: Heights
     annotator: AnnotatorModel
     detector: DetectorModel
-    told_of_detector: ToldOfDetector
+    told_of_detector: DetectorNoise
 
     def pixel_std(self, camera: Camera, detects: bool) -> float:
-        """What solvers are told of boxes that were found, or drawn, on the pictures of a camera, in px."""
+        """What solvers are given of boxes that were found, or drawn, on the pictures of a camera, in px."""
         if detects:
             return self.tracking(camera).pixel_std(camera)
         return self.annotator.pixel_std * camera.focal / self.camera.focal

@@ -43,7 +43,7 @@ class Field(Tier):
     ----------
     outline : what people look like to whom they hide.
     detects : whether boxes are those of a detector and tracker, not of people who draw them.
-    least_track : tracks of fewer frames are left out; ``None`` for what the tracker's settings file says.
+    least_track : tracks of fewer frames are removed; ``None`` for what the tracker's settings file says.
     """
 
     outline: Outline = field(default_factory=Outline)
@@ -73,7 +73,7 @@ class Field(Tier):
         return get_field().heights
 
     def told(self, camera: Camera) -> Told:
-        """What a calibration would tell: how exact boxes and the camera's mount are, not what they are."""
+        """What a calibration gives: how exact boxes and the camera's mount are, not what they are."""
         recipe = get_field()
         return Told(
             pixel_std=recipe.pixel_std(camera, self.detects),
