@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from vbbench.reproduction.transfer.variants import Variant
+from vbbench.reproduction.variants import Variant
 from vbbench.solver import Frame, FrameEstimate, FrameSolver, Problem
 from vbbench_baselines.ground_plane import GroundPlane
 from vbbench_baselines.joint_map import MapCausal
@@ -96,7 +96,7 @@ def _uses_feet(name: str) -> bool:
 VARIANTS = {name: Variant(solver=name, feet=_uses_feet(name)) for name in _SOLVERS} | {
     name: Variant(solver=f"{__name__}:{name}", feet=_uses_feet(name)) for name in FACTORIES
 }
-"""What `vbbench.reproduction.transfer.study` ranks: the solvers as they are, and their variants."""
+"""What `vbbench.reproduction.transfer` ranks: the solvers as they are, and their variants."""
 
 
 def __getattr__(name: str) -> Make:

@@ -9,7 +9,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Observer, Options
 from vbbench.registry import load
-from vbbench.reproduction.making import Making
+from vbbench.reproduction.grid import Making
 from vbbench_generators.footage.kitti.split import KittiSplit
 
 STRIDES = {"hotel": 24, "eth-15fps": 24, "students-resampled": 64}

@@ -15,7 +15,7 @@ from vbbench.generation.planning import thinned
 from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.protocol import arrivals_given
 from vbbench.registry import load
-from vbbench.reproduction.making import Making
+from vbbench.reproduction.grid import Making
 from vbbench.sequence import Sequence, Truth
 from vbbench_generators.footage.kitti.labels import WALKERS
 from vbbench_generators.footage.kitti.split import KittiSplit

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from vbbench import __version__
-from vbbench.cli import birdify, data, evaluation, exchange, reproduce, reproduce_figures, reproduce_tables, views
+from vbbench.cli import birdify, data, evaluation, exchange, reproduce, views
 from vbbench.cli.parsing import columns, first_sentence, in_options, parse
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
@@ -42,16 +42,16 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "birdify": birdify.birdify,
     "demo": views.demo,
     "reproduce all": reproduce.everything,
-    "reproduce figure-robot": reproduce_figures.figure_robot,
-    "reproduce figure-posterior": reproduce_figures.figure_posterior,
-    "reproduce figure-keypoints": reproduce_figures.figure_keypoints,
-    "reproduce figure-sigma": reproduce_figures.figure_sigma,
-    "reproduce figure-trajectories": reproduce_figures.figure_trajectories,
-    "reproduce readings": reproduce_tables.readings,
-    "reproduce table1": reproduce_tables.table1,
-    "reproduce table2": reproduce_tables.table2,
-    "reproduce table3": reproduce_tables.table3,
-    "reproduce table4": reproduce_tables.table4,
+    "reproduce figure-robot": reproduce.figure_robot,
+    "reproduce figure-posterior": reproduce.figure_posterior,
+    "reproduce figure-keypoints": reproduce.figure_keypoints,
+    "reproduce figure-sigma": reproduce.figure_sigma,
+    "reproduce figure-trajectories": reproduce.figure_trajectories,
+    "reproduce readings": reproduce.readings,
+    "reproduce table1": reproduce.table1,
+    "reproduce table2": reproduce.table2,
+    "reproduce table3": reproduce.table3,
+    "reproduce table4": reproduce.table4,
     "reproduce transfer": reproduce.transfer,
     "export csv": exchange.export_csv,
     "export mot": exchange.export_mot,

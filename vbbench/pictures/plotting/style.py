@@ -4,16 +4,19 @@ Labels go where none covers another; their lengths are in points of the figure.
 """
 
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting.saving import DPI
@@ -93,13 +96,87 @@ def wrap(text: str, room: float, width: Callable[[str], float]) -> list[str]:
 
 def draw_heading(figure: Figure, left: float, title: str, facts: str, axes: Axes) -> None:
     """Over panels of one kind, from ``left`` inches on: a title, a line of facts, and the legend of ``axes``."""
+    write_heading(figure, left, title, facts)
     x, height = left / figure.get_figwidth(), figure.get_figheight()
-    figure.text(x, 1.0 - 0.34 / height, title, fontsize=12.5, weight="bold", color=INK)
-    figure.text(x, 1.0 - 0.58 / height, facts, fontsize=TEXT_SIZE, color=INK)
     handles, labels = axes.get_legend_handles_labels()
     look: dict[str, Any] = {"borderaxespad": 0.0, "borderpad": 0.2, "frameon": False, "fontsize": TEXT_SIZE}
     place = (x, 1.0 - 0.66 / height)
     figure.legend(handles, labels, loc="upper left", bbox_to_anchor=place, ncols=len(labels), **look)
+
+
+def write_heading(figure: Figure, left: float, title: str, *lines: str) -> None:
+    """A bold title and lines of facts below it, from ``left`` inches on."""
+    x, height = left / figure.get_figwidth(), figure.get_figheight()
+    figure.text(x, 1.0 - 0.34 / height, title, fontsize=12.5, weight="bold", color=INK)
+    for n, line in enumerate(lines):
+        figure.text(x, 1.0 - (0.58 + _LINE * n) / height, line, fontsize=TEXT_SIZE, color=INK)
+
+
+def name_axes(axes: Axes, along: str = "", up: str = "", title: str = "") -> None:
+    """Label both axes and, at its left, the top of a panel; "" leaves a label as it is."""
+    if along:
+        axes.set_xlabel(along, fontsize=TEXT_SIZE)
+    if up:
+        axes.set_ylabel(up, fontsize=TEXT_SIZE)
+    if title:
+        axes.set_title(title, fontsize=10.0, loc="left", color=INK)
+
+
+def name_rows(axes: Axes, names: Sequence[str]) -> None:
+    """Rows from the top with their names, at heights 0, 1, and so on."""
+    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_yticks(range(len(names)), names)
+
+
+def draw_grid(axes: Axes, width: float = 0.6, **look: Any) -> None:
+    """Faint lines under everything else."""
+    axes.grid(color=FAINT, linewidth=width, **look)
+    axes.set_axisbelow(True)
+
+
+def plain_logarithm(axis: Axis, locator: LogLocator | None = None) -> None:
+    """Numbers as they are written on a logarithmic axis, such as 0.1, and none between the ticks of ``locator``."""
+    axis.set_major_locator(locator or LogLocator())
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
+
+
+def fit(axes: Axes, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Show the ground from ``low`` to ``high`` (x, y) in m at equal scale, filling the axes; the spans [2] in m."""
+    box = axes.get_window_extent()
+    size = np.array([box.width, box.height])
+    spans: FloatArray = max((high - low) / size) * size
+    low, high = (low + high - spans) / 2.0, (low + high + spans) / 2.0
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    axes.set_aspect("equal")
+    return spans
+
+
+def along_path(path: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """A function from places [..., 2] in m to those along, and to the left of, a path's [T, 2] way to its last place.
+
+    The origin is its first place. Each sequence has a world of its own, turned at random; in these axes pictures of
+    several can be compared.
+    """
+    known = path[np.isfinite(path[:, 0])]
+    start, way = (known[0], known[-1] - known[0]) if len(known) else (np.zeros(2), np.array([1.0, 0.0]))
+    angle = np.arctan2(way[1], way[0])
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return lambda places: (places - start) @ turn
+
+
+def draw_points(axes: Axes, points: FloatArray, gid: str, **look: Any) -> None:
+    """Mark points [N, 2] in m."""
+    axes.scatter(points[:, 0], points[:, 1], gid=gid, **look)
+
+
+def draw_lines(
+    axes: Axes, lines: Iterable[FloatArray], colours: Any, width: float, zorder: float, dashes: Any = "-"
+) -> LineCollection:
+    """Draw N lines, each through points [M, 2] in m."""
+    drawn = LineCollection(list(lines), colors=colours, linewidths=width, zorder=zorder, linestyles=dashes)
+    axes.add_collection(drawn, autolim=False)
+    return drawn
 
 
 _DIRECTIONS = np.array([(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1)], dtype=np.float64)

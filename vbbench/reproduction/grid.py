@@ -1,0 +1,298 @@
+"""The grid of a study: datasets, protocols and solvers. Each dataset and submission is made unless it exists already.
+
+Long work therefore continues where it stopped. Where a recording of Shibuya is missing, a simulated crowd, annotated as
+CroHD is, takes its place under a name of its own (docs/heads.md).
+"""
+
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product, starmap
+from pathlib import Path
+from typing import Any
+
+from vbbench.errors import SourceMissingError, UnknownNameError, VbbenchError
+from vbbench.exchange.heads import TRUTH_FACTS, HeadOptions, export_heads
+from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
+from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
+from vbbench.folders.locks import loose_files
+from vbbench.generation import generate, generate_partitioned, write_dataset
+from vbbench.generation.generator import Generator, Options, Plan, Simulation
+from vbbench.generation.planning import planned
+from vbbench.parallel.partitions import merge
+from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
+from vbbench.protocol import get_protocol
+from vbbench.registry import load, make_solver
+from vbbench.reproduction.report import Report
+from vbbench.reproduction.work import Work
+from vbbench.scoring import score
+from vbbench.scoring.scorecard import Score, Summary
+from vbbench.solving import solve, solver_version
+
+Row = dict[str, Any]
+"""What was measured at one place of the grid: its axes by name, and its figures."""
+OTHERWISE = "choose another folder, or set `overwrite` to replace it"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One solver's scored submission to one dataset under one protocol.
+
+    Parameters
+    ----------
+    at : the dataset's place in the study's grid.
+    """
+
+    at: Any
+    dataset: Dataset
+    protocol: str
+    solver: str
+    score: Score
+
+    @property
+    def summaries(self) -> Mapping[str, Summary]:
+        """Figures by metric."""
+        return self.score.summaries
+
+    @property
+    def submission(self) -> Path:
+        """The submission's folder, next to the dataset's."""
+        return submission_folder(self.dataset, self.solver, self.protocol)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Making(Work):
+    """Makes what is missing where the work is done."""
+
+    def dataset(self, split: str, folder: Path, options: Options) -> Dataset:
+        """The dataset in ``folder``, generated unless it exists with the id that these options give.
+
+        Raises
+        ------
+        VbbenchError
+            If ``folder`` holds another dataset, or as `vbbench.generation.datasets.generate` does.
+        """
+        if not self.overwrite and (folder / INFO_FILE).is_file():
+            return _existing(folder, planned(split, options))
+        if self.scheduler is None:
+            return generate(split, folder, options, jobs=self.jobs, overwrite=self.overwrite)
+        generate_partitioned(split, folder, options, scheduler=self.scheduler, tls=self.tls, overwrite=self.overwrite)
+        return Dataset(merge(folder))
+
+    def planned(self, plan: Plan, folder: Path) -> Dataset:
+        """As `dataset`, of a plan that no command can make; a cluster does not make it either."""
+        if self.overwrite or not (folder / INFO_FILE).is_file():
+            return write_dataset(plan, folder, jobs=self.jobs, overwrite=self.overwrite)
+        return _existing(folder, plan)
+
+    def submission(self, dataset: Dataset, solver: str, protocol: str, folder: Path) -> Path:
+        """The submission in ``folder``, solved unless it exists for the same dataset, solver, version and protocol.
+
+        Changed code of a solver is not noticed if its version stays the same: overwrite then.
+
+        Raises
+        ------
+        VbbenchError
+            If ``folder`` holds another submission, or as `vbbench.solving.submissions.solve` does.
+        """
+        if not self.overwrite and (folder / SUBMISSION_FILE).is_file():
+            return _existing_submission(dataset, solver, protocol, folder)
+        where: dict[str, Any] = {"scheduler": self.scheduler, "tls": self.tls, "overwrite": self.overwrite}
+        made = solve(dataset, solver, protocol, folder, jobs=self.jobs, **where)
+        return made if self.scheduler is None else merge(folder)
+
+    def cell(self, dataset: Dataset, solver: str, protocol: str, at: Any = None) -> Cell:
+        """One solver's cell."""
+        folder = submission_folder(dataset, solver, protocol)
+        scored = score(self.submission(dataset, solver, protocol, folder), dataset.folder)
+        return Cell(at=at, dataset=dataset, protocol=protocol, solver=solver, score=scored)
+
+    def cells(self, dataset: Dataset, solvers: Iterable[str], protocols: Iterable[str], at: Any = None) -> list[Cell]:
+        """The cells of every protocol and solver on one dataset."""
+        pairs = product(dict.fromkeys(protocols), dict.fromkeys(solvers))
+        return [self.cell(dataset, solver, protocol, at) for protocol, solver in pairs]
+
+    def cells_in_parallel(self, dataset: Dataset, solvers: Sequence[str], protocol: str) -> list[Cell]:
+        """The cells of many solvers under one protocol; a process solves the dataset with one solver at a time."""
+        alone = replace(self, jobs=1, scheduler=None, tls=None)
+        calls = [(alone, dataset, solver, protocol) for solver in solvers]
+        label = f"{dataset.info.split} {dataset.info.dt:g} s {protocol}"
+        return list(each(_quiet_cell, calls, self.jobs, label, "solver"))
+
+
+def submission_folder(dataset: Dataset, solver: str, protocol: str) -> Path:
+    """Where a study keeps a solver's submission: next to the dataset's folder."""
+    return dataset.folder.with_name(f"{protocol}-{solver.replace(':', '-')}")
+
+
+def each(
+    function: Callable[..., Any], calls: Sequence[tuple[Any, ...]], jobs: int, label: str, unit: str
+) -> Iterator[Any]:
+    """The results of all calls in order, with a progress bar, made by ``jobs`` processes."""
+    with progress_bar(len(calls), label, unit=unit) as bar:
+        for one in starmap(function, calls) if jobs == 1 else in_parallel(function, calls, jobs):
+            yield one
+            bar.update()
+
+
+def _quiet_cell(making: Making, dataset: Dataset, solver: str, protocol: str) -> Cell:
+    with without_bars():
+        return making.cell(dataset, solver, protocol)
+
+
+def _existing(folder: Path, plan: Plan) -> Dataset:
+    there, wanted = DatasetInfo.read(folder).id, plan.info.id
+    if there != wanted:
+        raise VbbenchError(f"{folder} is dataset {there}, wanted is {wanted}; {OTHERWISE}")
+    return Dataset(folder)
+
+
+def _existing_submission(dataset: Dataset, solver: str, protocol: str, folder: Path) -> Path:
+    info = SubmissionInfo.read(folder)
+    there = f"{info.solver} {info.version}, {info.protocol}, dataset {info.dataset}"
+    wanted = f"{solver} {solver_version(solver)}, {protocol}, dataset {dataset.info.id}"
+    if there != wanted:
+        raise VbbenchError(f"{folder} is of {there}; wanted is {wanted}; {OTHERWISE}")
+    return folder
+
+
+def rows_at(rows: Iterable[Row], **at: Any) -> list[Row]:
+    """The rows with these values of their axes, in their order."""
+    return [row for row in rows if all(row[axis] == value for axis, value in at.items())]
+
+
+def row_at(rows: Iterable[Row], **at: Any) -> Row:
+    """The only row with these values of its axes."""
+    (row,) = rows_at(rows, **at)
+    return row
+
+
+def distinct(rows: Iterable[Row], axis: str) -> list[Any]:
+    """The values of an axis, in the order of the rows."""
+    return list(dict.fromkeys(row[axis] for row in rows))
+
+
+class Study(ABC):
+    """A table or figure of the paper: what is measured on which grid, and how it is reported."""
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Of its command and its files."""
+
+    @abstractmethod
+    def check(self) -> None:
+        """Raise VbbenchError for what is invalid, before the work starts."""
+
+    @abstractmethod
+    def measure(self, out: Path, making: Making) -> Any:
+        """Make, solve and score; datasets and submissions are kept in ``out``, and complete ones reused."""
+
+    @abstractmethod
+    def report(self, found: Any) -> Report:
+        """What was measured, as tables, numbers and pictures."""
+
+    def run(self, out: Path | str, making: Making = Making()) -> Report:
+        """The report, measured in the folder ``out``.
+
+        Raises
+        ------
+        VbbenchError
+            If the study is invalid, a source cannot be read, or another dataset or submission is in the way.
+        """
+        self.check()
+        with loose_files(Path(out)):
+            found = self.measure(Path(out), making)
+        return self.report(found)
+
+
+def check_every(every: int) -> None:
+    """Raise VbbenchError if ``every`` is not a number of sequences."""
+    if every < 1:
+        raise VbbenchError(f"every must be 1 or more, not {every}; 6 measures every sixth sequence")
+
+
+def check_grid(solvers: Iterable[str], protocols: Iterable[str]) -> None:
+    """Raise VbbenchError if there is no protocol or solver, or one is unknown."""
+    protocols, solvers = list(protocols), list(solvers)
+    if not (solvers and protocols):
+        raise VbbenchError("nothing to measure: name a solver and a protocol")
+    for protocol in protocols:
+        get_protocol(protocol)
+    for solver in solvers:
+        make_solver(solver)
+
+
+def check_splits(splits: Sequence[str], known: Sequence[str], kind: str) -> None:
+    """Raise VbbenchError if there is no split, or one is not ``known``."""
+    if not splits:
+        raise VbbenchError(f"nothing to measure: name a split of {', '.join(known)}")
+    for split in splits:
+        if split not in known:
+            raise UnknownNameError(kind, split, known)
+
+
+def stride_of(every: int) -> int | None:
+    """The stride of `vbbench.generation.generator.Options` for every so-many-th sequence."""
+    return None if every == 1 else every
+
+
+def named_folders(**folders: Path | None) -> dict[str, Path]:
+    """The user's own downloads by split, without those that are not named."""
+    return {split: folder for split, folder in folders.items() if folder is not None}
+
+
+def plan_if_here(split: str, folders: Mapping[str, Path], seed: int) -> Plan | None:
+    """The split with its default options, from the user's folder for it; ``None`` if its source is missing."""
+    generator: Generator = load("generator", split)
+    try:
+        return generator.plan(Options(source=folders.get(split), seed=seed))
+    except SourceMissingError:
+        if split in folders:
+            raise
+        return None
+
+
+def how_to_get(split: str) -> str:
+    """The command that downloads a split's source, or the option that names the user's own download."""
+    generator: Generator = load("generator", split)
+    return f"`vbbench fetch {split}`" if generator.card.sources else f"your own download, named with `--{split} DIR`"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedRecording:
+    """A crowd of ``people``; of those recorded, every ``every``-th becomes an observer unless a study has a number."""
+
+    people: int
+    every: int
+
+    def title(self, split: str) -> str:
+        """What takes the place of ``split``."""
+        return f"Simulated crowd of {self.people} people, lifted like {split}"
+
+
+STAND_INS = {
+    "shibuya01": SimulatedRecording(people=575, every=100),
+    "shibuya02": SimulatedRecording(people=390, every=60),
+}
+"""So that 254 and 178 people are seen at a time; by the paper's Table 1 it is 806 · 317 / 1000 = 256 and 170."""
+
+
+def record_crowd(what: SimulatedRecording, folder: Path, seed: int, making: Making) -> Path:
+    """The folder of a recording of heads, made from a simulated crowd unless it exists."""
+    simulation = Simulation(scenario="shibuya", sequences=1, people=(what.people,))
+    crowd = making.dataset("sim", folder / "crowd", Options(simulation=simulation, seed=seed))
+    recording = folder / "recording"
+    facts = recording / TRUTH_FACTS  # written last
+    if facts.is_file() and json.loads(facts.read_text("utf-8"))["dataset"] == crowd.info.id:
+        return recording
+    return export_heads(crowd, recording, HeadOptions(), seed=seed)
+
+
+def stand_in_plan(split: str, folder: Path, seed: int, making: Making) -> Plan:
+    """A split of Shibuya made from the simulated recording in ``folder``."""
+    recording = record_crowd(STAND_INS[split], folder, seed, making)
+    plan: Plan = load("generator", split).plan(Options(source=recording, seed=seed))
+    return plan

@@ -1,0 +1,613 @@
+"""The posteriors of observer and people on ETH: ten frames of four examples, and entropies over all sequences.
+
+The paper draws posteriors over ten frames for few and for more people, walking parallel and crossing, and states that
+tails are heavier with few people, and that posteriors are sharper where people walk in diverse directions.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import Colormap, ListedColormap, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import NullFormatter
+
+from vbbench.errors import VbbenchError
+from vbbench.estimate import FrameEstimate
+from vbbench.files.dataset import Dataset
+from vbbench.generation.generator import Options
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting.posterior import density_level
+from vbbench.protocol import START_FRAMES, get_protocol
+from vbbench.registry import load, make_solver
+from vbbench.reproduction.agreement import Estimate
+from vbbench.reproduction.density import GridDensity, discrete_entropy, find_density, gaussian_entropy
+from vbbench.reproduction.grid import Making, Study, check_every, each, stride_of
+from vbbench.reproduction.report import Report, paragraphs
+from vbbench.reproduction.walking import (
+    WINDOW,
+    Columns,
+    Example,
+    FrameSample,
+    gradient_at_equal_number,
+    less_the_mean,
+    pick_examples,
+    rank_correlation,
+    rank_correlation_at_equal_number,
+    walking_of,
+)
+from vbbench.scoring.block_bootstrap import Timeline
+from vbbench.sequence import Sequence
+from vbbench.solver import FrameSolver, PosePosterior
+from vbbench.solving.runner import frames_of, reveal
+from vbbench.table import Table, csv_text
+
+SOLVER, REPORTED = "vb-sf", "map-causal"
+"""The solver, whose class names in ``readings`` that of the paper's text; one whose reported covariance is drawn."""
+PROTOCOL = "one-step"
+SAMPLES, SPACING = 41, 0.01
+"""Places along a viewing ray, and how far apart they are in m of a person's height."""
+PART = 8
+"""Sequences that a process measures at a time."""
+PEOPLE = ((2, 3), (4, 4), (5, 5), (6, 6), (7, 8), (9, 10), (11, 12), (13, 15), (16, 26))
+"""Numbers of people seen that are taken together."""
+FIGURES = ("pose", "gaussian", "place", "yaw", "beyond", "kurtosis", "people", "share", "error")
+"""Columns of a frame: entropies in nats of pose, of a normal density with its covariance, and of its place; σ of the
+yaw in rad; tails of the place; entropy of a person along its ray, NaN where all are certain; probability of places that
+are more probable than the true one; and error in m."""
+WALKING = ("people", "spread", "lines", "bearings", "standing")
+_TAILS, _DIVERSE = "few people, heavier tails", "diverse, sharper"
+_POSE, _AROUND = "entropy of the pose", "not the paper's: people all around, sharper"
+CLAIMS: tuple[tuple[str, str, str, Callable[..., float], str, str], ...] = (
+    (_TAILS, "kurtosis of the place", "ρ with people", rank_correlation, "people", "kurtosis"),
+    (_TAILS, "mass beyond 3 σ", "ρ with people", rank_correlation, "people", "beyond"),
+    ("few people, wider", _POSE, "ρ with people", rank_correlation, "people", "pose"),
+    (_DIVERSE, _POSE, "ρ with the spread", rank_correlation, "spread", "pose"),
+    (_DIVERSE, _POSE, "ρ with the spread at equal number", rank_correlation_at_equal_number, "spread", "pose"),
+    (_DIVERSE, _POSE, "nats per unit of spread at equal number", gradient_at_equal_number, "spread", "pose"),
+    (_DIVERSE, _POSE, "ρ with the spread of lines at equal number", rank_correlation_at_equal_number, "lines", "pose"),
+    (
+        _AROUND,
+        _POSE,
+        "ρ with the spread of bearings at equal number",
+        rank_correlation_at_equal_number,
+        "bearings",
+        "pose",
+    ),
+)
+"""The paper's claims and one more: what each states, what is measured of what, how, and the two columns."""
+
+
+def text_reading() -> str:
+    """The solver of the paper's text: heights from N(μ_h, σ_h²), nothing expected of the observer."""
+    pair: tuple[str, str] = load("solver", SOLVER).readings["prior"]
+    return pair[1]
+
+
+def measured_solvers() -> dict[str, str]:
+    """The solvers whose posteriors are measured, and what sets each apart; the first is drawn."""
+    return {
+        text_reading(): "the text: heights from N(1.70 m, σ_h²), nothing expected of the observer",
+        SOLVER: "vb-sf as it is: heights learned, the observer expected to walk on",
+    }
+
+
+class Instant(NamedTuple):
+    """One frame's posteriors.
+
+    Of the observer's pose (x, y, yaw), and of its place on a finer grid; and of the people seen, places [M, S, 2] in m
+    and probabilities [M, S] along their rays. The last two are as in `FIGURES`.
+    """
+
+    frame: int
+    density: GridDensity
+    place: GridDensity
+    places: FloatArray
+    probabilities: FloatArray
+    share: float
+    error: float
+
+    def row(self, sequence: int) -> tuple[float, ...]:
+        """Sequence, frame and `FIGURES`."""
+        _, covariance = self.density.moments()
+        entropies = self.density.entropy, float(gaussian_entropy(covariance)), self.place.entropy
+        people = ray_entropy(self.places, self.probabilities)
+        yaw = float(np.sqrt(covariance[-1, -1]))
+        return (sequence, self.frame, *entropies, yaw, *self.place.tails(), people, self.share, self.error)
+
+
+class ShownExample(NamedTuple):
+    """An example with its posteriors, the true path [T, 3] and the true places [T, K, 2] of the people seen."""
+
+    example: Example
+    instants: list[Instant]
+    poses: FloatArray
+    positions: FloatArray
+
+
+class Posteriors(NamedTuple):
+    """The results: number of sequences, and of the same frames [F] how people walk and, by solver, `FIGURES`.
+
+    ``reported`` [F] is the entropy of the pose by the covariance that `REPORTED` reports.
+    """
+
+    sequences: int
+    walking: Columns
+    sample: FrameSample
+    tables: Mapping[str, Columns]
+    reported: FloatArray
+    examples: list[ShownExample]
+
+    @property
+    def group(self) -> IntArray:
+        """The number in `PEOPLE` [F] of each frame, −1 for none."""
+        people = self.walking["people"]
+        return np.select([(people >= low) & (people <= high) for low, high in PEOPLE], range(len(PEOPLE)), -1)
+
+    def by_people(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Means of values [F] in each of `PEOPLE` and their intervals."""
+        return self.sample.means(values, self.group, len(PEOPLE))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosteriorStudy(Study):
+    """Posteriors in every ``every``-th sequence of a recording, in all frames in which two people help."""
+
+    name = "figure-posterior"
+    split: str = "eth"
+    every: int = 1
+    seed: int = 0
+
+    def check(self) -> None:
+        """Raise VbbenchError if ``every`` is not a number of sequences."""
+        check_every(self.every)
+
+    def measure(self, out: Path, making: Making) -> Posteriors:
+        """One dataset, whose frames are measured in parallel."""
+        options = Options(seed=self.seed, stride=stride_of(self.every))
+        dataset = making.dataset(self.split, out / "dataset", options)
+        walk = walking_of(dataset)
+        tables = {solver: _columns(dataset, solver, making.jobs) for solver in measured_solvers()}
+        reported = {row[:2]: row[2] for row in _measured(reported_rows, dataset, REPORTED, making.jobs)}
+        frames = list(zip(*(tables[SOLVER][name].tolist() for name in ("sequence", "frame")), strict=True))
+        if not frames:
+            raise VbbenchError(
+                f"{dataset.folder}: in no frame do two people help to find the observer; take more sequences"
+            )
+        row_of = {
+            key: row for row, key in enumerate(zip(walk["sequence"].tolist(), walk["frame"].tolist(), strict=True))
+        }
+        walking = {name: walk[name][[row_of[frame] for frame in frames]] for name in WALKING}
+        rows, first = dataset.rows, dataset.rows["first_frame"].astype(np.int64)
+        timeline = Timeline.of(rows["scene"].astype(np.int64), first, first + rows["frames"] - 1)
+        examples = [_shown(dataset, example) for example in pick_examples(walk)]
+        return Posteriors(
+            sequences=len(dataset),
+            walking=walking,
+            sample=FrameSample(tables[SOLVER]["sequence"], walking["people"], timeline),
+            tables=tables,
+            reported=np.array([reported.get(frame, np.nan) for frame in frames]),
+            examples=[one for one in examples if one.instants],
+        )
+
+    def report(self, found: Posteriors) -> Report:
+        """Claims, figures by number of people, and examples; a picture of each but the claims; every frame as CSV."""
+        claims = {
+            solver: [found.sample.estimate(how, found.walking[along], own[what]) for *_, how, along, what in CLAIMS]
+            for solver, own in found.tables.items()
+        }
+        some = "all sequences" if self.every == 1 else f"one in {self.every}"
+        counts = {"frames": len(found.sample.people), "sequences": found.sequences}
+        facts = paragraphs("posterior", some=some, solvers=measured_solvers(), **counts)
+        pictures = {"": self.plot_examples(found)} if found.examples else {}
+        by_people = {
+            solver: {name: _by_people(found, own[name]) for name in FIGURES} for solver, own in found.tables.items()
+        }
+        return Report(
+            name=self.name,
+            title=f"Posteriors of observer and people: split {self.split}, one-step, seed {self.seed}",
+            facts=facts,
+            tables=[_claims_table(claims), *_number_tables(found), _examples_table(found)],
+            values={
+                "split": self.split,
+                "every": self.every,
+                "seed": self.seed,
+                "sequences": found.sequences,
+                "frames": len(found.sample.people),
+                "claims": {
+                    solver: [
+                        {"claim": claim, "of": what, "figure": how} | one._asdict()
+                        for (claim, what, how, *_), one in zip(CLAIMS, estimates, strict=True)
+                    ]
+                    for solver, estimates in claims.items()
+                },
+                "by_people": by_people | {REPORTED: {"pose": _by_people(found, found.reported)}},
+                "examples": [shown.example._asdict() for shown in found.examples],
+            },
+            pictures=pictures | {"curves": self.plot_curves(found)},
+            texts={".csv": _csv(found)},
+        )
+
+    def plot_curves(self, found: Posteriors) -> Figure:
+        """Draw entropy and kurtosis over the number of people, and entropy at equal number over both spreads."""
+        figure = style.lay_out(_SIZE, _PANELS)
+        parts = {str(axes.get_label()): axes for axes in figure.axes}
+        people = found.walking["people"]
+        looks: dict[str, dict[str, Any]] = {
+            solver: {"color": style.GIVEN, "label": SOLVER}
+            if solver == SOLVER
+            else {"color": style.ESTIMATE, "label": _TEXT}
+            for solver in found.tables
+        }
+        curves = [(own["pose"], looks[solver]) for solver, own in found.tables.items()]
+        curves.append((found.reported, {"color": style.TRUTH, "label": f"{REPORTED}: its covariance", "marker": "s"}))
+        for solver, own in found.tables.items():
+            _curve(parts["kurtosis"], found, own["kurtosis"], found.group, people, **looks[solver])
+        for entropy, look in curves:
+            _curve(parts["entropy"], found, entropy, found.group, people, **look)
+            known, rest = ~np.isnan(entropy), np.full(len(entropy), np.nan)
+            rest[known] = less_the_mean(entropy[known], found.sample.people[known])
+            for name in _SPREADS_OF:
+                spread = found.walking[name]
+                group = np.where(np.isnan(spread), -1, np.searchsorted(_SPREADS, spread, side="right") - 1)
+                _curve(parts[name], found, rest, group, spread, **look)
+        for name in ("entropy", "kurtosis"):
+            parts[name].set_xscale("log")
+            parts[name].set_xticks(_TICKS, [f"{tick}" for tick in _TICKS])
+            parts[name].xaxis.set_minor_formatter(NullFormatter())
+        for name in ("kurtosis", *_SPREADS_OF):
+            parts[name].axhline(0.0, color=style.INK, linewidth=0.8, linestyle=":")
+        for name, (title, along, up) in _TITLES.items():
+            style.name_axes(parts[name], along, up, title)
+            style.draw_grid(parts[name])
+            _keep_to_the_means(parts[name])
+        low, high = zip(*(parts[name].get_ylim() for name in _SPREADS_OF), strict=True)
+        for name in _SPREADS_OF:
+            parts[name].set_ylim(min(low), max(high))
+        title = "How sure the observer's pose is, by how many people are seen and how they walk"
+        facts = f"split {self.split}, one-step, seed {self.seed}, {len(found.sample.people)} frames of "
+        facts += f"{found.sequences} sequences; means over sequences with 95 % intervals by blocks of time"
+        style.draw_heading(figure, _PANELS["entropy"][0], title, facts, parts["entropy"])
+        return figure
+
+    def plot_examples(self, found: Posteriors) -> Figure:
+        """Draw every example: a map with people's posteriors along their rays, and the observer's in ten frames."""
+        blocks, half = found.examples, _half_width(found.examples)
+        height = _HEAD + len(blocks) * _BLOCK + _FOOT
+        places: style.Rectangles = {}
+        for row in range(len(blocks)):
+            top = height - _HEAD - row * _BLOCK - 0.34
+            places[f"map {row}"] = (_MAP[0], top - _MAP[2], *_MAP[1:])
+            for n in range(WINDOW):
+                left, down = _LEFT + n % _ACROSS * _STEP, n // _ACROSS * (_PANEL + 0.14)
+                places[f"{row} {n}"] = (left, top - down - _PANEL, _PANEL, _PANEL)
+        figure = style.lay_out((_WIDTH, height), places)
+        parts = {str(axes.get_label()): axes for axes in figure.axes}
+        colours = ListedColormap(style.distance_colours()(np.linspace(0.0, 0.92, WINDOW)), "frames")
+        for row, shown in enumerate(blocks):
+            _draw_map(parts[f"map {row}"], shown, colours)
+            for n in range(WINDOW):
+                _draw_instant(parts[f"{row} {n}"], shown, n, half, colours)
+            one, entropy = shown.example, np.mean([instant.density.entropy for instant in shown.instants])
+            facts = f"sequence {one.sequence}, {one.people:.1f} people seen, spread of directions {one.spread:.2f}, "
+            facts += f"of lines {one.lines:.2f}; mean entropy {entropy:.2f} nats"
+            x, y = _MAP[0] / _WIDTH, 1.0 - (_HEAD + row * _BLOCK + 0.22) / height
+            figure.text(x, y, f"({chr(ord('a') + row)}) {one.title}", fontsize=11.0, weight="bold", color=style.INK)
+            figure.text(_LEFT / _WIDTH, y, facts, fontsize=style.TEXT_SIZE, color=style.INK)
+        title = (
+            "Posteriors of people along their viewing rays (left) and of the observer's place (right), ten frames each"
+        )
+        text = f"split {self.split}, one-step, seed {self.seed}; every square on the right is {2.0 * half:g} m wide, "
+        text += "centred on the true place, in the axes of the map; a colour is a frame on both sides"
+        style.write_heading(figure, _MAP[0], title, text)
+        handles = _example_handles()
+        look: dict[str, Any] = {"frameon": False, "fontsize": style.TEXT_SIZE, "borderaxespad": 0.0, "borderpad": 0.2}
+        look |= {"bbox_to_anchor": (_MAP[0] / _WIDTH, 1.0 - 0.64 / height), "ncols": len(handles)}
+        figure.legend(handles=handles, loc="upper left", **look)
+        return figure
+
+
+def _columns(dataset: Dataset, solver: str, jobs: int) -> dict[str, Any]:
+    """Sequence, frame and `FIGURES` [F] of all sequences."""
+    rows = np.array(_measured(posterior_rows, dataset, solver, jobs), dtype=np.float64).reshape(-1, 2 + len(FIGURES)).T
+    sequence, frame = rows[:2].astype(np.int64)
+    return {"sequence": sequence, "frame": frame, **dict(zip(FIGURES, rows[2:], strict=True))}
+
+
+def _measured(measure: Callable[..., list[Any]], dataset: Dataset, solver: str, jobs: int) -> list[Any]:
+    """What ``measure`` gives for all sequences, in their order."""
+    calls = [(dataset, solver, first, min(first + PART, len(dataset))) for first in range(0, len(dataset), PART)]
+    label = f"posteriors of {solver.rpartition(':')[2]}"
+    return [row for part in each(measure, calls, jobs, label, "part") for row in part]
+
+
+def posterior_rows(dataset: Dataset, solver: str, first: int, last: int) -> list[tuple[float, ...]]:
+    """Sequence, frame and `FIGURES` of the frames of sequences first ≤ index < last."""
+    return [
+        instant.row(sequence.index)
+        for sequence in dataset.sequences(first, last)
+        for instant in instants(dataset, sequence, solver)
+    ]
+
+
+def reported_rows(dataset: Dataset, solver: str, first: int, last: int) -> list[tuple[float, ...]]:
+    """Sequence, frame and entropy of the pose's reported covariance, of the sequences first ≤ index < last."""
+    return [
+        (sequence.index, frame, float(gaussian_entropy(answer.pose_covariance)))
+        for sequence in dataset.sequences(first, last)
+        for frame, answer in _answers(dataset, sequence, _made(solver))
+        if answer.pose_covariance is not None and not answer.fallback
+    ]
+
+
+def instants(dataset: Dataset, sequence: Sequence, solver: str, only: range | None = None) -> Iterator[Instant]:
+    """The posteriors in the frames of a sequence, or in some ``only``, in which two people or more help.
+
+    Raises
+    ------
+    VbbenchError
+        If the solver reports none.
+    """
+    source = _made(solver)
+    if not isinstance(source, PosePosterior):
+        raise VbbenchError(f"solver '{solver}' has no pose_energy and so no posterior; try vb-sf")
+    poses = dataset.truth(sequence).poses
+    for frame, answer in _answers(dataset, sequence, source):
+        if answer.fallback or answer.pose_covariance is None or (only is not None and frame not in only):
+            continue
+        energy = one_turn(source.pose_energy, answer.pose[2])
+        density = find_density(energy, answer.pose, answer.pose_covariance)
+        place = density.marginal().finer()
+        share, error = place.share_above(poses[frame, :2]), float(np.hypot(*(answer.pose - poses[frame])[:2]))
+        yield Instant(frame, density, place, *source.ray_posterior(SAMPLES, SPACING), share, error)
+
+
+def one_turn(energy: Callable[[FloatArray], FloatArray], yaw: float) -> Callable[[FloatArray], FloatArray]:
+    """The energy of poses [N, 3] within half a turn of ``yaw``, inf beyond, so that no pose counts twice."""
+    return lambda poses: np.where(np.abs(poses[:, 2] - yaw) <= np.pi, energy(poses), np.inf)
+
+
+def _made(solver: str) -> FrameSolver:
+    made = make_solver(solver)
+    if not isinstance(made, FrameSolver):
+        raise VbbenchError(f"solver '{solver}' answers for whole sequences; a posterior of each frame needs vb-sf")
+    return made
+
+
+def _answers(dataset: Dataset, sequence: Sequence, solver: FrameSolver) -> Iterator[tuple[int, FrameEstimate]]:
+    """The solver's answers from the third frame on."""
+    given = get_protocol(PROTOCOL).select_given(sequence.given)
+    known = reveal(given, sequence.observed, dataset.truth(sequence))
+    solver.start(dataset.problem(sequence, covariances=True))
+    for shown in frames_of(sequence, given, known):
+        answer = solver.step(shown)
+        if shown.index >= START_FRAMES:
+            yield shown.index, answer
+
+
+def ray_entropy(places: FloatArray, probabilities: FloatArray) -> float:
+    """Mean differential entropy in nats of people's places [M, S, 2] along their rays; NaN where all are certain."""
+    undecided = probabilities.max(axis=1, initial=0.0) < 1.0
+    if not undecided.any():
+        return float("nan")
+    middle = places.shape[1] // 2
+    apart = np.hypot(*(places[undecided, middle + 1] - places[undecided, middle]).T)
+    return float(np.mean(list(map(discrete_entropy, probabilities[undecided])) + np.log(apart)))
+
+
+def _shown(dataset: Dataset, example: Example) -> ShownExample:
+    sequence = dataset.sequence(example.sequence)
+    truth = dataset.truth(sequence)
+    found = list(instants(dataset, sequence, text_reading(), example.frames))
+    return ShownExample(example, found, truth.poses, np.where(sequence.observed[..., None], truth.positions, np.nan))
+
+
+def _short(solver: str) -> str:
+    return f"`{solver.rpartition(':')[2]}`"
+
+
+def _claims_table(claims: Mapping[str, list[Estimate]]) -> Table:
+    cells = [
+        ["–" if np.isnan(one.value) else f"{one.value:+.2f} [{one.low:+.2f}, {one.high:+.2f}]" for one in row]
+        for row in zip(*claims.values(), strict=True)
+    ]
+    return Table(
+        title="The paper's claims",
+        facts=paragraphs("posterior_claims"),
+        head=["claim", "of", "figure", *map(_short, claims)],
+        rows=[[*claim[:3], *row] for claim, row in zip(CLAIMS, cells, strict=True)],
+        names=3,
+    )
+
+
+def _number_tables(found: Posteriors) -> Iterator[Table]:
+    head = ["people seen", "frames", "pose (nats)", "normal", f"`{REPORTED}`", "place", "σ of the yaw (°)", "a person"]
+    head += ["beyond 3 σ", "kurtosis", "true place", "Δt (m)"]
+    formats = (
+        "{pose:.2f} {gaussian:.2f} {reported:.2f} {place:.2f} {degrees:.2f} {people:.2f} {beyond:.2%} {kurtosis:.2f} "
+    )
+    formats += "{inside:.0%} {error:.3f}"
+    for solver, own in found.tables.items():
+        columns = {name: own[name] for name in FIGURES}
+        columns |= {"reported": found.reported, "inside": (own["share"] <= 0.95).astype(float)}
+        means = {name: found.by_people(column)[0] for name, column in columns.items()}
+        means["degrees"] = np.degrees(means["yaw"])
+        rows = []
+        for n, (least, most) in enumerate(PEOPLE):
+            frames = int((found.group == n).sum())
+            cells = formats.format(**{name: mean[n] for name, mean in means.items()}).split()
+            if frames:
+                people = f"{least}" if least == most else f"{least}–{most}"
+                rows.append([people, f"{frames}", *("–" if "nan" in cell else cell for cell in cells)])
+        yield Table(
+            title=f"By number of people: {_short(solver)}",
+            facts=paragraphs("posterior_by_number"),
+            head=head,
+            rows=rows,
+        )
+
+
+def _examples_table(found: Posteriors) -> Table:
+    rows = []
+    for one, shown, *_ in found.examples:
+        figures = [(instant.density.entropy, instant.place.entropy, instant.error) for instant in shown]
+        pose, place, error = (np.mean(column) for column in zip(*figures, strict=True))
+        spreads = [f"{one.people:.1f}", f"{one.spread:.2f}", f"{one.lines:.2f}"]
+        frames = f"{one.first}–{one.frames[-1]}"
+        rows.append([one.title, f"{one.sequence}", frames, *spreads, f"{pose:.2f}", f"{place:.2f}", f"{error:.3f}"])
+    head = ["example", "sequence", "frames", "people", "spread", "of lines", "pose (nats)", "place", "Δt (m)"]
+    return Table(title="The examples", facts=paragraphs("posterior_examples"), head=head, rows=rows)
+
+
+def _by_people(found: Posteriors, values: FloatArray) -> list[dict[str, float]]:
+    mean, interval = found.by_people(values)
+    return [
+        {"least": least, "most": most, "mean": m, "low": low, "high": high}
+        for (least, most), m, (low, high) in zip(PEOPLE, mean.tolist(), interval.tolist(), strict=True)
+    ]
+
+
+def _csv(found: Posteriors) -> str:
+    """A row for each solver and frame; "people" of the walking is a number, of the figures an entropy."""
+    names = ["sequence", "frame", *FIGURES]
+    head = ["solver", *("entropy_of_people" if name == "people" else name for name in names), *WALKING]
+    walking = [found.walking[name].astype(float).tolist() for name in WALKING]
+    rows = (
+        [solver, *row]
+        for solver, own in found.tables.items()
+        for row in zip(*(own[name].tolist() for name in names), *walking, strict=True)
+    )
+    return csv_text(head, rows)
+
+
+_SPREADS = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 1.001)
+"""Ends of the spreads that are taken together."""
+_SPREADS_OF = ("spread", "bearings")
+_TICKS = (3, 4, 5, 7, 10, 15, 25)
+_TEXT = "the paper's text"
+_SIZE = (13.9, 4.75)
+_PANELS: style.Rectangles = {
+    "entropy": (0.65, 0.55, 2.72, 2.95),
+    "kurtosis": (4.05, 0.55, 2.72, 2.95),
+    "spread": (7.5, 0.55, 2.72, 2.95),
+    "bearings": (10.95, 0.55, 2.72, 2.95),
+}
+_TITLES = {
+    "entropy": ("entropy of the observer's pose", "people seen", "nats of m² rad"),
+    "kurtosis": ("tails of its place", "people seen", "kurtosis less that of a normal density"),
+    "spread": ("at equal number of people", "spread of directions", "nats above the mean at that number"),
+    "bearings": ("at equal number of people", "spread of bearings", "nats above the mean at that number"),
+}
+
+
+def _curve(axes: Axes, found: Posteriors, values: FloatArray, group: IntArray, along: FloatArray, **look: Any) -> None:
+    """Means over sequences with their intervals; each group stands at the mean of what it groups."""
+    count = int(group.max()) + 1
+    mean, interval = found.sample.means(values, group, count)
+    inside = [~np.isnan(values) & (group == n) for n in range(count)]
+    x = np.array([along[there].mean() if there.any() else np.nan for there in inside])
+    known = ~np.isnan(mean) & ~np.isnan(x)
+    axes.fill_between(x[known], *interval[known].T, color=look["color"], alpha=0.12, linewidth=0)
+    axes.plot(x[known], mean[known], **{"linewidth": 1.6, "marker": "o", "markersize": 4.0, **look})
+
+
+def _keep_to_the_means(axes: Axes) -> None:
+    """Let means, and not the widest of their intervals, determine how far an axis goes."""
+    heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
+    heights = heights[~np.isnan(heights)]
+    if len(heights) and np.ptp(heights):
+        margin = 0.25 * float(np.ptp(heights))
+        axes.set_ylim(heights.min() - margin, heights.max() + margin)
+
+
+_SHARES = (0.99, 0.95, 0.8, 0.5)
+"""Probability inside each contour, the widest first."""
+_WIDTH, _HEAD, _FOOT, _BLOCK = 14.0, 1.0, 0.35, 3.95  # inches; a block is an example with its title
+_MAP = (0.65, 4.5, 3.15)  # left edge, width and height
+_PANEL, _STEP, _LEFT, _ACROSS = 1.5, 1.68, 5.55, 5
+_MARGIN = 1.0  # m around everything on a map
+_FILLED = colormaps["YlOrBr"](np.linspace(0.18, 0.82, len(_SHARES)))
+
+
+def _example_handles() -> list[Any]:
+    shares = zip(_SHARES, _FILLED, strict=True)
+    handles: list[Any] = [Patch(color=colour, label=f"{share:.0%}") for share, colour in shares]
+    handles[-1].set_label(f"{_SHARES[-1]:.0%} of the posterior")
+    point: dict[str, Any] = {"linestyle": "none", "color": style.INK}
+    return [
+        *handles,
+        Line2D([], [], marker="+", markersize=7, label="observer, true", **point),
+        Line2D([], [], marker="o", markersize=2.6, label="person, true", **point),
+        Line2D([], [], color=style.TRUTH, linewidth=1.4, label="the observer's true path"),
+        Line2D([], [], color=style.UNSEEN, linewidth=0.6, label="viewing rays of the last frame"),
+    ]
+
+
+def _half_width(examples: list[ShownExample]) -> float:
+    """Half the side in m of every square: most posteriors with their true places fit."""
+    reaches = []
+    for shown in examples:
+        for one in shown.instants:
+            mean, covariance = one.place.moments()
+            off = np.abs(mean - shown.poses[one.frame, :2]).max()
+            reaches.append(off + 2.0 * float(np.sqrt(np.diag(covariance).max())))
+    return float(np.ceil(10.0 * np.quantile(reaches, 0.9)) / 10.0)
+
+
+def _draw_map(axes: Axes, shown: ShownExample, colours: Colormap) -> None:
+    frames = np.array(shown.example.frames)
+    turned = style.along_path(shown.poses[frames, :2])
+    path = turned(shown.poses[frames, :2])
+    axes.plot(*path.T, color=style.TRUTH, linewidth=1.4, zorder=2)
+    axes.plot(*path.T, "+", color=style.INK, markersize=6, zorder=4)
+    seen = [path]
+    for one in shown.instants:
+        colour = to_rgb(colours(one.frame - frames[0]))
+        for line, mass in zip(turned(one.places), one.probabilities, strict=True):  # the darker the more probable
+            line, mass = line[mass > 0.0], mass[mass > 0.0]
+            strength = np.sqrt(0.5 * (mass[:-1] + mass[1:]) / mass.max())
+            rgba = np.concatenate([np.tile(colour, (len(strength), 1)), strength[:, None]], axis=1)
+            style.draw_lines(axes, np.stack([line[:-1], line[1:]], axis=1), rgba, 3.4, 3)
+        here = turned(shown.positions[one.frame])
+        here = here[~np.isnan(here[:, 0])]
+        axes.plot(*here.T, ".", color=style.INK, markersize=2.2, zorder=5)
+        seen.append(here)
+    last = shown.instants[-1]
+    ends = turned(last.places)[:, SAMPLES // 2]
+    rays = np.stack([np.broadcast_to(path[last.frame - frames[0]], ends.shape), ends], axis=1)
+    style.draw_lines(axes, rays, style.UNSEEN, 0.6, 1.5)
+    points = np.concatenate(seen)
+    style.fit(axes, points.min(axis=0) - _MARGIN, points.max(axis=0) + _MARGIN)
+    axes.set_xlabel("along the observer's walk (m)", fontsize=style.TEXT_SIZE, labelpad=1.0)
+    axes.set_ylabel("to its left (m)", fontsize=style.TEXT_SIZE, labelpad=1.0)
+    style.draw_grid(axes)
+    axes.tick_params(labelsize=style.LABEL_SIZE + 1.0)
+
+
+def _draw_instant(axes: Axes, shown: ShownExample, n: int, half: float, colours: Colormap) -> None:
+    """The observer's place in the n-th frame, about the true one."""
+    frame = shown.example.first + n
+    axes.set(xlim=(-half, half), ylim=(-half, half), xticks=[], yticks=[])
+    for spine in axes.spines.values():
+        spine.set(color=colours(n), linewidth=1.6)
+    words: dict[str, Any] = {"transform": axes.transAxes, "fontsize": style.LABEL_SIZE + 0.5, "color": style.INK}
+    axes.text(0.04, 0.96, f"frame {frame}", va="top", **words)
+    found = [one for one in shown.instants if one.frame == frame]
+    if not found:
+        axes.text(0.5, 0.5, "nobody helps", ha="center", **words)
+        return
+    place = found[0].place
+    turned = style.along_path(shown.poses[np.array(shown.example.frames), :2])
+    points = turned(place.points()) - turned(shown.poses[frame, :2])
+    levels: Any = [*(density_level(place.mass, share) for share in _SHARES), float(place.mass.max()) * 1.01]
+    axes.contourf(points[..., 0], points[..., 1], place.mass, levels, colors=list(map(tuple, _FILLED)))
+    axes.plot(0.0, 0.0, "+", color=style.INK, markersize=7)
+    people = int((~np.isnan(shown.positions[frame, :, 0])).sum())
+    axes.text(0.96, 0.04, f"{found[0].density.entropy:.1f} nats, {people} people", ha="right", va="bottom", **words)

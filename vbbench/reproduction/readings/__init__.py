@@ -1,1 +1,0 @@
-"""Table 2 under every reading of the paper."""

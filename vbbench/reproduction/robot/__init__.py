@@ -1,1 +1,0 @@
-"""The experiment of a robot whose motion nobody tells: its map, what it sees, and drift over the distance driven."""

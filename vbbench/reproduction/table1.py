@@ -1,0 +1,357 @@
+"""The paper's Table 1: sequences, frames and people of every split, the paper's next to ours.
+
+People are counted from a split's plan: no dataset is made, and boxes only where nothing else shows who is seen.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, NullLocator
+
+from vbbench.files.dataset_info import DatasetInfo, summary
+from vbbench.generation.generator import ForesightedPlan, Plan
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.paper import the_paper
+from vbbench.pictures.plotting import style
+from vbbench.reproduction.grid import STAND_INS, Making, Study, check_splits, how_to_get, plan_if_here, stand_in_plan
+from vbbench.reproduction.report import Report, paragraphs
+from vbbench.table import Table
+
+IN_A_FRAME, DURING, OF_THE_SCENE = "in a frame", "during a sequence", "of the scene"
+"""Whom the paper's people are taken to be."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tally:
+    """Who is seen in a split.
+
+    Parameters
+    ----------
+    info : the split's facts, without counts.
+    spans : [N] frames of each sequence from its first to its last.
+    frames : [N] those in which anybody is seen: only they count.
+    seen : [F] people seen in each frame that counts, without the observer.
+    passing : [N] people seen at any time in each sequence.
+    crowd : [N] people of each sequence's own scene, the observer included; ``None`` where sequences share scenes.
+    """
+
+    info: DatasetInfo
+    spans: IntArray
+    frames: IntArray
+    seen: IntArray
+    passing: IntArray
+    crowd: IntArray | None = None
+
+    @cached_property
+    def row(self) -> dict[str, Any]:
+        """The row of Table 1 as ``vbbench info`` has it."""
+        counts: dict[str, float] = {
+            "sequences": len(self.frames),
+            "frames": int(self.frames.sum()),
+            "observations": int(self.seen.sum()),
+            "people_min": int(self.seen.min()),
+            "people_max": int(self.seen.max()),
+        }
+        return summary(replace(self.info, counts=counts))
+
+    def people(self, counted: str) -> IntArray:
+        """The numbers of people that are compared with the paper's."""
+        if counted == OF_THE_SCENE and self.crowd is not None:
+            return self.crowd
+        # In a frame with the observer where the split's recipe counts the observer.
+        return self.passing if counted == DURING else self.seen + (int(self.row["people_min"]) - int(self.seen.min()))
+
+
+def count_people(plan: Plan) -> Tally:
+    """Count a split's people, sequence by sequence."""
+    spans, frames, seen, passing, crowd = [], [], [], [], []
+    for index in range(len(plan)):
+        own = plan.seen(index) if isinstance(plan, ForesightedPlan) else None
+        if own is None:
+            data = plan.build(index)
+            own = data.sequence.observed
+            crowd += [] if data.scene is None else [len(data.scene.people)]
+        people = own.sum(axis=1)
+        spans.append(len(people))
+        frames.append(np.count_nonzero(people))
+        seen.append(people[people > 0])
+        passing.append(np.count_nonzero(own.any(axis=0)))
+    counts = {"spans": np.array(spans), "frames": np.array(frames), "passing": np.array(passing)}
+    return Tally(info=plan.info, seen=np.concatenate(seen), crowd=np.array(crowd) if crowd else None, **counts)
+
+
+class Printed(NamedTuple):
+    """What the paper prints, "–" for what it does not: sequences, mean frames, and people; as text and as numbers."""
+
+    sequences: str
+    frames: str
+    people: str
+    bounds: tuple[float, float, float]
+
+
+class Counted(NamedTuple):
+    """One of our splits next to a row of the paper; nobody is tallied where the split's source is missing.
+
+    ``counted`` is who the paper's people are taken to be, ``differs`` what differs and why; ``simulated`` marks a
+    stand-in.
+    """
+
+    split: str
+    title: str
+    printed: Printed
+    counted: str
+    differs: str
+    simulated: bool = False
+    tally: Tally | None = None
+
+    @property
+    def missing(self) -> str:
+        """How the source is got."""
+        return how_to_get(self.split)
+
+
+def all_rows() -> list[Counted]:
+    """Every row, in the order of the paper."""
+    paper = the_paper()
+    printed = {
+        split: Printed(str(row.sequences), row.frames, row.people, row.bounds) for split, row in paper.table1.items()
+    }
+    game, people = paper.photorealistic, float(paper.photorealistic.people)
+    printed["game"] = Printed("–", str(game.frames), str(game.people), (people, math.nan, people))
+    rows = []
+    for split, (title, of, counted) in _ROWS.items():
+        rows.append(Counted(split, title, printed[of], counted, _differs(split)))
+        if split in STAND_INS:
+            (like,) = paragraphs("table1_like", people=STAND_INS[split].people)
+            rows.append(Counted(split, f"like {title}, simulated", printed[of], counted, like, simulated=True))
+    return rows
+
+
+def _differs(split: str) -> str:
+    """What differs from the paper, and why."""
+    if split not in _SHIBUYA:
+        return paragraphs(f"table1_{split}")[0]
+    tracks, removed, length = _SHIBUYA[split]
+    paper = the_paper().table1[split]
+    at_a_time = f"{paper.sequences * float(paper.frames) / length:.0f}"
+    counts = {"tracks": tracks, "removed": removed, "length": length, "at_a_time": at_a_time}
+    return paragraphs("table1_shibuya", paper=paper, mean=f"{paper.bounds[1]:.0f}", **counts)[0]
+
+
+_ROWS: Mapping[str, tuple[str, str, str]] = {
+    "sim": ("Sim", "sim", OF_THE_SCENE),
+    "hotel": ("Hotel", "hotel", IN_A_FRAME),
+    "eth": ("ETH", "eth", IN_A_FRAME),
+    "students": ("Students", "students", IN_A_FRAME),
+    "shibuya01": ("Shibuya01", "shibuya01", DURING),
+    "shibuya02": ("Shibuya02", "shibuya02", DURING),
+    "street": ("GTAV, as street", "game", OF_THE_SCENE),
+    "motsynth": ("GTAV, as MOTSynth", "game", IN_A_FRAME),
+}
+"""By our split: title, the paper's row, and whom it counts."""
+_SHIBUYA = {"shibuya01": (811, 5, 1000), "shibuya02": (580, 12, 997)}
+"""Tracks of the recording, how many of them the paper removes, and frames."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table1Study(Study):
+    """The rows of some ``splits``; ``folders`` are the user's own downloads, and the seed is of what is simulated."""
+
+    name = "table1"
+    splits: Sequence[str] = tuple(_ROWS)
+    folders: Mapping[str, Path] = field(default_factory=dict)
+    seed: int = 0
+
+    def check(self) -> None:
+        """Raise VbbenchError if a split is not in the table."""
+        check_splits(self.splits, tuple(_ROWS), "split of the paper's Table 1")
+
+    def measure(self, out: Path, making: Making) -> list[Counted]:
+        """Count every split, where CroHD's labels are missing also a simulated recording in ``out``."""
+        rows, missing = list[Counted](), set[str]()
+        for row in all_rows():
+            if row.split not in self.splits or (row.simulated and row.split not in missing):
+                continue
+            if row.simulated:
+                plan: Plan | None = stand_in_plan(row.split, out / f"like-{row.split}", self.seed, making)
+            else:
+                plan = plan_if_here(row.split, self.folders, self.seed)
+            if plan is None:
+                missing.add(row.split)
+            rows.append(row if plan is None else row._replace(tally=count_people(plan)))
+        return rows
+
+    def report(self, found: list[Counted]) -> Report:
+        """Two lines a row, the paper's and ours; what differs; and a picture of the distributions."""
+        numbers = Table(
+            facts=paragraphs("table1"),
+            head=["", "", "sequences", "mean frames", "people", "counted", "seen in a frame", "seen during a sequence"],
+            rows=[line for row in found for line in _lines(row)],
+            names=2,
+        )
+        why = Table(
+            title="What differs, and why",
+            head=["split", "difference"],
+            rows=[[row.title, row.differs] for row in found],
+            names=2,
+        )
+        return Report(
+            name=self.name,
+            title="Table 1: sequences and people of every split",
+            tables=[numbers, why],
+            values={"seed": self.seed, "rows": list(map(_values, found))},
+            pictures={"": plot_table1(found)},
+            whole=all(row.tally is not None for row in found),
+        )
+
+
+def _lines(row: Counted) -> list[list[str]]:
+    tally = row.tally
+    paper = [row.title, "the paper", row.printed.sequences, row.printed.frames, row.printed.people, "", "", ""]
+    if tally is None:
+        return [paper, ["", f"missing: {row.missing}", *[""] * 6]]
+    frames, span = f"{tally.row['mean_frames']:.2f}", f"{tally.spans.mean():.2f}"
+    counts = [_three(tally.people(row.counted)), row.counted, _three(tally.seen), _three(tally.passing)]
+    shown = frames if span == frames else f"{frames} ({span})"
+    return [paper, ["", f"`{row.split}`", str(len(tally.frames)), shown, *counts]]
+
+
+def _three(counts: IntArray) -> str:
+    return f"{counts.min()} / {counts.mean():.2f} / {counts.max()}"
+
+
+def _values(row: Counted) -> dict[str, Any]:
+    printed, tally = row.printed, row.tally
+    values: dict[str, Any] = {
+        "split": row.split,
+        "title": row.title,
+        "simulated": row.simulated,
+        "paper": {"sequences": printed.sequences, "frames": printed.frames, "people": printed.people},
+        "counted": row.counted,
+    }
+    if tally is None:
+        return values | {"missing": row.missing.replace("`", "")}
+    counts = {name: getattr(tally, name) for name in ("seen", "passing", "frames", "spans", "crowd")}
+    histograms = {}
+    for name, own in counts.items():
+        if own is not None:
+            numbers, often = np.unique(own, return_counts=True)
+            histograms[name] = dict(zip(map(str, numbers.tolist()), often.tolist(), strict=True))
+    people = tally.people(row.counted)
+    bounds = {"least": int(people.min()), "mean": float(people.mean()), "most": int(people.max())}
+    return values | {"ours": tally.row, "people": bounds, "histograms": histograms}
+
+
+_WIDTH, _HEAD, _FOOT, _ROW = 11.0, 1.0, 0.62, 0.9  # inches
+_LEFT, _PEOPLE, _FRAMES = 0.3, (2.4, 4.1), (7.85, 2.3)
+"""Left edge of the names, left edge and width of the panels, in inches; figures stand to the right of both panels."""
+_OURS, _PAPERS, _LOWEST, _HIGHEST = -0.24, -0.58, -0.8, 1.02
+"""Heights of the two ranges and of a panel's edges; histograms are .95 high."""
+_TICKS = (1, 3, 10, 30, 100, 300, 1000)
+_EDGES = np.unique(np.geomspace(1.0, 1200.0, 55).round()) - 0.5
+"""Edges of bins of numbers, as even on a logarithmic scale as whole numbers can be."""
+
+
+def plot_table1(rows: Sequence[Counted]) -> Figure:
+    """Draw a line for every row that is here, and for missing ones whose figures of the paper have no other line."""
+    here = {row.printed for row in rows if row.tally is not None}
+    shown = [row for row in rows if row.tally is not None or row.printed not in here]
+    bottoms = [_FOOT + (len(shown) - 1 - line) * _ROW for line in range(len(shown))]
+    height = _HEAD + _ROW * len(shown) + _FOOT
+    panels: style.Rectangles = {
+        f"{name} {line}": (left, bottom, width, _ROW - 0.12)
+        for line, bottom in enumerate(bottoms)
+        for name, (left, width) in (("people", _PEOPLE), ("frames", _FRAMES))
+    }
+    drawn = style.lay_out((_WIDTH, height), panels)
+    for line, row in enumerate(shown):
+        people, frames = drawn.axes[2 * line : 2 * line + 2]
+        left, middle = _LEFT / _WIDTH, (bottoms[line] + 0.36) / height
+        drawn.text(left, middle + 0.016, row.title, fontsize=10.0, weight="bold", color=style.INK)
+        counts = [] if row.tally is None else [f"{len(row.tally.frames)} sequences"]
+        counts += [f"the paper {row.printed.sequences}"] if row.printed.sequences != "–" else []
+        drawn.text(left, middle - 0.012, ", ".join(counts), fontsize=style.TEXT_SIZE, color=style.TRUTH)
+        _draw_people(people, row)
+        _draw_frames(frames, row)
+        last = line == len(shown) - 1
+        _finish(people, "people" if last else "")
+        _finish(frames, "frames of a sequence" if last else "")
+    legend = next((axes for row, axes in zip(shown, drawn.axes[::2], strict=True) if row.tally), drawn.axes[0])
+    title = "How many people, and how many frames: the splits beside the paper's Table 1"
+    facts = (
+        "figures: least / mean / most people, and mean frames; heights within a panel are shares, on a scale of its own"
+    )
+    style.draw_heading(drawn, _LEFT, title, facts, legend)
+    return drawn
+
+
+def _draw_people(axes: Axes, row: Counted) -> None:
+    axes.axhline(0.0, color=style.TRUTH_FAINT, linewidth=0.8)
+    tally = row.tally
+    if tally is None:
+        look: dict[str, Any] = {"fontsize": style.TEXT_SIZE, "style": "italic", "color": style.TRUTH}
+        command = row.missing.replace("`", "")
+        axes.text(0.5, 0.62, f"missing: {command}", ha="center", transform=axes.transAxes, **look)
+    else:
+        seen = _heights(tally.people(IN_A_FRAME))
+        axes.stairs(seen, _EDGES, fill=True, color=style.GIVEN, alpha=0.3, label="in a frame")
+        look = {"color": style.GIVEN, "linewidth": 1.0, "label": "seen during a sequence"}
+        axes.stairs(_heights(tally.passing), _EDGES, baseline=None, **look)
+        if row.counted == OF_THE_SCENE and tally.crowd is not None:
+            sizes, often = np.unique(tally.crowd, return_counts=True)
+            heights = 0.95 * often / often.max()
+            axes.vlines(sizes, 0.0, heights, color=style.INK, linewidth=2.0, label="in the scene")
+        people = tally.people(row.counted)
+        bounds = (people.min(), people.mean(), people.max())
+        _draw_range(axes, _OURS, bounds, _three(people), label="ours: mean")
+    _draw_range(axes, _PAPERS, row.printed.bounds, row.printed.people, label="the paper's: mean")
+
+
+def _draw_frames(axes: Axes, row: Counted) -> None:
+    axes.axhline(0.0, color=style.TRUTH_FAINT, linewidth=0.8)
+    if row.tally is not None:
+        frames = row.tally.frames
+        axes.stairs(_heights(frames), _EDGES, fill=True, color=style.GIVEN, alpha=0.3)
+        bounds = (frames.min(), float(frames.mean()), frames.max())
+        _draw_range(axes, _OURS, bounds, f"{frames.mean():.2f}")
+    _draw_range(axes, _PAPERS, (math.nan, float(row.printed.frames), math.nan), row.printed.frames)
+
+
+def _draw_range(
+    axes: Axes, height: float, bounds: tuple[float, float, float], text: str, label: str | None = None
+) -> None:
+    """A line from the least to the most, with its ends, a mark at the mean, and the figures to its right."""
+    least, mean, most = bounds
+    colour, marker = (style.GIVEN, "o") if height == _OURS else (style.ESTIMATE, "D")
+    axes.plot([least, most], [height, height], color=colour, linewidth=1.6, marker="|", markersize=7.0)
+    look: dict[str, Any] = {"markersize": 5.0, "color": colour, "linestyle": "none", "label": label}
+    axes.plot(mean, height, marker=marker, **look)
+    place = axes.get_yaxis_transform()
+    axes.text(1.02, height, text, transform=place, fontsize=style.TEXT_SIZE, color=colour, va="center_baseline")
+
+
+def _heights(counts: IntArray) -> FloatArray:
+    """Shares of the numbers in each bin by the bin's width on a logarithmic scale, the highest .95."""
+    shares = np.histogram(counts, _EDGES)[0] / np.diff(np.log(_EDGES))
+    return np.asarray(0.95 * shares / shares.max())
+
+
+def _finish(axes: Axes, label: str) -> None:
+    axes.set_xscale("log")
+    axes.set(xlim=(0.8, 1250.0), ylim=(_LOWEST, _HIGHEST), yticks=[])
+    axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS] if label else [])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_minor_locator(NullLocator())
+    style.draw_grid(axes, axis="x")
+    axes.tick_params(length=3 if label else 0)
+    for side in ("top", "left", "right"):
+        axes.spines[side].set_visible(False)
+    axes.spines["bottom"].set_color(style.TRUTH_TAIL if label else "none")
+    style.name_axes(axes, label)

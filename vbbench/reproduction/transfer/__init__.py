@@ -1,1 +1,0 @@
-"""Whether tier `field` ranks solvers as a real camera does."""
