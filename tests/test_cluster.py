@@ -28,7 +28,7 @@ from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
 from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import Part
-from vbbench.reproduction.making import Making
+from vbbench.reproduction.grid import Making
 from vbbench.scoring import score
 from vbbench.solving import solve
 

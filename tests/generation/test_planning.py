@@ -11,7 +11,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.generate_command import generate_command
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.reproduction.making import Making
+from vbbench.reproduction.grid import Making
 
 
 def test_a_thinned_dataset_holds_every_third_sequence(tmp_path: Path) -> None:

@@ -273,6 +273,8 @@ class SimulatedRecording:
         return f"Simulated crowd of {self.people} people, lifted like {split}"
 
 
+SCENARIO = "shibuya"
+"""Of split `sim`: people crossing a square in all directions, 1000 frames at 25 a second."""
 STAND_INS = {
     "shibuya01": SimulatedRecording(people=575, every=100),
     "shibuya02": SimulatedRecording(people=390, every=60),
@@ -282,7 +284,7 @@ STAND_INS = {
 
 def record_crowd(what: SimulatedRecording, folder: Path, seed: int, making: Making) -> Path:
     """The folder of a recording of heads, made from a simulated crowd unless it exists."""
-    simulation = Simulation(scenario="shibuya", sequences=1, people=(what.people,))
+    simulation = Simulation(scenario=SCENARIO, sequences=1, people=(what.people,))
     crowd = making.dataset("sim", folder / "crowd", Options(simulation=simulation, seed=seed))
     recording = folder / "recording"
     facts = recording / TRUTH_FACTS  # written last

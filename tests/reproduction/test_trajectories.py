@@ -1,7 +1,5 @@
 """The sheet of trajectories: which sequence is shown, what is drawn of it, and golden errors."""
 
-import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +7,6 @@ import pytest
 from matplotlib.colors import to_hex
 
 from tests import jrdb_recording
-from tests.cli.test_cli import run
 from tests.kitti_files import write_kitti
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
@@ -20,16 +17,14 @@ from vbbench.generation.planning import single
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
 from vbbench.registry import load
-from vbbench.reproduction.at_hand import AtHand
-from vbbench.reproduction.trajectories.choice import typical_sequence
-from vbbench.reproduction.trajectories.figure import plot_trajectories, trajectories_report
-from vbbench.reproduction.trajectories.map import MOST_PEOPLE
-from vbbench.reproduction.trajectories.study import (
+from vbbench.reproduction.grid import Making
+from vbbench.reproduction.trajectories import (
+    MOST_PEOPLE,
     USERS_OWN,
     Trajectories,
     TrajectoriesStudy,
-    measure_trajectories,
     shown_splits,
+    typical_sequence,
 )
 from vbbench.scoring import score
 from vbbench.solving import solve
@@ -44,7 +39,7 @@ def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def found(out: Path) -> Trajectories:
-    return measure_trajectories(DEMO, out)
+    return DEMO.measure(out, Making())
 
 
 def test_the_choice_is_the_rule_in_words() -> None:
@@ -84,18 +79,10 @@ def test_one_run_of_footage_keeps_its_tables(tmp_path: Path) -> None:
     assert "are as written" in verify(tmp_path / "d")
 
 
-def test_golden_errors_of_demo(found: Trajectories) -> None:
-    """Sequence 61 of demo, sequential: as measured when the sheet was new, to 5 %."""
-    (example,) = found.examples
-    assert (example.name, example.number, example.frames, example.people) == ("demo", 61, 18, 26)
-    errors = [example.errors[name] for name in ("dx_rel", "dx", "dr", "dt")]
-    assert errors == pytest.approx([0.0260, 0.0250, 0.00359, 0.0397], rel=0.05)
-
-
 def test_golden_errors_of_hotel(data_folder: Path, tmp_path: Path) -> None:
     """Sequence 11 of Hotel, sequential: as measured when the sheet was new, to 5 %."""
-    (example,) = measure_trajectories(TrajectoriesStudy(splits=("hotel",)), tmp_path).examples
-    assert (example.number, example.frames, example.people) == (11, 16, 8)
+    (example,) = TrajectoriesStudy(splits=("hotel",)).measure(tmp_path, Making()).examples
+    assert (example.number, example.values["frames"], example.values["people"]) == (11, 16, 8)
     errors = [example.errors[name] for name in ("dx_rel", "dx", "dr", "dt")]
     assert errors == pytest.approx([0.0416, 0.0796, 0.0130, 0.0754], rel=0.05)
 
@@ -106,18 +93,9 @@ def test_errors_are_those_of_the_sequence_solved_apart(found: Trajectories, out:
     assert found.examples[0].errors == {name: one.mean for name, one in own.summaries.items() if np.isfinite(one.mean)}
 
 
-def test_what_is_there_is_taken_over(found: Trajectories, out: Path) -> None:
-    written = {path: path.stat().st_mtime_ns for path in out.rglob("*") if path.is_file()}
-    again = measure_trajectories(DEMO, out)
-    assert again.examples[0].errors == found.examples[0].errors
-    assert {path: path.stat().st_mtime_ns for path in written} == written
-    with pytest.raises(VbbenchError, match="wanted is"):
-        measure_trajectories(replace(DEMO, seed=1), out)
-
-
 def lines(found: Trajectories, colour: str) -> list[FloatArray]:
     """The lines [N, 2] of that colour in the map of the first example."""
-    drawn = plot_trajectories(found).axes[0].lines
+    drawn = DEMO.plot(found).axes[0].lines
     return [np.asarray(line.get_xydata()) for line in drawn if to_hex(line.get_color()) == colour]
 
 
@@ -141,7 +119,7 @@ def test_estimates_lie_as_far_from_the_truth_as_they_are(found: Trajectories) ->
 
 
 def test_the_bar_is_as_long_as_it_says(found: Trajectories) -> None:
-    axes = plot_trajectories(found).axes[0]
+    axes = DEMO.plot(found).axes[0]
     bar = axes.lines[-1]
     (text,) = (text.get_text() for text in axes.texts)
     width = float(np.ptp(np.asarray(bar.get_xdata())) * np.ptp(axes.get_xlim()))
@@ -149,7 +127,7 @@ def test_the_bar_is_as_long_as_it_says(found: Trajectories) -> None:
 
 
 def test_a_title_says_who_and_how_far_off(found: Trajectories) -> None:
-    words = [text.get_text() for text in plot_trajectories(found).texts]
+    words = [text.get_text() for text in DEMO.plot(found).texts]
     assert {"demo", "26 people, 18 frames", "Δx 0.02  Δt 0.04 m"} <= set(words)
 
 
@@ -158,7 +136,7 @@ def test_of_a_large_crowd_the_nearest_are_drawn(found: Trajectories) -> None:
     distance = np.where(replay.sequence.observed, replay.distances, np.inf).min(axis=0)
     nearest = np.argsort(distance)[:MOST_PEOPLE]
     assert len(nearest) == MOST_PEOPLE < len(distance)
-    truth, estimate, _ends = plot_trajectories(found).axes[0].collections
+    truth, estimate, _ends = DEMO.plot(found).axes[0].collections
     assert len(truth.get_paths()) == len(estimate.get_paths()) == MOST_PEOPLE
     lengths = sorted(way_length(path.vertices) for path in estimate.get_paths())
     np.testing.assert_allclose(lengths, sorted(way_length(replay.estimated[:, column]) for column in nearest))
@@ -170,9 +148,9 @@ def way_length(places: object) -> float:
 
 
 def test_missing_splits_are_named_with_the_command(no_data: Path, tmp_path: Path) -> None:
-    found = measure_trajectories(TrajectoriesStudy(splits=("demo", "eth", "jrdb")), tmp_path / "out")
+    found = TrajectoriesStudy(splits=("demo", "eth", "jrdb")).measure(tmp_path / "out", Making())
     assert found.missing == {"eth": "`vbbench fetch eth`", "jrdb": "your own download, named with `--jrdb DIR`"}
-    report = trajectories_report(found)
+    report = DEMO.report(found)
     assert report.values["missing"]["eth"] == "vbbench fetch eth"
     assert "| eth | missing: `vbbench fetch eth` |" in report.markdown
     note = " ".join(text.get_text() for text in report.pictures[""].texts)
@@ -182,17 +160,17 @@ def test_missing_splits_are_named_with_the_command(no_data: Path, tmp_path: Path
 
 def test_nothing_to_show_is_an_error(no_data: Path, tmp_path: Path) -> None:
     with pytest.raises(VbbenchError, match="nothing to show: the source of eth, hotel is not here"):
-        measure_trajectories(TrajectoriesStudy(splits=("eth", "hotel")), tmp_path / "out")
+        TrajectoriesStudy(splits=("eth", "hotel")).run(tmp_path / "out")
 
 
 def test_footage_of_which_only_relative_places_are_known(tmp_path: Path) -> None:
     folder = jrdb_recording.recording().write(tmp_path / "jrdb")
-    study = TrajectoriesStudy(splits=("jrdb",), at_hand=AtHand.of(jrdb=folder))
-    found = measure_trajectories(study, tmp_path / "out")
+    study = TrajectoriesStudy(splits=("jrdb",), folders={"jrdb": folder})
+    found = study.measure(tmp_path / "out", Making())
     (example,) = found.examples
     assert example.replay.info.truth == "relative"
     assert "dt" not in example.errors
-    assert f"Δx̃ {example.errors['dx_rel']:.2f} m" in [text.get_text() for text in plot_trajectories(found).texts]
+    assert f"Δx̃ {example.errors['dx_rel']:.2f} m" in [text.get_text() for text in DEMO.plot(found).texts]
 
 
 def test_every_split_but_the_users_own_has_a_place() -> None:
@@ -200,29 +178,3 @@ def test_every_split_but_the_users_own_has_a_place() -> None:
     assert not set(USERS_OWN) & set(splits)
     assert splits[:3] == ["sim", "hotel", "eth"]
     assert {"kitti", "jrdb", "motsynth", "street", "demo", "zara01", "shibuya02"} < set(splits)
-
-
-@pytest.mark.parametrize(
-    ("study", "message"),
-    [
-        (replace(DEMO, splits=("hotell",)), "did you mean 'hotel'"),
-        (replace(DEMO, splits=("custom",)), "custom"),
-        (replace(DEMO, solver="vb-fs"), "did you mean 'vb-sf'"),
-        (replace(DEMO, protocol="onestep"), "onestep"),
-    ],
-)
-def test_mistakes_are_found_before_anything_is_made(study: TrajectoriesStudy, message: str, tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match=message):
-        measure_trajectories(study, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-def test_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "sheet"
-    asked = ["--split", "demo", "--solver", "cv", "--protocol", "one-step", "--out", out]
-    status, printed, _ = run(capsys, "reproduce", "figure-trajectories", *asked)
-    assert status == 0
-    assert "as `cv` answers it under protocol `one-step`" in printed
-    assert (out / "figure-trajectories.png").read_bytes()[:4] == b"\x89PNG"
-    (example,) = json.loads((out / "figure-trajectories.json").read_text("utf-8"))["examples"]
-    assert (example["split"], example["sequence"]) == ("demo", 61)

@@ -19,21 +19,18 @@ from vbbench.generation import generate
 from vbbench.generation.generator import ForesightedPlan, Options, Simulation
 from vbbench.paper import the_paper
 from vbbench.registry import load
-from vbbench.reproduction import simulated_recording
-from vbbench.reproduction.at_hand import AtHand
-from vbbench.reproduction.simulated_recording import SimulatedRecording
-from vbbench.reproduction.tables.counting import Tally, count_people
-from vbbench.reproduction.tables.table1 import SPLITS, CountedRow, Table1, Table1Study, measure_table1, table1_report
-from vbbench.reproduction.tables.table1_rows import all_rows
+from vbbench.reproduction import grid
+from vbbench.reproduction.grid import Making, SimulatedRecording
+from vbbench.reproduction.table1 import Counted, Table1Study, Tally, all_rows, count_people
 
 
 def counted(split: str, options: Options | None = None) -> Tally:
     return count_people(load("generator", split).plan(options or Options()))
 
 
-def cells(found: Table1, title: str) -> list[list[str]]:
+def cells(found: list[Counted], title: str) -> list[list[str]]:
     """The two lines of a row: the paper's and ours."""
-    rows = [list(row) for row in table1_report(found).tables[0].rows]
+    rows = [list(row) for row in Table1Study().report(found).tables[0].rows]
     first = next(number for number, row in enumerate(rows) if row[0] == title)
     return rows[first : first + 2]
 
@@ -97,18 +94,19 @@ def test_golden_rows(
 @pytest.mark.slow
 def test_golden_row_of_sim(tmp_path: Path) -> None:
     """The paper's numbers of people exactly; what a camera sees of them to .05 people."""
-    found = measure_table1(Table1Study(splits=("sim",)), tmp_path)
+    found = Table1Study(splits=("sim",)).measure(tmp_path, Making())
     (paper, ours) = cells(found, "Sim")
     assert paper[2:5] == ["500", "20", "10 to 50"]
     assert ours[2:6] == ["500", "20.00", "10 / 30.00 / 50", "of the scene"]
-    tally = found.rows[0].tally
+    tally = found[0].tally
     assert tally is not None
     assert tally.seen.mean() == pytest.approx(11.26, abs=0.05)
 
 
 def test_rows_are_the_papers_and_quoted() -> None:
     rows = {row.split: row for row in all_rows()}
-    assert tuple(rows) == SPLITS == ("sim", "hotel", "eth", "students", "shibuya01", "shibuya02", "street", "motsynth")
+    order = ("sim", "hotel", "eth", "students", "shibuya01", "shibuya02", "street", "motsynth")
+    assert tuple(rows) == tuple(Table1Study().splits) == order
     for split, printed in the_paper().table1.items():
         assert (rows[split].printed.people, rows[split].printed.frames) == (printed.people, printed.frames)
     assert the_paper().table1["eth"].bounds == (3.0, 9.29, 26.0)
@@ -120,22 +118,21 @@ def test_rows_are_the_papers_and_quoted() -> None:
 
 def test_a_row_counts_whom_the_paper_counts() -> None:
     tally = counted("sim", Options(simulation=Simulation(sequences=2, people=(8, 12))))
-    by_who = {row.counted: row for row in all_rows()}
-    assert by_who["of the scene"].people(tally) is tally.crowd
-    assert by_who["during a sequence"].people(tally) is tally.passing
-    np.testing.assert_array_equal(by_who["in a frame"].people(tally), tally.seen)
+    assert tally.people("of the scene") is tally.crowd
+    assert tally.people("during a sequence") is tally.passing
+    np.testing.assert_array_equal(tally.people("in a frame"), tally.seen)
 
 
 def test_the_observer_counts_where_the_recipe_says_so(data_folder: Path) -> None:
     tally = counted("students", Options(source=data_folder, limit=20))
-    np.testing.assert_array_equal(tally.in_a_frame, tally.seen + 1)
+    np.testing.assert_array_equal(tally.people("in a frame"), tally.seen + 1)
 
 
 def test_what_is_missing_is_said_with_the_command(no_data: Path, tmp_path: Path) -> None:
-    found = measure_table1(Table1Study(splits=("hotel", "eth", "motsynth")), tmp_path / "out")
+    found = Table1Study(splits=("hotel", "eth", "motsynth")).measure(tmp_path / "out", Making())
     assert cells(found, "Hotel")[1][1] == "missing: `vbbench fetch hotel`"
     assert cells(found, "GTAV, as MOTSynth")[1][1] == "missing: your own download, named with `--motsynth DIR`"
-    report = table1_report(found)
+    report = Table1Study().report(found)
     assert [row["missing"] for row in report.values["rows"]] == [
         "vbbench fetch hotel",
         "vbbench fetch eth",
@@ -151,54 +148,53 @@ def test_where_shibuya_is_missing_a_recording_like_it_is_made(
 ) -> None:
     scenario = tmp_path / "square.toml"
     scenario.write_text(square(frames=90), "utf-8")
-    monkeypatch.setattr(simulated_recording, "SCENARIO", str(scenario))
-    monkeypatch.setitem(simulated_recording.STAND_INS, "shibuya02", SimulatedRecording(people=60, every=1))
-    found = measure_table1(Table1Study(splits=("shibuya02",)), tmp_path / "out")
+    monkeypatch.setattr(grid, "SCENARIO", str(scenario))
+    monkeypatch.setitem(grid.STAND_INS, "shibuya02", SimulatedRecording(people=60, every=1))
+    found = Table1Study(splits=("shibuya02",)).measure(tmp_path / "out", Making())
     assert cells(found, "Shibuya02")[1][1] == "missing: `vbbench fetch shibuya02`"
     ours = cells(found, "like Shibuya02, simulated")[1]
-    tally = found.rows[1].tally
+    tally = found[1].tally
     assert tally is not None
     assert ours[1:3] == ["`shibuya02`", str(len(tally.frames))]
     assert ours[4] == f"{tally.passing.min()} / {tally.passing.mean():.2f} / {tally.passing.max()}"
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*") if path.is_file()}
-    again = measure_table1(Table1Study(splits=("shibuya02",)), tmp_path / "out")
-    assert again.rows[1].tally is not None
-    assert again.rows[1].tally.row == tally.row
+    again = Table1Study(splits=("shibuya02",)).measure(tmp_path / "out", Making())
+    assert again[1].tally is not None
+    assert again[1].tally.row == tally.row
     assert {path: path.stat().st_mtime_ns for path in written} == written
 
 
 def test_motsynth_is_counted_where_its_folder_is_named(tmp_path: Path) -> None:
     folder = motsynth_recording.write(tmp_path / "s", motsynth_recording.recording(frames=60))
-    study = Table1Study(splits=("motsynth",), at_hand=AtHand.of(motsynth=folder))
-    found = measure_table1(study, tmp_path / "out")
-    tally = found.rows[0].tally
+    study = Table1Study(splits=("motsynth",), folders={"motsynth": folder})
+    found = study.measure(tmp_path / "out", Making())
+    tally = found[0].tally
     assert tally is not None
     assert tally.crowd is None
     assert cells(found, "GTAV, as MOTSynth")[1][4:6] == ["6 / 6.00 / 6", "in a frame"]
 
 
 def test_a_named_folder_without_the_source_is_an_error(tmp_path: Path) -> None:
-    study = Table1Study(splits=("motsynth",), at_hand=AtHand.of(motsynth=tmp_path))
+    study = Table1Study(splits=("motsynth",), folders={"motsynth": tmp_path})
     with pytest.raises(VbbenchError, match="no annotation files of MOTSynth"):
-        measure_table1(study, tmp_path / "out")
+        study.measure(tmp_path / "out", Making())
 
 
 def test_a_source_that_is_here_and_damaged_is_an_error(no_data: Path, tmp_path: Path) -> None:
     (no_data / "biwi_hotel.txt").write_text("0 1 0.0 0.0\n", "utf-8")
     with pytest.raises(FileError, match="SHA-256"):
-        measure_table1(Table1Study(splits=("hotel",)), tmp_path / "out")
+        Table1Study(splits=("hotel",)).measure(tmp_path / "out", Making())
 
 
 def test_an_unknown_split_suggests_the_nearest(tmp_path: Path) -> None:
     with pytest.raises(UnknownNameError, match="did you mean 'students'"):
-        measure_table1(Table1Study(splits=("student",)), tmp_path / "out")
+        Table1Study(splits=("student",)).run(tmp_path / "out")
 
 
 def test_picture_has_a_line_for_what_is_here_or_stands_nowhere_else(no_data: Path, tmp_path: Path) -> None:
     hotel, eth = (next(row for row in all_rows() if row.split == split) for split in ("hotel", "eth"))
     tally = counted("demo")
-    rows = (CountedRow(row=hotel, tally=tally), CountedRow(row=hotel, tally=None), CountedRow(row=eth, tally=None))
-    drawn = table1_report(Table1(study=Table1Study(), rows=rows)).pictures[""]
+    drawn = Table1Study().report([hotel._replace(tally=tally), hotel, eth]).pictures[""]
     assert [axes.get_label() for axes in drawn.axes] == ["people 0", "frames 0", "people 1", "frames 1"]
     words = [text.get_text() for axes in drawn.axes for text in axes.texts]
     assert "9 / 14.73 / 19" in words
@@ -208,7 +204,7 @@ def test_picture_has_a_line_for_what_is_here_or_stands_nowhere_else(no_data: Pat
 
 
 def test_every_number_is_in_the_values(data_folder: Path, tmp_path: Path) -> None:
-    (row,) = table1_report(measure_table1(Table1Study(splits=("hotel",)), tmp_path)).values["rows"]
+    (row,) = Table1Study(splits=("hotel",)).run(tmp_path).values["rows"]
     seen = {int(people): frames for people, frames in row["histograms"]["seen"].items()}
     assert sum(seen.values()) == pytest.approx(row["ours"]["mean_frames"] * 340)
     assert sum(people * frames for people, frames in seen.items()) == row["ours"]["observations"] == 31700

@@ -1,0 +1,125 @@
+"""Tables 2 and 3 of the paper: averages against pandas, stand-ins, and the picture."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.cli.test_cli import run
+from vbbench.errors import VbbenchError
+from vbbench.paper import PROTOCOLS, SIGMA_H, SPLITS, the_paper
+from vbbench.reproduction.grid import STAND_INS, Making, SimulatedRecording, row_at
+from vbbench.reproduction.solver_tables import COUNTERPARTS, PANELS, SolverTable, SolverTableStudy
+
+DEMO = SolverTableStudy(table=2, splits=("demo",), solvers=("cv", "vb-cv"), every=16)
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("table2")
+
+
+@pytest.fixture(scope="module")
+def found(out: Path) -> SolverTable:
+    """Figures on the demo, as if the paper had it in Table 2."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(SPLITS, 2, ("demo",))
+        return DEMO.measure(out, Making())
+
+
+def frame_means(dataset: Path, submission: Path) -> dict[str, pd.Series]:
+    """Δt, Δx and Δx̃ of every scored frame, from the tables alone: a scene's places moved to the sequence's world."""
+    keys = ["sequence", "frame"]
+    poses = pd.read_parquet(submission / "poses.parquet").merge(
+        pd.read_parquet(dataset / "truth/poses.parquet"), on=keys, suffixes=("", "_true")
+    )
+    people = pd.read_parquet(submission / "positions.parquet")
+    people = people.merge(pd.read_parquet(dataset / "sequences.parquet")[["sequence", "scene", "first_frame"]])
+    people = people.merge(pd.read_parquet(dataset / "truth/tracks.parquet")[["sequence", "track", "person"]])
+    people["at"] = people["frame"] + people["first_frame"]
+    scenes = pd.read_parquet(dataset / "truth/scenes.parquet").rename(columns={"frame": "at"})
+    people = people.merge(scenes, on=["scene", "at", "person"], suffixes=("", "_scene"))
+    worlds = pd.read_parquet(dataset / "truth/frames.parquet")
+    people = people.merge(worlds, on="sequence", suffixes=("", "_world")).merge(poses, on=keys, suffixes=("", "_pose"))
+    cos, sin = np.cos(people["yaw"]), np.sin(people["yaw"])
+    right = people["x"] - people["x_world"] - cos * people["x_scene"] + sin * people["y_scene"]
+    up = people["y"] - people["y_world"] - sin * people["x_scene"] - cos * people["y_scene"]
+    people["dx"] = np.hypot(right, up)
+    people["dx_rel"] = np.hypot(right - people["x_pose"] + people["x_true"], up - people["y_pose"] + people["y_true"])
+    poses["dt"] = np.hypot(poses["x"] - poses["x_true"], poses["y"] - poses["y_true"])
+    return {"dt": poses["dt"], **{name: people.groupby(keys)[name].mean() for name in ("dx", "dx_rel")}}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+@pytest.mark.parametrize("sigma_h", [0.0, SIGMA_H])
+def test_the_papers_way_is_a_plain_mean_over_frames(
+    found: SolverTable, out: Path, protocol: str, sigma_h: float
+) -> None:
+    folder = out / f"demo-sigma-{sigma_h:g}"
+    row = row_at(found.rows, protocol=protocol, sigma_h=sigma_h, solver="vb-cv")
+    for metric, frames in frame_means(folder / "dataset", folder / f"{protocol}-vb-cv").items():
+        own = row["figures"][metric]
+        assert own.frame_mean == pytest.approx(frames.mean(), rel=1e-9)
+        assert own.frame_std == pytest.approx(frames.std(ddof=0), rel=1e-9)
+
+
+def test_the_picture_has_a_mark_a_row(found: SolverTable) -> None:
+    drawn = DEMO.plot(found, "eight sequences")
+    assert [axes.get_label() for axes in drawn.axes] == [f"demo {metric}" for metric in PANELS]
+    for axes, metric in zip(drawn.axes, PANELS, strict=True):
+        marks = sorted(float(line.get_xdata()[0]) for line in axes.lines if len(line.get_xdata()) == 1)
+        assert marks == sorted(row["figures"][metric].mean for row in found.rows)
+
+
+def test_whose_row_of_the_paper_a_solver_is_compared_with() -> None:
+    assert set(COUNTERPARTS.values()) == {row.solver for row in the_paper().select("hotel")}
+    assert the_paper().figures("demo", "VB-SF") == {}
+
+
+def test_what_is_missing_is_said_with_its_command(no_data: Path, tmp_path: Path) -> None:
+    study = SolverTableStudy(table=2, splits=("hotel", "eth"), solvers=("cv",))
+    found = study.measure(tmp_path / "out", Making())
+    assert not found.rows
+    report = study.report(found)
+    assert "`eth` is not here: `vbbench fetch eth` gets it." in report.markdown
+    assert json.loads(report.json)["missing"].keys() == {"hotel", "eth"}
+    assert not report.pictures
+    with pytest.raises(VbbenchError, match="vbbench fetch hotel"):
+        SolverTableStudy(table=2, splits=("hotel",), source=no_data).run(tmp_path / "out")
+
+
+@pytest.mark.slow
+def test_a_simulated_crowd_stands_in_for_a_missing_recording(no_data: Path, tmp_path: Path) -> None:
+    few = replace(STAND_INS["shibuya02"], people=40, every=20)
+    study = SolverTableStudy(table=3, splits=("shibuya02",), solvers=("cv",), stand_ins={"shibuya02": few})
+    found = study.measure(tmp_path / "out", Making())
+    own = found.recordings["shibuya02"]
+    assert own["simulated"]
+    assert own["title"] == "Simulated crowd of 40 people, lifted like shibuya02"
+    assert found.name("shibuya02") == "shibuya02 (simulated)"
+    report = study.report(found)
+    assert "**`shibuya02` is a stand-in**" in report.markdown
+    assert "## shibuya02 (simulated), the paper's way" in report.markdown
+    one_step, sequential = (row_at(found.rows, protocol=p, sigma_h=SIGMA_H)["figures"]["dx"].mean for p in PROTOCOLS)
+    assert one_step < 0.01 < 0.1 < sequential
+    made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()}
+    assert study.run(tmp_path / "out").json == report.json
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()} == made
+
+
+@pytest.mark.slow
+def test_table3_simulates_what_is_missing(
+    no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(STAND_INS, "shibuya01", SimulatedRecording(people=40, every=30))
+    command = ["reproduce", "table3", "--split", "shibuya01", "--solver", "cv", "--out", tmp_path / "out", "--json"]
+    status, printed, _ = run(capsys, *command)
+    assert status == 0
+    values = json.loads(printed)
+    assert values["recordings"]["shibuya01"]["simulated"]
+    assert values["paper"]["shibuya01"]["CV"] == {"dx": 0.221}
+    assert (tmp_path / "out" / "table3.png").read_bytes()[:4] == b"\x89PNG"

@@ -1,0 +1,148 @@
+"""How people walk around an observer: spreads, examples picked by them, and effects at equal numbers of people."""
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.pictures.plotting import style
+from vbbench.reproduction.walking import (
+    WINDOW,
+    FrameSample,
+    directional_spread,
+    gradient_at_equal_number,
+    pick_examples,
+    rank_correlation,
+    rank_correlation_at_equal_number,
+    spreads,
+)
+from vbbench.scoring.block_bootstrap import Timeline, block_means
+
+
+def heading(*degrees: float) -> FloatArray:
+    """Velocities [1, K, 2] of 1 m/s."""
+    angle = np.radians(degrees)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)[None]
+
+
+@pytest.mark.parametrize(
+    ("velocity", "directions", "lines"),
+    [
+        (heading(30, 30, 30), 0.0, 0.0),
+        (heading(30, 210), 1.0, 0.0),
+        (heading(0, 90), 1.0 - np.sqrt(0.5), 1.0),
+        (heading(0, 90, 180, 270), 1.0, 1.0),
+        (np.concatenate([heading(30, 30), 0.1 * heading(120, 0), heading(90) * np.nan], axis=1), 0.0, 0.0),
+    ],
+)
+def test_spreads_of_directions_and_of_lines(velocity: FloatArray, directions: float, lines: float) -> None:
+    spread, of_lines, standing = spreads(velocity)
+    assert (spread[0], of_lines[0]) == pytest.approx((directions, lines), abs=1e-12)
+    assert standing[0] == pytest.approx(0.5 if velocity.shape[1] == 5 else 0.0)
+
+
+def test_nobody_who_moves_has_no_spread() -> None:
+    spread, _, standing = spreads(np.zeros((1, 3, 2)))
+    assert np.isnan(spread[0])
+    assert standing[0] == 1.0
+    assert np.isnan(directional_spread(np.full((1, 2), np.nan))[0])
+
+
+def walking(sequence: int, velocity: FloatArray, frames: int = WINDOW + 3) -> dict[str, Any]:
+    """A sequence in which an observer and the people of ``velocity`` [1, K, 2] walk on."""
+    spread, lines, standing = (np.repeat(values, frames) for values in spreads(velocity))
+    people = np.full(frames, velocity.shape[1] - 1)
+    numbers = {"sequence": np.full(frames, sequence), "frame": np.arange(2, frames + 2), "people": people}
+    return {**numbers, "spread": spread, "lines": lines, "standing": standing}
+
+
+def joined(walks: list[dict[str, Any]]) -> dict[str, Any]:
+    return {name: np.concatenate([walk[name] for walk in walks]) for name in walks[0]}
+
+
+def test_the_rule_finds_parallel_and_crossing_walks_with_few_and_with_more_people() -> None:
+    walks = [
+        walking(0, heading(0, 20, 50, 70)),
+        walking(1, heading(0, 1, 2, 3)),  # few, parallel
+        walking(2, heading(0, 90, 180, 265)),  # few, crossing
+        walking(3, heading(0, 180, 0, 180)),  # opposite ways of one line do not cross
+        walking(4, heading(0, 0, 1, 2, 3, 4, 5)),  # more, parallel
+        walking(5, heading(0, 60, 120, 180, 240, 300, 90)),  # more, crossing
+        walking(6, heading(*range(0, 360, 20))),  # too many for a picture
+        walking(7, heading(0, 0, 0, 0), frames=WINDOW - 1),  # too short
+    ]
+    found = pick_examples(joined(walks))
+    assert [(one.title, one.sequence) for one in found] == [
+        ("3 people, parallel", 1),
+        ("3 people, crossing", 2),
+        ("5 to 12 people, parallel", 4),
+        ("5 to 12 people, crossing", 5),
+    ]
+    assert found[0].frames == range(2, 2 + WINDOW)
+    assert pick_examples(walks[7]) == []
+
+
+def test_where_no_stretch_has_three_people_throughout_the_sparsest_counts() -> None:
+    mixed = walking(0, heading(0, 10, 20, 30))
+    people = np.where(np.arange(len(mixed["people"])) % 2, 3, 4)
+    found = pick_examples({**mixed, "people": people})
+    assert [one.title for one in found] == ["3 to 4 people, parallel", "3 to 4 people, crossing"]
+
+
+def test_pictures_have_the_walk_from_left_to_right() -> None:
+    path = np.array([[5.0, 5.0], [6.0, 7.0], [5.0, 9.0]])
+    np.testing.assert_allclose(style.along_path(path)(path), [[0, 0], [2, -1], [4, 0]], atol=1e-12)
+
+
+def sample(rng: np.random.Generator, sequences: int = 60, frames: int = 20) -> FrameSample:
+    first = 5 * np.arange(sequences)
+    timeline = Timeline.of(np.zeros(sequences, np.int64), first, first + frames - 1)
+    sequence = np.repeat(np.arange(sequences), frames)
+    return FrameSample(sequence=sequence, people=rng.integers(3, 9, sequences * frames), timeline=timeline)
+
+
+def test_an_effect_of_the_number_alone_is_none_at_equal_number() -> None:
+    rng = np.random.default_rng(0)
+    frames = sample(rng)
+    spread = frames.people + rng.normal(0.0, 1.0, len(frames.people))
+    entropy = -2.0 * frames.people + rng.normal(0.0, 1.0, len(frames.people))
+    plain = frames.estimate(rank_correlation, spread, entropy)
+    equal = frames.estimate(rank_correlation_at_equal_number, spread, entropy)
+    assert plain.high < -0.7
+    assert equal.low < 0.0 < equal.high
+    assert abs(equal.value) < 0.1
+    gradient = frames.estimate(gradient_at_equal_number, spread, entropy + 0.5 * spread)
+    assert gradient.low < 0.5 < gradient.high
+    assert gradient.value == pytest.approx(0.5, abs=0.1)
+
+
+def test_ranks_at_equal_number_are_those_of_pandas() -> None:
+    rng = np.random.default_rng(1)
+    people: IntArray = rng.integers(3, 6, 300)
+    one, other = rng.integers(0, 9, (2, 300)).astype(np.float64)
+    table = pd.DataFrame({"people": people, "one": one, "other": other})
+    ranks = table.groupby("people").rank(pct=True)
+    centred = ranks - ranks.groupby(table["people"]).transform("mean")
+    assert rank_correlation_at_equal_number(one, other, people) == pytest.approx(centred["one"].corr(centred["other"]))
+    assert rank_correlation(one, other, people) == pytest.approx(table["one"].corr(table["other"], method="spearman"))
+
+
+def test_means_of_groups_are_means_over_sequences() -> None:
+    rng = np.random.default_rng(2)
+    frames = sample(rng)
+    values = rng.normal(size=len(frames.people))
+    values[::7] = np.nan
+    group = frames.people // 2
+    mean, interval = frames.means(values, group, 5)
+    table = pd.DataFrame({"sequence": frames.sequence, "group": group, "value": values}).dropna()
+    cells = table.groupby(["sequence", "group"])["value"].mean().unstack().reindex(columns=range(5))
+    np.testing.assert_allclose(mean, cells.mean(), rtol=1e-12)
+    np.testing.assert_allclose(interval, block_means(frames.timeline, cells.to_numpy()).interval())
+
+
+def test_what_is_never_equal_has_no_effect_and_no_interval() -> None:
+    frames = sample(np.random.default_rng(0), sequences=3, frames=2)
+    found = frames.estimate(gradient_at_equal_number, np.arange(6.0), np.arange(6.0))
+    assert np.isnan([found.value, found.low, found.high]).all()
