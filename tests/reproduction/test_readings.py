@@ -14,7 +14,7 @@ from vbbench.reproduction.readings import all_readings
 from vbbench.scene import Scene
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_generators.recordings.eligibility import Rules
-from vbbench_generators.recordings.scaling import scale_to_field
+from vbbench_generators.recordings.loading import scale_to_field
 
 
 def test_there_is_every_reading_once_and_one_is_the_text() -> None:
