@@ -181,8 +181,8 @@ def read_log(folder: Path, cameras: tuple[str, ...]) -> CarRecording:
         ("timestamp_ns", *SIZE, *QUATERNION, *PLACE, "num_interior_pts"),
         ("track_uuid", "category"),
     )
-    frame, start, frames = _frames(annotations)
-    motion = _motion(folder / POSES, annotations, start, frames)
+    frame, times = _frames(annotations)
+    motion = _motion(folder / POSES, annotations, times)
     sensors, files = _sensors(folder, cameras)
     cuboids = _people(annotations, frame, motion)
     files = {"annotations": folder / ANNOTATIONS, "motion": folder / POSES, **files}
@@ -195,40 +195,39 @@ def read_log(folder: Path, cameras: tuple[str, ...]) -> CarRecording:
     )
 
 
-def _frames(annotations: FeatherTable) -> tuple[IntArray, int, int]:
-    """The frame of each row [N], the time of frame 0 in ns, and the number of frames."""
+def _frames(annotations: FeatherTable) -> tuple[IntArray, IntArray]:
+    """The frame of each row [N], and the time of each frame [T] in ns, between two sweeps where one is missing."""
     times = annotations.number("timestamp_ns")
     if not len(times) or not np.issubdtype(times.dtype, np.integer):
         kind = "no rows" if not len(times) else f"time stamps of {times.dtype} in place of whole ns"
         raise FileError(annotations.path, f"has {kind}; {AGAIN}")
     sweeps, sweep = np.unique(times, return_inverse=True)
-    start = int(sweeps[0])
-    if (int(sweeps[-1]) - start) * 1e-9 > MOST_FRAMES * DT:
-        row = int(times.argmax())
-        raise FileError(annotations.path, f"row {row}: is {(int(sweeps[-1]) - start) * 1e-9:.0f} s late; {AGAIN}")
-    passed = (sweeps - start) / (DT * 1e9)
-    frame = np.round(passed).astype(np.int64)
-    problem = f"its time is not that of a sweep, ten a second from row {int(times.argmin())} on; {AGAIN}"
-    annotations.refuse((np.abs(passed - frame) > LARGEST_JITTER)[sweep], problem)
-    annotations.refuse(np.append(False, np.diff(frame) < 1)[sweep], problem)
-    return frame[sweep], start, int(frame[-1]) + 1
+    start, lasting = int(sweeps[0]), (int(sweeps[-1]) - int(sweeps[0])) * 1e-9
+    if lasting > MOST_FRAMES * DT:
+        raise FileError(annotations.path, f"row {int(times.argmax())}: is {lasting:.0f} s late; {AGAIN}")
+    passed = np.diff(sweeps) / (DT * 1e9)
+    steps = np.round(passed).astype(np.int64)
+    wrong = np.append(False, (np.abs(passed - steps) > LARGEST_JITTER) | (steps < 1))
+    annotations.refuse(
+        (sweep == wrong.argmax()) & wrong.any(), f"its time is not that of a sweep, ten a second; {AGAIN}"
+    )
+    frame = np.append(0, np.cumsum(steps))
+    later = np.interp(np.arange(frame[-1] + 1), frame, (sweeps - start).astype(np.float64))
+    return frame[sweep], start + np.round(later).astype(np.int64)
 
 
-def _motion(path: Path, annotations: FeatherTable, start: int, frames: int) -> CarMotion:
-    """The car's motion at the sweeps, and between them where one is missing."""
+def _motion(path: Path, annotations: FeatherTable, times: IntArray) -> CarMotion:
+    """The car's motion at the times [T] of frames in ns."""
     table = FeatherTable(path, ("timestamp_ns", *QUATERNION, *PLACE))
     quaternions, places = _rotations(table, None), table.numbers(PLACE)
     known, first = np.unique(table.number("timestamp_ns"), return_index=True)
-    sweeps = np.unique(annotations.number("timestamp_ns"))
-    times = start + np.round(np.arange(frames) * DT * 1e9).astype(np.int64)
-    times[np.round((sweeps - start) / (DT * 1e9)).astype(np.int64)] = sweeps
     if not len(known) or known[0] > times[0] or known[-1] < times[-1]:
         row = int(annotations.number("timestamp_ns").argmax())
         here = f"row {row} of {annotations.path.name} is at {times[-1]} ns, and the first is at {times[0]}"
         there = f"has poses from {known[0]} to {known[-1]} ns" if len(known) else "has no poses"
         raise FileError(path, f"{there}, but {here}: is it of another log? {AGAIN}")
-    passed = (known.astype(np.float64) - start) * 1e-9
-    motion = motion_at(np.asarray(times - start, np.float64) * 1e-9, passed, quaternions[first], places[first])
+    passed = (known.astype(np.float64) - int(times[0])) * 1e-9
+    motion = motion_at(np.asarray(times - times[0], np.float64) * 1e-9, passed, quaternions[first], places[first])
     return CarMotion(rotations=motion.rotations, origins=motion.origins - motion.origins[0])
 
 
