@@ -26,7 +26,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation.generator import Card, Options
 from vbbench.scene import Scene
 from vbbench_generators.crowds.scenario import draw_crowd, get_scenario, walk
-from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.noise import Precision
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection

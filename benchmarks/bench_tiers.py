@@ -12,7 +12,7 @@ from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.generation.generator import Card, Observer, Options, Simulation
 from vbbench_generators.crowds.scenario import get_scenario
 from vbbench_generators.crowds.sim import record_plaza
-from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.splits import sim
 from vbbench_generators.tiers.field.recipe import get_field
 from vbbench_generators.tiers.noise import see

@@ -15,9 +15,8 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from vbbench.generation.sources import Source
-from vbbench_generators.lifting.heads import HeadBoxes
+from vbbench_generators.lifting.heads import HeadBoxes, LiftingSettings
 from vbbench_generators.lifting.lift import Lifted, lift
-from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.recordings.readers.crohd import find_recording, read_heads
 
 TRUE, FOUND = "#3b6ea5", "#d1495b"

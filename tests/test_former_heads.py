@@ -12,7 +12,7 @@ from vbbench.geometry import FloatArray
 from vbbench.sequence import Truth
 from vbbench_baselines.former import heads
 from vbbench_baselines.former.solver import PureVbFormer, VbFormer
-from vbbench_generators.views.heading import causal_headings
+from vbbench_generators.views.looking import causal_headings
 
 XP, SECONDS = NumpyOperations(), np.float64(DT)
 

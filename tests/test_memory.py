@@ -18,7 +18,7 @@ from vbbench.scene import Scene
 from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench.solving import submissions as solving
-from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
 PEOPLE, FRAMES, BUDGET = 40, 50, 5_000

@@ -13,9 +13,8 @@ from tests.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photog
 from tests.work import work_of
 from vbbench.errors import VbbenchError
 from vbbench_generators.lifting.camera import camera_of_homography, camera_of_plane
-from vbbench_generators.lifting.heads import HeadBoxes, Heads, SizePlane, split_at_gaps
+from vbbench_generators.lifting.heads import HeadBoxes, Heads, LiftingSettings, SizePlane, split_at_gaps
 from vbbench_generators.lifting.lift import lift
-from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.lifting.walking import estimate_strength, smooth
 
 DT = 0.04

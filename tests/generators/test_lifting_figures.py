@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.lifting_crowd import Camera, photograph, walk
+from vbbench_generators.lifting.heads import LiftingSettings
 from vbbench_generators.lifting.lift import lift
-from vbbench_generators.lifting.settings import LiftingSettings
 
 DT = 0.04
 NOISE = {"size_noise": 0.12, "jitter": 0.06, "key": 10, "person": 0.04, "height": 0.065}

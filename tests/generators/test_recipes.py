@@ -11,9 +11,16 @@ import numpy as np
 import pytest
 
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
-from vbbench_generators.recordings.eligibility import Rules, find_spans, observed_crowd
 from vbbench_generators.recordings.loading import load_scenes
-from vbbench_generators.recordings.recipe import Recipe, get_recipe, read_recipe, recipe_names
+from vbbench_generators.recordings.recipe import (
+    Recipe,
+    Rules,
+    find_spans,
+    get_recipe,
+    observed_crowd,
+    read_recipe,
+    recipe_names,
+)
 
 Write = Callable[..., Path]
 

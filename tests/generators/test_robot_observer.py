@@ -15,7 +15,7 @@ from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
 from vbbench.sequence import NO_OBSERVER
 from vbbench_generators.crowds.sim import record_plaza
-from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.splits import sim
 from vbbench_generators.views.reprojection import plan_reprojection
 from vbbench_generators.views.vehicle import follow, get_robot

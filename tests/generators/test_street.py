@@ -18,7 +18,7 @@ from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench_generators.crowds.sim import SimulationPlan
 from vbbench_generators.splits import demo, sim, street
-from vbbench_generators.views.heading import limit_turns
+from vbbench_generators.views.looking import limit_turns
 
 SMALL = Simulation(sequences=2, people=(16,))
 

@@ -19,7 +19,7 @@ from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, SequenceData
 from vbbench_generators.crowds.sim import record_plaza
 from vbbench_generators.footage.own import own
-from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.splits import sim, street
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 from vbbench_generators.views.vehicle import VehicleModel, drive, find_windows, get_vehicle

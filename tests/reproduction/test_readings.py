@@ -13,7 +13,7 @@ from vbbench.registry import load, make_solver
 from vbbench.reproduction.readings import all_readings
 from vbbench.scene import Scene
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
-from vbbench_generators.recordings.eligibility import Rules
+from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.recordings.loading import scale_to_field
 
 

@@ -16,7 +16,7 @@ from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
 from vbbench.scene import Scene
 from vbbench_generators.social_force import Crowd, Model, simulate
-from vbbench_generators.views.heading import causal_headings, limit_turns
+from vbbench_generators.views.looking import causal_headings, limit_turns
 
 Place = Annotated[float, Within(-1e5, 1e5, "m")]
 Rectangle = tuple[Place, ...]

@@ -21,7 +21,7 @@ from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, Given, Odometry, Sequence, SequenceData
 from vbbench.streams import random_stream
 from vbbench_generators.crowds.scenario import ObservedScene, Scenario, draw_crowd, draw_scene, get_scenario, walk
-from vbbench_generators.recordings.eligibility import Rules, Span
+from vbbench_generators.recordings.recipe import Rules, Span
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.corruption import BehindOthers
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection

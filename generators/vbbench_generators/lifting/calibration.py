@@ -9,8 +9,7 @@ import numpy as np
 
 from vbbench_generators.lifting.camera import GroundCamera
 from vbbench_generators.lifting.fitting import PlaneFit
-from vbbench_generators.lifting.heads import Heads
-from vbbench_generators.lifting.settings import LiftingSettings, Method
+from vbbench_generators.lifting.heads import Heads, LiftingSettings, Method
 from vbbench_generators.lifting.walking import Smoothed
 
 

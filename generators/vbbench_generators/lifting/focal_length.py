@@ -6,8 +6,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench_generators.lifting.fitting import PlaneFit
-from vbbench_generators.lifting.heads import HeadBoxes, Heads, SizePlane
-from vbbench_generators.lifting.settings import LiftingSettings, Method
+from vbbench_generators.lifting.heads import HeadBoxes, Heads, LiftingSettings, Method, SizePlane
 from vbbench_generators.lifting.walking import (
     Pace,
     Segments,

@@ -14,13 +14,13 @@ from vbbench_generators.lifting.focal_length import find_focal_length
 from vbbench_generators.lifting.heads import (
     HeadBoxes,
     Heads,
+    LiftingSettings,
     SizePlane,
     box_sizes,
     lengthening,
     roundness,
     split_at_gaps,
 )
-from vbbench_generators.lifting.settings import LiftingSettings
 from vbbench_generators.lifting.walking import smooth_tracks, walking_speed
 
 SEED = 20200830

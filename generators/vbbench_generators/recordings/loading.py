@@ -14,9 +14,8 @@ from vbbench.geometry import FloatArray
 from vbbench.registry import load_all, load_registered
 from vbbench.scene import Scene
 from vbbench.streams import Stream, random_stream
-from vbbench_generators.recordings.eligibility import Rules
 from vbbench_generators.recordings.readers.tracks import count_columns, read_header, read_homography, read_lines
-from vbbench_generators.recordings.recipe import DETECTED, Recipe
+from vbbench_generators.recordings.recipe import DETECTED, Recipe, Rules
 
 
 def scale_to_field(scenes: Sequence[Scene], rules: Rules, half_width: float) -> tuple[list[Scene], Rules]:

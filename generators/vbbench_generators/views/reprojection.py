@@ -15,9 +15,9 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 from vbbench.streams import Stream, random_stream
-from vbbench_generators.recordings.eligibility import Rules, Span, find_spans, observed_crowd
+from vbbench_generators.recordings.recipe import Rules, Span, find_spans, observed_crowd
 from vbbench_generators.tiers.noise import Precision
-from vbbench_generators.views.heading import causal_headings
+from vbbench_generators.views.looking import causal_headings
 from vbbench_generators.views.vehicle import find_windows, observer_definition, ride
 from vbbench_generators.views.viewing import view, walked
 

@@ -23,7 +23,7 @@ from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, Odometry
 from vbbench_generators import _core
 from vbbench_generators.footage.odometry_filter import Readings, filter_motion
-from vbbench_generators.recordings.eligibility import Span
+from vbbench_generators.recordings.recipe import Span
 from vbbench_generators.tiers.noise import wandering
 from vbbench_generators.views.viewing import look_definition
 

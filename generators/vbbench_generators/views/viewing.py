@@ -13,10 +13,18 @@ from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, Sequence, SequenceData, Truth, held_persons
 from vbbench.streams import Stream, random_stream
-from vbbench_generators.recordings.eligibility import Span
+from vbbench_generators.recordings.recipe import Span
 from vbbench_generators.tiers.noise import Precision, wandering
-from vbbench_generators.views.heading import WANDER_STD, WANDER_TIME, wrapped
-from vbbench_generators.views.looking import LONGEST_LEAD, Law, Way, natural_look, natural_yaws
+from vbbench_generators.views.looking import (
+    LONGEST_LEAD,
+    WANDER_STD,
+    WANDER_TIME,
+    Law,
+    Way,
+    natural_look,
+    natural_yaws,
+    wrapped,
+)
 
 
 def look_definition(look: Look) -> dict[str, Any]:

@@ -115,7 +115,7 @@ class AnnotatorModel(_Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class DetectorNoise(_Checked):
-    """What solvers are given of the noise of boxes that were found, in px, in pictures with borders and in panoramas."""
+    """The noise of found boxes that solvers are given, in px, in pictures with borders and in panoramas."""
 
     perspective_std: Annotated[float, Within(0.0, 100.0, "px")]
     panorama_std: Annotated[float, Within(0.0, 100.0, "px")]
