@@ -13,8 +13,8 @@ from vbbench.registry import load, make_solver
 from vbbench.reproduction.readings import all_readings
 from vbbench.scene import Scene
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
-from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.recordings.loading import scale_to_field
+from vbbench_generators.recordings.recipe import Rules
 
 
 def test_there_is_every_reading_once_and_one_is_the_text() -> None:
