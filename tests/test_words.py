@@ -36,7 +36,6 @@ QUOTED = ("poses have errors of their own",)
 
 NOT_YET = {
     "baselines/",
-    "leaderboards/",
     "renderers/",
     "vbbench/camera",
     "vbbench/cli",

@@ -57,7 +57,7 @@ def add(
     ------
     VbbenchError
         If the submission has faults, belongs to another dataset than its board, already exists, or its name is not
-        valid for a file; or if its row would not say all that every row must.
+        valid for a file; or if its row would lack a fact that every row must have.
     """
     challenge = challenge_folder_of(results)
     if challenge is not None:
@@ -89,7 +89,7 @@ def add(
 def _record_of(dataset: Dataset, results: Path) -> BoardDataset | None:
     """The record of a dataset's boards, in the folder or as published; ``None`` if there is none.
 
-    A dataset whose truth is withheld is a challenge of its own, not one of the published boards.
+    A dataset whose truth is withheld is a challenge, not one of the published boards.
     """
     path = record_path(dataset.info.split, dataset.info.tier)
     folders = [results] if dataset.info.seed is None else [results, published_results()]
@@ -181,18 +181,18 @@ def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int
     VbbenchError
         If the board is not published, or this machine makes another dataset.
     """
-    asked, name = parse_board(board), name or solver.rpartition(":")[2]
+    wanted, name = parse_board(board), name or solver.rpartition(":")[2]
     _check_declared(solver)
-    record = read_dataset(published_results() / record_path(asked.split, asked.tier))
-    dataset = _dataset(asked, record, work, jobs)
-    answers = submission_folder(work, asked, name)
-    solve(dataset, solver, asked.protocol, answers, jobs=jobs, overwrite=True)
+    record = read_dataset(published_results() / record_path(wanted.split, wanted.tier))
+    dataset = _dataset(wanted, record, work, jobs)
+    answers = submission_folder(work, wanted, name)
+    solve(dataset, solver, wanted.protocol, answers, jobs=jobs, overwrite=True)
     add(answers, dataset.folder, work / TRIED, name=name, overwrite=True)
-    return Trial(board=asked, results=work / TRIED, name=name)
+    return Trial(board=wanted, results=work / TRIED, name=name)
 
 
 def _check_declared(solver: str) -> None:
-    """Raise VbbenchError if the solver's class does not say what its row must, before anything is made."""
+    """Raise VbbenchError if the solver's class lacks a fact that its row must have, before anything is made."""
     declared = declared_facts(solver)
     missing = [name for name in NEEDED if not declared.get(name, "").strip()]
     if missing:

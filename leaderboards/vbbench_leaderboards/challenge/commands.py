@@ -37,7 +37,7 @@ def bundle(folder: Path, /, out: Path, archive: bool = False, codabench: bool = 
     Args:
         folder: The challenge.
         out: Folder to make; replaced only if it is such a bundle.
-        archive: Also write OUT.zip, of which anybody's copy has the same bytes.
+        archive: Also write OUT.zip, whose bytes are the same on every machine.
         codabench: Also write OUT.codabench.zip, with the truth, to be uploaded to Codabench and published nowhere else.
     """
     from vbbench_leaderboards.challenge.bundle import make_bundle

@@ -58,7 +58,7 @@ class SecretSet:
             raise ValueError(f"[data] public_share = {self.public_share:g}: must be between 0 and 1, such as 0.5")
         for word in self.words:
             if word.partition("=")[0].replace("_", "-") in _OWN_OPTIONS:
-                raise ValueError(f"[data] options: {word} is decided by the challenge; leave it out")
+                raise ValueError(f"[data] options: {word} is decided by the challenge; remove it")
 
     @property
     def words(self) -> list[str]:

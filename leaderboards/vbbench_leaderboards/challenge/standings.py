@@ -41,10 +41,10 @@ class Row:
 def standings(organiser: Organiser, part: Part) -> list[Row]:
     """The rows of a part, group by group of solvers that compete, the best first.
 
-    Results that no submission in the log accounts for are left out, with a warning.
+    Results that no submission in the log accounts for are omitted, with a warning.
     """
     counting, unusable = organiser.last_of_part(part), list[FileError]()
-    boards, left_out, found = read_results(organiser.results(part), unusable=unusable), list[str](), list[Result]()
+    boards, omitted, found = read_results(organiser.results(part), unusable=unusable), list[str](), list[Result]()
     for result in (result for rows in boards.values() for result in rows):
         entry = counting.get(result.solver)
         if entry and {name: sha for name, sha in entry.files.items() if name in result.submission} == result.submission:
@@ -52,9 +52,9 @@ def standings(organiser: Organiser, part: Part) -> list[Row]:
         else:
             path = organiser.results(part) / result.path
             reason = "no submission in the log accounts for it; it came in another way than 'challenge accept'"
-            left_out.append(f"{path}: {reason}")
-    for fault in [*map(str, unusable), *left_out]:
-        warnings.warn(VbbenchWarning(f"LEFT OUT of the standings: {fault}"), stacklevel=2)
+            omitted.append(f"{path}: {reason}")
+    for fault in [*map(str, unusable), *omitted]:
+        warnings.warn(VbbenchWarning(f"OMITTED from the standings: {fault}"), stacklevel=2)
     if not found:
         return []
     places = rank_apart(found)["dx"].places

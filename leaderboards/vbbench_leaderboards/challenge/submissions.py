@@ -204,7 +204,7 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
 
 
 def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
-    """Check all that can be checked without truth: what `vbbench check` does, and what the challenge asks besides.
+    """Check all that can be checked without truth: what `vbbench check` does, and the challenge's own demands.
 
     Raises
     ------

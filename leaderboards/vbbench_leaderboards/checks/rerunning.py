@@ -56,7 +56,7 @@ FEW = 0.1
 COUNTS = 0.2
 """Counts of another seed's dataset may differ by this share: crowds and those who are seen are others."""
 
-AS_COMMITTED, STANDS, DRIFTED, WRITTEN = "as committed", "stands", "drifted", "written anew"
+AS_COMMITTED, STANDS, DRIFTED, WRITTEN = "as committed", "stands", "drifted", "written again"
 """The same figures, figures that agree with another seed's, others, and others that were written."""
 
 _SAME = ("split", "tier", "title", "camera", "dt", "caution", "licence", "citation")
@@ -93,7 +93,7 @@ class Rerun:
     Parameters
     ----------
     results : folder of the result files.
-    work : folder for datasets and submissions: itself where results are written anew, else its folder ``again``.
+    work : folder for datasets and submissions: itself where results are written again, else its folder ``again``.
     seed : of all datasets; ``None`` for a new one, or that of a run that was stopped.
     by : who regenerates the figures, and when; for rows that stand or are written.
     update : write what drifted and what is new.
@@ -126,7 +126,7 @@ class Rerun:
         Raises
         ------
         VbbenchError
-            If a name is unknown, or the sources of a named split are missing; others are left out with a message.
+            If a name is unknown, or the sources of a named split are missing; others are omitted with a message.
         """
         chosen, sources = [*(solvers or bundled_solvers())], chosen_sources(splits, tiers)
         for name in chosen:
@@ -143,7 +143,7 @@ class Rerun:
                 except SourceMissingError as error:
                     if one.split in splits:
                         raise
-                    sys.stderr.write(f"vbbench: {one.split} {one.tier} is left out: {error}\n")
+                    sys.stderr.write(f"vbbench: {one.split} {one.tier} is omitted: {error}\n")
                     bar.update(len(pairs))
                     continue
                 fresh = []
@@ -242,14 +242,14 @@ class Rerun:
         drifted = any(found.values())
         strangers = self._strangers(record, found) if drifted and self.update and moved else []
         if drifted and self.update and not strangers:
-            anew = {path for path, lines in found.items() if lines or moved}
-            if record.path in anew:
+            changed = {path for path, lines in found.items() if lines or moved}
+            if record.path in changed:
                 write_dataset(record, self.results)
-            for one in (one for one in fresh if one.path in anew):
+            for one in (one for one in fresh if one.path in changed):
                 write_result(one, self.results)
-            yield from (Outcome(path=p, state=WRITTEN, found=(*found[p],)) for p in found if p in anew)
-            yield from (Outcome(path=p, state=AS_COMMITTED) for p in found if p not in anew)
-            self._sign([one.path for one in fresh if one.path not in anew])
+            yield from (Outcome(path=p, state=WRITTEN, found=(*found[p],)) for p in found if p in changed)
+            yield from (Outcome(path=p, state=AS_COMMITTED) for p in found if p not in changed)
+            self._sign([one.path for one in fresh if one.path not in changed])
             return
         why = f"{DRIFTED}, and not written: {', '.join(strangers)} would stand on the old dataset; rerun them, too"
         behind, fine = why if strangers else DRIFTED, STANDS if moved else AS_COMMITTED
@@ -273,7 +273,7 @@ class Rerun:
         return [str(path) for path in own if path.parts[1].endswith(f"-{record.tier}") and path not in made]
 
     def _sign(self, paths: Sequence[Path]) -> None:
-        """Write into rows that stand who regenerated their figures, if anybody is named."""
+        """Write into rows that stand who regenerated their figures, if a name is given."""
         for path in paths if self.by else ():
             kept = read_result(self.results / path)
             write_result(replace(kept, about=replace(kept.about, rerun_by=self.by)), self.results)

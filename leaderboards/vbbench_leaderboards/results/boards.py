@@ -1,8 +1,8 @@
 """Which boards are published, which of them lead, and how much of each dataset they are made on.
 
-The rule of subsets: everything is made anew in 45 minutes on two cores. Recordings are solved from every so many-th
-observer, because neighbouring observers see the same people at the same time and say little more together than one of
-them; simulated crowds are cut short, because every one is a crowd of its own.
+The rule of subsets: everything is regenerated in 45 minutes on two cores. Recordings are solved from every so many-th
+observer, because neighbouring observers see the same people at the same time. Simulated crowds are cut short, because
+each differs from all others.
 """
 
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ REAL, REAL_FAMILIES = "real", ("kitti", "argoverse2", "nuscenes", "jrdb")
 """All families of real recordings, by one name: whoever has the data can regenerate boards on them."""
 
 PAPER_SPLITS = ("eth", "students")
-"""Splits of the paper whose recordings are too smooth to tell solvers apart."""
+"""Splits of the paper whose recordings are too smooth to separate solvers."""
 
 SPLITS = (*LEADING_SPLITS, *REAL_SPLITS, *PAPER_SPLITS)
 
@@ -36,7 +36,7 @@ HEADLINE_METRIC = "dx"
 """By which the rows of a table are ordered, and which a narrow page shows."""
 LEADING_TIERS = ("noisy", "occluded", "tracked", HEADLINE_TIER)
 PAPER_TIER = "ideal"
-"""The paper's exact boxes, which tell what no camera could."""
+"""The paper's exact boxes, which no camera can give."""
 
 KITTI_RECORDINGS = ("0015", "0017", "0019")
 """The solvers that come with vbbench were tuned on them."""
@@ -64,7 +64,7 @@ class BoardSource:
     observer: Observer = "walker"
 
     def options(self, seed: int, root: Path | None = None) -> Options:
-        """What is asked of the generator.
+        """The options of the generator.
 
         Parameters
         ----------
@@ -74,8 +74,8 @@ class BoardSource:
             return Options(tier=self.tier, seed=seed, limit=self.limit, stride=self.stride, observer=self.observer)
         folder = None if root is None or not (root / self.split).is_dir() else root / self.split
         poses = _poses_at_hand(folder) if self.split == "kitti" else None
-        asked = FootageOptions(sequences=_RECORDINGS.get(self.split), poses=poses)
-        return Options(source=folder, seed=seed, footage=asked)
+        footage = FootageOptions(sequences=_RECORDINGS.get(self.split), poses=poses)
+        return Options(source=folder, seed=seed, footage=footage)
 
     @property
     def boards(self) -> tuple[Board, ...]:
@@ -95,7 +95,7 @@ def source(split: str, tier: str) -> BoardSource:
     """The dataset behind the boards of a split and tier, by the rule of subsets; whole where no rule is known.
 
     In tier `field` a vehicle carries the camera, as on the footage that the tier was measured on and held against: in
-    the midst of a crowd a walker's camera with borders hardly sees anybody whole.
+    the midst of a crowd a walker's camera with borders hardly sees a whole person.
     """
     if tier == HEADLINE_TIER:
         limit, stride = _FIELD_LIMITS.get(split), _FIELD_STRIDES.get(split)
@@ -141,7 +141,7 @@ def is_real(board: Board) -> bool:
 
 
 def is_diagnostic(board: Board) -> bool:
-    """Whether a board is kept for the paper's sake and for finding faults, not to say who is good."""
+    """Whether a board is kept for the paper's sake and for finding faults, not to compare solvers."""
     return board.tier == PAPER_TIER or board.split in PAPER_SPLITS
 
 
@@ -153,7 +153,7 @@ def is_headline(board: Board) -> bool:
 
 
 def _poses_at_hand(kitti: Path | None) -> Path | None:
-    """The folder of camera poses beside KITTI's recordings, which are better than its own where it drives far."""
+    """The folder of camera poses next to KITTI's recordings, which are better than its own where it drives far."""
     folders = [folder / "kitti" for folder in data_folders()] if kitti is None else [kitti]
     places = [folder / "poses" for folder in folders]
     return next((place for place in places if place.is_dir()), None)

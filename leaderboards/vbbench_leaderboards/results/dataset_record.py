@@ -1,4 +1,4 @@
-"""The record of a board's dataset: one committed file per split and tier, ``SPLIT/TIER.json`` beside the results."""
+"""The record of a board's dataset: one committed file per split and tier, ``SPLIT/TIER.json`` next to the results."""
 
 import json
 from collections.abc import Mapping

@@ -25,7 +25,7 @@ CHALLENGE_FILE = "challenge.toml"
 
 
 def published_results() -> Path:
-    """The results that come with vbbench: in the wheel they lie in the package, in a checkout beside it."""
+    """The results that come with vbbench: in the wheel they lie in the package, in a checkout next to it."""
     inside = HERE / "published"
     return inside if inside.is_dir() else HERE.parent / "results"
 
@@ -79,8 +79,8 @@ def read_results(*folders: Path, records: Records | None = None, unusable: list[
     Parameters
     ----------
     records : the datasets of the boards, where they have been read already.
-    unusable : takes what is wrong with each file that is left out. Results whose record is there and cannot be used
-        are left out with it.
+    unusable : takes what is wrong with each file that is omitted. Results whose record is there and cannot be used
+        are omitted with it.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def read_results(*folders: Path, records: Records | None = None, unusable: list[
     boards: dict[Board, dict[str, Result]] = defaultdict(dict)
     for folder in folders:
         for path in result_paths(folder):
-            with _leaving_out(unusable):
+            with _omitting(unusable):
                 result = read_result(folder / path)
                 if _is_placed(result, records, folder, path):
                     record = records[result.board.split, result.board.tier]
@@ -107,7 +107,7 @@ def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Re
 
     Parameters
     ----------
-    unusable : takes what is wrong with each file that is left out.
+    unusable : takes what is wrong with each file that is omitted.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Re
     records: dict[tuple[str, str], BoardDataset] = {}
     for folder in folders:
         for path in record_paths(folder):
-            with _leaving_out(unusable):
+            with _omitting(unusable):
                 record = read_dataset(folder / path)
                 if path != record.path:
                     raise FileError(folder / path, f"holds the record that belongs in {record.path}; move it there")
@@ -126,15 +126,15 @@ def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Re
                 if record.id != first.id:
                     raise FileError(
                         folder / path,
-                        f"is of dataset {record.id}, results of {first.id} stand beside it; they cannot be on one "
+                        f"is of dataset {record.id}, results of {first.id} stand next to it; they cannot be on one "
                         "page, name one folder with --results",
                     )
     return dict(sorted(records.items()))
 
 
 @contextmanager
-def _leaving_out(unusable: list[FileError] | None) -> Iterator[None]:
-    """Leave a file with a fault out, where there is somewhere to say so."""
+def _omitting(unusable: list[FileError] | None) -> Iterator[None]:
+    """Omit a file with a fault, where its fault can be listed."""
     try:
         yield
     except FileError as error:
@@ -152,7 +152,7 @@ def _is_placed(result: Result, records: Records, folder: Path, path: Path) -> bo
     if path != result.path:
         raise FileError(folder / path, f"holds the result that belongs in {result.path}; move it there")
     if record is None:
-        raise FileError(folder / path, f"has no dataset record {its_path}; add the result anew, which writes it")
+        raise FileError(folder / path, f"has no dataset record {its_path}; add the result again, which writes it")
     if result.dataset != record.id:
         raise FileError(
             folder / path,

@@ -3,7 +3,7 @@
 Boards rank by capped means. Every pair of solvers is compared by its differences of each sequence's capped figures, in
 a block bootstrap over time. The p-values of a metric are corrected after Holm, so that on the whole board a difference
 that is none is called one with a chance of at most `LEVEL`. A solver's rank is one more than the number of solvers
-that are significantly better, and no lower than that of anybody whose figure is smaller: errors that come in clumps
+that are significantly better, and no lower than that of any solver whose figure is smaller: errors that come in clumps
 make a solver's mean so uncertain that nobody is significantly better, and being wrong must not pay. Solvers without
 a significant difference can share a rank.
 """

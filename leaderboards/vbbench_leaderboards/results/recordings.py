@@ -1,4 +1,4 @@
-"""Which rows were trained or tuned on recordings of their own board, by what the rows declare.
+"""Which rows were trained or tuned on recordings of their board, by what the rows declare.
 
 A row names recordings in ``trained_on`` and ``tuned_on``: a split or the data set that it belongs to, the numbers of
 recordings after the name ("KITTI 0015, 0017 and 0019", "Zara 1"), or the SHA-256 of source files. A name without
@@ -62,7 +62,7 @@ def _names_one(fact: str, record: BoardDataset) -> bool:
 
 
 def _words(pattern: str, fact: str) -> Iterator[re.Match[str]]:
-    """Where a pattern stands in a fact as words of their own."""
+    """Where a pattern stands in a fact as separate words."""
     return re.finditer(rf"(?<![a-z0-9])(?:{pattern})(?![a-z])", fact)
 
 

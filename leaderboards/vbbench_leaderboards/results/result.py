@@ -315,7 +315,7 @@ def read_result(path: Path) -> Result:
     protocol = values["protocol"].partition("/")[0]
     current = get_protocol(protocol).id
     if values["protocol"] != current:
-        problem = f"$.protocol: is {values['protocol']}, this vbbench scores {current}; solve and add it anew"
+        problem = f"$.protocol: is {values['protocol']}, this vbbench scores {current}; solve and add it again"
         raise FileError(path, problem)
     columns = decode(values["per_sequence"])
     figures = {name: columns[name] for name in METRICS}
@@ -323,7 +323,7 @@ def read_result(path: Path) -> Result:
         absurd = ~((column >= 0) & (column <= LARGEST_FIGURE) | np.isnan(column))
         if absurd.any():
             row = f"$.per_sequence: {name} of sequence {columns['sequence'][absurd][0]:.0f}"
-            raise FileError(path, f"{row} is below 0 or above {LARGEST_FIGURE:.0f}, where none can be; score it anew")
+            raise FileError(path, f"{row} is below 0 or above {LARGEST_FIGURE:.0f}, where none can be; score it again")
     solver, dataset = values["solver"], values["dataset"]
     return Result(
         board=Board(split=dataset["split"], tier=dataset["tier"], protocol=protocol),

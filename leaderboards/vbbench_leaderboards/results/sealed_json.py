@@ -91,7 +91,7 @@ def decode(block: Block) -> dict[str, FloatArray]:
     Raises
     ------
     ValueError
-        If the data is damaged, or does not hold as many numbers as it says.
+        If the data is damaged, or does not hold as many numbers as it declares.
     """
     table = np.frombuffer(_planes(block), np.uint8).reshape(_WIDTH, -1).T.copy().view("<f4")
     columns = table.reshape(len(block["columns"]), block["rows"]).astype(np.float64)
@@ -106,7 +106,7 @@ def whole_columns(
     Raises
     ------
     FileError
-        If one holds anything but whole numbers from 0 on; ``place`` says where in the file ``path`` they stand.
+        If one holds anything but whole numbers from 0 on; ``place`` is where in the file ``path`` they stand.
     """
     for name in names:
         values = columns[name]
@@ -152,8 +152,8 @@ def _check(values: Values, kind: Kind, path: Path) -> None:
     if version != FORMAT_VERSION:
         raise FileError(
             path,
-            f"$.format_version: is {quoted(version)}, this vbbench reads {FORMAT_VERSION}; make it anew: "
-            "'vbbench leaderboard add' for a solver of your own, 'vbbench leaderboard rerun --update' for those that "
+            f"$.format_version: is {quoted(version)}, this vbbench reads {FORMAT_VERSION}; make it again: "
+            "'vbbench leaderboard add' for your solver, 'vbbench leaderboard rerun --update' for those that "
             "come with vbbench",
         )
     try:

@@ -32,7 +32,7 @@ _PARTS = {
 def build(out: Path, *results: Path, films: Films | None = None, docs: str = "") -> Site:
     """Write the site of all results below the folders ``results`` into ``out``, and return what it shows.
 
-    A file that cannot be used is left out, with a warning that names it and says why.
+    A file that cannot be used is omitted, with a warning of its name and the reason.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def build(out: Path, *results: Path, films: Films | None = None, docs: str = "")
         records = read_datasets(*results, unusable=unusable)
         found = read_results(*results, records=records, unusable=unusable)
         for error in unusable:
-            warnings.warn(VbbenchWarning(f"LEFT OUT of the site: {error}"), stacklevel=2)
+            warnings.warn(VbbenchWarning(f"OMITTED from the site: {error}"), stacklevel=2)
         if not found:
             places = ", ".join(map(str, results))
             raise VbbenchError(f"{places} holds no results that can be used; add one with 'vbbench leaderboard add'")

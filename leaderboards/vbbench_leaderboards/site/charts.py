@@ -47,7 +47,7 @@ class Axis:
 
     @staticmethod
     def over(values: Sequence[float], start: float, end: float, *, log: bool | None = None) -> "Axis":
-        """An axis that holds all values, with a little room; logarithmic where asked or where tails are heavy."""
+        """An axis that holds all values, with a little room; logarithmic on request or where tails are heavy."""
         positive = [value for value in values if value > 0] or [1.0]
         low, high = min(positive), max(positive)
         if log or (log is None and high / low > _HEAVY_TAILED):
@@ -107,14 +107,14 @@ def scatter(
         start, end, height = _free(across, up + _DROP, len(_clip(solver, 22)) * _LETTER, taken)
         taken.append((start, end, height))
         interval = f"95 % interval {low:.4f} to {high:.4f}" if ends else "too few sequences for an interval"
-        says = f"{solver}: {metric.name} {error:.4f} {metric.unit}, {interval}; {micros:.0f} µs per frame"
+        words = f"{solver}: {metric.name} {error:.4f} {metric.unit}, {interval}; {micros:.0f} µs per frame"
         side = -_GAP if start < across else _GAP
         drawn = [
             _line(across, y.place(low), across, y.place(high), "bar"),
             _circle(across, up, _RADIUS),
             _label(across + side, height, _clip(solver, 22), "name", "end" if start < across else "start"),
         ]
-        parts.append(_mark(solver, colour, says, drawn))
+        parts.append(_mark(solver, colour, words, drawn))
     description = "Lower is more accurate, further left is faster. Bars are 95 % intervals."
     return _frame(name, f"{metric.name} against time per frame", description, (_WIDTH, _HEIGHT), parts)
 
@@ -164,7 +164,7 @@ def distribution(name: str, metric: Term, spreads: Sequence[tuple[str, int, Floa
     for n, ((solver, colour, values), own) in enumerate(zip(shown, dots, strict=True)):
         floor = 26 + _ROW * (n + 1) - 7
         low, median, high = np.quantile(values, [0.05, 0.5, 0.95])
-        says = (
+        words = (
             f"{solver}: {metric.name} median {median:.4f} {metric.unit}, 5 % of sequences below {low:.4f}, "
             f"5 % above {high:.4f}; {len(values)} sequences"
         )
@@ -175,7 +175,7 @@ def distribution(name: str, metric: Term, spreads: Sequence[tuple[str, int, Floa
             _path("dots", _piled(x, own, floor)),
             _line(middle, floor + 4, middle, floor - _ROW + 16, "median"),
         ]
-        parts.append(_mark(solver, colour, says, drawn))
+        parts.append(_mark(solver, colour, words, drawn))
     description = "Each dot is one percent of the sequences, the line their median; further left is more accurate."
     return _frame(name, f"{metric.name} of every sequence", description, (_WIDTH, height), parts)
 
@@ -215,8 +215,8 @@ def trend(
     path = _path("course", "M" + "L".join(f"{_number(x)} {_number(up)}" for x, up in places))
     dots = [_circle(x, up, 4 if n + 1 == len(places) else 3) for n, (x, up) in enumerate(places)]
     drawn = Markup('<g class="mark c{}">{}</g>').format(colour, Markup().join([*bars, path, *dots]))
-    says = ", ".join(figure(value, most) for value, _, _ in points)
-    return _frame(name, f"{solver} over time", says, (150, 44), [drawn])
+    words = ", ".join(figure(value, most) for value, _, _ in points)
+    return _frame(name, f"{solver} over time", words, (150, 44), [drawn])
 
 
 def _frame(name: str, title: str, description: str, size: tuple[int, int], parts: Iterable[Markup]) -> Markup:
@@ -227,12 +227,12 @@ def _frame(name: str, title: str, description: str, size: tuple[int, int], parts
     ).format(width=size[0], height=size[1], name=name, title=title, description=description, parts=Markup().join(parts))
 
 
-def _mark(solver: str, colour: int, says: str, parts: Iterable[Markup]) -> Markup:
+def _mark(solver: str, colour: int, words: str, parts: Iterable[Markup]) -> Markup:
     """A solver's series, which the keyboard reaches and whose figures are read out."""
     return Markup(
-        '<g class="mark c{colour}" data-solver="{solver}" data-tip="{says}" tabindex="0" role="img" '
-        'aria-label="{says}"><title></title>{parts}</g>'
-    ).format(colour=colour, solver=solver, says=says, parts=Markup().join(parts))
+        '<g class="mark c{colour}" data-solver="{solver}" data-tip="{words}" tabindex="0" role="img" '
+        'aria-label="{words}"><title></title>{parts}</g>'
+    ).format(colour=colour, solver=solver, words=words, parts=Markup().join(parts))
 
 
 def _label(x: float, y: float, text: str, kind: str, anchor: str = "start") -> Markup:

@@ -31,7 +31,7 @@ CUT, HIDDEN = 0.6, 0.6
 
 _SAMPLES = np.linspace(-0.5, 0.5, 9)  # of a box's width, at which it may be covered
 _FINDERS = ("detector", "tracking")
-"""In a dataset's definition, what says that boxes were found, and not drawn around everybody."""
+"""Keys of a dataset's definition by which boxes are detections, and not drawn around everybody."""
 
 
 class Reason(IntEnum):
@@ -247,7 +247,7 @@ def shown_estimate(dataset: Dataset, estimate: Estimate) -> Estimate:
 
 
 def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_coarse: int) -> dict[str, Any]:
-    """What a solver says, as its difference from the truth in the clip (from the origin where there is none).
+    """A solver's estimate, as its difference from the truth in the clip (from the origin where there is none).
 
     ``data`` holds by `flags` in which frames there is a pose, and where there is a position but no box or the other
     way round; then by `differences` of the ``order`` that is shortest x, y, yaw of the observer, x, y of the people.
@@ -276,19 +276,19 @@ def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_c
 def encode_unboxed(truth: Truth, unboxed: Unboxed) -> dict[str, Any]:
     """Who has no box.
 
-    ``data`` holds by `flags` who has a reason, and for whom a box is told; then by `differences` the reasons, of first
+    ``data`` holds by `flags` who has a reason, and for whom a box is given; then by `differences` the reasons, of first
     order, and of second order u, v, l of these boxes and x, y of the ``people`` who are in no track, as in the clip.
     """
-    told, there = unboxed.reasons > 0, np.isfinite(unboxed.positions[..., 0])
+    lacking, there = unboxed.reasons > 0, np.isfinite(unboxed.positions[..., 0])
     boxed = np.isfinite(unboxed.boxes[..., 0])
 
     def columns(coarse: int) -> list[IntArray]:
         boxes = quantise(unboxed.boxes, PIXEL * coarse)
         places = quantise(unboxed.positions - _origin(truth)[:2], METRE * coarse)
-        reasons = differences(unboxed.reasons[..., None], told, 1)
+        reasons = differences(unboxed.reasons[..., None], lacking, 1)
         return [*masks, reasons, differences(boxes, boxed, _SMOOTH), differences(places, there, _SMOOTH)]
 
-    masks = [flags(told), flags(boxed)]
+    masks = [flags(lacking), flags(boxed)]
     return {"people": unboxed.positions.shape[1], **_packed(columns, UNBOXED_SIZE)}
 
 

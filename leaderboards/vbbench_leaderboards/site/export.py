@@ -36,7 +36,7 @@ def bibliography(results: Sequence[Result], records: Sequence[BoardDataset]) -> 
 
 
 def cited(citation: str) -> Iterator[str]:
-    """The works that a citation names, without what is said in brackets of each."""
+    """The works that a citation names, without the notes in brackets."""
     for part in citation.split("; "):
         if part:
             yield re.sub(r" \([^()]*\)$", "", part)
@@ -51,7 +51,7 @@ def known_references() -> dict[str, str]:
 
 
 def _solvers(results: Sequence[Result]) -> Iterator[str]:
-    """An entry for every solver that says where it is described, the same on all boards."""
+    """An entry for every solver whose row names a description, the same on all boards."""
     found = {(one.solver, one.about.reference): one for one in results if one.about.reference}
     names = [solver for solver, _ in found]
     for (solver, reference), one in found.items():

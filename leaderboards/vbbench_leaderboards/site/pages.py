@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -56,7 +57,8 @@ WITHHELD = "data"
 
 def render(template: str, **values: Any) -> str:
     """The text of a template; whatever is written into HTML is escaped."""
-    return _environment().get_template(template).render(version=__version__, **values)
+    text = _environment().get_template(template).render(version=__version__, **values)
+    return re.sub(r"\n\s*\n", "\n", text) if template.endswith(".html") else text  # free lines of templates
 
 
 @cache
@@ -336,7 +338,7 @@ def solver_page(site: Site, solver: str) -> str:
         solver=solver,
         own=own,
         newest=max(own.values(), key=lambda result: result.about.date),
-        said={
+        facts={
             "Causal or offline": _each_once(one.timing for one in about),
             "By": _each_once(one.authors for one in about),
             "Version": _each_once(result.version for result in own.values()),

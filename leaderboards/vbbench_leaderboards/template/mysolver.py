@@ -1,7 +1,7 @@
 """A solver to begin with. Rename it, and put your idea into `step`.
 
 People are expected to go on as before (constant velocity). The observer stands where the boxes fit best onto where
-people are expected, and people stand half way between there and where their boxes say.
+people are expected, and people stand half way between there and where their boxes put them.
 """
 
 from typing import ClassVar
@@ -15,7 +15,7 @@ class MySolver:
     """Made without arguments, used for many sequences: remember nothing of other ones."""
 
     facts: ClassVar = {"authors": "your name", "trained_on": "nothing", "tuned_on": "nothing"}
-    """What its row on a leaderboard says."""
+    """The facts of its row on a leaderboard."""
 
     def start(self, problem: Problem) -> None:
         """Begin a sequence."""
@@ -27,7 +27,7 @@ class MySolver:
 
     def step(self, frame: Frame) -> FrameEstimate:
         """Answer a frame: the pose, and the position of each of the K people."""
-        given = frame.given  # at t-2, t-1 and t: what the protocol tells, NaN elsewhere
+        given = frame.given  # at t-2, t-1 and t: what the protocol gives, NaN elsewhere
         self.poses = np.where(np.isnan(given.poses[:2]), self.poses, given.poses[:2])
         self.positions = np.where(np.isnan(given.positions[:2]), self.positions, given.positions[:2])
 
@@ -60,7 +60,7 @@ class MySolver:
 
     def learn_heights(self, observations: np.ndarray, pose: np.ndarray, positions: np.ndarray) -> None:
         """Who is given with a box has a known height: boxes grow with it."""
-        per_metre = self.camera.unproject(observations, np.ones(len(observations)))  # of somebody 1 m tall
+        per_metre = self.camera.unproject(observations, np.ones(len(observations)))  # of a person 1 m tall
         height = np.hypot(*(positions - pose[:2]).T) / np.hypot(*per_metre.T)
         self.heights = np.where(np.isnan(height), self.heights, np.clip(height, 1.4, 2.0))
 

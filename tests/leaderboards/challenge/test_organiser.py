@@ -241,7 +241,7 @@ def test_a_solver_is_tried_in_one_step(
     made = generate("demo", tmp_path / "made", options)
     assert main(["solve", "made", "--solver", "cv", "--protocol", "sequential", "--out", "answer"]) == 0
     add(Path("answer"), made.folder, Path("published"))
-    for room in ("results.folder", "submitting", "trying"):
+    for room in ("results.folder", "submitting"):
         monkeypatch.setattr(f"vbbench_leaderboards.{room}.published_results", lambda: tmp_path / "published")
     assert main(["leaderboard", "template", "."]) == 0
     monkeypatch.syspath_prepend(str(tmp_path))

@@ -307,7 +307,7 @@ def test_a_bad_result_is_left_out_of_the_site_and_named(
         spoil_figures(results, value)
     site = tmp_path / "site"
     with pytest.warns(
-        VbbenchWarning, match=r"LEFT OUT of the site: .*cv\.json: \$\.per_sequence: dx of sequence \d+ is"
+        VbbenchWarning, match=r"OMITTED from the site: .*cv\.json: \$\.per_sequence: dx of sequence \d+ is"
     ):
         built = build(site, results)
     ((_, rows),) = built.results.items()
@@ -324,7 +324,7 @@ def test_the_command_says_it_on_one_line_and_succeeds(results: Path, tmp_path: P
     (results / FILE).with_name("deep.json").write_text("[" * 100_000)
     assert main(["leaderboard", "build", "--results", str(results), "--out", str(tmp_path / "site")]) == 0
     said = capsys.readouterr()
-    assert said.err.count("LEFT OUT of the site") == 2
+    assert said.err.count("OMITTED from the site") == 2
     assert said.err.count("\n") == 2
     assert (tmp_path / "site" / "index.html").is_file()
 

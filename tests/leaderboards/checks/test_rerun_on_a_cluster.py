@@ -23,6 +23,6 @@ def test_a_cluster_gives_the_same_figures(tmp_path: Path, monkeypatch: pytest.Mo
         return [outcome.state for outcome in run.boards(["sim"], ["cv"], ["noisy"])]
 
     files = 1 + len(PROTOCOLS)
-    assert states() == ["written anew"] * files
+    assert states() == ["written again"] * files
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
         assert states(scheduler=cluster.scheduler_address) == ["as committed"] * files

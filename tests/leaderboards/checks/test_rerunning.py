@@ -46,7 +46,7 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
         patch.setattr("vbbench_leaderboards.results.boards._LIMITS", {"sim": 16})
         run = Rerun(results=room / "results", work=room / "work", update=True, seed=0, together=True)
         outcomes = list(run.boards(["sim"], ["cv"], ["ideal"]))
-    wanted = ["written anew\n  nothing was kept"] * (1 + len(PROTOCOLS))
+    wanted = ["written again\n  nothing was kept"] * (1 + len(PROTOCOLS))
     assert [outcome.text.split(": ")[1] for outcome in outcomes] == wanted
     return room
 
@@ -121,7 +121,7 @@ def test_figures_that_no_seed_explains_are_drift_and_all_of_a_dataset_is_written
     assert f"not written: {others.relative_to(remade / 'results')} would stand on the old" in capsys.readouterr().out
     others.unlink()
     assert command(remade, "--seed", "17", "--update") == 0
-    assert capsys.readouterr().out.count("written anew") == 1 + len(PROTOCOLS)
+    assert capsys.readouterr().out.count("written again") == 1 + len(PROTOCOLS)
     assert read_dataset(remade / "results/sim/ideal.json").seed == 17
     assert {read_result(file).seed for file in (remade / "results").glob("*/*/*.json")} == {17}
 
@@ -172,8 +172,8 @@ def test_real_recordings_are_regenerated_by_whoever_has_them(
     protocols = ("sequential", "rollout", "cold-start")
     assert rows == {f"{s}/{p}-footage/cv.json" for s in ("argoverse2", "nuscenes") for p in protocols}
     said = capsys.readouterr().err
-    assert "kitti footage is left out" in said
-    assert "jrdb footage is left out" in said
+    assert "kitti footage is omitted" in said
+    assert "jrdb footage is omitted" in said
     work = tmp_path / "work"
     submissions = [
         submission_folder(work, Board(split="nuscenes", tier="footage", protocol=p), "cv") for p in protocols
@@ -277,7 +277,7 @@ def test_missing_sources_are_said_and_left_out_unless_named(
     )
     run = Rerun(results=tmp_path / "results", work=tmp_path / "work")
     assert list(run.boards()) == []
-    assert "hotel noisy is left out: source files of hotel are missing" in capsys.readouterr().err
+    assert "hotel noisy is omitted: source files of hotel are missing" in capsys.readouterr().err
     with pytest.raises(SourceMissingError):
         list(run.boards(["hotel"]))
     with pytest.raises(UnknownNameError, match="did you mean 'hotel'"):

@@ -122,7 +122,7 @@ def test_the_digest_does_not_depend_on_how_zlib_packs(results: Path) -> None:
     [
         (
             {"format_version": 1},
-            r"\$\.format_version: is 1, this vbbench reads 2; make it anew: 'vbbench leaderboard add'",
+            r"\$\.format_version: is 1, this vbbench reads 2; make it again: 'vbbench leaderboard add'",
         ),
         ({"colour": "red"}, "colour"),
         ({"protocol": "sequential/1"}, "is sequential/1, this vbbench scores sequential/2"),

@@ -105,7 +105,7 @@ def test_the_first_page_is_small(committed: Path) -> None:
     first = Outline((committed / "index.html").read_text("utf-8"))
     board = first.values("data-first")[0]
     own = [address for address in (*first.values("src"), *first.values("href")) if address.startswith("assets/")]
-    assert len(own) >= 8
+    assert len(own) == 4
     size = sum((committed / name).stat().st_size for name in ("index.html", *own, f"data/{board}.js"))
     assert size < AIM < FIRST_PAGE
 

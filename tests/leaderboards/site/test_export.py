@@ -28,6 +28,7 @@ from vbbench_leaderboards.site.export import (
     cited,
     exported_text,
     known_references,
+    table_address,
 )
 
 ERRORS = np.random.default_rng(3).gamma(4.0, 0.02, 40)
@@ -122,11 +123,12 @@ def test_the_page_offers_every_board_in_every_format(results: Path, tmp_path: Pa
     records = read_datasets(results)
     for board in site.boards:
         piece = (tmp_path / "site" / "data" / f"{board.key}.js").read_text("utf-8")
-        for form, ending in DOWNLOADS.items():
-            path = tmp_path / "site" / "tables" / f"{board.key}.{ending}"
+        for form in DOWNLOADS:
+            address = table_address(board, form)
+            path = tmp_path / "site" / address
             exported = ExportedBoard.of(board, records[board.split, board.tier], site.results[board])
             assert path.read_text("utf-8") == exported_text([exported], form)
-            assert f"tables/{board.key}.{ending}" in piece
+            assert address in piece
 
 
 @pytest.mark.skipif(shutil.which("bibtex") is None, reason="no bibtex here")
