@@ -23,10 +23,11 @@ MARKER = ".vbbench-site"
 _HERE = Path(__file__).parent
 SCRIPTS = _HERE / "scripts"
 _PARTS = {
-    "tables.js": ("state", "board", "compare", "shell"),
+    "tables.js": ("state", "board", "shell"),
+    "compare.js": ("tables",),
     "player.js": ("data", "picture", "map", "controls", "session"),
 }
-"""The page's scripts, each with its parts in the order in which they need one another."""
+"""The page's scripts, each with its parts in the order in which they need one another; the first is loaded at once."""
 
 
 def build(out: Path, *results: Path, films: Films | None = None, docs: str = "") -> Site:

@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -57,8 +56,7 @@ WITHHELD = "data"
 
 def render(template: str, **values: Any) -> str:
     """The text of a template; whatever is written into HTML is escaped."""
-    text = _environment().get_template(template).render(version=__version__, **values)
-    return re.sub(r"\n\s*\n", "\n", text) if template.endswith(".html") else text  # free lines of templates
+    return _environment().get_template(template).render(version=__version__, **values)
 
 
 @cache

@@ -110,6 +110,7 @@
 
   /** @param {any} board @param {any} state @param {number} own */
   async function showComparison(board, state, own) {
+    if (!vbbench.comparison) await vbbench.script("assets/compare.js");
     const found = await vbbench.comparison.load(board);
     if (own !== turn) return;
     const arrives = document.body.dataset.view !== "comparison";
