@@ -16,8 +16,8 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate, generate_partitioned
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
-from vbbench.parallel.partitions import PackedPart, merge, pack, part_name
-from vbbench.parallel.parts import Work
+from vbbench.parallel.partitions import merge
+from vbbench.parallel.parts import PackedPart, Work, pack, part_name
 from vbbench.solving import solve
 
 LIMIT = 70

@@ -17,9 +17,9 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import world_to_relative
 from vbbench.pictures.film.captions import TITLE_HEIGHT
-from vbbench.pictures.film.frames import Film, Rendered
+from vbbench.pictures.film.frames import Film
 from vbbench.pictures.plotting import plot_sequence
-from vbbench.pictures.rendering import scene_of
+from vbbench.pictures.rendering import Rendered, scene_of
 from vbbench.pictures.replay import load_replay
 from vbbench.pictures.viewer import record_to_file
 

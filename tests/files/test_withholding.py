@@ -222,6 +222,6 @@ def test_a_challenge_has_boards_of_its_own(
 
 
 def _here(work, ranges, _scheduler, _tls):  # type: ignore[no-untyped-def]
-    from vbbench.parallel.partitions import pack, part_name
+    from vbbench.parallel.parts import pack, part_name
 
     return (pack(work(first, last), part_name(first)) for first, last in ranges)

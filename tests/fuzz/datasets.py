@@ -24,7 +24,8 @@ from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_te
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo, describe
 from vbbench.files.verification import verify
-from vbbench.parallel.partitions import Layout, PackedPart, PartitionedTable, read_layout, write_layout, write_partition
+from vbbench.parallel.partitions import Layout, PartitionedTable, read_layout, write_layout, write_partition
+from vbbench.parallel.parts import PackedPart
 from vbbench.parsing.json_text import canonical_digest
 from vbbench.scoring import score
 from vbbench_leaderboards.results.folder import read_results

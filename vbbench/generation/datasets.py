@@ -36,8 +36,8 @@ from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, ta
 from vbbench.generation.planning import planned
 from vbbench.generation.worlds import build_sequence
 from vbbench.geometry import IntArray
-from vbbench.parallel.partitions import SCENES, Layout, pack, part_name, write_layout, write_partition, write_partitions
-from vbbench.parallel.parts import Part, check_jobs, write_in_parts
+from vbbench.parallel.partitions import SCENES, Layout, write_layout, write_partition, write_partitions
+from vbbench.parallel.parts import Part, check_jobs, pack, part_name, write_in_parts
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY, Odometry, SequenceData

@@ -24,8 +24,7 @@ from joblib import Parallel, delayed, parallel_config
 from joblib._dask import DaskDistributedBackend
 
 from vbbench.errors import FileError, VbbenchError, needs_extra
-from vbbench.parallel.partitions import PackedPart, pack, part_name
-from vbbench.parallel.parts import Work
+from vbbench.parallel.parts import PackedPart, Work, pack, part_name
 
 PATIENCE = 10
 """Seconds to wait for the scheduler, and for a first worker."""

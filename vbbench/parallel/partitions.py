@@ -22,12 +22,12 @@ from vbbench.files.dataset_checks import PUBLIC, TABLES
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
 from vbbench.files.sequence_tables import Ranges
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.files.tables import OPTIONAL, TableWriter, table_bytes, table_schema
+from vbbench.files.tables import OPTIONAL, TableWriter, table_schema
 from vbbench.files.withholding import check_truth_free, truth_folder_of, withhold
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
 from vbbench.folders.swapping import finish_swaps, real
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
-from vbbench.parallel.parts import Part, Work, progress_bar
+from vbbench.parallel.parts import PackedPart, Work, part_name, progress_bar
 from vbbench.parsing.json_text import read_object
 
 LAYOUT_FILE = "layout.json"
@@ -41,16 +41,6 @@ _KNOWN: dict[str, tuple[list[str], list[str]]] = {
     SUBMISSION_FILE: (["poses", "positions"], ["heights"]),
 }
 """Required and optional tables, by marker."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class PackedPart:
-    """One part as files: the bytes of its Parquet files and their columns, by table, and facts that go to JSON."""
-
-    name: str
-    files: dict[str, bytes]
-    columns: dict[str, list[str]]
-    facts: dict[str, Any]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,23 +59,6 @@ class Layout:
     tables: list[str]
     parts: list[str]
     withheld: bool = False
-
-
-def part_name(first: int) -> str:
-    """Name of the part that begins with the sequence ``first``."""
-    return f"part-{first:08d}"
-
-
-def pack(part: Part, name: str) -> PackedPart:
-    """Encode a part; a table without rows makes no file."""
-    columns = part.columns
-    full = {table: groups for table, groups in part.groups.items() if any(len(group) for group in groups)}
-    return PackedPart(
-        name=name,
-        files={table: table_bytes(table, groups, columns[table]) for table, groups in full.items()},
-        columns={table: sorted(columns[table]) for table in full},
-        facts=part.facts,
-    )
 
 
 def write_partitions(

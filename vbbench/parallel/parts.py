@@ -27,7 +27,7 @@ import pyarrow as pa
 
 from vbbench.errors import VbbenchError, plain_errors
 from vbbench.files.sequence_tables import Ranges
-from vbbench.files.tables import OPTIONAL, TableWriter, table_schema, with_columns
+from vbbench.files.tables import OPTIONAL, TableWriter, table_bytes, table_schema, with_columns
 from vbbench.parallel.stopping import HAS_SIGNALS, REASONS, end_with_parent
 
 if TYPE_CHECKING:
@@ -69,6 +69,33 @@ class Part:
     def nbytes(self) -> int:
         """Bytes of its row groups in memory, about: texts are short."""
         return sum(sum(map(len, groups)) * _row_bytes(groups[0].schema) for groups in self.groups.values() if groups)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PackedPart:
+    """One part as files: the bytes of its Parquet files and their columns, by table, and facts that go to JSON."""
+
+    name: str
+    files: dict[str, bytes]
+    columns: dict[str, list[str]]
+    facts: dict[str, Any]
+
+
+def part_name(first: int) -> str:
+    """Name of the part that begins with the sequence ``first``."""
+    return f"part-{first:08d}"
+
+
+def pack(part: Part, name: str) -> PackedPart:
+    """Encode a part; a table without rows makes no file."""
+    columns = part.columns
+    full = {table: groups for table, groups in part.groups.items() if any(len(group) for group in groups)}
+    return PackedPart(
+        name=name,
+        files={table: table_bytes(table, groups, columns[table]) for table, groups in full.items()},
+        columns={table: sorted(columns[table]) for table in full},
+        facts=part.facts,
+    )
 
 
 def _row_bytes(schema: pa.Schema) -> int:

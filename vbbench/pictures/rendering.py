@@ -179,6 +179,32 @@ def scene_of(dataset: Dataset, number: int) -> Scene:
     return Scene(name=name, dt=dataset.info.dt, people=people, positions=positions, heights=heights)
 
 
+@dataclass(frozen=True)
+class Rendered:
+    """What a renderer draws of a sequence whose truth is known."""
+
+    replay: "Replay"
+    renderer: Renderer
+    zoom: float = 1.0
+
+    @property
+    def width(self) -> int:
+        """The camera's."""
+        return self.replay.camera.picture_size[0]
+
+    @property
+    def height(self) -> int:
+        """The camera's."""
+        return self.replay.camera.picture_size[1]
+
+    def picture(self, frame: int) -> NDArray[np.uint8]:
+        """See `vbbench.pictures.film.frames.View`."""
+        sequence = self.replay.sequence
+        pose = self.replay.dataset.world(sequence).poses_in_scene(self.replay.known.poses[frame])
+        place = sequence.first_frame + frame
+        return np.array(self.renderer.render(place, self.replay.camera, pose, observer=bearer(sequence)).rgb)
+
+
 def render_to_file(
     dataset: Dataset,
     sequence: int,
@@ -246,7 +272,7 @@ def _opened_view(
 ) -> Iterator[tuple["View", dict[str, Any]]]:
     """What the observer sees, by a renderer or without one as it was recorded, and what determines its pictures."""
     from vbbench.pictures.backdrop import Backdrop
-    from vbbench.pictures.film.frames import Rendered, is_wide
+    from vbbench.pictures.film.frames import is_wide
 
     dataset, sequence = replay.dataset, replay.sequence
     if backend is None:

@@ -21,8 +21,8 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.sources import data_folders
 from vbbench.geometry import IntArray
-from vbbench.parallel.partitions import Layout, part_name, write_layout, write_partitions
-from vbbench.parallel.parts import Part, Work, check_jobs, write_in_parts
+from vbbench.parallel.partitions import Layout, write_layout, write_partitions
+from vbbench.parallel.parts import Part, Work, check_jobs, part_name, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import load, make_solver, own_words
 from vbbench.sequence import Sequence

@@ -1,7 +1,6 @@
 """Frames of a film: the observer's view and the map, a title above and a legend below."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +12,6 @@ from vbbench.pictures.film import paint
 from vbbench.pictures.film.bird import BirdsEyeView
 from vbbench.pictures.film.captions import TITLE_HEIGHT, draw_legend, draw_title
 from vbbench.pictures.film.paint import Canvas, Colour
-from vbbench.pictures.rendering import Renderer, bearer
 from vbbench.pictures.replay import Replay
 
 _LABEL = 13  # px
@@ -38,32 +36,6 @@ class View(Protocol):
 
     def picture(self, frame: int) -> Canvas:
         """[height, width, 3] of a frame of the sequence; the caller may draw on it."""
-
-
-@dataclass(frozen=True)
-class Rendered:
-    """What a renderer draws of a sequence whose truth is known."""
-
-    replay: Replay
-    renderer: Renderer
-    zoom: float = 1.0
-
-    @property
-    def width(self) -> int:
-        """The camera's."""
-        return self.replay.camera.picture_size[0]
-
-    @property
-    def height(self) -> int:
-        """The camera's."""
-        return self.replay.camera.picture_size[1]
-
-    def picture(self, frame: int) -> Canvas:
-        """See `View.picture`."""
-        sequence = self.replay.sequence
-        pose = self.replay.dataset.world(sequence).poses_in_scene(self.replay.known.poses[frame])
-        place = sequence.first_frame + frame
-        return np.array(self.renderer.render(place, self.replay.camera, pose, observer=bearer(sequence)).rgb)
 
 
 def draw_ego(canvas: Canvas, replay: Replay, frame: int, colours: list[Colour], zoom: float = 1.0) -> None:

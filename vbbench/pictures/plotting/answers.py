@@ -14,10 +14,10 @@ from matplotlib.lines import Line2D
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.bird import draw_lines, draw_points, draw_pose, fill_map
+from vbbench.pictures.plotting.bird import draw_pose, fill_map
 from vbbench.pictures.plotting.captions import cautions
 from vbbench.pictures.plotting.looks import Look, solver_looks
-from vbbench.pictures.plotting.style import Rectangles, lay_out
+from vbbench.pictures.plotting.style import Rectangles, draw_lines, draw_points, lay_out
 from vbbench.pictures.plotting.table import ROW, draw_table
 from vbbench.pictures.replay import Answer, Replay
 from vbbench.scoring.error_tables import ErrorsInTime
@@ -172,14 +172,12 @@ def _mark_exit(axes: Axes, path: FloatArray, colour: str, gid: str) -> None:
 
 def _draw_words(figure: Figure, replay: Replay, frame: int) -> None:
     info, sequence = replay.info, replay.sequence
-    left, height = _LEFT / figure.get_figwidth(), figure.get_figheight()
     tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
     title = "  ·  ".join([replay.title, f"{sequence.frames} frames", replay.camera.kind, tier])
-    figure.text(left, 1.0 - 0.34 / height, title, fontsize=12.5, weight="bold", color=style.INK)
     people = int(sequence.observed.any(axis=0).sum())
     facts = [f"{people} people seen, dt = {info.dt:g} s", f"places marked in frame {frame}"]
     facts += [replay.caveat] if replay.caveat else ["errors: means over the scored frames of this sequence"]
-    figure.text(left, 1.0 - 0.58 / height, ";  ".join(facts), fontsize=style.TEXT_SIZE, color=style.INK)
+    style.write_heading(figure, _LEFT, title, ";  ".join(facts))
 
 
 def _draw_legend(figure: Figure, legend: Axes) -> None:

@@ -1,19 +1,17 @@
 """The bird's-eye view: observer, people, truth, estimate and what was given, in metres."""
 
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection
 from matplotlib.patches import Wedge
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting import style as labels
+from vbbench.pictures.plotting.style import draw_lines, draw_points
 from vbbench.pictures.replay import Replay
 
 _MARGIN = 1.0  # m around everything drawn
@@ -54,18 +52,14 @@ def fill_map(axes: Axes, low: FloatArray, high: FloatArray) -> None:
 
     The window fills the axes at equal scale, so that places in points are known before anything is drawn.
     """
-    box = axes.get_window_extent()
-    spans = max(np.ptp([low, high], axis=0) / (box.width, box.height)) * np.array([box.width, box.height])
-    low, high = (low + high - spans) / 2.0, (low + high + spans) / 2.0
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x (m)", ylabel="y (m)")
-    axes.set_aspect("equal")
-    most = 12 if box.width > _FEW_TICKS else 6
+    spans = style.fit(axes, low, high)
+    axes.set(xlabel="x (m)", ylabel="y (m)")
+    most = 12 if axes.get_window_extent().width > _FEW_TICKS else 6
     step = float(np.diff(MaxNLocator(most, steps=[1, 2, 5, 10]).tick_values(0.0, spans.max()))[0])
     axes.yaxis.labelpad = 1.0
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step))
-    axes.grid(color=style.FAINT, linewidth=0.6)
-    axes.set_axisbelow(True)
+    style.draw_grid(axes)
 
 
 def _draw_field_of_view(axes: Axes, replay: Replay, frame: int) -> None:
@@ -113,20 +107,6 @@ def _draw_people(axes: Axes, replay: Replay, frame: int, colours: ScalarMappable
     draw_points(axes, guessed, "estimate", s=16, c=hues, linewidths=0, zorder=4)
 
 
-def draw_points(axes: Axes, points: FloatArray, gid: str, **look: Any) -> None:
-    """Mark points [N, 2] in m."""
-    axes.scatter(points[:, 0], points[:, 1], gid=gid, **look)
-
-
-def draw_lines(
-    axes: Axes, lines: Iterable[FloatArray], colours: Any, width: float, zorder: float, dashes: Any = "-"
-) -> LineCollection:
-    """Draw N lines, each through points [M, 2] in m."""
-    drawn = LineCollection(list(lines), colors=colours, linewidths=width, zorder=zorder, linestyles=dashes)
-    axes.add_collection(drawn, autolim=False)
-    return drawn
-
-
 def _draw_observer(axes: Axes, replay: Replay, frame: int) -> None:
     draw_pose(axes, (replay.known.poses if replay.answer else replay.viewpoints)[frame], style.TRUTH, "observer-truth")
     if replay.answer is not None:
@@ -162,9 +142,9 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int) -> None:
     texts = [str(track) for track in replay.sequence.tracks[order]]
     pose = (replay.viewpoints if replay.answer is None else replay.answer.estimate.poses)[frame]
     along_arrow = pose[:2] + np.linspace(0.0, 1.0, 6)[:, None] * _arrow(axes, pose)
-    offsets = labels.beside(
+    offsets = style.beside(
         _in_points(axes, places[order]),
-        labels.text_extent(texts, style.LABEL_SIZE),
+        style.text_extent(texts, style.LABEL_SIZE),
         _in_points(axes, np.vstack([places[order], known[order], along_arrow])),
         clearance=3.5,
     )

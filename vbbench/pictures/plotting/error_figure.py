@@ -60,7 +60,7 @@ def plot_errors(tables: ErrorTables) -> Figure:
             axes.set_title(title, fontsize=style.TEXT_SIZE, loc="left", color=style.INK, pad=14)
             axes.set_axisbelow(True)
     draw_table(parts["table"], *tables.summary(), looks)
-    _draw_words(figure, tables)
+    style.write_heading(figure, _LEFT, tables.title, tables.facts)
     return figure
 
 
@@ -93,12 +93,6 @@ def _laid_out(tables: ErrorTables) -> Figure:
     table = ROW * (len(tables.errors) + 1) + 0.1
     parts["table"] = _LEFT, above, max(across, 7.0), table
     return lay_out((max(across, 7.0) + _LEFT + _RIGHT, above + table + _TITLE), parts, tables.notes(), _LEFT)
-
-
-def _draw_words(figure: Figure, tables: ErrorTables) -> None:
-    left, height = _LEFT / figure.get_figwidth(), figure.get_figheight()
-    figure.text(left, 1.0 - 0.34 / height, tables.title, fontsize=12.5, weight="bold", color=style.INK)
-    figure.text(left, 1.0 - 0.58 / height, tables.facts, fontsize=style.TEXT_SIZE, color=style.INK)
 
 
 def _draw_over_time(axes: Axes, tables: ErrorTables, metric: str, looks: Several[Look]) -> None:

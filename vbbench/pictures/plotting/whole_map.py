@@ -16,8 +16,7 @@ from vbbench.estimate import Estimate
 from vbbench.geometry import BoolArray, FloatArray, runs_of_true
 from vbbench.pictures.people_colours import ON_LIGHT
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.bird import draw_lines, draw_points
-from vbbench.pictures.plotting.style import lay_out
+from vbbench.pictures.plotting.style import draw_lines, draw_points, lay_out
 
 _CAMERA = style.ESTIMATE
 _SIGMAS = 2.0
