@@ -343,10 +343,10 @@ def figure_posterior(
     work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
-    """Draw posteriors of observer and people, their entropy by number of people and directions, and the worst cases.
+    """Draw posteriors of observer and people, and their entropy by number of people and directions.
 
     Args:
-        out: Folder for figure-posterior.md, .json, .csv and pictures, and for a dataset and a submission; what it
+        out: Folder for figure-posterior.md, .json, .csv and pictures, and for a dataset; what it
             holds is reused.
         split: Of a recording; the paper's is eth.
         every: Only every so-many-th sequence.
