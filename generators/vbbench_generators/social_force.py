@@ -195,7 +195,6 @@ class Model:
 NUMBERS = (
     *("desired_factor", "relaxation_time", "top_speed", "arrival_radius", "stop_radius"),
     *("factor", "velocity_weight", "reach", "side_sharpness", "brake_sharpness"),
-    *("fall_off", "stride_time", "view_cosine", "unseen_weight"),
     *("wall_factor", "wall_fall_off", "wall_reach", "body_radius"),
     *("cohesion", "gaze", "separation", "personal_space"),
 )
