@@ -243,8 +243,8 @@ def _in_feet(values):
         (lambda v: v["images"].pop(5), "frame 6 follows frame 4; frames must not be missing"),
         (lambda v: v["annotations"][0].update(image_id=7), "annotation 0: there is no image 7"),
         (lambda v: v["annotations"][0].update(image_id=[1]), r"annotation 0: there is no image \[1\]"),
-        (lambda v: v["images"][2].update(id={}), r"image 2: id is {}, not one of its own"),
-        (lambda v: v["images"][2].update(id=1000), "image 2: id is 1000, not one of its own"),
+        (lambda v: v["images"][2].update(id={}), r"image 2: id is {}, not a new one"),
+        (lambda v: v["images"][2].update(id=1000), "image 2: id is 1000, not a new one"),
         (lambda v: v["annotations"][0].update(bbox=[10**400, 2, 3, 4]), "bbox of some annotation is not a list of 4"),
         (lambda v: v["info"].update(fps=10**400), "fps is 1000.*, not a number"),
         (

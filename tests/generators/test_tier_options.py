@@ -67,7 +67,7 @@ def test_noise_has_the_size_that_is_asked_for_and_solvers_are_told() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"tier": "ideal", "noise": 1.0}, "tier 'ideal' has no noise whose size can be chosen; leave `noise` out"),
+        ({"tier": "ideal", "noise": 1.0}, "tier 'ideal' has no noise whose size can be chosen; remove `noise`"),
         ({"tier": "tracked", "noise": 1.0}, "tier 'tracked' has no noise"),
         ({"tier": "noisy", "least_track": 4}, "tier 'noisy' has no tracks that could be too short"),
         ({"tier": "field", "detector": False, "least_track": 4}, "tier 'field' has no tracks that could be too short"),
