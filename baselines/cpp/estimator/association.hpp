@@ -44,18 +44,21 @@ class Association {
   }
 
  private:
-  static constexpr double kDoubt = 6.0;                  ///< squared σ from which a box is examined
+  static constexpr double kDoubt = 10.0;                 ///< squared σ from which a box is examined
   static constexpr double kAside = 0.4, kFarther = 0.3;  ///< σ of another's place, in box heights and of the range
   static constexpr int kRounds = 4;
+  static constexpr double kStill = 0.01;  ///< m: a step that is the last one
 
   /// Squares of the newest whitened residuals.
   static double surprise(const Window& window, const Person& person, const Model& model) {
     const int last = person.frames() - 1;
     double sum = 0.0;
-    person_rows(person, window.frames, window.calibration, model.people, [&](const Row& row) {
-      if (row.node == last && row.cue >= 0) sum += row.e * row.e;
-      if (row.node == last && row.walk) sum += row.e * row.e / (model.people.walk.sigma * model.people.walk.sigma);
-    });
+    person_rows(person, window.frames, window.calibration, model.people,
+                [&](const Row& row) {
+                  if (row.cue >= 0) sum += row.e * row.e;
+                  if (row.walk) sum += row.e * row.e / (model.people.walk.sigma * model.people.walk.sigma);
+                },
+                {last, last});
     return sum;
   }
 
@@ -77,10 +80,15 @@ class Association {
       elimination_.add_prior(expected, window.calibration, nothing);
       if (!elimination_.eliminate(nothing)) return 0.0;
       elimination_.back_substitute(none, step);
+      double moved = 0.0;
       for (int i = 0; i <= last; ++i)
-        for (int axis = 0; axis < 2; ++axis) expected.nodes[i].at[axis] += step[2 * i + axis];
+        for (int axis = 0; axis < 2; ++axis) {
+          expected.nodes[i].at[axis] += step[2 * i + axis];
+          moved = std::max(moved, std::abs(step[2 * i + axis]));
+        }
       expected.log_height += step[elimination_.local - 2];
       expected.own_edge += step[elimination_.local - 1];
+      if (moved < kStill) break;
     }
     expected.nodes.back().seen = true;
     const Frame& camera = window.frames.back();
@@ -90,20 +98,22 @@ class Association {
     int cues = 0;
     double e[3], same[3][3] = {}, other[3][3] = {}, by_place[3][2] = {}, by_height[3] = {};
     std::array<std::vector<double>, 3> spread;
-    person_rows(expected, window.frames, window.calibration, model.people, [&](const Row& row) {
-      if (row.node != last || row.cue < 0) return;
-      e[cues] = row.e;
-      std::vector<double>& g = spread[cues];
-      g.assign(elimination_.local, 0.0);
-      row.each(0, [&](const Variable& v, double by) {
-        const int i = elimination_.index_of(v);
-        if (i >= 0) g[i] += by;
-      });
-      for (int a = 0; a < 2; ++a) by_place[cues][a] = row.by[kSlotPlace + a];
-      by_height[cues] = row.by[kSlotHeight];
-      elimination_.whiten(g.data());
-      ++cues;
-    });
+    person_rows(expected, window.frames, window.calibration, model.people,
+                [&](const Row& row) {
+                  if (row.cue < 0) return;
+                  e[cues] = row.e;
+                  std::vector<double>& g = spread[cues];
+                  g.assign(elimination_.local, 0.0);
+                  row.each(0, [&](const Variable& v, double by) {
+                    const int i = elimination_.index_of(v);
+                    if (i >= 0) g[i] += by;
+                  });
+                  for (int a = 0; a < 2; ++a) by_place[cues][a] = row.by[kSlotPlace + a];
+                  by_height[cues] = row.by[kSlotHeight];
+                  elimination_.whiten(g.data());
+                  ++cues;
+                },
+                {last, last});
     for (int a = 0; a < cues; ++a)
       for (int b = 0; b < cues; ++b) {
         same[a][b] = other[a][b] = a == b ? 1.0 : 0.0;

@@ -77,7 +77,7 @@ class Estimator {
 
   Constants constants;
   int size = 20, rounds = 30;  // frames of the window, and steps of a solution at most
-  double least = 0.2;          // nats
+  double least = 0.1;          // nats
 
   void start(const Recording& recording) {
     recording_ = recording;
@@ -162,27 +162,14 @@ class Estimator {
   void smoothed(int frame, Output& output) {
     const Frame& camera = window_.frames[frame];
     for (int a = 0; a < 3; ++a) output.pose[a] = camera.at[a];
-    Window::Covariances found;
-    const bool spread = recording_.covariances && window_.covariances(model_, frame, found);
-    const Pose held = held_pose();
-    const Spread base = behind();
-    if (spread) {
-      const Spread pose = sum(carried(base, held, camera.at[0], camera.at[1]), found.pose);
-      for (int a = 0; a < 3; ++a)
-        for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b];
-    }
-    for (std::size_t p = 0; p < window_.people.size(); ++p) {
-      const Person& person = window_.people[p];
+    for (const Person& person : window_.people) {
       const int i = frame - person.first;
       if (person.shown < 0 || i < 0 || i >= person.frames()) continue;
       for (int a = 0; a < 2; ++a) output.positions[2 * person.shown + a] = person.nodes[i].at[a];
-      if (!spread) continue;
-      const Spread place = carried(base, held, person.nodes[i].at[0], person.nodes[i].at[1]);
-      double* to = output.position_covariances + 4 * person.shown;
-      to[0] = found.places[p][0] + place[0][0];
-      to[1] = to[2] = found.places[p][1] + place[0][1];
-      to[3] = found.places[p][2] + place[1][1];
     }
+    Window::Covariances found;
+    if (recording_.covariances && window_.covariances(model_, frame, false, found))
+      write_covariances(frame, &Person::shown, found, output);
   }
 
   /// Everything that later frames depend on.
@@ -722,28 +709,34 @@ class Estimator {
     }
     if (!recording_.covariances) return;
     Window::Covariances found;
-    if (!window_.covariances(model_, newest, found)) return;
+    if (!window_.covariances(model_, newest, true, found)) return;
     odometry_spread_ = found.odometry;
+    write_covariances(newest, &Person::column, found, output);
+    newest_ = found.pose;
+    places_ = found.places;
+    next_ = found.next;
+  }
+
+  /// Adds the covariance of the pose that is held to those of a frame that are relative to it, and writes them.
+  void write_covariances(int frame, int Person::* column, Window::Covariances& found, Output& output) const {
     const Pose held = held_pose();
     const Spread base = behind();
-    const Spread pose = sum(carried(base, held, frame.at[0], frame.at[1]), found.pose);
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b];
-    newest_ = pose;
-    places_ = found.places;
+    const Frame& camera = window_.frames[frame];
+    found.pose = sum(carried(base, held, camera.at[0], camera.at[1]), found.pose);
+    for (int a = 0; a < 3; ++a) std::copy_n(found.pose[a].begin(), 3, output.pose_covariance + 3 * a);
     for (std::size_t p = 0; p < window_.people.size(); ++p) {
       const Person& person = window_.people[p];
-      if (std::isnan(found.places[p][0])) continue;
-      const Spread place = carried(base, held, person.nodes.back().at[0], person.nodes.back().at[1]);
-      places_[p] = {found.places[p][0] + place[0][0], found.places[p][1] + place[0][1],
-                    found.places[p][2] + place[1][1]};
-      if (person.column < 0) continue;
-      double* to = output.position_covariances + 4 * person.column;
-      to[0] = places_[p][0];
-      to[1] = to[2] = places_[p][1];
-      to[3] = places_[p][2];
+      std::array<double, 3>& place = found.places[p];  // xx, xy, yy
+      if (std::isnan(place[0])) continue;
+      const Node& node = person.nodes[frame - person.first];
+      const Spread carried_along = carried(base, held, node.at[0], node.at[1]);
+      place = {place[0] + carried_along[0][0], place[1] + carried_along[0][1], place[2] + carried_along[1][1]};
+      if (person.*column < 0) continue;
+      double* to = output.position_covariances + 4 * (person.*column);
+      to[0] = place[0];
+      to[1] = to[2] = place[1];
+      to[3] = place[2];
     }
-    next_ = found.next;
   }
 
   /// The pose that the window's covariances are relative to.

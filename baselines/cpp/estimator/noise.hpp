@@ -34,6 +34,8 @@ class NoiseLearner {
   void learn(const Window& window, const Model& model) {
     const int frame = static_cast<int>(window.frames.size()) - 1 - kLate;
     if (frame < 0) return;
+    std::array<double, kTimes> memory;
+    for (int t = 0; t < kTimes; ++t) memory[t] = std::exp(-dt_ / time_[t]);
     const double counts = std::sqrt(std::min(1.0, dt_ / 0.4));
     for (const Person& person : window.people) {
       const int i = frame - person.first;
@@ -50,10 +52,10 @@ class NoiseLearner {
         for (int s = 0; s < kShares; ++s) {
           const double variance = share_[s] * share_[s] + white, correlated = share_[s] * share_[s] / variance;
           for (int t = 0; t < kTimes; ++t) {
-            const double rho = chained && before[c].used ? correlated * std::exp(-dt_ / time_[t]) : 0.0;
+            const double rho = chained && before[c].used ? correlated * memory[t] : 0.0;
             const double e = now[c].q - rho * before[c].q, square = e * e / decided / (variance * (1.0 - rho * rho));
-            weight_[c][s][t] -=
-                counts * decided * (student(square, nu_, 1.0).cost + 0.5 * std::log(variance * (1.0 - rho * rho)));
+            const double cost = (nu_ + 1.0) * std::log(1.0 + square / nu_) + std::log(variance * (1.0 - rho * rho));
+            weight_[c][s][t] -= 0.5 * counts * decided * cost;
           }
         }
       }

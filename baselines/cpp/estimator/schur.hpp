@@ -37,12 +37,12 @@ struct Reduced {
   double& hessian(int row, int column) { return lines[1 + row][1 + column]; }  ///< row ≤ column
   const double* factor() const { return lines[1] + 1; }
 
-  void add(const CameraRow& row, const Layout& layout) {
+  void add(const CameraRow& row, const Layout& layout, bool hessian_too = true) {
     for (int a = 0; a < row.count; ++a) {
       const int i = layout.of(row.variables[a]);
       if (i < 0) continue;
       gradient(i) -= row.w * row.e * row.by[a];
-      for (int b = 0; b < row.count; ++b) {
+      for (int b = 0; hessian_too && b < row.count; ++b) {
         const int j = layout.of(row.variables[b]);
         if (i <= j) hessian(i, j) += row.w * row.by[a] * row.by[b];
       }
@@ -142,7 +142,7 @@ class Elimination {
   void reset(const Person& person, const Layout& layout, double damping) {
     local = 2 * person.frames() + 2;
     first_ = person.first;
-    layout_ = &layout;
+    layout_ = layout;
     damping_ = damping;
     pending_ = 0;
     columns_.assign(local - 2, Column{});
@@ -196,8 +196,45 @@ class Elimination {
     }
   }
 
-  /// Adds the marginal prior of the person.
-  void add_prior(const Person& person, const Calibration& calibration, Reduced& reduced) {
+  /// Begins another right side with the same factor.
+  void clear_right() {
+    for (Side& side : sides_) side[0] = 0.0;
+    for (int i = 0; i < 2; ++i) own_sides_[i][0] = 0.0;
+  }
+
+  /// Adds a row to the right side alone.
+  void add_right(const Row& row, Reduced& reduced) {
+    const double by = -row.w * row.e;
+    const int i = 2 * row.node;
+    if (row.walk) {
+      for (int j = 0; j <= row.reach; ++j) sides_[i - 2 * j + row.axis][0] += by * row.chain[j];
+      return;
+    }
+    for (int a = 0; a < 2; ++a) {
+      if (row.node >= 0) sides_[i + a][0] += by * row.by[kSlotPlace + a];
+      if (row.reach > 0) sides_[i - 2 + a][0] += by * row.by[kSlotPlaceBefore + a];
+      own_sides_[a][0] += by * row.by[kSlotHeight + a];
+    }
+    if (!row.of_box) return;
+    for (int g = 0; g < kBoxGlobals; ++g) reduced.gradient(g) += by * row.by[kSlotShared + g];
+    const int frame = first_ + row.node;
+    for (int t = std::max(frame - 1, layout_.held); t <= frame; ++t)
+      for (int k = 0; k < layout_.unknowns; ++k)
+        reduced.gradient(layout_.begin(t) + k) += by * row.by[(t < frame ? kSlotCameraBefore : kSlotCamera) + k];
+  }
+
+  /// Subtracts Bᵀ A⁻¹ b of the right side b from the reduced one.
+  void reduce_right(Reduced& reduced) {
+    scratch_.resize(local);
+    for (int i = 0; i < local; ++i) scratch_[i] = side(i)[0];
+    solve(scratch_.data(), 0);
+    for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], &reduced.gradient(0), 1);
+    for (int i = 0; i < 2; ++i)
+      for (int c = 0; c < reduced.size; ++c) reduced.gradient(c) -= own_sides_[i][1 + c] * scratch_[local - 2 + i];
+  }
+
+  /// Adds the marginal prior of the person, or its part of the right side.
+  void add_prior(const Person& person, const Calibration& calibration, Reduced& reduced, bool hessian_too = true) {
     const MarginalPrior& prior = person.prior;
     if (!prior.any) return;
     double off[kPrior], gradient[kPrior];
@@ -218,13 +255,13 @@ class Elimination {
     for (int a = 0; a < kPrior; ++a) {
       if (inner[a] >= 0) {
         side(inner[a])[0] += gradient[a];
-        for (int b = 0; b < kPrior; ++b) {
+        for (int b = 0; hessian_too && b < kPrior; ++b) {
           if (inner[b] >= 0 && inner[b] <= inner[a]) at(inner[a], inner[b]) += prior.information[a][b];
           if (outer[b] >= 0 && outer[b] < kBoxGlobals) side(inner[a])[1 + outer[b]] += prior.information[a][b];
         }
       } else if (outer[a] >= 0) {
         reduced.gradient(outer[a]) += gradient[a];
-        for (int b = 0; b < kPrior; ++b)
+        for (int b = 0; hessian_too && b < kPrior; ++b)
           if (outer[b] >= outer[a]) reduced.hessian(outer[a], outer[b]) += prior.information[a][b];
       }
     }
@@ -360,20 +397,34 @@ class Elimination {
   /// w gᵀ A⁻¹ g' with the gradient g' by the path alone: by how much ½ ln det H falls with the log scale of the path.
   /// `invert` comes first.
   std::array<double, 2> leverage(const Row& row) const {
-    int index[kReach + 4], count = 0;
-    double by[kReach + 4];
-    row.each(first_, [&](const Variable& v, double value) {
-      const int i = index_of(v);
-      if (i < 0) return;
-      index[count] = i;
-      by[count++] = value;
-    });
+    constexpr int kAll = 6;
+    int index[kAll], count = 0;
+    double by[kAll];
+    if (row.walk) {
+      for (; count <= row.reach; ++count) {
+        index[count] = 2 * (row.node - count) + row.axis;
+        by[count] = row.chain[count];
+      }
+    } else {
+      const int i = 2 * row.node, slots[kAll] = {i, i + 1, i - 2, i - 1, local - 2, local - 1};
+      for (int slot = 0; slot < kAll; ++slot) {
+        if (row.reach == 0 && slots[slot] < i) continue;
+        index[count] = slots[slot];
+        by[count++] = row.by[slot];
+      }
+    }
     double all = 0.0, path = 0.0;
     for (int a = 0; a < count; ++a) {
-      double sum = 0.0;
-      for (int b = 0; b < count; ++b) sum += by[b] * inverse(index[a], index[b]);
-      all += by[a] * sum;
-      if (index[a] < local - 2) path += by[a] * sum;
+      double others = 0.0;
+      for (int b = 0; b < a; ++b) others += by[b] * inverse(index[a], index[b]);
+      const double own = by[a] * inverse(index[a], index[a]);
+      all += by[a] * (own + 2.0 * others);
+      if (index[a] < local - 2) {
+        path += by[a] * (own + 2.0 * others);
+      } else {
+        for (int b = 0; b < a; ++b)
+          if (index[b] < local - 2) path += by[a] * by[b] * inverse(index[a], index[b]);
+      }
     }
     return {row.w * all, row.w * path};
   }
@@ -418,10 +469,10 @@ class Elimination {
     int slot, column, count;
   };
   Span frames_about(int node) const {
-    const int frame = first_ + node, from = std::max(frame - 1, layout_->held);
-    const int to = std::min(frame + 2, layout_->frames);
-    return {kAbout + layout_->unknowns * (from - frame + 1), layout_->begin(from),
-            std::max(0, to - from) * layout_->unknowns};
+    const int frame = first_ + node, from = std::max(frame - 1, layout_.held);
+    const int to = std::min(frame + 2, layout_.frames);
+    return {kAbout + layout_.unknowns * (from - frame + 1), layout_.begin(from),
+            std::max(0, to - from) * layout_.unknowns};
   }
   void add_through(int i, double by, double* through, int stride) const {
     const Span span = frames_about(i / 2);
@@ -437,14 +488,14 @@ class Elimination {
     double squares[kSlots * kSlots];
     add_squares(boxes_.data(), squares);
     const auto line = [&](int slot) { return squares + slot * kSlots; };
-    const int i = pending_node_, frame = first_ + i, unknowns = layout_->unknowns;
+    const int i = pending_node_, frame = first_ + i, unknowns = layout_.unknowns;
     // Pieces of a line that the reduced system has, with their columns there.
     struct Piece {
       int slot, column, count;
     };
     const Piece pieces[3] = {{kSlotResidual, 0, kAbout},
-                             {kSlotCameraBefore, 1 + layout_->begin(frame - 1), frame > layout_->held ? unknowns : 0},
-                             {kSlotCamera, 1 + layout_->begin(frame), frame >= layout_->held ? unknowns : 0}};
+                             {kSlotCameraBefore, 1 + layout_.begin(frame - 1), frame > layout_.held ? unknowns : 0},
+                             {kSlotCamera, 1 + layout_.begin(frame), frame >= layout_.held ? unknowns : 0}};
     for (int p = 0; p < 3; ++p)
       for (int k = 0; k < pieces[p].count; ++k) {
         const double* from = line(pieces[p].slot + k);
@@ -490,7 +541,7 @@ class Elimination {
   /// X = L⁻¹ [b | B], and H −= Xᵀ X.
   void substitute(Reduced& reduced) {
     const int path = local - 2, stride = reduced.lines.cols(), width = 1 + reduced.size;
-    const int low = 1 + layout_->begin(first_);
+    const int low = 1 + layout_.begin(first_);
     Matrix& x = reduced.rows;
     x.reset(local, stride);
     std::vector<int>& high = reduced.high;
@@ -520,7 +571,7 @@ class Elimination {
     }
   }
 
-  const Layout* layout_ = nullptr;
+  Layout layout_;
   int first_ = 0, pending_ = 0, pending_node_ = -1;
   double damping_ = 0.0;
   std::array<BoxRow, 4> boxes_;

@@ -44,42 +44,48 @@ class Window {
       own_rows(person, model.people, add);
       sum += of_person.sum() + Elimination::prior_cost(person, calibration);
     }
-    mode_costs(frames, model.motion, trial, costs_);
-    sum += mode_posteriors(model.motion, costs_, mode_prior, posterior);
-    camera_rows(frames, calibration, model.motion, std::vector<Modes>(frames.size()), model.sway_memory, held,
-                [&](const CameraRow& row) { sum += row.cost; });
-    return sum + calibration_cost();
+    return sum + camera_cost(model) + calibration_cost();
   }
 
-  /// Minimises the cost in at most `rounds` steps.
+  /// Minimises the cost in at most `rounds` steps, until the next one should gain less than `least`: steps converge
+  /// linearly, and so a gain is to the next one about as the one before was to it. A step has the factors of the one
+  /// before while that converges.
   Solution solve(const Model& model, int rounds, double least) {
     Solution solution;
-    solution.cost = cost(model);
-    double damping = 1e-6;
+    double damping = kDamping, last = least;
+    bool ready = false;  // factors and gradient
     for (int round = 0; round < rounds; ++round) {
-      if (!linearise(model, damping)) {
+      const bool again = ready;
+      if (!ready && !linearise(model, damping)) {
         damping = std::max(10.0 * damping, 1e-4);
         continue;
       }
+      solution.cost = cost_;
       ++solution.steps;
       save();
       const double way = apply();
-      const double now = cost(model);
-      if (std::isfinite(now) && now <= solution.cost + 1e-9 && way <= kLongestStep) {
-        const double gain = solution.cost - now;
-        solution.cost = now;
-        damping = std::max(0.1 * damping, 1e-8);
-        if (gain < least) {
-          solution.ended = true;
-          break;
-        }
-      } else {
+      if (!again) differentiate(model);  // for the next step
+      const double now = again ? cost(model) : cost_;
+      ready = false;
+      if (!std::isfinite(now) || now > solution.cost + 1e-9 || way > kLongestStep) {
         restore();
+        if (again) continue;
         damping = std::max(10.0 * damping, 1e-4);
         if (damping > 1e4) break;
+        continue;
       }
+      const double gain = solution.cost - now;
+      solution.cost = now;
+      damping = std::max(0.1 * damping, kDamping);
+      if (gain < least || gain * gain < least * last) {
+        solution.ended = true;
+        return solution;
+      }
+      ready = !again || gain < kSlow * last;
+      if (again && ready) differentiate(model);
+      last = gain;
     }
-    cost(model);  // the posteriors of the modes are those of the solution
+    solution.cost = cost(model);  // the posteriors of the modes are those of the solution
     return solution;
   }
 
@@ -88,11 +94,13 @@ class Window {
     std::array<double, 2> sum{};
     const Person& person = people[p];
     if (frame < person.first || frame > person.last()) return sum;
-    person_rows(person, frames, calibration, model.people, [&](const Row& row) {
-      if (!row.walk || person.first + row.node != frame) return;
-      sum[0] += row.w * row.e * row.e * person.variance;
-      sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row)[0]);
-    });
+    person_rows(person, frames, calibration, model.people,
+                [&](const Row& row) {
+                  if (!row.walk) return;
+                  sum[0] += row.w * row.e * row.e * person.variance;
+                  sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row)[0]);
+                },
+                {frame - person.first, frame - person.first});
     return sum;
   }
 
@@ -123,8 +131,9 @@ class Window {
     std::vector<std::array<double, 3>> places;        ///< xx, xy, yy
   };
 
-  bool covariances(const Model& model, int frame, Covariances& out) {
-    if (!linearise(model, 0.0)) return false;
+  /// By the last linearisation where that is `fresh`: the last step since then was small.
+  bool covariances(const Model& model, int frame, bool fresh, Covariances& out) {
+    if (!(fresh && damping_ <= kDamping) && !linearise(model, 0.0)) return false;
     const int newest = static_cast<int>(frames.size()) - 1, next = std::min(kHeld, newest);
     // Columns of the unknowns that are wanted: two poses, odometry, places; then U⁻ᵀ of these.
     const int places = 8, count = padded(places + 2 * static_cast<int>(people.size()));
@@ -314,6 +323,15 @@ class Window {
   }
 
  private:
+  /// Of modes, whose posteriors it finds, and of the camera's rows.
+  double camera_cost(const Model& model) {
+    mode_costs(frames, model.motion, trial, costs_);
+    double sum = mode_posteriors(model.motion, costs_, mode_prior, posterior);
+    camera_rows(frames, calibration, model.motion, std::vector<Modes>(frames.size()), model.sway_memory, held,
+                [&](const CameraRow& row) { sum += row.cost; });
+    return sum;
+  }
+
   /// Visits every number that a step changes.
   template <class Visit>
   void each_number(Visit&& visit) {
@@ -349,39 +367,78 @@ class Window {
     return sum;
   }
 
-  /// Builds the reduced system at the present state and factorises it; false if it is not positive definite.
+  /// Builds the reduced system and the cost at the present state, and factorises it; false if it is not positive
+  /// definite.
   bool linearise(const Model& model, double damping) {
+    damping_ = INFINITY;
     layout_.frames = static_cast<int>(frames.size());
     layout_.held = held;
     layout_.unknowns = calibration.sway_std[0] > 0.0 ? kFrame : kPose;
     const int size = layout_.size();
     reduced_.reset(size);
+    cost_ = camera_cost(model) + calibration_cost();
     while (eliminations_.size() < people.size()) eliminations_.emplace_back();
     for (std::size_t p = 0; p < people.size(); ++p) {
       Elimination& elimination = eliminations_[p];
       elimination.reset(people[p], layout_, damping);
-      const auto add = [&](const Row& row) { elimination.add(row, reduced_); };
+      CostSum sum;
+      const auto add = [&](const Row& row) {
+        elimination.add(row, reduced_);
+        sum.add(row);
+      };
       person_rows(people[p], frames, calibration, model.people, add);
       own_rows(people[p], model.people, add);
+      cost_ += sum.sum() + Elimination::prior_cost(people[p], calibration);
       elimination.add_prior(people[p], calibration, reduced_);
       if (!elimination.eliminate(reduced_)) return false;
     }
     camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held,
                 [&](const CameraRow& row) { reduced_.add(row, layout_); });
+    add_calibration(true);
+    for (int g = 0; g < kGlobals; ++g)
+      if (!calibration.free[g]) reduced_.fix(g);
+    for (int i = 0; i < size; ++i) reduced_.hessian(i, i) += damping * std::abs(reduced_.hessian(i, i)) + 1e-9;
+    if (!reduced_.factorise()) return false;
+    damping_ = damping;
+    return true;
+  }
+
+  void add_calibration(bool hessian_too) {
     for (int a = 0; a < kGlobals; ++a) {
       if (!calibration.free[a]) continue;
       double gradient = calibration.vector[a];
       for (int b = 0; b < kGlobals; ++b) {
         if (!calibration.free[b]) continue;
         gradient -= calibration.information[a][b] * (calibration.at[b] - calibration.about[b]);
-        if (b >= a) reduced_.hessian(a, b) += calibration.information[a][b];
+        if (hessian_too && b >= a) reduced_.hessian(a, b) += calibration.information[a][b];
       }
       reduced_.gradient(a) += gradient;
     }
+  }
+
+  /// The cost and the gradient at the present state, for another step with the factors of the last linearisation.
+  void differentiate(const Model& model) {
+    std::fill_n(reduced_.lines[0], reduced_.lines.cols(), 0.0);
+    cost_ = camera_cost(model) + calibration_cost();
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      Elimination& elimination = eliminations_[p];
+      elimination.clear_right();
+      CostSum sum;
+      const auto add = [&](const Row& row) {
+        elimination.add_right(row, reduced_);
+        sum.add(row);
+      };
+      person_rows(people[p], frames, calibration, model.people, add);
+      own_rows(people[p], model.people, add);
+      cost_ += sum.sum() + Elimination::prior_cost(people[p], calibration);
+      elimination.add_prior(people[p], calibration, reduced_, false);
+      elimination.reduce_right(reduced_);
+    }
+    camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held,
+                [&](const CameraRow& row) { reduced_.add(row, layout_, false); });
+    add_calibration(false);
     for (int g = 0; g < kGlobals; ++g)
-      if (!calibration.free[g]) reduced_.fix(g);
-    for (int i = 0; i < size; ++i) reduced_.hessian(i, i) += damping * std::abs(reduced_.hessian(i, i)) + 1e-9;
-    return reduced_.factorise();
+      if (!calibration.free[g]) reduced_.gradient(g) = 0.0;
   }
 
   /// Takes the step of the linearised system. Returns the longest way of a pose, in m.
@@ -435,11 +492,13 @@ class Window {
       }
     };
     std::array<bool, 3> chained{};
-    person_rows(person, frames, calibration, model.people, [&](const Row& row) {
-      if (row.node > row.reach) return;
-      add(row);
-      if (row.cue >= 0 && row.node == 1) chained[row.cue] = true;
-    });
+    person_rows(person, frames, calibration, model.people,
+                [&](const Row& row) {
+                  if (row.node > row.reach) return;
+                  add(row);
+                  if (row.cue >= 0 && row.node == 1) chained[row.cue] = true;
+                },
+                {0, kReach});
     own_rows(person, model.people, add);
     if (person.prior.any) {
       double off[kPrior];
@@ -507,11 +566,16 @@ class Window {
     }
   }
 
+  static constexpr double kDamping = 1e-8;  ///< of the diagonal, at least
+  static constexpr double kSlow = 0.3;      ///< gain beside that of the step before from which factors are made again
+
   Layout layout_;
   Reduced reduced_;
   std::vector<Elimination> eliminations_;
   std::vector<Modes> costs_;
   std::vector<double> own_, saved_, step_;
+  double damping_ = INFINITY;  ///< of the last linearisation
+  double cost_ = 0.0;          ///< where the gradient is of
 };
 
 }  // namespace vbbench

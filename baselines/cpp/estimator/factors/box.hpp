@@ -68,7 +68,7 @@ struct BoxState {
   double log_height;
   const double *pose, *sway, *global;  ///< x, y, yaw; pitch, roll; `Global`
   double dx, dy, square, r;            ///< m and m²
-  double rho, by_rho;                  ///< m, r − δ, at least `kNearest`; its derivative by r
+  double rho, by_rho, log_rho;         ///< m, r − δ, at least `kNearest`; its derivative by r, and logarithm
 
   BoxState(double x, double y, double height, double own_edge, const double* camera, const double* calibration)
       : log_height(height), pose(camera), sway(camera + 3), global(calibration) {
@@ -79,6 +79,7 @@ struct BoxState {
     const double raw = r - global[kEdge] - own_edge;
     rho = std::max(raw, kNearest);
     by_rho = raw > kNearest ? 1.0 : 0.0;
+    log_rho = std::log(rho);
   }
 };
 
@@ -117,7 +118,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   u.used = true;
 
   Cue& l = cues[1];
-  l.q = box.log_length + lift * length_by + std::log(rho) - at.log_height;
+  l.q = box.log_length + lift * length_by + at.log_rho - at.log_height;
   const double rx = dx / r, ry = dy / r, by_r = by_rho / rho;
   l.by[kX] = by_r * rx;
   l.by[kY] = by_r * ry;

@@ -95,7 +95,7 @@ inline Row volume_row(const Node& node, const BoxState& at, int i) {
   row.of_box = true;
   row.w = kTiny;
   row.e = -1.0 / kTiny;
-  row.cost = -across * std::log(at.r) - along * std::log(at.rho);
+  row.cost = -0.5 * across * std::log(at.square) - along * at.log_rho;
   row.by[kSlotPlace] = by_x;
   row.by[kSlotPlace + 1] = by_y;
   row.by[kSlotCamera] = -by_x;
@@ -104,18 +104,24 @@ inline Row volume_row(const Node& node, const BoxState& at, int i) {
   return row;
 }
 
-/// Visits the rows of one person, `Visit(const Row&)`, by their newest nodes.
+/// Nodes of a path, from the first one up to the last one.
+struct Nodes {
+  int first = 0, last = 1 << 30;
+};
+
+/// Visits the rows of one person whose newest nodes are among `nodes`, `Visit(const Row&)`, one node after another.
 template <class Visit>
 void person_rows(const Person& person, const std::vector<Frame>& frames, const Calibration& calibration,
-                 const PeopleModel& model, Visit&& visit) {
-  const int n = person.frames();
+                 const PeopleModel& model, Visit&& visit, Nodes nodes = {}) {
+  const int end = std::min(person.frames(), nodes.last + 1);
   std::array<double, 3> memory;
   for (int c = 0; c < 3; ++c) memory[c] = std::exp(-model.walk.dt / model.noise.time[c]);
   std::array<Cue, 3> before{};
   int before_node = -2;
-  for (int i = 0; i < n; ++i) {
+  for (int i = std::max(0, nodes.first - 1); i < end; ++i) {
     const Node& node = person.nodes[i];
-    if (node.given) {
+    const bool visited = i >= nodes.first;
+    if (visited && node.given) {
       for (int axis = 0; axis < 2; ++axis) {
         Row row;
         row.node = i;
@@ -131,7 +137,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
                         calibration.at.data());
       const std::array<Cue, 3> cues = box_cues(node.box, at, model.noise);
       for (int c = 0; c < 3; ++c) {
-        if (!cues[c].used || node.box_absorbed[c]) continue;
+        if (!visited || !cues[c].used || node.box_absorbed[c]) continue;
         const Cue& now = cues[c];
         const bool chained = before_node == i - 1 && before[c].used;
         const double rho = chained ? memory[c] * std::sqrt(now.correlated * before[c].correlated) : 0.0;
@@ -161,11 +167,11 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         }
         visit(row);
       }
-      visit(volume_row(node, at, i));
+      if (visited) visit(volume_row(node, at, i));
       before = cues;
       before_node = i;
     }
-    if (i == 0) continue;
+    if (i == 0 || !visited) continue;
     const double dx = node.at[0] - person.nodes[i - 1].at[0], dy = node.at[1] - person.nodes[i - 1].at[1];
     if (i == 1 && !node.walk_absorbed) {
       for (int axis = 0; axis < 2; ++axis) {
