@@ -49,11 +49,12 @@ class Window {
 
   /// Minimises the cost in at most `rounds` steps, until the next one should gain less than `least`: steps converge
   /// linearly, and so a gain is to the next one about as the one before was to it. A step has the factors of the one
-  /// before while that converges.
+  /// before while that converges, if the calibration is uncertain.
   Solution solve(const Model& model, int rounds, double least) {
     Solution solution;
     double damping = kDamping, last = least;
-    bool ready = false;  // factors and gradient
+    bool ready = false;                                    // factors and gradient
+    const bool uncertain = calibration.sway_std[0] > 0.0;  // of a known calibration, factors fit the next step less
     for (int round = 0; round < rounds; ++round) {
       const bool again = ready;
       if (!ready && !linearise(model, damping)) {
@@ -64,8 +65,9 @@ class Window {
       ++solution.steps;
       save();
       const double way = apply();
-      if (!again) differentiate(model);  // for the next step
-      const double now = again ? cost(model) : cost_;
+      const bool prepared = uncertain && !again;  // for the next step
+      if (prepared) differentiate(model);
+      const double now = prepared ? cost_ : cost(model);
       ready = false;
       if (!std::isfinite(now) || now > solution.cost + 1e-9 || way > kLongestStep) {
         restore();
@@ -81,7 +83,7 @@ class Window {
         solution.ended = true;
         return solution;
       }
-      ready = !again || gain < kSlow * last;
+      ready = prepared || (again && gain < kSlow * last);
       if (again && ready) differentiate(model);
       last = gain;
     }
