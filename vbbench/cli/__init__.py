@@ -40,7 +40,6 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "view": views.view,
     "detect": exchange.detect,
     "birdify": birdify.birdify,
-    "demo": views.demo,
     "reproduce all": reproduce.everything,
     "reproduce figure-robot": reproduce.figure_robot,
     "reproduce figure-posterior": reproduce.figure_posterior,

@@ -1,6 +1,7 @@
 """Commands that installed packages add: entry points of the group ``vbbench.commands``.
 
-Each names a dict name → function; entry point ``tool`` with a function ``run`` gives ``vbbench tool run``.
+Each names a dict name → function; entry point ``tool`` with a function ``run`` gives ``vbbench tool run``, and with one
+of the empty name ``vbbench tool``.
 """
 
 import warnings
@@ -20,5 +21,5 @@ def plugin_commands(taken: Container[str]) -> dict[str, Callable[..., Any]]:
             reason = "its name is a command of vbbench" if group in taken else "it is not a dict of functions"
             warnings.warn(f"commands '{group}' are skipped: {reason}", VbbenchWarning, stacklevel=2)
             continue
-        found |= {f"{group} {name}": function for name, function in commands.items()}
+        found |= {f"{group} {name}".strip(): function for name, function in commands.items()}
     return found

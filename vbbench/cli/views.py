@@ -177,20 +177,6 @@ def view(
         announce(f"open it with: {how_to_open(path)}" + (f" ({opened.value})" if opened else ""))
 
 
-def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
-    """Generate, solve with every bundled solver under every protocol, score, and draw pictures.
-
-    Uses every fourth sequence of Hotel if its recording is available, and synthetic crowds otherwise.
-
-    Args:
-        out: Folder to make.
-        jobs: Processes.
-    """
-    from vbbench.reproduction.demo import run_demo
-
-    print(run_demo(out, jobs=jobs))
-
-
 def announce(text: str) -> None:
     """Print progress on stderr, on one line."""
     say(one_line(text))

@@ -1,0 +1,143 @@
+"""The demo: one simulated split, four solvers, two protocols, and a page with a map, a table and the player."""
+
+from functools import partial
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+
+from vbbench import __version__
+from vbbench.files.dataset import Dataset
+from vbbench.folders.locks import locked
+from vbbench.folders.replacing import is_unused, write_text_atomically
+from vbbench.folders.work_folder import check_free
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
+from vbbench.pictures.plotting import plot_to_file
+from vbbench.protocol import get_protocol
+from vbbench.scoring import score
+from vbbench.scoring.scorecard import Score
+from vbbench.solving import solve
+from vbbench_leaderboards.page.building import build
+from vbbench_leaderboards.player.writing import Films
+from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
+from vbbench_leaderboards.results.result import Board
+from vbbench_leaderboards.submitting import add
+
+SPLIT, TIER, SEQUENCES = "demo", "field", 24
+PROTOCOLS = ("sequential", "cold-start")
+SOLVERS = {
+    "ground-plane": "distances by box height, a Kalman filter a person",
+    "vb-sf": "the paper's cascade",
+    "vb-former": "a network trained on simulated crowds",
+    "map-causal": "all paths estimated jointly",
+}
+"""The solvers, each with what it is."""
+SHOWN = "map-causal"
+"""The solver on the map and in the player."""
+PAGE = "index.html"
+
+
+def demo(out: Path = Path("vbbench-demo"), full: bool = False, jobs: int = 1) -> None:
+    """Generate, solve, score and draw a first result, with a page to open in a browser.
+
+    Args:
+        out: Folder to make.
+        full: Every bundled solver under every protocol, on Hotel if its recording is here; takes a minute or two.
+        jobs: Processes.
+    """
+    if full:
+        from vbbench.reproduction.demo import run_demo
+
+        print(run_demo(out, jobs=jobs))
+    else:
+        print(quick_demo(out, jobs=jobs))
+
+
+COMMANDS = {"": demo}
+
+
+def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
+    """Generate `SEQUENCES` sequences, solve them with `SOLVERS` under `PROTOCOLS`, and write the page; the table.
+
+    Parameters
+    ----------
+    out : folder to make: ``index.html``, ``map.png``, datasets, submissions, results and the site with the player.
+    jobs : processes.
+    """
+    out = Path(out)
+    if not is_unused(out):
+        check_free(out, PAGE, "demo", overwrite=True)
+    with locked(out):
+        if not (out / PAGE).exists():  # marks the folder as a demo's, so that the next one may continue in it
+            write_text_atomically(out / PAGE, "<title>vbbench demo</title>It was interrupted; run it again.\n")
+        dataset = generate(
+            SPLIT, dataset_folder(out, SPLIT, TIER), Options(tier=TIER, limit=SEQUENCES), jobs=jobs, overwrite=True
+        )
+        scores = _scores(dataset, out, jobs)
+        rows = [_row(solver, [scores[solver, protocol] for protocol in PROTOCOLS]) for solver in SOLVERS]
+        shown = _most_people(dataset)
+        board = Board(split=SPLIT, protocol=PROTOCOLS[0], tier=TIER)
+        plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
+        build(out / "site", out / "results", films=Films(work=out))
+        write_text_atomically(out / PAGE, _page(dataset, rows, board, shown))
+    facts = f"{len(dataset)} sequences of simulated crowds, boxes as of a camera on a vehicle with a detector and a tracker"
+    return f"{facts}\n\n{_table(rows)}\n\nOpen {out / PAGE} in a browser."
+
+
+def _scores(dataset: Dataset, out: Path, jobs: int) -> dict[tuple[str, str], Score]:
+    """The score of every solver and protocol; each also becomes a result for the page."""
+    calls = [(solver, protocol) for protocol in PROTOCOLS for solver in SOLVERS]
+    with progress_bar(len(calls), "solve", unit="submission") as bar:
+        for _ in in_parallel(partial(_solve, dataset, out), calls, jobs):
+            bar.update()
+    return {call: score(_submission(out, *call), dataset.folder) for call in calls}
+
+
+def _solve(dataset: Dataset, out: Path, solver: str, protocol: str) -> None:
+    with without_bars():
+        submission = solve(dataset, solver, protocol, _submission(out, solver, protocol), overwrite=True)
+    add(submission, dataset.folder, out / "results", overwrite=True)
+
+
+def _submission(out: Path, solver: str, protocol: str) -> Path:
+    return submission_folder(out, Board(split=SPLIT, protocol=protocol, tier=TIER), solver)
+
+
+def _most_people(dataset: Dataset) -> int:
+    """The number of the sequence with the most people, of those of at least median length."""
+    frames, people = dataset.rows["frames"], dataset.rows["people"]
+    return int((people * (frames >= sorted(frames)[len(frames) // 2])).argmax())
+
+
+def _row(solver: str, scores: list[Score]) -> list[str]:
+    errors = [f"{one.summaries['dx'].capped:.2f}" for one in scores]
+    return [solver, SOLVERS[solver], *errors, f"{1e3 * (scores[0].info.seconds_per_frame or 0.0):.1f}"]
+
+
+def _head() -> list[str]:
+    return ["solver", "what it is", *(f"Δx, {name} (m)" for name in PROTOCOLS), "ms per frame"]
+
+
+def _table(rows: list[list[str]]) -> str:
+    """The rows as text, in columns."""
+    lines = [_head(), *rows]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
+
+
+def _page(dataset: Dataset, rows: list[list[str]], board: Board, sequence: int) -> str:
+    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(
+        (files("vbbench_leaderboards") / "demo.html").read_text("utf-8")
+    )
+    return template.render(
+        version=__version__,
+        sequences=len(dataset),
+        board=board.key,
+        shown=SHOWN,
+        sequence=sequence,
+        head=_head(),
+        rows=rows,
+        cap=get_protocol(board.protocol).caps["dx"],
+    )
