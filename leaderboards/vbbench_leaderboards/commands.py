@@ -271,6 +271,24 @@ def _folders(results: Path | None) -> list[Path]:
     return [results] if results else [*added, published]
 
 
+def demo(out: Path = Path("vbbench-demo"), full: bool = False, jobs: int = 1) -> None:
+    """Generate, solve, score and draw a first result, with a page to open in a browser.
+
+    Args:
+        out: Folder to make.
+        full: Every bundled solver under every protocol, on Hotel if its recording is here; takes a minute or two.
+        jobs: Processes.
+    """
+    if full:
+        from vbbench.reproduction.demo import run_demo
+
+        _say(run_demo(out, jobs=jobs))
+    else:
+        from vbbench_leaderboards.demo import quick_demo
+
+        _say(quick_demo(out, jobs=jobs))
+
+
 def _say(text: object) -> None:
     sys.stdout.write(f"{text}\n")
     sys.stdout.flush()
@@ -285,3 +303,6 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "template": template,
     "try": try_,
 }
+
+DEMO: dict[str, Callable[..., Any]] = {"": demo}
+"""The command without a group."""

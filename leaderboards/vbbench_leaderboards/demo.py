@@ -1,12 +1,8 @@
 """The demo: one simulated split, four solvers, two protocols, and a page with a map, a table and the player."""
 
 from functools import partial
-from importlib.resources import files
 from pathlib import Path
 
-import jinja2
-
-from vbbench import __version__
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import is_unused, write_text_atomically
@@ -19,10 +15,11 @@ from vbbench.protocol import get_protocol
 from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
-from vbbench_leaderboards.page.building import build
-from vbbench_leaderboards.player.writing import Films
 from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
 from vbbench_leaderboards.results.result import Board
+from vbbench_leaderboards.site.building import build
+from vbbench_leaderboards.site.pages import render
+from vbbench_leaderboards.site.player import Films
 from vbbench_leaderboards.submitting import add
 
 SPLIT, TIER, SEQUENCES = "demo", "field", 24
@@ -37,25 +34,6 @@ SOLVERS = {
 SHOWN = "map-causal"
 """The solver on the map and in the player."""
 PAGE = "index.html"
-
-
-def demo(out: Path = Path("vbbench-demo"), full: bool = False, jobs: int = 1) -> None:
-    """Generate, solve, score and draw a first result, with a page to open in a browser.
-
-    Args:
-        out: Folder to make.
-        full: Every bundled solver under every protocol, on Hotel if its recording is here; takes a minute or two.
-        jobs: Processes.
-    """
-    if full:
-        from vbbench.reproduction.demo import run_demo
-
-        print(run_demo(out, jobs=jobs))
-    else:
-        print(quick_demo(out, jobs=jobs))
-
-
-COMMANDS = {"": demo}
 
 
 def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
@@ -82,7 +60,7 @@ def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
         plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
         build(out / "site", out / "results", films=Films(work=out))
         write_text_atomically(out / PAGE, _page(dataset, rows, board, shown))
-    facts = f"{len(dataset)} sequences of simulated crowds, boxes as of a camera on a vehicle with a detector and a tracker"
+    facts = f"{len(dataset)} sequences of simulated crowds, with the boxes of a detector and a tracker (tier {TIER})"
     return f"{facts}\n\n{_table(rows)}\n\nOpen {out / PAGE} in a browser."
 
 
@@ -128,11 +106,8 @@ def _table(rows: list[list[str]]) -> str:
 
 
 def _page(dataset: Dataset, rows: list[list[str]], board: Board, sequence: int) -> str:
-    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(
-        (files("vbbench_leaderboards") / "demo.html").read_text("utf-8")
-    )
-    return template.render(
-        version=__version__,
+    return render(
+        "demo.html",
         sequences=len(dataset),
         board=board.key,
         shown=SHOWN,

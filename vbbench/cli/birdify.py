@@ -7,9 +7,9 @@ from vbbench.cli.views import announce
 
 
 def birdify(
-    recording: Path,
+    recording: Path | None = None,
     /,
-    out: Path,
+    out: Path = Path("vbbench-map"),
     camera: Path | None = None,
     odometry: Path | None = None,
     odometry_axes: Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"] | None = None,
@@ -25,6 +25,7 @@ def birdify(
     tracker: str | None = None,
     every: int | None = None,
     film: bool = False,
+    example: bool = False,
     overwrite: bool = False,
 ) -> None:
     """Make a map of where a camera and the people around it were, from their boxes alone, a film, or a ROS bag.
@@ -52,6 +53,7 @@ def birdify(
         tracker: Of a film: byte (default), or module:attribute of your own.
         every: Of a film: use only every n-th frame for the map; all are tracked.
         film: Make film.mp4 of the map next to the boxes, too.
+        example: In place of a recording: 20 s of a simulated robot, whose truth is compared with the map.
         overwrite: Replace a folder that birdify made.
     """
     from vbbench.birdify.birdify import birdify as make
@@ -59,6 +61,9 @@ def birdify(
     from vbbench.errors import VbbenchError
     from vbbench.exchange.bags import is_bag
 
+    if example or recording is None:
+        _example(recording, example, out, solver=solver, film=film, overwrite=overwrite, announce=announce)
+        return
     bag = str(recording).startswith("bag:") or is_bag(recording)
     recording = Path(str(recording).removeprefix("bag:"))
     filmed = not bag and is_film(recording)
@@ -101,6 +106,19 @@ def birdify(
     else:
         made = make(recording, Path(camera or ""), out, dt=dt, person_class=person_class, **options)
     print(f"{made.folder}: {made.report.summary()}")
+
+
+def _example(recording: Path | None, example: bool, out: Path, **options: Any) -> None:
+    """Make the map of the example, where it and no recording is named."""
+    from vbbench.errors import VbbenchError
+
+    if not example:
+        raise VbbenchError("name a file of boxes, a film or a bag; or try --example")
+    if recording is not None:
+        raise VbbenchError(f"--example has boxes of its own; leave out {recording}, or --example")
+    from vbbench.birdify.example import birdify_example
+
+    print(birdify_example(out, **options))
 
 
 def _check_dt(dt: float, camera: Path, mount: dict[str, float | str]) -> None:

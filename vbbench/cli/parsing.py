@@ -143,8 +143,13 @@ def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parame
             shape["nargs"] = count
         if each.positional:
             metavar = each.parameter.upper().replace("_", "-")
-            groups["arguments"].add_argument(each.parameter, metavar=metavar, **shape)
-            usage.append(f"[{metavar} ...]" if count else metavar)
+            optional = not count and not each.required
+            groups["arguments"].add_argument(
+                each.parameter,
+                metavar=metavar,
+                **(shape | {"nargs": "?", "default": each.default} if optional else shape),
+            )
+            usage.append(f"[{metavar} ...]" if count else f"[{metavar}]" if optional else metavar)
             continue
         title = "required" if each.required else f"{each.parameter} options" if each.field else "options"
         group = groups.setdefault(title, groups.get(title) or parser.add_argument_group(title))

@@ -37,6 +37,7 @@
   const chosen = remembered();
   if (chosen === "light" || chosen === "dark") root.dataset.theme = chosen;
   root.classList.add("scripted");
+  if (location.search === "?player") root.classList.add("player-only"); // a page that shows the player in a frame
 
   document.addEventListener("DOMContentLoaded", function () {
     const button = document.getElementById("theme");

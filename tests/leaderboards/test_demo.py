@@ -1,0 +1,42 @@
+"""``vbbench demo``: a table of four solvers and a page whose pictures and player are there."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from vbbench.errors import VbbenchError
+from vbbench_leaderboards import demo
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    out = tmp_path_factory.mktemp("demo") / "out"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(demo, "SEQUENCES", 6)
+        return out, demo.quick_demo(out)
+
+
+def test_the_table_has_a_row_for_each_solver(made: tuple[Path, str]) -> None:
+    for solver in demo.SOLVERS:
+        figures = re.search(rf"(?m)^{solver} .*?((?: +\d+\.\d+){{3}}) *$", made[1])
+        assert figures is not None
+        assert all(float(value) > 0.0 for value in figures[1].split())
+
+
+def test_the_page_refers_to_files_that_are_there(made: tuple[Path, str]) -> None:
+    page = (made[0] / "index.html").read_text("utf-8")
+    referred = {address.partition("?")[0].partition("#")[0] for address in re.findall(r'(?:src|href)="([^"]+)"', page)}
+    for address in referred - {"data:,"}:
+        assert (made[0] / address).is_file()
+    shown = re.search(r"\?player#/(\S+)/play\?sequence=(\d+)", page)
+    assert shown is not None
+    clip = made[0] / "site" / "data" / "player" / "demo" / demo.TIER / f"{shown[2]}.js"
+    assert clip.is_file()
+
+
+def test_it_can_be_made_again_in_its_own_folder_and_in_no_other(made: tuple[Path, str], tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(VbbenchError, match="demo"):
+        demo.quick_demo(tmp_path)
+    assert (tmp_path / "mine.txt").read_text() == "mine"

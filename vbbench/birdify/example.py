@@ -1,0 +1,65 @@
+"""The example of ``vbbench birdify --example``: 20 s of a simulated robot in a crowd, with the truth.
+
+``example/`` holds a tracker's boxes, the robot's odometry and its camera, as a user has them. The simulator is that of
+``benchmarks/families/robot.py``, which shares no code with the generators.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.csv
+import pyarrow.parquet
+
+from vbbench.birdify.birdify import birdify
+from vbbench.geometry import FloatArray, world_to_relative
+
+EXAMPLE = Path(__file__).with_name("example")
+
+
+def birdify_example(out: Path, **options: Any) -> str:
+    """Make the map of the example, as `vbbench.birdify.birdify.birdify` does; its summary and errors, as text."""
+    made = birdify(
+        EXAMPLE / "boxes.csv",
+        EXAMPLE / "camera.toml",
+        out,
+        odometry=EXAMPLE / "odometry.txt",
+        name="example",
+        **options,
+    )
+    people, camera = errors(out)
+    return (
+        f"{made.folder}: {made.report.summary()}\n"
+        f"Against the truth: people are off by {people.mean():.2f} m on average, the camera by {camera.mean():.2f} m.\n"
+        f"Open {made.folder / 'map.png'}; of your own boxes: vbbench birdify boxes.csv --camera camera.toml --out map"
+    )
+
+
+def errors(folder: Path) -> tuple[FloatArray, FloatArray]:
+    """Errors in m of all places [N] and poses [T] in a map of the example; its origin is the first pose."""
+    times, poses = _true_poses()
+    start = poses[0]
+    camera = _columns(pyarrow.parquet.read_table(folder / "poses.parquet"), "time", "x", "y")
+    shown = np.searchsorted(times, camera[:, 0] - 1e-3)
+    off = camera[:, 1:] - _on_map(poses[shown, :2], start)
+    truth = _columns(pyarrow.csv.read_csv(EXAMPLE / "true_people.csv"), "time", "id", "x", "y")
+    true = {(round(time, 3), person): place for time, person, *place in truth.tolist()}
+    found = _columns(pyarrow.parquet.read_table(folder / "positions.parquet"), "time", "id", "x", "y")
+    places = np.array([true[round(time, 3), person] for time, person in found[:, :2].tolist()])
+    return np.hypot(*(found[:, 2:] - _on_map(places, start)).T), np.hypot(*off.T)
+
+
+def _on_map(places: FloatArray, start: FloatArray) -> FloatArray:
+    """Places [N, 2] with the first pose as origin, x forward and y left."""
+    right, forward = world_to_relative(places, start).T
+    return np.column_stack([forward, -right])
+
+
+def _true_poses() -> tuple[FloatArray, FloatArray]:
+    """Times [T] and poses [T, 3] of the robot."""
+    rows = np.loadtxt(EXAMPLE / "true_poses.txt")
+    return rows[:, 0], np.column_stack([rows[:, 1:3], 2.0 * np.arctan2(rows[:, 6], rows[:, 7])])
+
+
+def _columns(table: pyarrow.Table, *names: str) -> FloatArray:
+    return np.column_stack([table[name].to_numpy().astype(np.float64) for name in names])
