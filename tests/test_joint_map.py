@@ -200,6 +200,25 @@ def test_errors_are_as_large_as_the_covariances_state() -> None:
     assert 0.2 < np.mean(squares) < 2.0
 
 
+def test_exact_boxes_of_people_far_away_show_how_a_car_brakes() -> None:
+    """Projections of labels: two people 45 m away are 20 px tall, and half a pixel would be 1 m of distance."""
+    errors = []
+    for seed in range(6):
+        scene = crowd(20, 2, seed=seed)
+        speed = np.clip(4.5 - 0.45 * np.arange(20), 0.0, None)
+        poses = np.stack([DT * np.cumsum(speed), np.zeros(20), np.zeros(20)], axis=-1)
+        places = scene.places + np.array([40.0, 0.0])
+        far = Crowd(poses, places, boxes_of(poses, places, np.array([1.64, 1.78]), edge=0.2))
+        errors.append(np.hypot(*(Run(2, known=False).through(far)[-1]["pose"] - poses[-1])[:2]))
+    assert np.mean(errors) < 0.2
+
+
+def test_exact_boxes_of_people_whom_the_camera_passes_keep_the_estimate_finite() -> None:
+    for seed in range(4):
+        run = Run(4, known=False)
+        assert np.isfinite(run.through(crowd(30, 4, seed=seed, noise=0.0, edge=0.2))[-1]["pose"]).all()
+
+
 @pytest.mark.parametrize("known", [True, False])
 def test_covariances_are_symmetric_and_positive(known: bool) -> None:
     scene = crowd(10, 4, edge=0.0 if known else 0.2)

@@ -15,7 +15,7 @@ struct Constants {
   std::array<double, 3> noise_time{0.4, 3.0, 3.0};      ///< s, time over which these errors are correlated; learned [S]
   double noise_spread = 1.0;                            ///< of ln σ, how surely that is known at first [S]
   double noise_nu = 10.0;                               ///< degrees of freedom of the errors [S]
-  double pixel = 0.5;                                   ///< px, no border of a box is sharper [S]
+  double pixel = 0.1;                                   ///< px, no border of a box is sharper [S]
   double edge = 0.22, edge_std = 0.04;                  ///< m, near edge of the source of boxes [S]
   double edge_person_std = 0.08;                        ///< m, a person's own deviation from it [S]
   double height_std = 0.055;                            ///< of the log height, at least: posture, hats, shoes [L]

@@ -215,10 +215,7 @@ class Estimator {
     output.converged = converged_ = solution.steps > 0 && blind_ <= kBlind && is_plausible();
     window_.weigh_boxes(model_);
     learn_walk();
-    if (learns_) {
-      noise_.learn(window_, model_);
-      model_.people.noise = noise_.noise();
-    }
+    if (learns_) learn_boxes();
     moved_ = Pose{};
     moved_spread_ = Spread{};
     moved_known_ = true;
@@ -619,6 +616,15 @@ class Estimator {
     }
     variance_ = (constants.walk_people + squares_) / (constants.walk_people + count_);
     for (Person& person : window_.people) person.variance = (own * variance_ + person.squares) / (own + person.count);
+  }
+
+  /// The noise of boxes, by what the whole solution leaves of it.
+  void learn_boxes() {
+    const int frame = static_cast<int>(window_.frames.size()) - 1 - NoiseLearner::kLate;
+    if (frame < 0) return;
+    if (!window_.weigh_learned(model_, frame)) return;
+    noise_.learn(window_, model_);
+    model_.people.noise = noise_.noise();
   }
 
   /// A descent hardly leaves a mode: it is tried that a camera that stands has moved for a few frames, and that one

@@ -12,14 +12,14 @@ namespace vbbench {
 /// A grid of σ and τ for each cue, weighed by the density of what boxes add to the boxes before.
 class NoiseLearner {
  public:
-  static constexpr int kShares = 13, kTimes = 6, kLate = 2;  ///< boxes count once so many later frames are solved
+  static constexpr int kShares = 19, kTimes = 6, kLate = 2;  ///< boxes count once so many later frames are solved
 
   void start(const BoxNoise& first, double spread, double dt) {
     nu_ = first.nu;
     dt_ = dt;
     noise_ = first;
     for (int s = 0; s < kShares; ++s)
-      share_[s] = 0.008 * std::pow(0.16 / 0.008, static_cast<double>(s) / (kShares - 1));
+      share_[s] = 0.002 * std::pow(0.16 / 0.002, static_cast<double>(s) / (kShares - 1));
     for (int t = 0; t < kTimes; ++t) time_[t] = 0.05 * std::pow(20.0 / 0.05, static_cast<double>(t) / (kTimes - 1));
     for (int c = 0; c < 3; ++c)
       for (int s = 0; s < kShares; ++s)

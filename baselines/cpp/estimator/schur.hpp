@@ -429,6 +429,27 @@ class Elimination {
     return {row.w * all, row.w * path};
   }
 
+  /// gᵀ A⁻¹ g of a row with the gradient g by the person's own variables; and what the row is about where these are
+  /// eliminated, c − Bᵀ A⁻¹ g with its gradient c by those that are reduced, into a column of `through` [size][stride].
+  double eliminated(const Row& row, double* through, int stride) {
+    std::vector<double>& by = gradient_;
+    by.assign(local, 0.0);
+    row.each(first_, [&](const Variable& v, double value) {
+      const int i = index_of(v), column = i < 0 ? layout_.of(v) : -1;
+      if (i >= 0) by[i] += value;
+      if (column >= 0) through[static_cast<std::ptrdiff_t>(column) * stride] += value;
+    });
+    scratch_ = by;
+    solve(scratch_.data(), 0);
+    double sum = 0.0;
+    for (int i = 0; i < local; ++i) sum += by[i] * scratch_[i];
+    for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], through, stride);
+    for (int i = 0; i < 2; ++i)
+      for (int c = 1; c < own_sides_.cols(); ++c)
+        through[static_cast<std::ptrdiff_t>(c - 1) * stride] -= own_sides_[i][c] * scratch_[local - 2 + i];
+    return sum;
+  }
+
   /// Covariance xx, xy, yy of the place of the node where what is reduced is known; and Bᵀ A⁻¹ of the place, into two
   /// columns of `through` [size][stride].
   std::array<double, 3> place_covariance(int node, double* through, int stride) {
@@ -579,7 +600,7 @@ class Elimination {
   std::array<double, 3> own_{}, own_inverse_{};  ///< of height and own edge: the lower half
   std::vector<Side> sides_;
   Matrix own_sides_;
-  std::vector<double> scratch_;
+  std::vector<double> scratch_, gradient_;
 };
 
 }  // namespace vbbench

@@ -40,7 +40,7 @@ struct Node {
   std::array<bool, 3> box_absorbed{};
   bool walk_absorbed = false;  ///< whether the marginal prior holds its factor
   Box box;
-  std::array<double, 3> leverage{};  ///< how far the person's state follows each cue of the box
+  std::array<double, 3> leverage{};  ///< how far the solution follows each cue of the box
   std::array<double, 3> volume{};    ///< the same of the path alone: share of the log-determinant term
   std::array<double, 2> given_at{};
 };

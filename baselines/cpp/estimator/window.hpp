@@ -106,22 +106,51 @@ class Window {
     return sum;
   }
 
-  /// Leverages of all boxes at the last linearisation; those of innovations can be had then, too.
+  /// Shares of the log-determinant term of all boxes at the last linearisation; leverages of innovations can be had
+  /// then.
   void weigh_boxes(const Model& model) {
+    if (!std::isfinite(damping_)) return;
     for (std::size_t p = 0; p < people.size(); ++p) {
       Person& person = people[p];
-      for (Node& node : person.nodes) {
-        node.leverage.fill(0.0);
-        node.volume.fill(0.0);
-      }
+      for (Node& node : person.nodes) node.volume.fill(0.0);
       eliminations_[p].invert();
       person_rows(person, frames, calibration, model.people, [&](const Row& row) {
-        if (row.cue < 0) return;
-        const std::array<double, 2> leverage = eliminations_[p].leverage(row);
-        person.nodes[row.node].leverage[row.cue] = leverage[0];
-        person.nodes[row.node].volume[row.cue] = std::max(0.0, leverage[1]);
+        if (row.cue >= 0) person.nodes[row.node].volume[row.cue] = std::max(0.0, eliminations_[p].leverage(row)[1]);
       });
     }
+  }
+
+  /// How far the whole solution follows each box of a frame, w gᵀ H⁻¹ g by all unknowns, at the last
+  /// linearisation; false if that failed.
+  bool weigh_learned(const Model& model, int frame) {
+    if (!std::isfinite(damping_)) return false;
+    const int size = layout_.size(), count = padded(3 * static_cast<int>(people.size()));
+    Matrix reduced(size, count);
+    std::vector<double> weights(count, 0.0);
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      Person& person = people[p];
+      if (frame < person.first || frame > person.last()) continue;
+      Node& node = person.nodes[frame - person.first];
+      node.leverage.fill(0.0);
+      person_rows(person, frames, calibration, model.people, [&](const Row& row) {
+        if (row.cue < 0 || person.first + row.node != frame) return;
+        weights[3 * p + row.cue] = row.w;
+        node.leverage[row.cue] = row.w * eliminations_[p].eliminated(row, reduced[0] + 3 * p + row.cue, count);
+      });
+    }
+    for (int g = 0; g < kGlobals; ++g)
+      if (!calibration.free[g]) std::fill_n(reduced[g], count, 0.0);
+    solve_lower(reduced_.factor(), size, reduced_.lines.cols(), reduced[0], count);
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      if (frame < people[p].first || frame > people[p].last()) continue;
+      Node& node = people[p].nodes[frame - people[p].first];
+      for (int cue = 0; cue < 3; ++cue)
+        for (int i = 0; i < size; ++i) {
+          const double x = reduced[i][3 * p + cue];
+          node.leverage[cue] += weights[3 * p + cue] * x * x;
+        }
+    }
+    return true;
   }
 
   /// Covariances of the pose of a frame and of the frame that is held next, given those that are held, and of the
