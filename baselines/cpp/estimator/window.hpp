@@ -22,7 +22,7 @@ struct Solution {
   bool ended = false;
 };
 
-constexpr double kLongestStep = 10.0;  ///< m: robust costs are flat far away, where a longer step would end
+constexpr double kLongestStep = 10.0, kLongestWay = 100.0;  ///< m, of poses and places: far away robust costs are flat
 
 class Window {
  public:
@@ -64,12 +64,12 @@ class Window {
       solution.cost = cost_;
       ++solution.steps;
       save();
-      const double way = apply();
+      const bool short_enough = apply();
       const bool prepared = uncertain && !again;  // for the next step
       if (prepared) differentiate(model);
       const double now = prepared ? cost_ : cost(model);
       ready = false;
-      if (!std::isfinite(now) || now > solution.cost + 1e-9 || way > kLongestStep) {
+      if (!std::isfinite(now) || now > solution.cost + 1e-9 || !short_enough) {
         restore();
         if (again) continue;
         damping = std::max(10.0 * damping, 1e-4);
@@ -472,19 +472,22 @@ class Window {
       if (!calibration.free[g]) reduced_.gradient(g) = 0.0;
   }
 
-  /// Takes the step of the linearised system. Returns the longest way of a pose, in m.
-  double apply() {
+  /// Takes the step of the linearised system. Returns whether it is no longer than steps are.
+  bool apply() {
     step_.assign(reduced_.lines[0] + 1, reduced_.lines[0] + 1 + layout_.size());
     solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
+    double longest = 0.0, longest_way = 0.0;
     for (std::size_t p = 0; p < people.size(); ++p) {
       Person& person = people[p];
       eliminations_[p].back_substitute(step_, own_);
       for (int i = 0; i < person.frames(); ++i)
-        for (int axis = 0; axis < 2; ++axis) person.nodes[i].at[axis] += own_[2 * i + axis];
+        for (int axis = 0; axis < 2; ++axis) {
+          person.nodes[i].at[axis] += own_[2 * i + axis];
+          longest_way = std::max(longest_way, std::abs(own_[2 * i + axis]));
+        }
       person.log_height += own_[eliminations_[p].local - 2];
       person.own_edge += own_[eliminations_[p].local - 1];
     }
-    double longest = 0.0;
     for (int t = held; t < layout_.frames; ++t) {
       const double* step = &step_[layout_.camera(kFrame * t)];
       longest = std::max(longest, std::hypot(step[0], step[1]));
@@ -492,7 +495,7 @@ class Window {
     }
     for (int g = 0; g < kGlobals; ++g)
       if (calibration.free[g]) calibration.at[g] += step_[g];
-    return longest;
+    return longest <= kLongestStep && longest_way <= kLongestWay;
   }
 
   /// Moves what the factors of node 0 say into the person's marginal prior.
