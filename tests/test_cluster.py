@@ -188,7 +188,9 @@ def test_a_worker_killed_while_generating_loses_nothing(dask: Cluster, single: D
 @pytest.mark.slow
 def test_a_worker_killed_while_solving_loses_nothing(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    run = start("solve", single.folder, "--solver", SOLVER, "--out", out, "--scheduler", dask.of(2))
+    run = start(
+        "solve", single.folder, "--solver", SOLVER, "--protocol", "one-step", "--out", out, "--scheduler", dask.of(2)
+    )
     wait_until(at_the_gate(out, dask))
     dask.workers[0].kill()
     dask.open_gate()
@@ -312,11 +314,11 @@ def test_what_studies_need_is_made_on_a_cluster_as_it_is_here(dask: Cluster, tmp
     there, here = Making(scheduler=dask.of(2)), Making()
     data = there.dataset("demo", tmp_path / "there" / "dataset", Options())
     assert digests(data.folder) == digests(here.dataset("demo", tmp_path / "here" / "dataset", Options()).folder)
-    (made,) = there.scores(data, ["cv"], "sequential")
-    (same,) = here.scores(Dataset(tmp_path / "here" / "dataset"), ["cv"], "sequential")
-    assert made[1].summaries == same[1].summaries
+    made = there.cell(data, "cv", "sequential")
+    same = here.cell(Dataset(tmp_path / "here" / "dataset"), "cv", "sequential")
+    assert made.summaries == same.summaries
     nowhere = Making(scheduler="tcp://127.0.0.1:1")  # nothing is left to make
-    assert [score.summaries for _, score in nowhere.scores(data, ["cv"], "sequential")] == [made[1].summaries]
+    assert nowhere.cell(data, "cv", "sequential").summaries == made.summaries
     assert not list(tmp_path.rglob("partitioned"))
 
 

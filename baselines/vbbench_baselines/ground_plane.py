@@ -32,7 +32,7 @@ MEMORY = 0.5
 
 
 class GroundPlane:
-    """See the module."""
+    """The naive map: distance by box height, pose by odometry or a rigid fit, one Kalman filter a person."""
 
     facts: ClassVar[Mapping[str, str]] = UNTUNED
 

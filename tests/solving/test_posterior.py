@@ -141,4 +141,4 @@ def test_the_command_line_draws_it(dataset: Dataset, tmp_path: Path, capsys: pyt
     assert main([*command, "--protocol", "sequential", "--frame", "4"]) == 0
     assert (tmp_path / "p.png").read_bytes().startswith(b"\x89PNG")
     assert main([*command, "--estimate", "nowhere"]) == 2
-    assert "leave --estimate out" in capsys.readouterr().err
+    assert "remove --estimate" in capsys.readouterr().err
