@@ -61,7 +61,6 @@ constexpr double kStray = 0.05;       ///< m by which people stray from their wa
 constexpr int kWalkLate = 4;          ///< frames after which an innovation counts
 constexpr double kWalkMemory = 60.0;  ///< s for which it counts
 constexpr double kStrayed = 0.2;      ///< m by which people stray from their ways within a key frame
-constexpr double kBehind = 1.6;       ///< rad off its bearing: a person who went past the camera did not
 constexpr double kBlind = 2.0;        ///< s without anybody in sight after which places that are given find the camera
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
@@ -572,11 +571,8 @@ class Estimator {
       if (seen) {
         person.nodes.back().seen = true;
         person.nodes.back().box = box;
-        const std::array<double, 2> by_box = placed(box, person.log_height, frame);
-        if (!alone && person.last() - last_seen_before(person) > 1) interpolate(person, by_box);
-        std::array<double, 2>& at = person.nodes.back().at;
-        const double away = wrap(std::atan2(at[1] - frame.at[1], at[0] - frame.at[0]) - frame.at[2] + box.azimuth);
-        if (std::abs(away) > kBehind) at = by_box;  // the descent would not turn it round the camera
+        if (!alone && person.last() - last_seen_before(person) > 1)
+          interpolate(person, placed(box, person.log_height, frame));
       }
       for (int back = reach(newest + 1); back >= 1; --back) {
         const double* at = input.positions + 2 * ((3 - back) * columns + k);
