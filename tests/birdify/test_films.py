@@ -101,6 +101,7 @@ def check_map(out: Any, tolerance: float, every: int = 1) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:people walk at")  # and so they do, slower than most
 @pytest.mark.parametrize("kind", ["video", "folder"])
 def test_a_film_becomes_a_map_and_its_boxes_are_kept(folder, tmp_path, kind):
     out, said = tmp_path / "map", []
@@ -120,6 +121,7 @@ def test_a_film_becomes_a_map_and_its_boxes_are_kept(folder, tmp_path, kind):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:people walk at")  # and so they do, slower than most
 @pytest.mark.filterwarnings("ignore:frames are numbered in steps of 2")
 def test_every_second_frame_and_the_command(folder, tmp_path, capsys):
     out = tmp_path / "map"

@@ -267,12 +267,12 @@ def test_figures_of_the_simulated_robot(report: Report) -> None:
     drifts = {row["way"]: [one["mean"] for one in row["drift"][:2]] for row in (reference, *solved)}
     assert drifts == {
         reference["way"]: pytest.approx([0.01645, 0.01607], rel=0.02),
-        paper: pytest.approx([0.3545, 0.3600], rel=0.05),
-        alone: pytest.approx([0.0820, 0.0569], rel=0.05),
-        both: pytest.approx([0.01655, 0.01329], rel=0.05),
+        paper: pytest.approx([0.6307, 0.6880], rel=0.05),
+        alone: pytest.approx([0.0959, 0.0679], rel=0.05),
+        both: pytest.approx([0.01434, 0.01257], rel=0.05),
     }
     figures = {row["way"]: row["figures"]["dx_rel"].mean for row in solved}
-    assert figures == pytest.approx({paper: 0.914, alone: 0.4752, both: 0.2388}, rel=0.05)
+    assert figures == pytest.approx({paper: 2.957, alone: 0.4752, both: 0.1924}, rel=0.05)
     known = [one["mean"] for one in car["rows"][0]["drift"] if one["segments"]]
     assert known[-1] == pytest.approx(1.5 / 48.0, rel=0.05)
     assert {row["way"] for row in car["rows"][1:]} == {paper, alone}

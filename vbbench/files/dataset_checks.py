@@ -129,6 +129,8 @@ def find_fault(values: Mapping[str, Any]) -> str | None:
     """The first fault of the object in a ``dataset.json``, with its place; ``None`` if there is none."""
     try:
         convert(values, DatasetFacts, dec_hook=_text)
+    except UnicodeEncodeError:
+        return "a text has half of a surrogate pair"
     except ValidationError as error:
         return str(error)
     return None

@@ -158,5 +158,7 @@ def _check(values: Values, kind: Kind, path: Path) -> None:
         )
     try:
         msgspec.convert(values, form_of(kind))
+    except UnicodeEncodeError as error:
+        raise FileError(path, "a text has half of a surrogate pair; write whole characters") from error
     except msgspec.ValidationError as error:
         raise FileError(path, f"{error}; see docs/files.md") from error
