@@ -15,6 +15,7 @@ from vbbench.protocol import get_protocol
 from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score
 from vbbench.solving import solve
+from vbbench.table import Table
 from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
 from vbbench_leaderboards.results.result import Board
 from vbbench_leaderboards.site.building import build
@@ -60,8 +61,9 @@ def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
         plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
         build(out / "site", out / "results", films=Films(work=out))
         write_text_atomically(out / PAGE, _page(dataset, rows, board, shown))
+    table = "\n".join(Table(head=_head(), rows=rows, names=2).text())
     facts = f"{len(dataset)} sequences of simulated crowds, with the boxes of a detector and a tracker (tier {TIER})"
-    return f"{facts}\n\n{_table(rows)}\n\nOpen {out / PAGE} in a browser."
+    return f"{facts}\n\n{table}\n\nOpen {out / PAGE} in a browser."
 
 
 def _scores(dataset: Dataset, out: Path, jobs: int) -> dict[tuple[str, str], Score]:
@@ -96,13 +98,6 @@ def _row(solver: str, scores: list[Score]) -> list[str]:
 
 def _head() -> list[str]:
     return ["solver", "what it is", *(f"Δx, {name} (m)" for name in PROTOCOLS), "ms per frame"]
-
-
-def _table(rows: list[list[str]]) -> str:
-    """The rows as text, in columns."""
-    lines = [_head(), *rows]
-    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)) for line in lines)
 
 
 def _page(dataset: Dataset, rows: list[list[str]], board: Board, sequence: int) -> str:

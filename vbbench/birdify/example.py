@@ -12,9 +12,12 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from vbbench.birdify.birdify import birdify
-from vbbench.geometry import FloatArray, world_to_relative
+from vbbench.exchange.tum import import_tum
+from vbbench.geometry import FloatArray, motion_between
 
 EXAMPLE = Path(__file__).with_name("example")
+DT = 0.1
+"""Seconds per frame of the example."""
 
 
 def birdify_example(out: Path, **options: Any) -> str:
@@ -37,28 +40,20 @@ def birdify_example(out: Path, **options: Any) -> str:
 
 def errors(folder: Path) -> tuple[FloatArray, FloatArray]:
     """Errors in m of all places [N] and poses [T] in a map of the example; its origin is the first pose."""
-    times, poses = _true_poses()
-    start = poses[0]
+    frames, poses = import_tum(EXAMPLE / "true_poses.txt", DT)
     camera = _columns(pyarrow.parquet.read_table(folder / "poses.parquet"), "time", "x", "y")
-    shown = np.searchsorted(times, camera[:, 0] - 1e-3)
-    off = camera[:, 1:] - _on_map(poses[shown, :2], start)
+    shown = np.searchsorted(frames, np.rint(camera[:, 0] / DT))
+    off = camera[:, 1:] - _on_map(poses[shown, :2], poses[0])
     truth = _columns(pyarrow.csv.read_csv(EXAMPLE / "true_people.csv"), "time", "id", "x", "y")
     true = {(round(time, 3), person): place for time, person, *place in truth.tolist()}
     found = _columns(pyarrow.parquet.read_table(folder / "positions.parquet"), "time", "id", "x", "y")
     places = np.array([true[round(time, 3), person] for time, person in found[:, :2].tolist()])
-    return np.hypot(*(found[:, 2:] - _on_map(places, start)).T), np.hypot(*off.T)
+    return np.hypot(*(found[:, 2:] - _on_map(places, poses[0])).T), np.hypot(*off.T)
 
 
 def _on_map(places: FloatArray, start: FloatArray) -> FloatArray:
     """Places [N, 2] with the first pose as origin, x forward and y left."""
-    right, forward = world_to_relative(places, start).T
-    return np.column_stack([forward, -right])
-
-
-def _true_poses() -> tuple[FloatArray, FloatArray]:
-    """Times [T] and poses [T, 3] of the robot."""
-    rows = np.loadtxt(EXAMPLE / "true_poses.txt")
-    return rows[:, 0], np.column_stack([rows[:, 1:3], 2.0 * np.arctan2(rows[:, 6], rows[:, 7])])
+    return motion_between(start, np.column_stack([places, np.zeros(len(places))]))[:, :2]
 
 
 def _columns(table: pyarrow.Table, *names: str) -> FloatArray:
