@@ -4,20 +4,18 @@ from functools import partial
 from pathlib import Path
 
 from vbbench.files.dataset import Dataset
-from vbbench.folders.locks import locked
-from vbbench.folders.replacing import is_unused, write_text_atomically
-from vbbench.folders.work_folder import check_free
+from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.pictures.plotting import plot_to_file
 from vbbench.protocol import get_protocol
-from vbbench.scoring import score
-from vbbench.scoring.scorecard import Score
+from vbbench.reproduction.demo import demo_folder
 from vbbench.solving import solve
 from vbbench.table import Table
-from vbbench_leaderboards.results.folder import dataset_folder, submission_folder
-from vbbench_leaderboards.results.result import Board
+from vbbench_leaderboards.results.folder import dataset_folder, read_results, submission_folder
+from vbbench_leaderboards.results.ranking import headline
+from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site.building import build
 from vbbench_leaderboards.site.pages import render
 from vbbench_leaderboards.site.player import Films
@@ -46,16 +44,12 @@ def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
     jobs : processes.
     """
     out = Path(out)
-    if not is_unused(out):
-        check_free(out, PAGE, "demo", overwrite=True)
-    with locked(out):
-        if not (out / PAGE).exists():  # marks the folder as a demo's, so that the next one may continue in it
-            write_text_atomically(out / PAGE, "<title>vbbench demo</title>It was interrupted; run it again.\n")
+    with demo_folder(out, PAGE, "<title>vbbench demo</title>It was interrupted; run it again.\n"):
         dataset = generate(
             SPLIT, dataset_folder(out, SPLIT, TIER), Options(tier=TIER, limit=SEQUENCES), jobs=jobs, overwrite=True
         )
-        scores = _scores(dataset, out, jobs)
-        rows = [_row(solver, [scores[solver, protocol] for protocol in PROTOCOLS]) for solver in SOLVERS]
+        results = _results(dataset, out, jobs)
+        rows = [_row(solver, [results[solver, protocol] for protocol in PROTOCOLS]) for solver in SOLVERS]
         shown = _most_people(dataset)
         board = Board(split=SPLIT, protocol=PROTOCOLS[0], tier=TIER)
         plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
@@ -66,13 +60,14 @@ def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
     return f"{facts}\n\n{table}\n\nOpen {out / PAGE} in a browser."
 
 
-def _scores(dataset: Dataset, out: Path, jobs: int) -> dict[tuple[str, str], Score]:
-    """The score of every solver and protocol; each also becomes a result for the page."""
+def _results(dataset: Dataset, out: Path, jobs: int) -> dict[tuple[str, str], Result]:
+    """The result of every solver and protocol, as the page reads it."""
     calls = [(solver, protocol) for protocol in PROTOCOLS for solver in SOLVERS]
     with progress_bar(len(calls), "solve", unit="submission") as bar:
         for _ in in_parallel(partial(_solve, dataset, out), calls, jobs):
             bar.update()
-    return {call: score(_submission(out, *call), dataset.folder) for call in calls}
+    rows = [result for results in read_results(out / "results").values() for result in results]
+    return {(result.solver, result.board.protocol): result for result in rows}
 
 
 def _solve(dataset: Dataset, out: Path, solver: str, protocol: str) -> None:
@@ -91,9 +86,9 @@ def _most_people(dataset: Dataset) -> int:
     return int((people * (frames >= sorted(frames)[len(frames) // 2])).argmax())
 
 
-def _row(solver: str, scores: list[Score]) -> list[str]:
-    errors = [f"{one.summaries['dx'].capped:.2f}" for one in scores]
-    return [solver, SOLVERS[solver], *errors, f"{1e3 * (scores[0].info.seconds_per_frame or 0.0):.1f}"]
+def _row(solver: str, results: list[Result]) -> list[str]:
+    errors = [f"{headline(one, 'dx').value:.2f}" for one in results]
+    return [solver, SOLVERS[solver], *errors, f"{1e3 * (results[0].score['seconds_per_frame'] or 0.0):.1f}"]
 
 
 def _head() -> list[str]:

@@ -1,5 +1,7 @@
 """The demo: all steps from trajectories to numbers and pictures, in one folder."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from vbbench.files.dataset import Dataset
@@ -35,12 +37,8 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
     The folder ``out`` then holds ``dataset``, a submission for each protocol and solver, pictures, and ``index.md``.
     """
     out = Path(out)
-    if not is_unused(out):
-        check_free(out, PAGE, "demo", overwrite=True)
     real: Generator = load("generator", REAL)
-    with locked(out):
-        if not (out / PAGE).exists():  # marks the folder as a demo's, so that the next one may continue in it
-            write_text_atomically(out / PAGE, "# vbbench demo\n\nIt was interrupted; run it again.\n")
+    with demo_folder(out, PAGE, "# vbbench demo\n\nIt was interrupted; run it again.\n"):
         split = REAL if all(map(is_here, real.card.sources)) else SYNTHETIC
         dataset = generate(split, out / "dataset", ASKED[split], jobs=jobs, overwrite=True)
         facts, table = describe(dataset.info), score_table(_scores(dataset, out, jobs))
@@ -48,6 +46,23 @@ def run_demo(out: Path | str, *, jobs: int = 1) -> str:
         shown = "\n\n".join(f"## {one.stem}, {DRAWN_SOLVER}\n\n![{one.stem}]({one.name})" for one in pictures)
         write_text_atomically(out / PAGE, f"# vbbench demo\n\n```\n{facts}\n```\n\n{table}\n\n{shown}\n")
     return f"{facts}\n\n{table}\n\nPictures and files: {out / PAGE}"
+
+
+@contextmanager
+def demo_folder(out: Path, page: str, interrupted: str) -> Iterator[None]:
+    """The folder of a demo, locked; ``interrupted`` marks it until its page is written, so that it may be made again.
+
+    Raises
+    ------
+    VbbenchError
+        If the folder is in use and holds no demo.
+    """
+    if not is_unused(out):
+        check_free(out, page, "demo", overwrite=True)
+    with locked(out):
+        if not (out / page).exists():
+            write_text_atomically(out / page, interrupted)
+        yield
 
 
 def _scores(dataset: Dataset, out: Path, jobs: int) -> list[Score]:
