@@ -159,8 +159,9 @@ struct EgoMotion {
     if (pace > 0.0) {
       using std::sqrt;
       const T x = T(1.0 / dt) * (now[0] - before[0]), y = T(1.0 / dt) * (now[1] - before[1]);
-      const Pace usual = pace_of(value_of(sqrt(x * x + y * y + T(1e-8))), pace * dt);
-      add(sqrt(x * x + y * y + T(1e-8)) - T(kStroll), usual.walking, -pace * dt * std::log(usual.density));
+      const T pacing = sqrt(x * x + y * y + T(1e-8));
+      const Pace usual = pace_of(value_of(pacing), pace * dt);
+      add(pacing - T(kStroll), usual.walking, -pace * dt * std::log(usual.density));
       add(x, usual.resting, 0.0);
       add(y, usual.resting, 0.0);
     }
