@@ -30,16 +30,6 @@ from vbbench.sequence import Odometry
 from vbbench.solving import solve
 
 
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return make_walk()
-
-
-@pytest.fixture
-def folder(tmp_path: Path, walk: Walk) -> Path:
-    return write_folder(tmp_path / "walk", walk)
-
-
 def read(folder: Path):
     return read_recording(files_in(folder))
 

@@ -10,7 +10,6 @@ import pytest
 from tests.own_recording import (
     CAMERA_TOML,
     HEAD,
-    Walk,
     make_walk,
     write_csv,
     write_folder,
@@ -37,16 +36,6 @@ from vbbench.solving import solve
 from vbbench_generators.footage.own import own
 
 GOOD = "".join(f"{t},{k},{300 + 9 * k + t},320,30,90\n" for t in range(8) for k in range(4))
-
-
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return make_walk()
-
-
-@pytest.fixture
-def folder(tmp_path: Path, walk: Walk) -> Path:
-    return write_folder(tmp_path / "walk", walk)
 
 
 def read(folder: Path):
