@@ -21,10 +21,10 @@ SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/
 CPP := $(shell find cpp */cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
-SANITIZED := $(patsubst %,tests/test_%.py,joint_map former_inference ego_motion message_passing uncertainty vb_sf_terms) \
+SANITIZED := $(addprefix tests/baselines/,test_joint_map.py former/test_inference.py cascade) \
   $(patsubst %,tests/generators/test_%.py,social_force social_force_forces occlusion tracking_in_video field vehicle \
   robot_observer looking odometry_filter lifting) tests/renderers/test_raster.py tests/renderers/test_visibility.py
-KILLS := tests/test_kills.py tests/folders/test_work_folder.py
+KILLS := tests/cli/test_kills.py tests/folders/test_work_folder.py
 WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
@@ -48,7 +48,7 @@ test-extras: $(VENV)/.extras
 	$(BIN)/python -m pytest -m extra --no-skips
 
 test-under-load: $(VENV)/.dev
-	$(BIN)/python -m tests.under_load --runs 10 -- $(QUICK)
+	$(BIN)/python -m tests.lib.under_load --runs 10 -- $(QUICK)
 
 test-all: $(VENV)/.extras chromium site
 	$(BIN)/python -m pytest
@@ -73,7 +73,7 @@ core: $(VENV)/.dev
 sanitize: $(VENV)/.dev
 	$(CMAKE) -B build/sanitized -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_FLAGS=-O1 -D VBBENCH_SANITIZE=address,undefined
 	$(BIN)/cmake --build build/sanitized
-	ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" $(BIN)/python -m tests.sanitized build/sanitized $(SANITIZED)
+	ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" $(BIN)/python -m tests.lib.sanitized build/sanitized $(SANITIZED)
 
 types: $(VENV)/.dev
 	$(BIN)/mypy

@@ -13,9 +13,9 @@ from typing import Any
 
 import pandas as pd
 
-from tests.answers import submit, true_answers
-from tests.make_dataset import Crowd, write_dataset
-from tests.slow_score import bootstrap, score_rows
+from tests.lib.answers import submit, true_answers
+from tests.lib.make_dataset import Crowd, write_dataset
+from tests.lib.slow_score import bootstrap, score_rows
 from vbbench.scoring import score
 
 STUDENTS = Crowd(scenes=2, people=425, frames=435, stay=(47, 51), seed=1)

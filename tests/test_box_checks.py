@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.own_recording import make_walk
+from tests.lib.own_recording import make_walk
 from vbbench.box_checks import find_misfit, outside_picture
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.geometry import FloatArray

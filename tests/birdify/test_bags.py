@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.own_recording import Walk, make_walk
+from tests.lib.own_recording import Walk, make_walk
 from vbbench.birdify.bags import BagTopics, birdify_bag
 from vbbench.cli import main
 from vbbench.errors import FileError

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from tests.own_recording import CAMERA_TOML, Walk, make_walk, write_csv, write_folder, write_mot, write_tum
+from tests.lib.own_recording import CAMERA_TOML, Walk, make_walk, write_csv, write_folder, write_mot, write_tum
 from vbbench.birdify.birdify import birdify
 from vbbench.birdify.cues import HeightPrior, compare_cues
 from vbbench.birdify.measuring import path_length, spread_of_velocities

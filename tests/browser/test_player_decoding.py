@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.leaderboards.player_decoding import decode_clip, decode_estimate
-from tests.made_sequence import DT, made_sequence
+from tests.lib.made_sequence import DT, made_sequence
 from vbbench_leaderboards.site.building import assets
 from vbbench_leaderboards.site.clip import encode_clip, encode_estimate
 from vbbench_leaderboards.site.player import write_data

@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 
 from tests.browser.browsing import Visitor
 from tests.leaderboards.made_player import MOUNT, gone_astray, hidden_people, with_false_alarm, write_crowd, write_page
-from tests.made_sequence import made_sequence
+from tests.lib.made_sequence import made_sequence
 from vbbench_leaderboards.site.clip import Reason
 
 PHONE = {"width": 390, "height": 844}

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.own_recording import Walk, make_walk, write_folder
+from tests.lib.own_recording import Walk, make_walk, write_folder
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.own_recording import HEAD
+from tests.lib.own_recording import HEAD
 from vbbench.errors import FileError
 from vbbench.exchange.box_tables import scores_as_shares
 from vbbench.exchange.own.box_files import read_boxes

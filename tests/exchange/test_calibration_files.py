@@ -10,7 +10,7 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.own_recording import make_walk, write_csv
+from tests.lib.own_recording import make_walk, write_csv
 from vbbench.birdify.birdify import birdify
 from vbbench.cli import main
 from vbbench.errors import FileError

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.own_recording import CAMERA_TOML, make_walk, write_csv, write_folder
+from tests.lib.own_recording import CAMERA_TOML, make_walk, write_csv, write_folder
 from vbbench.errors import FileError
 from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.own.distortion import Distortion, straighten_boxes

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from tests.exchange.mot_text import read_mot
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.boxes import cut_to_picture, observations_of, overlaps, rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
@@ -168,7 +168,7 @@ def test_detections_are_the_same_boxes_without_tracks(dataset, files):
 
 
 def test_pictures_are_rendered_without_any_mark(dataset, tmp_path):
-    backend = Backend(name="tests.flat_renderer:FlatRenderer")
+    backend = Backend(name="tests.lib.flat_renderer:FlatRenderer")
     out = export_mot(dataset, tmp_path / "files", sequence=1, backend=backend)
     pictures = sorted((out / "sequence-000001" / "img1").iterdir())
     assert [path.name for path in pictures[:2]] == ["000001.png", "000002.png"]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.own_recording import (
+from tests.lib.own_recording import (
     CAMERA_TOML,
     HEAD,
     make_walk,

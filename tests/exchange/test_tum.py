@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.tum import export_dataset_tum, export_tum, import_tum, import_tum_folder
 from vbbench.files.dataset import Dataset

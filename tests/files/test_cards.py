@@ -13,14 +13,14 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
-from tests import jrdb_recording, kitti_files, motsynth_recording, own_recording
-from tests.crohd_files import write_recording
 from tests.generators.footage import cars
 from tests.generators.test_footage import made as made_footage
 from tests.generators.test_footage import recording as footage
 from tests.generators.test_footage import relative
-from tests.make_dataset import Crowd, write_dataset
-from tests.test_merging import last_part_first
+from tests.lib import jrdb_recording, kitti_files, motsynth_recording, own_recording
+from tests.lib.crohd_files import write_recording
+from tests.lib.make_dataset import Crowd, write_dataset
+from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.cards.origin import Publisher
@@ -41,7 +41,7 @@ from vbbench.parallel.partitions import merge
 from vbbench.registry import load, registered
 from vbbench.sequence import Odometry
 
-WALK = Path(__file__).parents[1] / "short_walk.toml"
+WALK = Path(__file__).parents[1] / "lib" / "short_walk.toml"
 SECRET = 0xDECADE << 100
 TINY = Crowd(scenes=1, sequences=2)
 PUBLISHER = Publisher(

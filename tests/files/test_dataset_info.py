@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset

@@ -12,8 +12,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from tests.answers import submit, submit_csv, true_answers
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.answers import submit, submit_csv, true_answers
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError, SubmissionError, VbbenchError
 from vbbench.estimate import Estimate

@@ -7,9 +7,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.answers import submit, submit_csv, true_answers
 from tests.cli.test_cli import run
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.answers import submit, submit_csv, true_answers
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.errors import SubmissionError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from tests.leaderboards.challenges import withheld_challenge
-from tests.stopping import contents, names, stopped_at
-from tests.test_merging import last_part_first
+from tests.lib.stopping import contents, names, stopped_at
+from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.exchange.tum import export_dataset_tum

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.leaderboards.tiny_board import FILE, tiny_board
-from tests.stopping import contents, names, stopped_at_every_step
+from tests.lib.stopping import contents, names, stopped_at_every_step
 from vbbench import __version__
 from vbbench.cli import main
 from vbbench.errors import FileError

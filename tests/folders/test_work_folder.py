@@ -1,6 +1,6 @@
 """Other commands after a kill, strangers' folders, links, full disks: nothing is destroyed, and what is asked is made.
 
-That the same command goes on after a kill at any step of it is shown in `tests.test_kills`.
+That the same command goes on after a kill at any step of it is shown in `tests.cli.test_kills`.
 """
 
 import os
@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.make_dataset import Crowd
-from tests.make_dataset import write_dataset as write_made
-from tests.stopping import contents, names, stopped_at, stopped_at_every_step
-from tests.test_merging import last_part_first
+from tests.lib.make_dataset import Crowd
+from tests.lib.make_dataset import write_dataset as write_made
+from tests.lib.stopping import contents, names, stopped_at, stopped_at_every_step
+from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.crohd_files import SEQINFO, crowd, crowd_text, lines_of, pack, write_recording
+from tests.lib.crohd_files import SEQINFO, crowd, crowd_text, lines_of, pack, write_recording
 from vbbench.cli import main
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.files.dataset import Dataset
@@ -328,7 +328,7 @@ def test_folder_and_archive_make_the_same_dataset(dataset: Dataset, recording: P
 
 def test_with_a_homography_metres_are_metres(recording: Path, tmp_path: Path) -> None:
     matrix = tmp_path / "H.txt"
-    # u = 960 + 1600 x / Z, v as in tests/lifting_crowd.py with its camera 12 m high, 30 degrees down.
+    # u = 960 + 1600 x / Z, v as in tests/lib/lifting_crowd.py with its camera 12 m high, 30 degrees down.
     sin, cos, below = 0.5, np.sqrt(0.75), 12.0
     view = np.array([[1600, 960 * cos, 960 * below * sin], [0, 540 * cos - 1600 * sin, 1600 * below * cos], [0, 0, 0]])
     view[1, 2] += 540 * below * sin

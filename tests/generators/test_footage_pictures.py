@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from tests.generators.test_footage import FRAMES, Still, made, recording, relative
-from tests.test_plotting import gids, part, points, words
+from tests.pictures.plotting.test_plotting import gids, part, points, words
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
@@ -241,14 +241,16 @@ def test_render_footage_writes_a_film_and_goes_on_with_it(photographed, capsys, 
 @pytest.mark.parametrize("kind", ["poses", "relative", "none"])
 def test_a_renderer_needs_the_whole_truth(datasets, tmp_path, kind, capsys):
     with pytest.raises(VbbenchError, match=r"cannot be rendered: where .* was never measured; 'vbbench render --foot"):
-        render_to_file(datasets[kind], 0, tmp_path / "f.mp4", backend=Backend(name="tests.flat_renderer:FlatRenderer"))
+        render_to_file(
+            datasets[kind], 0, tmp_path / "f.mp4", backend=Backend(name="tests.lib.flat_renderer:FlatRenderer")
+        )
     assert main(["render", str(datasets[kind].folder), "--sequence", "0", "--out", str(tmp_path / "f.mp4")]) == 2
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
 
 @pytest.mark.slow
 def test_footage_with_the_whole_truth_can_be_rendered_too(datasets, tmp_path):
-    backend = Backend(name="tests.flat_renderer:FlatRenderer")
+    backend = Backend(name="tests.lib.flat_renderer:FlatRenderer")
     assert len(list(render_to_file(datasets["whole"], 0, tmp_path / "film", backend=backend).glob("*.png"))) == FRAMES
 
 
@@ -256,7 +258,7 @@ def test_footage_with_the_whole_truth_can_be_rendered_too(datasets, tmp_path):
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_recording_for_the_viewer_holds_what_is_known(datasets, answers, tmp_path, kind):
     pytest.importorskip("rerun.chunk", reason="needs the extra viewer, new enough to read recordings")
-    from tests.test_view import read
+    from tests.pictures.test_viewer import read
     from vbbench.pictures.viewer import record_to_file
 
     entities = read(record_to_file(datasets[kind], 0, tmp_path / "x.rrd", submissions=[answers[kind]]))
@@ -275,7 +277,7 @@ def test_a_recording_for_the_viewer_holds_what_is_known(datasets, answers, tmp_p
 @pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")
 def test_a_recording_for_the_viewer_can_hold_the_cameras_pictures(photographed, tmp_path):
     pytest.importorskip("rerun.chunk", reason="needs the extra viewer, new enough to read recordings")
-    from tests.test_view import read
+    from tests.pictures.test_viewer import read
     from vbbench.pictures.viewer import record_to_file
 
     entities = read(record_to_file(photographed, 0, tmp_path / "x.rrd", footage=True))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.jrdb_recording import START, Files, Robot, recording
+from tests.lib.jrdb_recording import START, Files, Robot, recording
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.dataset import Dataset

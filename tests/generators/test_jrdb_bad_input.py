@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.jrdb_recording import Files, Robot, recording
-from tests.test_missing_packages import run_without
+from tests.cli.test_missing_packages import run_without
+from tests.lib.jrdb_recording import Files, Robot, recording
 from vbbench.cli import main
 from vbbench.errors import VbbenchWarning
 from vbbench.generation import generate

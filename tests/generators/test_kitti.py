@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from tests.kitti_files import FRAMES, Drive, write_kitti
+from tests.lib.kitti_files import FRAMES, Drive, write_kitti
 from vbbench.cli import main
 from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
 from vbbench.files.dataset import Dataset

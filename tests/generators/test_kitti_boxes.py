@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.generators.test_kitti import recordings_of_kitti  # noqa: F401
-from tests.kitti_files import FRAMES, Drive, boxes_of, write_kitti
+from tests.lib.kitti_files import FRAMES, Drive, boxes_of, write_kitti
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.verification import verify
 from vbbench.generation import generate

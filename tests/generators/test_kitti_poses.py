@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.generators.test_kitti import read, straightened
-from tests.kitti_files import FRAMES, Drive, write_kitti
+from tests.lib.kitti_files import FRAMES, Drive, write_kitti
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench_generators.footage.kitti.labels import WALKERS
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from tests.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photograph, walk
-from tests.work import work_of
+from tests.lib.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photograph, walk
+from tests.lib.work import work_of
 from vbbench.errors import VbbenchError
 from vbbench_generators.lifting.camera import camera_of_homography, camera_of_plane
 from vbbench_generators.lifting.heads import HeadBoxes, Heads, LiftingSettings, SizePlane, split_at_gaps

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.lifting_crowd import Camera, photograph, walk
+from tests.lib.lifting_crowd import Camera, photograph, walk
 from vbbench_generators.lifting.heads import LiftingSettings
 from vbbench_generators.lifting.lift import lift
 

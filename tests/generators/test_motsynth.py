@@ -6,8 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-import tests.motsynth_recording
-from tests.motsynth_recording import (
+import tests.lib.motsynth_recording
+from tests.lib.motsynth_recording import (
     FOCAL,
     GROUND,
     MOUNT_HEIGHT,
@@ -142,8 +142,8 @@ def test_axes_signs_and_order_are_those_under_which_people_move_as_people_do(
     def crowd(frames, people):
         return GROUND[:2] + start + np.arange(frames)[:, None, None] / 20 * walk
 
-    monkeypatch.setattr(tests.motsynth_recording, "camera_track", track)
-    monkeypatch.setattr(tests.motsynth_recording, "walkers", crowd)
+    monkeypatch.setattr(tests.lib.motsynth_recording, "camera_track", track)
+    monkeypatch.setattr(tests.lib.motsynth_recording, "walkers", crowd)
     values = as_published(recording(frames=80, people=12))
     for row in values["annotations"]:
         joints = np.reshape(row["keypoints_3d"], (-1, 4))

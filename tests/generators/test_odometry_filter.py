@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.jrdb_recording import RATE, Drive, Robot, drive
+from tests.lib.jrdb_recording import RATE, Drive, Robot, drive
 from vbbench.generation.footage import joined_odometry
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench_generators.footage.jrdb.motion import shared_out

@@ -13,7 +13,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from tests.head_crowds import make_crowd, one_way, square
+from tests.lib.head_crowds import make_crowd, one_way, square
 from vbbench.cli import main
 from vbbench.exchange.heads import HeadOptions, SurveillanceCamera, camera_of, export_heads
 from vbbench.files.dataset import Dataset

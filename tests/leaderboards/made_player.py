@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.made_sequence import DT, MadeSequence
+from tests.lib.made_sequence import DT, MadeSequence
 from vbbench.estimate import Estimate
 from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
 from vbbench_leaderboards.site.building import SCRIPTS, assets

@@ -13,7 +13,7 @@ import pytest
 
 from tests.leaderboards.made_results import made_results
 from tests.leaderboards.tiny_board import FILE, tiny_board, tiny_dataset
-from tests.make_dataset import Crowd
+from tests.lib.make_dataset import Crowd
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
 from vbbench.exchange.csv_export import TABLES, export_csv

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.files.dataset import Dataset
 from vbbench.solving import solve
 from vbbench_leaderboards.results.sealed_json import digest

@@ -12,7 +12,7 @@ from matplotlib.image import imread
 from numpy.typing import ArrayLike
 
 from tests.cli.test_cli import run
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.work import work_of
+from tests.lib.work import work_of
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene

@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from tests.cli.test_cli import run
-from tests.kitti_files import Drive, write_kitti
+from tests.lib.kitti_files import Drive, write_kitti
 from vbbench.errors import VbbenchError
 from vbbench.paper import BEST, COLUMNS, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.reproduction import readings, robot
@@ -445,7 +445,7 @@ def test_commands_without_recordings(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(robot, "SCENARIO", "tests/short_walk.toml")
+    monkeypatch.setattr(robot, "SCENARIO", "tests/lib/short_walk.toml")
     name = command.split()[0]
     status, printed, _ = run(capsys, "reproduce", *command.split(), "--out", tmp_path / "out")
     assert status == 0

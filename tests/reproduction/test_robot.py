@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.jrdb_recording import Robot as MadeRobot
-from tests.jrdb_recording import recording
+from tests.lib.jrdb_recording import Robot as MadeRobot
+from tests.lib.jrdb_recording import recording
 from vbbench.generation.generator import FootagePlan
 from vbbench.geometry import FloatArray, moved_as_one
 from vbbench.registry import load

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests import motsynth_recording
 from tests.cli.test_cli import run
-from tests.head_crowds import square
+from tests.lib import motsynth_recording
+from tests.lib.head_crowds import square
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset

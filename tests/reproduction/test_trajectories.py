@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from tests import jrdb_recording
-from tests.kitti_files import write_kitti
+from tests.lib import jrdb_recording
+from tests.lib.kitti_files import write_kitti
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify

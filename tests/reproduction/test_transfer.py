@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.solver_runs import CAMERAS, problem_of, see, walk
+from tests.lib.solver_runs import CAMERAS, problem_of, see, walk
 from vbbench.errors import VbbenchError
 from vbbench.generation import generate
 from vbbench.generation.generator import Options

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.answers import submit, true_answers
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.answers import submit, true_answers
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.errors import VbbenchError
 from vbbench.scoring.comparison import compare
 

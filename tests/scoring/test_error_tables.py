@@ -13,8 +13,8 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from tests.answers import submit, true_answers
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.answers import submit, true_answers
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.answers import submit, true_answers
-from tests.make_dataset import FALSE_ALARM, Crowd, write_dataset
-from tests.slow_score import score_rows
+from tests.lib.answers import submit, true_answers
+from tests.lib.make_dataset import FALSE_ALARM, Crowd, write_dataset
+from tests.lib.slow_score import score_rows
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.scoring import score

@@ -9,8 +9,8 @@ from typing import get_args
 
 import pytest
 
-from tests.answers import submit, true_answers
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.answers import submit, true_answers
+from tests.lib.make_dataset import Crowd, write_dataset
 from tests.test_table import check_latex
 from vbbench.cli import main
 from vbbench.errors import VbbenchError

@@ -44,7 +44,7 @@ VBBENCH = [sys.executable, "-m", "vbbench"]
 def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Where a user stands: a stranger's module next to datasets."""
     folder = tmp_path_factory.mktemp("user")
-    shutil.copy(Path(__file__).parents[1] / "hostile_solvers.py", folder / "hostile.py")
+    shutil.copy(Path(__file__).parents[1] / "lib" / "hostile_solvers.py", folder / "hostile.py")
     generate("demo", folder / "demo", Options(limit=3))
     sys.path.insert(0, str(folder))
     yield folder
@@ -394,7 +394,7 @@ def test_nothing_is_left_in_the_temporary_folder(
 def test_modules_where_the_user_stands_do_not_pass_for_installed_ones(dataset: Dataset, tmp_path: Path) -> None:
     for name in ("tqdm", "pyarrow", "joblib"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('imported where truth is')\n")
-    shutil.copy(Path(__file__).parents[1] / "hostile_solvers.py", tmp_path / "hostile.py")
+    shutil.copy(Path(__file__).parents[1] / "lib" / "hostile_solvers.py", tmp_path / "hostile.py")
     command = [sys.executable, "-P", "-m", "vbbench", "solve", str(dataset.folder), "--solver", "hostile:Honest"]
     done = subprocess.run(
         [*command, "--out", "out", "--isolate"], cwd=tmp_path, capture_output=True, text=True, check=False

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.kitti_files import write_kitti
-from tests.own_recording import CAMERA_TOML, make_walk
+from tests.lib.kitti_files import write_kitti
+from tests.lib.own_recording import CAMERA_TOML, make_walk
 from vbbench import Dataset, PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.files.sequence_tables import SequenceTable

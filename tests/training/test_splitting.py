@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vbbench
-from tests.kitti_files import write_kitti
+from tests.lib.kitti_files import write_kitti
 from vbbench import Dataset
 from vbbench.cli import main
 from vbbench.errors import VbbenchError

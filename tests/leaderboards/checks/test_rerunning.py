@@ -380,9 +380,9 @@ def test_solvers_of_strangers_are_solved_in_fresh_processes(tmp_path: Path, monk
     monkeypatch.setattr("vbbench_leaderboards.checks.rerunning.solve", note)
     dataset = generate("sim", tmp_path / "sim", Options(limit=1))
     board = Board(split="sim", tier="ideal", protocol="sequential")
-    for solver in ("cv", "tests.session_solvers:Anything"):
+    for solver in ("cv", "tests.lib.session_solvers:Anything"):
         Rerun(results=tmp_path, work=tmp_path / "room", update=True, together=True).submission(dataset, board, solver)
-    assert asked == {"cv": False, "tests.session_solvers:Anything": True}
+    assert asked == {"cv": False, "tests.lib.session_solvers:Anything": True}
     Rerun(results=tmp_path, work=tmp_path / "diagnostic").submission(dataset, board, "cv")
     assert not asked["cv"]
     Rerun(results=tmp_path, work=tmp_path / "other").submission(dataset, replace(board, tier="noisy"), "cv")

@@ -7,7 +7,7 @@ import pytest
 
 from tests.leaderboards.made_player import hidden_people
 from tests.leaderboards.player_decoding import METRE, decode_unboxed
-from tests.made_sequence import made_sequence
+from tests.lib.made_sequence import made_sequence
 from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
 from vbbench.files.dataset import Dataset

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.answers import submit, true_answers
 from tests.leaderboards.board_results import BOARD, result
 from tests.leaderboards.site.test_building import ERRORS, HOSTILE, Outline, pages, site_of  # the pages of made results
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.answers import submit, true_answers
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.scoring import score
 from vbbench.scoring.comparison import compare
 from vbbench_leaderboards.results.ranking import contrasts

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from tests.answers import submit, true_answers
 from tests.generators.test_footage import FRAMES, made
 from tests.generators.test_footage_pictures import known_as, photographed
 from tests.leaderboards.board_results import ABOUT
 from tests.leaderboards.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_estimate, numbers
-from tests.made_sequence import DT, MadeSequence, made_sequence
-from tests.make_dataset import Crowd, write_dataset
+from tests.lib.answers import submit, true_answers
+from tests.lib.made_sequence import DT, MadeSequence, made_sequence
+from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import wrap_angle
@@ -235,7 +235,7 @@ def test_pictures_of_a_sequence_go_with_it(own_work: Path, results: Results, tmp
 
 
 def test_pictures_are_made_where_they_are_asked_for(own_work: Path, results: Results, tmp_path: Path) -> None:
-    backend = Backend(name="tests.flat_renderer:FlatRenderer")
+    backend = Backend(name="tests.lib.flat_renderer:FlatRenderer")
     write_player(tmp_path, results, Films(work=own_work, sequences=2, pictures=backend))
     index = read_data(tmp_path / FOLDER / "made.js")[1]
     for number, frames in zip(index["sequences"], index["frames"], strict=True):

@@ -1,0 +1,357 @@
+"""vb-former, its variants too: what does not matter to them, gaps, absurd boxes, odometry, and how sure they are."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.lib.make_dataset import Crowd, write_dataset
+from tests.lib.solver_runs import CAMERAS, problem_of, run, see, walk
+from vbbench import Session
+from vbbench.camera import PanoramaCamera
+from vbbench.estimate import is_credible
+from vbbench.files.dataset import Dataset
+from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
+from vbbench.protocol import PROTOCOLS, get_protocol
+from vbbench.scoring import score
+from vbbench.sequence import Odometry, Sequence, Truth
+from vbbench.solver import Estimate, ForgettingSolver, FrameSolver
+from vbbench.solving import solve
+from vbbench.solving.runner import frames_of, run_sequence
+from vbbench_baselines.former.composing import moved, seen_from
+from vbbench_baselines.former.layers import first_weights
+from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.solver import PureVbFormer, VbFormer
+
+GOLDEN = {
+    "vb-former": {
+        "one-step": (0.0378, 0.0476),
+        "sequential": (0.0316, 0.0445),
+        "rollout": (0.0316, 0.0445),
+        "cold-start": (0.4763, 0.2273),
+    },
+    "vb-former-pure": {
+        "one-step": (0.0473, 0.0461),
+        "sequential": (0.1241, 0.0402),
+        "rollout": (0.1241, 0.0402),
+        "cold-start": (0.5719, 0.3898),
+    },
+}
+"""Δx and Δt in m on three made sequences; with new weights, or another fit, they are made anew."""
+
+Make = Callable[[], FrameSolver]
+
+
+def first(*, pure: bool, **biases: float) -> dict[str, Any]:
+    """Weights before any training, with these biases."""
+    made = {name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(0), pure).items()}
+    for name, value in biases.items():
+        made[f"{name}.bias"][:] = value
+    return made
+
+
+FIRST, FIRST_PURE = first(pure=False), first(pure=True)
+SOLVERS: list[Make] = [
+    VbFormer,
+    lambda: VbFormer(weights=FIRST, feet=False),
+    PureVbFormer,
+    lambda: PureVbFormer(weights=FIRST_PURE),
+]
+
+
+def answer(make: Make, sequence: Sequence, protocol: str = "rollout") -> Estimate:
+    problem = problem_of(sequence, CAMERAS[0], 1.0, covariances=True)
+    return run_sequence(make(), problem, sequence, get_protocol(protocol), None)[0]
+
+
+def without(sequence: Sequence, hidden: Any) -> Sequence:
+    """The sequence without the boxes ``hidden`` [T, K]."""
+    boxes = np.where(hidden[..., None], np.nan, sequence.observations)
+    given = np.where(hidden[..., None], np.nan, sequence.given.positions)
+    visible = np.where(hidden, np.nan, sequence.visible)
+    return replace(sequence, observations=boxes, visible=visible, given=replace(sequence.given, positions=given))
+
+
+def in_order(sequence: Sequence, order: Any) -> Sequence:
+    """The sequence with its people in another order."""
+    given = replace(sequence.given, positions=sequence.given.positions[:, order])
+    return replace(
+        sequence, observations=sequence.observations[:, order], visible=sequence.visible[:, order], given=given
+    )
+
+
+def elsewhere(truth: Truth, shift: FloatArray, turn: float) -> Truth:
+    """The same walks in a world that is turned and shifted."""
+    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    poses = np.column_stack((truth.poses[:, :2] @ rotation + shift, truth.poses[:, 2] + turn))
+    return replace(truth, poses=poses, positions=truth.positions @ rotation + shift)
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_the_order_of_people_does_not_matter(make: Make) -> None:
+    sequence, order = see(walk(1, wobble=0.02), CAMERAS[0], 1.0), np.array([3, 0, 5, 1, 4, 2])
+    one, other = answer(make, sequence), answer(make, in_order(sequence, order))
+    np.testing.assert_allclose(other.poses, one.poses, atol=1e-4)
+    np.testing.assert_allclose(other.positions, one.positions[:, order], atol=1e-4)
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+@pytest.mark.parametrize("protocol", ["rollout", "one-step"])
+@pytest.mark.parametrize(("shift", "turn"), [((30.0, -20.0), 2.1), ((1e5, -1e5), 0.0)])
+def test_where_the_world_begins_does_not_matter(
+    make: Make, protocol: str, shift: tuple[float, float], turn: float
+) -> None:
+    truth = walk(2, wobble=0.02)
+    far = elsewhere(truth, np.array(shift), turn)
+    here, there = (run(make(), walks, protocol, pixel_std=1.0) for walks in (truth, far))
+    expected = elsewhere(replace(truth, poses=here.poses, positions=here.positions), np.array(shift), turn)
+    np.testing.assert_allclose(there.poses[:, :2], expected.poses[:, :2], atol=1e-4)
+    np.testing.assert_allclose(wrap_angle(there.poses[:, 2] - expected.poses[:, 2]), 0.0, atol=1e-4)
+    np.testing.assert_allclose(there.positions, expected.positions, atol=1e-4)
+
+
+def test_poses_are_composed_in_float64() -> None:
+    pose = np.array((1e5 + 0.123456789, -1e5, 0.0))
+    place = seen_from(pose, pose[None, :2] + np.array([[1.0, 2.0]]))
+    np.testing.assert_allclose(place, [1.0 + 2.0j], atol=1e-6)
+    np.testing.assert_allclose(
+        moved(pose, Motion(np.complex64(0.25), np.float32(4.0))), (pose[0] + 0.25, -1e5, 4.0 - 2 * np.pi)
+    )
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+@pytest.mark.parametrize("people", [0, 1, 2, 40])
+def test_any_number_of_people(make: Make, people: int) -> None:
+    estimate = answer(make, see(walk(3, people=people), CAMERAS[0], 1.0), "cold-start")
+    assert estimate.positions.shape == (8, people, 2)
+    assert estimate.fallback is not None
+    assert estimate.fallback[1:].all() == (people < 2)
+    assert np.abs(estimate.poses).max() < 20.0
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_gaps(make: Make) -> None:
+    """Nobody in some frames, a lone person in others, and some who come late."""
+    t, k = np.arange(16)[:, None], np.arange(6)[None]
+    hidden = ((t > 3) & (t < 7)) | ((t > 8) & (t < 11) & (k > 0)) | ((k == 4) & (t < 5)) | ((k == 5) & (t % 2 == 0))
+    estimate = answer(make, without(see(walk(4, frames=16), CAMERAS[0], 1.0), hidden))
+    assert is_credible(estimate.poses).all()
+    assert np.isfinite(estimate.positions[~hidden]).all()
+    assert np.isnan(estimate.positions[hidden]).all()
+    assert np.abs(estimate.poses[:, :2]).max() < 30.0
+
+
+ABSURD = [(1e300, 200.0, 50.0), (700.0, np.inf, 50.0), (700.0, 200.0, -np.inf), (700.0, 1e7, 80.0)]
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_absurd_boxes_are_not_used(make: Make) -> None:
+    sequence, hidden = see(walk(5), CAMERAS[0], 1.0), np.zeros((8, 6), np.bool_)
+    boxes = np.array(sequence.observations)
+    for frame, box in enumerate(ABSURD, 3):
+        boxes[frame, 2], hidden[frame, 2] = box, True
+    spoiled, clean = answer(make, replace(sequence, observations=boxes)), answer(make, without(sequence, hidden))
+    np.testing.assert_array_equal(spoiled.poses, clean.poses)
+    np.testing.assert_array_equal(spoiled.positions[~hidden], clean.positions[~hidden])
+    assert is_credible(spoiled.positions).all()
+
+
+@pytest.mark.parametrize("box", [(700.0, 200.0, -50.0), (700.0, 200.0, 1e-9), (700.0, 200.0, 9e5), (-9e5, -9e5, 2.0)])
+def test_strange_boxes_have_answers(box: tuple[float, float, float]) -> None:
+    sequence = see(walk(5), CAMERAS[0], 1.0)
+    boxes = np.array(sequence.observations)
+    boxes[4, 1] = box
+    estimate = answer(VbFormer, replace(sequence, observations=boxes))
+    assert is_credible(estimate.poses).all()
+    assert is_credible(estimate.positions).all()
+
+
+def test_a_network_that_loses_its_mind_stays_where_it_is() -> None:
+    estimate = answer(lambda: VbFormer(weights=first(pure=False, trust=np.nan)), see(walk(6), CAMERAS[0], 1.0))
+    np.testing.assert_array_equal(estimate.poses, estimate.poses[[0, 1, 1, 1, 1, 1, 1, 1]])
+    assert is_credible(estimate.positions).all()
+    assert estimate.converged is not None
+    assert estimate.converged.tolist() == [True] * 2 + [False] * 6
+
+
+@pytest.mark.parametrize(("spread", "sure"), [(2.0, False), (-4.0, True)])
+def test_converged_and_covariances_are_those_of_the_spread(spread: float, sure: bool) -> None:
+    weights = first(pure=False, **{"pose_spread": spread, "place_spread.out": spread})
+    for name in ("pose_spread.weights", "place_spread.out.weights"):
+        weights[name][:] = 0.0
+    estimate = answer(lambda: VbFormer(weights=weights), see(walk(7), CAMERAS[0], 1.0))
+    assert estimate.converged is not None
+    assert estimate.pose_covariances is not None
+    assert estimate.position_covariances is not None
+    assert (estimate.converged[2:] == sure).all()
+    variance = np.exp(2.0 * spread)
+    np.testing.assert_allclose(estimate.pose_covariances[2:], np.tile(variance * np.eye(3), (6, 1, 1)), rtol=1e-5)
+    np.testing.assert_allclose(
+        estimate.position_covariances[2:], np.tile(variance * np.eye(2), (6, 6, 1, 1)), rtol=1e-5, atol=1e-9
+    )
+    assert not estimate.pose_covariances[:2].any()
+
+
+def measured(truth: Truth, std: float) -> Odometry:
+    """What odometry measures of a walk, exactly, of which it says this standard deviation."""
+    steps = np.array(
+        [world_to_relative(now[None, :2], before)[0] for before, now in zip(truth.poses, truth.poses[1:], strict=False)]
+    )
+    motions = np.column_stack((steps[:, 1], -steps[:, 0], np.diff(truth.poses[:, 2])))
+    motions = np.concatenate((np.full((1, 3), np.nan), motions))
+    return Odometry(motions=motions, covariances=np.tile(std**2 * np.eye(3), (len(motions), 1, 1)))
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_odometry_holds_the_pose(make: Make) -> None:
+    truth = walk(8, frames=12, wobble=0.05)
+    sequence = see(truth, CAMERAS[0], 2.0)
+    told = replace(sequence, given=replace(sequence.given, odometry=measured(truth, 0.002)))
+    estimate, alone = answer(make, told, "cold-start"), answer(make, sequence, "cold-start")
+    assert np.abs(estimate.poses - truth.poses).max() < 0.1
+    assert unsure(estimate)[-1] < 0.2 * unsure(alone)[-1]
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_odometry_that_measured_nothing_changes_nothing(make: Make) -> None:
+    sequence = see(walk(8), CAMERAS[0], 1.0)
+    empty = replace(sequence, given=replace(sequence.given, odometry=Odometry.unmeasured(8)))
+    np.testing.assert_array_equal(answer(make, empty).poses, answer(make, sequence).poses)
+
+
+def test_vague_odometry_counts_beside_what_is_expected() -> None:
+    truth = walk(8)
+    sequence = see(truth, CAMERAS[0], 1.0)
+    vague = replace(sequence, given=replace(sequence.given, odometry=measured(truth, 100.0)))
+    np.testing.assert_allclose(answer(VbFormer, vague).poses, answer(VbFormer, sequence).poses, atol=1e-3)
+
+
+def unsure(estimate: Estimate) -> FloatArray:
+    """[T] standard deviations of the observer's place, in m."""
+    assert estimate.pose_covariances is not None
+    return np.asarray(np.sqrt(np.trace(estimate.pose_covariances[:, :2, :2], axis1=1, axis2=2)))
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_after_a_cold_start_nobody_grows_surer_of_where_it_is(make: Make) -> None:
+    """Windows of the training are short; how far all drift together is unknown for longer, of people's places, too."""
+    sequence = see(walk(12, frames=60), CAMERAS[0], 1.0)
+    estimate = answer(make, sequence, "cold-start")
+    assert (np.diff(unsure(estimate)) >= 0.0).all()
+    assert unsure(estimate)[-1] > 5.0
+    assert estimate.position_covariances is not None
+    assert estimate.converged is not None
+    assert np.nanmin(np.trace(estimate.position_covariances[-1], axis1=1, axis2=2)) > 0.5 * unsure(estimate)[-1] ** 2
+    assert not estimate.converged[-1]
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_odometry_alone_says_how_sure_a_pose_is_after_a_cold_start(make: Make) -> None:
+    std, truth = 0.02, walk(12, frames=40)
+    sequence = see(truth, CAMERAS[0], 1.0)
+    measures = replace(sequence, given=replace(sequence.given, odometry=measured(truth, std)))
+    estimate = answer(make, measures, "cold-start")
+    assert (np.diff(unsure(estimate)) >= 0.0).all()
+    assert estimate.pose_covariances is not None
+    np.testing.assert_allclose(np.sqrt(estimate.pose_covariances[:, 2, 2]), std * np.sqrt(np.arange(40)), atol=1e-9)
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_odometry_that_tells_little_makes_nobody_less_sure(make: Make) -> None:
+    """Nor does it where it knows the turn alone."""
+    truth = walk(12, frames=40)
+    sequence = see(truth, CAMERAS[0], 1.0)
+    alone = unsure(answer(make, sequence, "cold-start"))[-1]
+    for std in (3.0, 300.0):
+        vague = replace(sequence, given=replace(sequence.given, odometry=measured(truth, std)))
+        assert unsure(answer(make, vague, "cold-start"))[-1] < 1.3 * alone
+    gyro = measured(truth, 300.0)
+    covariances = np.array(gyro.covariances)
+    covariances[:, 2, 2] = 1e-6
+    given = replace(sequence.given, odometry=replace(gyro, covariances=covariances))
+    assert unsure(answer(make, replace(sequence, given=given), "cold-start"))[-1] < 1.3 * alone
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_odometry_that_comes_and_goes_loses_no_more_than_its_gaps(make: Make) -> None:
+    truth = walk(12, frames=60)
+    sequence = see(truth, CAMERAS[0], 1.0)
+
+    def spread(missing: slice) -> FloatArray:
+        whole = measured(truth, 0.02)
+        motions = np.array(whole.motions)
+        motions[missing] = np.nan
+        given = replace(sequence.given, odometry=replace(whole, motions=motions))
+        estimate = answer(make, replace(sequence, given=given), "cold-start")
+        assert estimate.pose_covariances is not None
+        sigma = np.sqrt(np.diagonal(estimate.pose_covariances, axis1=1, axis2=2))
+        assert (np.diff(sigma, axis=0) >= -1e-9).all(), "nothing makes a pose surer"
+        return sigma
+
+    now_and_then, for_long = spread(slice(10, None, 10)), spread(slice(30, None))
+    assert now_and_then[-1, :2].max() < 0.5 * for_long[-1, :2].max()
+
+
+def relayed(make: Make, *, own: bool) -> Estimate:
+    """Column 0 is forgotten at frame 5 and somebody else's from then on, who has a column of their ``own`` or not."""
+    truth, new = walk(9, frames=10), 6 if own else 0
+    sequence = see(truth, CAMERAS[0], 1.0)
+    boxes = np.concatenate((sequence.observations, np.full((10, 1, 3), np.nan)), axis=1)
+    later = see(walk(10, frames=10), CAMERAS[0], 1.0).observations[5:, 0]
+    boxes[5:, 0] = np.nan
+    boxes[5:, new] = later
+    given = np.concatenate((sequence.given.positions, np.full((10, 1, 2), np.nan)), axis=1)
+    sequence = replace(
+        sequence,
+        tracks=np.arange(7),
+        observations=boxes,
+        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
+        given=replace(sequence.given, positions=given),
+    )
+    solver, answers = make(), []
+    assert isinstance(solver, ForgettingSolver)
+    solver.start(problem_of(sequence, CAMERAS[0], 1.0))
+    for frame in frames_of(sequence, sequence.given, sequence.given):
+        if frame.index == 5 and not own:
+            solver.forget(np.array([0]))
+        answers.append(solver.step(frame))
+    return Estimate.of_frames(answers)
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_a_forgotten_column_is_as_good_as_a_new_one(make: Make) -> None:
+    reused, own = relayed(make, own=False), relayed(make, own=True)
+    np.testing.assert_allclose(reused.poses, own.poses, atol=1e-4)
+    np.testing.assert_allclose(reused.positions[5:, 0], own.positions[5:, 6], atol=1e-4)
+    np.testing.assert_allclose(reused.positions[:, 1:6], own.positions[:, 1:6], atol=1e-4)
+
+
+def test_a_session_with_comings_and_goings() -> None:
+    """More people over time than there are columns; somebody new each second, and frames with nobody."""
+    truth = walk(11, frames=30, people=12)
+    boxes = CAMERAS[0].project(world_to_relative(truth.positions, truth.poses), np.broadcast_to(1.7, (30, 12)))
+    session = Session(VbFormer(), PanoramaCamera(), 0.4, people=4, forget_after=1.0)
+    for t in range(30):
+        shown = [] if t in (7, 20) else [(t // 3 + n) % 12 for n in range(4)]
+        found = session.step_observations({f"{person} {t // 12}": boxes[t, person] for person in shown})
+        assert len(found.positions) == len(shown)
+        assert is_credible(found.pose).all()
+        assert all(np.linalg.eigvalsh(sigma)[0] > 0.0 for sigma in found.position_covariances.values())
+        assert found.pose_covariance is not None
+        assert t == 0 or np.linalg.eigvalsh(found.pose_covariance)[0] > 0.0
+        assert all(1.2 < height < 2.3 for height in found.heights.values())
+
+
+@pytest.mark.parametrize("solver", list(GOLDEN))
+def test_protocols_on_a_dataset(tmp_path: Path, solver: str) -> None:
+    write_dataset(tmp_path / "data", Crowd(scenes=1, sequences=3, seed=3))
+    dataset, found = Dataset(tmp_path / "data"), {}
+    for protocol in PROTOCOLS:
+        submission = solve(dataset, solver, protocol, tmp_path / protocol, covariance=True)
+        result = score(submission, dataset.folder)
+        found[protocol] = tuple(round(float(result.summaries[name].mean), 4) for name in ("dx", "dt"))
+    for protocol, golden in GOLDEN[solver].items():
+        assert found[protocol] == pytest.approx(golden, rel=0.02, abs=1e-3), found

@@ -1,0 +1,220 @@
+"""The naive baseline: exact where nothing errs, its fit and filters against closed forms, and whatever is missing."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.lib.solver_runs import CAMERAS, DT, problem_of, run, see, walk
+from vbbench import PerspectiveCamera, Session
+from vbbench.boxes import rectangles
+from vbbench.camera import Camera
+from vbbench.geometry import FloatArray, motion_between, relative_to_world, world_to_relative, wrap_angle
+from vbbench.protocol import PROTOCOLS, get_protocol
+from vbbench.registry import make_solver, registered
+from vbbench.sequence import Odometry, Sequence, Truth
+from vbbench.solver import Estimate, ForgettingSolver, FrameEstimate
+from vbbench.solving.runner import frames_of, run_sequence
+from vbbench_baselines.ground_plane import ACCELERATION, FLOOR, SPEED, GroundPlane, rigid_fit
+
+MEAN = 1.7
+"""Of the heights of `problem_of`, in m."""
+
+
+def alike(seed: int, frames: int = 12) -> Truth:
+    """People of mean height, who stand, about an observer who walks."""
+    truth = walk(seed, frames)
+    positions = np.broadcast_to(truth.positions[:1] + np.array((0.0, 6.0)), truth.positions.shape)
+    return replace(truth, positions=np.array(positions), heights=np.full(len(truth.heights), MEAN))
+
+
+def measured(truth: Truth) -> Odometry:
+    """Exact odometry."""
+    moved = motion_between(truth.poses[:-1], truth.poses[1:])
+    return Odometry(
+        motions=np.concatenate([np.full((1, 3), np.nan), moved]),
+        covariances=np.tile(1e-6 * np.eye(3), (len(truth.poses), 1, 1)),
+    )
+
+
+def cold(truth: Truth, camera: Camera, odometry: Odometry | None = None) -> Sequence:
+    sequence = see(truth, camera)
+    return replace(sequence, given=replace(sequence.given, odometry=odometry))
+
+
+def answers(sequence: Sequence, camera: Camera, protocol: str = "cold-start", **facts: Any) -> Estimate:
+    problem = replace(problem_of(sequence, camera, covariances=True), **facts)
+    return run_sequence(GroundPlane(), problem, sequence, get_protocol(protocol), None)[0]
+
+
+def test_it_is_bundled() -> None:
+    if "ground-plane" not in registered("solver"):
+        pytest.skip("vbbench was installed before it had this solver")
+    assert isinstance(make_solver("ground-plane"), GroundPlane)
+    assert isinstance(GroundPlane(), ForgettingSolver)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_exact_boxes_and_odometry_give_the_exact_map_of_people_who_stand(camera: Camera) -> None:
+    truth = alike(3)
+    estimate = answers(cold(truth, camera, measured(truth)), camera)
+    np.testing.assert_allclose(estimate.poses[:, :2], truth.poses[:, :2], atol=1e-9)
+    np.testing.assert_allclose(wrap_angle(estimate.poses[:, 2] - truth.poses[:, 2]), 0.0, atol=1e-9)
+    np.testing.assert_allclose(estimate.positions, truth.positions, atol=1e-6)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_one_step_follows_people_who_walk(camera: Camera) -> None:
+    truth = replace(walk(4, 12), heights=np.full(6, MEAN))
+    estimate = run(GroundPlane(), truth, "one-step", camera)
+    assert np.hypot(*(estimate.poses - truth.poses)[2:, :2].T).max() < 0.05
+    assert np.hypot(*np.moveaxis((estimate.positions - truth.positions)[2:], -1, 0)).max() < 0.05
+
+
+def test_the_rigid_fit_recovers_a_motion() -> None:
+    rng = np.random.default_rng(1)
+    pose, relative = np.array((3.0, -2.0, 2.4)), rng.uniform((-4.0, 2.0), (4.0, 12.0), (5, 2))
+    weights, vague = rng.uniform(1.0, 9.0, 5), (np.zeros(3), 1e-12)
+    found, covariance = rigid_fit(relative, relative_to_world(relative, pose), weights, vague)
+    np.testing.assert_allclose(found, pose, atol=1e-9)
+    np.testing.assert_allclose(covariance, covariance.T)
+    assert np.linalg.eigvalsh(covariance).min() > 0.0
+
+
+def test_the_rigid_fit_minimises_the_weighted_squares() -> None:
+    rng = np.random.default_rng(2)
+    relative, places = rng.normal(0.0, 4.0, (2, 6, 2))
+    weights, expected, trust = rng.uniform(0.5, 4.0, 6), np.array((0.5, 0.2, 0.3)), 7.0
+    sides = np.array([[-1.0, 0.0], [1.0, 0.0]])
+
+    def cost(pose: FloatArray) -> float:
+        off = relative_to_world(relative, pose) - places
+        away = relative_to_world(sides, pose) - relative_to_world(sides, expected)
+        return float((weights * (off**2).sum(axis=1)).sum() + 0.5 * trust * (away**2).sum())
+
+    found, _ = rigid_fit(relative, places, weights, (expected, trust))
+    around = found + rng.normal(0.0, 0.05, (200, 3))
+    assert all(cost(pose) > cost(found) for pose in around)
+
+
+def test_nobody_known_leaves_what_is_expected() -> None:
+    expected = np.array((1.0, 2.0, -3.0))
+    found, covariance = rigid_fit(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), (expected, 4.0))
+    np.testing.assert_allclose(found, expected)
+    np.testing.assert_allclose(np.diag(covariance), 0.25)
+
+
+@pytest.mark.parametrize("seen", [(1, 1, 1, 1), (1, 0, 0, 1), (1, 1, 0, 1)])
+def test_the_filter_is_the_conditional_distribution(seen: tuple[int, ...]) -> None:
+    """Of a person's place, given all boxes, in closed form: an integrated Wiener process, conditioned."""
+    camera, frames = CAMERAS[0], len(seen)
+    truth = replace(walk(5, frames, people=1), heights=np.full(1, MEAN), poses=np.zeros((frames, 3)))
+    rng = np.random.default_rng(0)
+    path = np.column_stack([5.0 + rng.normal(0.0, 0.1, frames), rng.normal(0.0, 0.1, frames)])
+    sequence = cold(replace(truth, positions=path[:, None]), camera, measured(truth))
+    boxes = np.where(np.array(seen, bool)[:, None, None], sequence.observations, np.nan)
+    sequence = replace(sequence, observations=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
+    estimate = answers(sequence, camera, height_std=0.0)
+
+    first, *others = np.flatnonzero(seen)
+    since = DT * (np.array(others) - first)
+    less, more = np.minimum(since[:, None], since), np.maximum(since[:, None], since)
+    prior = SPEED**2 * less * more + ACCELERATION * less**2 * (3.0 * more - less) / 6.0 + FLOOR**2
+    gain = prior @ np.linalg.inv(prior + FLOOR**2 * np.eye(len(others)))
+    expected, spread = path[first] + gain @ (path[others] - path[first]), prior - gain @ prior
+    np.testing.assert_allclose(estimate.positions[others[-1], 0], expected[-1], atol=1e-6)
+    assert estimate.position_covariances is not None
+    pose = 1e-4 + 1e-6 * others[-1]
+    np.testing.assert_allclose(estimate.position_covariances[others[-1], 0, 0, 0], spread[-1, -1] + pose, rtol=2e-2)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_no_warning_and_an_answer_for_everybody_whatever_is_missing(camera: Camera, protocol: str) -> None:
+    truth = walk(6, 14)
+    sequence = see(truth, camera, 1.0)
+    boxes = sequence.observations.copy()
+    boxes[4:7] = np.nan  # nobody
+    boxes[8:, 1:] = np.nan  # one person
+    boxes[2:, 0, 2] = 1e-3  # a box of no height
+    sequence = replace(sequence, observations=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
+    rules = get_protocol(protocol)
+    with np.errstate(all="raise"):
+        problem = problem_of(sequence, camera, 1.0, covariances=True)
+        estimate, _ = run_sequence(GroundPlane(), problem, sequence, rules, truth if rules.needs_truth else None)
+    assert np.isfinite(estimate.poses).all()
+    assert np.isfinite(estimate.positions[sequence.observed]).all()
+    assert estimate.pose_covariances is not None
+    assert estimate.position_covariances is not None
+    for spreads in (estimate.pose_covariances[1:], estimate.position_covariances[sequence.observed]):
+        assert np.linalg.eigvalsh(spreads).min() > 0.0
+
+
+def test_given_places_after_a_gap_bring_the_pose_back() -> None:
+    truth = walk(7, 40)
+    sequence = see(truth, CAMERAS[0], 1.0)
+    boxes, given = sequence.observations.copy(), np.array(sequence.given.positions)
+    boxes[3:30] = np.nan
+    given[30] = truth.positions[30]
+    sequence = replace(
+        sequence,
+        observations=boxes,
+        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
+        given=replace(sequence.given, positions=given),
+    )
+    problem = problem_of(sequence, CAMERAS[0], 1.0, covariances=True)
+    estimate, _ = run_sequence(GroundPlane(), problem, sequence, get_protocol("sequential"), None)
+    assert estimate.converged is not None
+    assert not estimate.converged[29]
+    assert estimate.converged[30]
+    assert np.hypot(*(estimate.poses - truth.poses)[30, :2]) < 0.6
+
+
+def test_covariances_hold_most_errors_of_people_with_odometry() -> None:
+    squares = []
+    for seed in range(20):
+        truth = walk(seed, 20)
+        sequence = replace(see(truth, CAMERAS[1], 1.0, seed), given=cold(truth, CAMERAS[1], measured(truth)).given)
+        estimate = answers(sequence, CAMERAS[1], pixel_std=1.0)
+        assert estimate.position_covariances is not None
+        off = estimate.positions - truth.positions
+        seen = sequence.observed
+        spread = estimate.position_covariances[seen]
+        squares.append(np.einsum("ni,nij,nj->n", off[seen], np.linalg.inv(spread), off[seen]))
+    assert 0.8 < (np.concatenate(squares) < 6.18).mean() < 1.0
+
+
+def test_a_forgotten_column_is_a_new_one() -> None:
+    truth = walk(8, 10)
+    sequence = cold(truth, CAMERAS[0], measured(truth))
+    solvers = GroundPlane(), GroundPlane()
+    boxes = sequence.observations.copy()
+    boxes[:6, 0] = np.nan
+    shown = sequence, replace(sequence, observations=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
+    last: list[FrameEstimate] = []
+    for solver, one in zip(solvers, shown, strict=True):
+        solver.start(problem_of(one, CAMERAS[0]))
+        given = get_protocol("cold-start").select_given(one.given)
+        for frame in frames_of(one, given, given):
+            if frame.index == 6:
+                solver.forget(np.array([0]))
+            answer = solver.step(frame)
+        last.append(answer)
+    np.testing.assert_allclose(last[0].positions[0], last[1].positions[0])
+    np.testing.assert_allclose(last[0].pose, last[1].pose)
+
+
+def test_it_runs_in_a_session() -> None:
+    camera, truth = PerspectiveCamera(), alike(9, 30)
+    session = Session(GroundPlane(), camera, DT, origin=tuple(truth.poses[0]))
+    heights = np.full(len(truth.heights), 1.72)
+    for t, pose in enumerate(truth.poses):
+        shown = camera.project(world_to_relative(truth.positions[t], pose), heights)
+        ids = [k for k in range(len(shown)) if np.isfinite(shown[k, 2])]
+        motion = motion_between(truth.poses[t - 1], pose) if t else None
+        answer = session.step(
+            dict(zip(ids, rectangles(shown[ids]), strict=True)),
+            **({} if motion is None else {"odometry": (motion, 1e-6 * np.eye(3))}),
+        )
+    np.testing.assert_allclose(answer.pose[:2], truth.poses[-1, :2], atol=1e-6)

@@ -1,0 +1,642 @@
+"""The estimator in C++: gradients, elimination, marginal priors, what it answers, and what its binding refuses."""
+
+import pickle
+from copy import deepcopy
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.lib.solver_runs import CAMERAS, problem_of, see
+from vbbench.errors import VbbenchError
+from vbbench.geometry import FloatArray
+from vbbench.protocol import get_protocol
+from vbbench.sequence import Truth
+from vbbench.solver import CARRIERS, Carrier
+from vbbench.solving.runner import run_sequence
+from vbbench_baselines._core import Estimator
+from vbbench_baselines.joint_map import MapBatch, MapCausal
+
+DT, MOUNT, FOCAL = 0.4, 1.6, 600.0
+NOWHERE = np.full((3, 3), np.nan)
+
+
+@dataclass(frozen=True)
+class Crowd:
+    """A camera that walks along x, and people who walk as straight: poses [T, 3], places [T, K, 2], boxes [T, K, 5]."""
+
+    poses: FloatArray
+    places: FloatArray
+    boxes: FloatArray
+
+
+def crowd(frames: int, people: int, *, noise: float = 0.5, edge: float = 0.0, seed: int = 0) -> Crowd:
+    rng = np.random.default_rng(seed)
+    time = DT * np.arange(frames)
+    yaw = np.arctan2(0.06 * np.cos(0.2 * time), 1.2)  # the camera looks along its path
+    poses = np.stack([1.2 * time, 0.3 * np.sin(0.2 * time), yaw], axis=-1)
+    start = np.stack([rng.uniform(4.0, 10.0, people), rng.uniform(-3.0, 3.0, people)], axis=-1)
+    velocity = np.stack([rng.uniform(0.6, 1.5, people), rng.normal(0.0, 0.2, people)], axis=-1)
+    steps = rng.normal(0.0, 0.01, (frames, people, 2)).cumsum(axis=0)
+    places = start + velocity * time[:, None, None] + steps
+    heights = rng.normal(1.7, 0.07, people)
+    return Crowd(poses, places, boxes_of(poses, places, heights, edge=edge, noise=noise, rng=rng))
+
+
+def boxes_of(
+    poses: FloatArray,
+    places: FloatArray,
+    heights: FloatArray,
+    *,
+    edge: float = 0.0,
+    noise: float = 0.0,
+    mount: float = MOUNT,
+    rng: np.random.Generator | None = None,
+) -> FloatArray:
+    """Boxes [T, K, 5] of people of these heights [K] in m, with white noise in px."""
+    offset = places - poses[:, None, :2]
+    distance = np.hypot(offset[..., 0], offset[..., 1]) - edge
+    angle = np.arctan2(offset[..., 1], offset[..., 0]) - poses[:, None, 2]
+    pixels = noise / FOCAL * (rng or np.random.default_rng(0)).normal(size=(3, *distance.shape))
+    length = heights / distance + pixels[0] - pixels[1]
+    return np.stack([pixels[2] - angle, mount / distance + pixels[0], length, FOCAL * length, length], axis=-1)
+
+
+def facts(people: int, *, known: bool = True, covariances: bool = False) -> dict[str, Any]:
+    std = 0.0 if known else 0.03
+    return {
+        "dt": DT,
+        "height_mean": 1.7,
+        "height_std": 0.07,
+        "pixel_std": 0.5,
+        "box_std": std,
+        "tilt_std": std,
+        "mount_height_std": 4.0 * std,
+        "mount_height": MOUNT,
+        "box_edge": np.nan,
+        "columns": people,
+        "known_calibration": known,
+        "covariances": covariances,
+        "carrier": 0,
+    }
+
+
+class Run:
+    """An estimator that steps through a crowd, and what it answered."""
+
+    def __init__(
+        self,
+        people: int,
+        *,
+        known: bool = True,
+        covariances: bool = False,
+        changes: dict[str, Any] | None = None,
+        **constants: float,
+    ) -> None:
+        self.core = Estimator()
+        for name, value in constants.items():
+            self.core.set(name, value)
+        self.core.start(facts(people, known=known, covariances=covariances) | (changes or {}))
+        self.people = people
+
+    def arrays(self) -> dict[str, Any]:
+        k = self.people
+        return {
+            "boxes": np.full((k, 5), np.nan),
+            "cut": np.zeros(k, np.int32),
+            "poses": NOWHERE.copy(),
+            "positions": np.full((3, k, 2), np.nan),
+            "motion": np.full(3, np.nan),
+            "motion_covariance": np.zeros((3, 3)),
+            "pose": np.full(3, np.nan),
+            "pose_covariance": np.full((3, 3), np.nan),
+            "places": np.full((k, 2), np.nan),
+            "place_covariances": np.full((k, 2, 2), np.nan),
+            "heights": np.full(k, np.nan),
+        }
+
+    def step(self, **given: Any) -> dict[str, Any]:
+        arrays = self.arrays() | given
+        arrays["converged"] = self.core.step(**arrays)
+        return arrays
+
+    def through(self, scene: Crowd, *, given: int = 2, poses_given: int = 2) -> list[dict[str, Any]]:
+        """Steps of all frames; places of the first ``given`` ones are given, and poses of ``poses_given``."""
+        answers = []
+        for t, boxes in enumerate(scene.boxes):
+            poses, positions = NOWHERE.copy(), np.full((3, self.people, 2), np.nan)
+            if t < poses_given:
+                poses[2] = scene.poses[t]
+            if t < given:
+                positions[2] = scene.places[t]
+            answers.append(self.step(boxes=np.ascontiguousarray(boxes), poses=poses, positions=positions))
+        return answers
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("size", [6, 20])
+def test_gradients_of_all_rows_are_those_of_the_cost(known: bool, size: int) -> None:
+    run = Run(5, known=known, size=size)
+    run.through(crowd(12, 5, edge=0.0 if known else 0.2))
+    names = ("path", "height", "own edge", "calibration", "camera")
+    errors = dict(zip(names, run.core.gradient_errors(), strict=True))
+    assert all(error < 1e-3 for error in errors.values()), errors
+
+
+def dense_step(core: Estimator) -> FloatArray:
+    """The Gauss–Newton step of the dense system, by NumPy."""
+    system = core.linear_system()
+    free = system["free"] > 0.0
+    jacobian, weights = system["jacobian"], system["weights"]
+    hessian = jacobian.T @ (weights[:, None] * jacobian) + system["information"] + 1e-9 * np.eye(len(free))
+    gradient = jacobian.T @ (weights * system["residuals"]) + system["gradient"]
+    step = np.zeros(len(free))
+    step[free] = np.linalg.solve(hessian[np.ix_(free, free)], -gradient[free])
+    return step
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize(("people", "frames", "size"), [(3, 5, 20), (3, 12, 6)])
+def test_elimination_takes_the_step_of_the_dense_system(people: int, frames: int, size: int, known: bool) -> None:
+    run = Run(people, known=known, size=size, rounds=1.0)
+    run.through(crowd(frames, people, edge=0.0 if known else 0.2, noise=3.0))
+    step = run.core.eliminated_step()
+    assert len(step) > 0
+    assert np.abs(step).max() > 1e-6
+    np.testing.assert_allclose(step, dense_step(run.core), rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_marginal_priors_hold_what_left_the_window(known: bool) -> None:
+    """With given poses the problem is next to linear: six frames and their priors answer as all frames do."""
+    scene = crowd(18, 6, noise=0.2, edge=0.0 if known else 0.2)
+    short, whole = (Run(6, known=known, size=size).through(scene, poses_given=18) for size in (6, 20))
+    for one, other in zip(short, whole, strict=True):
+        np.testing.assert_allclose(one["places"], other["places"], atol=0.02)
+        np.testing.assert_allclose(one["heights"], other["heights"], atol=0.02)
+    np.testing.assert_allclose(whole[-1]["places"], scene.places[-1], atol=0.1)
+
+
+def test_a_short_window_finds_about_the_poses_of_one_that_holds_all_frames() -> None:
+    """Four seconds, of which the first two frames are held; a camera that looks along its path, as modes expect."""
+    for seed in range(3):
+        scene = crowd(18, 6, seed=seed)
+        short, whole = (Run(6, size=size).through(scene) for size in (10, 20))
+        for one, other in zip(short, whole, strict=True):
+            np.testing.assert_allclose(one["pose"], other["pose"], atol=0.1)
+            np.testing.assert_allclose(one["places"], other["places"], atol=0.15)  # 5 to 13 m away
+        np.testing.assert_allclose(short[-1]["pose"], scene.poses[-1], atol=0.5)
+        np.testing.assert_allclose(short[-1]["places"], scene.places[-1], atol=0.5)
+
+
+def test_errors_are_as_large_as_the_covariances_state() -> None:
+    squares = []
+    for seed in range(8):
+        scene = crowd(18, 6, seed=seed)
+        answer = Run(6, covariances=True).through(scene)[-1]
+        off = answer["pose"] - scene.poses[-1]
+        squares.append(off @ np.linalg.solve(answer["pose_covariance"], off) / 3.0)
+    assert 0.2 < np.mean(squares) < 2.0
+
+
+def test_exact_boxes_of_people_far_away_show_how_a_car_brakes() -> None:
+    """Projections of labels: two people 45 m away are 20 px tall, and half a pixel would be 1 m of distance."""
+    errors = []
+    for seed in range(6):
+        scene = crowd(20, 2, seed=seed)
+        speed = np.clip(4.5 - 0.45 * np.arange(20), 0.0, None)
+        poses = np.stack([DT * np.cumsum(speed), np.zeros(20), np.zeros(20)], axis=-1)
+        places = scene.places + np.array([40.0, 0.0])
+        far = Crowd(poses, places, boxes_of(poses, places, np.array([1.64, 1.78]), edge=0.2))
+        errors.append(np.hypot(*(Run(2, known=False).through(far)[-1]["pose"] - poses[-1])[:2]))
+    assert np.mean(errors) < 0.2
+
+
+def test_exact_boxes_of_people_whom_the_camera_passes_keep_the_estimate_finite() -> None:
+    for seed in range(4):
+        run = Run(4, known=False)
+        assert np.isfinite(run.through(crowd(30, 4, seed=seed, noise=0.0, edge=0.2))[-1]["pose"]).all()
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_covariances_are_symmetric_and_positive(known: bool) -> None:
+    scene = crowd(10, 4, edge=0.0 if known else 0.2)
+    scene.boxes[3:, 1] = np.nan
+    for answer in Run(4, known=known, covariances=True, size=6).through(scene)[2:]:
+        spreads = [answer["pose_covariance"], *answer["place_covariances"]]
+        for spread in spreads:
+            if np.isfinite(spread).all():
+                np.testing.assert_allclose(spread, spread.T)
+                assert np.linalg.eigvalsh(spread).min() > 0.0
+        assert np.isfinite(spreads[0]).all()
+
+
+def test_without_covariances_none_are_written() -> None:
+    answer = Run(3).through(crowd(4, 3))[-1]
+    assert np.isnan(answer["pose_covariance"]).all()
+    assert np.isnan(answer["place_covariances"]).all()
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("people", [0, 1, 3])
+def test_nobody_one_person_and_gaps_give_finite_poses(people: int, known: bool) -> None:
+    scene = crowd(30, people)
+    scene.boxes[5:25] = np.nan
+    run = Run(people, known=known, covariances=True, size=6)
+    for answer in run.through(scene, given=1, poses_given=1):
+        assert np.isfinite(answer["pose"]).all()
+    assert np.isfinite(run.core.cost())
+
+
+def test_nobody_ever_seen_gives_a_pose_and_no_places() -> None:
+    run = Run(3)
+    for _ in range(8):
+        answer = run.step()
+        assert np.isfinite(answer["pose"]).all()
+        assert np.isnan(answer["places"]).all()
+
+
+def test_a_forgotten_column_is_a_new_person() -> None:
+    scene = crowd(12, 4)
+    run = Run(4)
+    run.through(scene)
+    run.core.forget(np.array([1], np.int32))
+    answer = run.step()
+    assert np.isnan(answer["places"][1]).all()
+    box = scene.boxes[-1].copy()
+    box[1, 1:4] *= 0.5  # far from where the earlier person went
+    answer = run.step(boxes=box)
+    offset = answer["places"][1] - answer["pose"][:2]
+    assert np.hypot(*offset) == pytest.approx(1.7 / box[1, 2], rel=0.2)
+
+
+def error_with_edge(box_edge: float) -> float:
+    """Median error in m of the places of people whose boxes agree with a plane .45 m nearer."""
+    scene, run = crowd(12, 6, edge=0.45), Run(6)
+    run.core.start(facts(6) | {"box_edge": box_edge})
+    off = run.through(scene, poses_given=len(scene.boxes))[-1]["places"] - scene.places[-1]
+    return float(np.median(np.hypot(off[:, 0], off[:, 1])))
+
+
+def test_a_near_edge_that_is_given_moves_people_away_by_as_much() -> None:
+    assert error_with_edge(0.45) < 0.05
+    assert error_with_edge(np.nan) > 0.3
+
+
+@pytest.mark.parametrize("edge", [0.0, 0.45])
+def test_a_near_edge_that_is_given_holds_where_the_calibration_is_uncertain(edge: float) -> None:
+    run = Run(6, known=False)
+    run.core.start(facts(6, known=False) | {"box_edge": edge})
+    run.through(crowd(12, 6, edge=edge))
+    assert run.core.calibration()[4] == pytest.approx(edge, abs=0.1)
+
+
+def test_a_start_begins_again() -> None:
+    scene = crowd(6, 3)
+    run = Run(3)
+    first = run.through(scene)
+    run.core.start(facts(3))
+    again = run.through(scene)
+    np.testing.assert_array_equal(first[-1]["places"], again[-1]["places"])
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "problem"),
+    [
+        ("boxes", np.zeros((2, 5)), r"boxes must have the shape \[3, 5\], not \[2, 5\]"),
+        ("boxes", np.zeros((3, 5), np.float32), "boxes must be an array of float64 in C order"),
+        ("boxes", np.zeros((5, 3)).T, "boxes must be an array of float64 in C order"),
+        ("boxes", [1.0], "boxes must be an array of float64"),
+        ("cut", np.zeros(3), "cut must be an array of int32"),
+        ("cut", np.zeros(4, np.int32), r"cut must have the shape \[3\], not \[4\]"),
+        ("poses", np.zeros(9), r"poses must have the shape \[3, 3\], not \[9\]"),
+        ("positions", np.zeros((3, 2, 2)), r"positions must have the shape \[3, 3, 2\]"),
+        ("motion", None, "motion must be an array of float64"),
+        ("heights", np.zeros(3, np.float32), "heights must be an array of float64 in C order that can be written to"),
+        ("places", np.zeros((3, 3)), r"places must have the shape \[3, 2\], not \[3, 3\]"),
+    ],
+)
+def test_arrays_of_the_wrong_size_or_type_are_refused(name: str, value: Any, problem: str) -> None:
+    with pytest.raises(VbbenchError, match=problem):
+        Run(3).step(**{name: value})
+
+
+def test_an_array_that_cannot_be_written_to_is_refused() -> None:
+    pose = np.zeros(3)
+    pose.flags.writeable = False
+    with pytest.raises(VbbenchError, match="pose must be an array of float64 in C order that can be written to"):
+        Run(3).step(pose=pose)
+
+
+def test_a_step_before_the_start_is_refused() -> None:
+    run = Run(0)
+    for call in (lambda core: core.cost(), lambda core: core.step(**run.arrays())):
+        with pytest.raises(VbbenchError, match="start comes before"):
+            call(Estimator())
+
+
+@pytest.mark.parametrize(
+    ("wrong", "problem"),
+    [
+        ({"dt": 0.0}, "dt must be a number above 0"),
+        ({"dt": float("nan")}, "dt must be a number above 0"),
+        ({"dt": "fast"}, "dt has the wrong type"),
+        ({"pixel_std": -1.0}, "pixel_std must be a number of at least 0"),
+        ({"columns": -1}, "columns must be at least 0"),
+        ({"carrier": 4}, "carrier must be from 0 to 3"),
+        ({"box_edge": float("inf")}, "box_edge must be finite, or NaN or negative where it is not known"),
+    ],
+)
+def test_facts_that_cannot_be_are_refused(wrong: dict[str, Any], problem: str) -> None:
+    with pytest.raises(VbbenchError, match=problem):
+        Estimator().start(facts(3) | wrong)
+    with pytest.raises(VbbenchError, match=f"{next(iter(wrong))} is missing"):
+        Estimator().start({name: value for name, value in facts(3).items() if name not in wrong})
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "problem"),
+    [
+        ("luck", 1.0, "no constant is called luck"),
+        ("edge", float("inf"), "edge must be a finite number"),
+        ("size", 3.0, "size must be from 4 to 400 frames"),
+        ("rounds", 0.0, "rounds must be from 1 to 1000"),
+    ],
+)
+def test_constants_that_cannot_be_are_refused(name: str, value: float, problem: str) -> None:
+    with pytest.raises(VbbenchError, match=problem):
+        Estimator().set(name, value)
+
+
+@pytest.mark.parametrize("columns", [[3], [-1]])
+def test_columns_that_are_not_there_cannot_be_forgotten(columns: list[int]) -> None:
+    with pytest.raises(VbbenchError, match="columns must be from 0 to 2"):
+        Run(3).core.forget(np.array(columns, np.int32))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "problem"),
+    [
+        ("frame", 6, "frame must be from 0 to 5"),
+        ("frame", -1, "frame must be from 0 to 5"),
+        ("pose", np.zeros(2), r"pose must have the shape \[3\], not \[2\]"),
+        ("pose_covariance", np.zeros(9), r"pose_covariance must have the shape \[3, 3\], not \[9\]"),
+        ("places", np.zeros((3, 2), np.float32), "places must be an array of float64 in C order that can be written"),
+        ("place_covariances", None, "place_covariances must be an array of float64"),
+    ],
+)
+def test_smoothed_refuses_frames_and_arrays_that_do_not_fit(name: str, value: Any, problem: str) -> None:
+    run = Run(3, size=6)
+    run.through(crowd(8, 3))
+    arrays = {key: run.arrays()[key] for key in ("pose", "pose_covariance", "places", "place_covariances")}
+    with pytest.raises(VbbenchError, match=problem):
+        run.core.smoothed(**{"frame": 0, **arrays, name: value})
+    with pytest.raises(VbbenchError, match="start comes before"):
+        Estimator().smoothed(0, **arrays)
+
+
+def hidden_scene() -> Crowd:
+    """A crowd before a camera that stands, 2.2 m high.
+
+    Person 0 comes, stands for a while before persons 1 and 2, and goes. Meanwhile their boxes end at its shoulders.
+    """
+    frames, mount, comes, goes = 30, 2.2, 10, 22
+    poses = np.zeros((frames, 3))
+    places = np.tile([[3.0, 0.0], [6.0, 0.0], [8.0, 0.03], [7.0, -2.0], [8.0, 2.5], [5.0, 1.8]], (frames, 1, 1))
+    way = np.clip(np.arange(frames) - comes, None, 0) + np.clip(np.arange(frames) - goes, 0, None)
+    places[:, 0, 1] = -0.12 + 0.2 * way
+    whole = boxes_of(poses, places, np.full(6, 1.7), mount=mount)
+    boxes, shoulders = whole.copy(), (whole[:, 0, 1] - 0.8 * whole[:, 0, 2])
+    hides = (np.arange(frames) >= comes) & (np.arange(frames) <= goes)
+    for k in (1, 2):
+        boxes[hides, k, 2] -= whole[hides, k, 1] - shoulders[hides]
+        boxes[hides, k, 1] = shoulders[hides]
+        boxes[hides, k, 3] = FOCAL * boxes[hides, k, 2]
+        boxes[hides, k, 4] = boxes[hides, k, 2]
+    return Crowd(poses, places, boxes)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_boxes_that_end_at_a_nearer_person_do_not_move_those_behind(known: bool) -> None:
+    """Where such a box ends, somebody of 1.7 m would stand 1.9 m farther."""
+    scene = hidden_scene()
+    run = Run(6, known=known, changes={"mount_height": 2.2})
+    for answer, places in zip(run.through(scene, poses_given=len(scene.poses)), scene.places, strict=True):
+        off = answer["places"] - places
+        assert np.hypot(off[:, 0], off[:, 1]).max() < 0.3
+
+
+TALL = np.array([1.55, 1.62, 1.66, 1.78, 1.88, 1.70])
+SWITCH = 14
+"""Frame from which boxes are of another person, or the camera looks elsewhere."""
+
+
+def walkers(switched: bool = False, turn: float = 0.0) -> Crowd:
+    """Six people of the heights `TALL` before a camera that follows them; column 2 may go over to one .2 m taller."""
+    rng, frames = np.random.default_rng(1), 24
+    time = DT * np.arange(frames)
+    poses = np.stack([time, 0.0 * time, turn * (np.arange(frames) >= SWITCH)], axis=-1)
+    start = np.stack([rng.uniform(5.0, 10.0, 6), np.linspace(-3.0, 3.0, 6)], axis=-1)
+    velocity = np.stack([rng.uniform(0.7, 1.3, 6), rng.normal(0.0, 0.2, 6)], axis=-1)
+    places = start + velocity * time[:, None, None]
+    boxes = boxes_of(poses, places, TALL, noise=0.3)
+    if switched:
+        places[SWITCH:, 2] = poses[SWITCH:, :2] + (4.5, 3.5)
+        boxes[SWITCH:, 2] = boxes_of(poses, places, TALL + 0.2, noise=0.3)[SWITCH:, 2]
+    return Crowd(poses, places, boxes)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_an_identity_switch_starts_a_new_person_and_does_not_move_the_camera(known: bool) -> None:
+    scene = walkers(switched=True)
+    same, other = (Run(6, known=known).through(one) for one in (walkers(), scene))
+    for t in range(SWITCH, len(scene.poses)):
+        np.testing.assert_allclose(other[t]["pose"], same[t]["pose"], atol=0.03)
+        np.testing.assert_allclose(other[t]["places"][2] - other[t]["pose"][:2], (4.5, 3.5), atol=0.4)
+    before, after = (other[t]["heights"] for t in (SWITCH - 1, SWITCH))
+    assert after[2] > before[2] + 0.05
+    np.testing.assert_allclose(np.delete(after, 2), np.delete(before, 2), atol=0.01)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_boxes_that_all_jump_at_once_are_of_the_same_people(known: bool) -> None:
+    """The camera has turned by 29 degrees."""
+    scene = walkers(turn=0.5)
+    still, turned = (Run(6, known=known).through(one) for one in (walkers(), scene))
+    for one, other in zip(still[SWITCH:], turned[SWITCH:], strict=True):
+        np.testing.assert_allclose(other["heights"], one["heights"], atol=0.01)
+        relative = [answer["places"] - answer["pose"][:2] for answer in (one, other)]
+        np.testing.assert_allclose(*(np.hypot(off[:, 0], off[:, 1]) for off in relative), atol=0.15)
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("dt", [0.1, 0.4])
+def test_two_people_with_given_places_find_a_camera_that_saw_nobody_for_half_a_minute(known: bool, dt: float) -> None:
+    run, tall, ahead = Run(4, known=known, changes={"dt": dt}), np.full(4, 1.7), np.array([0.5 * dt, 0.0, 0.0])
+    stand = np.array([[6.0, 0.0], [7.0, 2.0], [5.0, -2.0], [8.0, 1.0]])
+    poses = ahead * np.arange(10)[:, None]
+    places = np.broadcast_to(stand, (10, 4, 2))
+    run.through(Crowd(poses, places, boxes_of(poses, places, tall, noise=0.5)))
+    blind = [run.step()["converged"] for _ in range(round(30.0 / dt))]
+    assert not any(blind[round(3.0 / dt) :])
+    turn = np.array([[np.cos(2.0), np.sin(2.0)], [-np.sin(2.0), np.cos(2.0)]])
+    poses = np.array([[25.0, -12.0, 2.0]]) + np.arange(2)[:, None] * np.append(ahead[:2] @ turn, 0.0)
+    places = np.broadcast_to(poses[0, :2] + stand @ turn, (2, 4, 2))
+    for boxes, pose, given in zip(boxes_of(poses, places, tall, noise=0.5), poses, (places[0], None), strict=True):
+        boxes[1::2] = np.nan
+        positions = np.full((3, 4, 2), np.nan)
+        if given is not None:
+            positions[2, ::2] = given[::2]
+        answer = run.step(boxes=boxes, positions=positions)
+        assert np.hypot(*(answer["pose"] - pose)[:2]) < 0.5
+        assert answer["converged"]
+
+
+def drive(seed: int, rate: int, seconds: float, speed: float, people: int) -> Crowd:
+    """A camera that drives along a street, and people who walk and stand on both sides of it.
+
+    The errors of boxes, 2 % of their heights, are correlated in time. They are the same at all rates that divide 30 Hz.
+    """
+    rng, frames = np.random.default_rng(seed), round(30 * seconds) + 1
+    time = np.arange(frames) / 30.0
+    poses = np.stack([speed * time, 0.0 * time, 0.0 * time], axis=-1)
+    aside = rng.uniform(2.0, 7.0, people) * rng.choice([-1, 1], people)
+    start = np.stack([rng.uniform(4.0, speed * seconds + 25.0, people), aside], axis=-1)
+    pace = rng.choice([-1.3, 0.0, 1.3], people) * rng.uniform(0.8, 1.1, people)
+    velocity = np.stack([pace, rng.normal(0.0, 0.05, people)], axis=-1)
+    places = start + velocity * time[:, None, None]
+    boxes = boxes_of(poses, places, rng.normal(1.7, 0.07, people))
+    memory = np.exp(-1.0 / 30.0 / np.array([0.4, 3.0, 3.0]))[:, None]
+    errors = np.zeros((frames, 3, people))
+    errors[0] = rng.normal(size=(3, people))
+    for t in range(1, frames):
+        errors[t] = memory * errors[t - 1] + np.sqrt(1.0 - memory**2) * rng.normal(size=(3, people))
+    length = boxes[..., 2]
+    boxes[..., :2] += 0.02 * length[..., None] * np.moveaxis(errors[:, ::2], 1, -1)
+    boxes[..., 2] = boxes[..., 4] = length * np.exp(0.02 * errors[:, 1])
+    boxes[..., 3] = FOCAL * boxes[..., 2]
+    offset = places - poses[:, None, :2]
+    unseen = (offset[..., 0] < 1.5) | (np.abs(boxes[..., 0]) > 0.9) | (np.hypot(offset[..., 0], offset[..., 1]) > 25.0)
+    boxes[unseen] = np.nan
+    every = 30 // rate
+    return Crowd(poses[::every], places[::every], np.ascontiguousarray(boxes[::every]))
+
+
+def driven(scene: Crowd, rate: int, carrier: Carrier) -> list[dict[str, Any]]:
+    """Answers to a drive, whose first .4 s are given."""
+    stated = {"dt": 1.0 / rate, "carrier": CARRIERS.index(carrier), "box_edge": 0.0, "box_std": 0.02}
+    given = round(0.4 * rate) + 1
+    return Run(scene.places.shape[1], known=False, changes=stated).through(scene, given=given, poses_given=given)
+
+
+@pytest.mark.parametrize("carrier", ["unknown", "vehicle"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_vehicle_is_followed(carrier: Carrier, seed: int) -> None:
+    scene = drive(seed, 10, 10.0, 8.0, 40)
+    answers = driven(scene, 10, carrier)
+    assert np.hypot(*(answers[-1]["pose"] - scene.poses[-1])[:2]) < 0.03 * 80.0
+    assert all(answer["converged"] for answer in answers)
+
+
+def test_nobody_who_walks_is_as_fast_as_a_vehicle() -> None:
+    answers = driven(drive(0, 10, 3.0, 8.0, 40), 10, "person")
+    assert not any(answer["converged"] for answer in answers[5:])
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_people_who_all_run_faster_than_they_can_are_not_converged(known: bool) -> None:
+    frames = 12
+    poses = np.zeros((frames, 3))
+    away = 6.0 * DT * np.arange(frames)
+    places = np.array([[5.0, -2.0], [7.0, 0.0], [6.0, 2.0]]) + np.stack([away, 0.0 * away], axis=-1)[:, None]
+    scene = Crowd(poses, places, boxes_of(poses, places, np.full(3, 1.7)))
+    answers = Run(3, known=known).through(scene, given=frames, poses_given=frames)
+    assert not any(answer["converged"] for answer in answers[2:])
+
+
+def test_errors_of_a_drive_hardly_depend_on_the_frame_rate() -> None:
+    errors = np.zeros((4, 2))
+    for row, rate in enumerate((5, 10, 15, 30)):
+        for seed in range(5):
+            scene = drive(seed, rate, 6.0, 1.5, 16)
+            answers = driven(scene, rate, "robot")
+            poses, places = (np.stack([answer[name] for answer in answers]) for name in ("pose", "places"))
+            off, away = (poses - scene.poses)[:, :2], (places - scene.places)[~np.isnan(scene.boxes[..., 0])]
+            errors[row] += np.hypot(*off.T).mean(), np.hypot(*away.T).mean()
+    assert np.all(errors.max(axis=0) < 1.25 * errors.min(axis=0))
+
+
+def square(seed: int, frames: int = 40, people: int = 10) -> Truth:
+    """A camera that walks along x, and people who stand or walk along x either way."""
+    rng, time = np.random.default_rng(seed), DT * np.arange(frames)
+    poses = np.stack([1.2 * time, 0.0 * time, 0.0 * time], axis=-1)
+    aside = rng.uniform(1.5, 7.0, people) * rng.choice([-1, 1], people)
+    start = np.stack([rng.uniform(2.0, 20.0, people), aside], axis=-1)
+    velocity = np.stack([rng.choice([-1.3, 0.0, 1.3], people), rng.normal(0.0, 0.1, people)], axis=-1)
+    positions = start + velocity * time[:, None, None] + rng.normal(0.0, 0.01, (frames, people, 2))
+    return Truth(poses=poses, positions=positions, heights=rng.normal(1.7, 0.07, people))
+
+
+def test_boxes_of_later_frames_help_and_come_with_covariances() -> None:
+    protocol, errors, squares = get_protocol("rollout"), np.zeros((2, 2)), []
+    for seed in range(6):
+        truth = square(seed)
+        sequence = see(truth, CAMERAS[0], 3.0, seed)
+        problem = problem_of(sequence, CAMERAS[0], 3.0, covariances=True)
+        for row, make in enumerate((MapCausal, MapBatch)):
+            found = run_sequence(make(), problem, sequence, protocol, None)[0]
+            off, moved = (found.positions - truth.positions)[2:], (found.poses - truth.poses)[2:, :2]
+            errors[row] += np.hypot(*np.moveaxis(off, -1, 0)).mean(), np.hypot(*moved.T).mean()
+        assert found.pose_covariances is not None
+        assert found.position_covariances is not None
+        for spreads in (found.pose_covariances[2:], found.position_covariances[2:]):
+            assert np.linalg.eigvalsh(spreads).min() > 0.0
+        inverse = np.linalg.inv(found.position_covariances[2:])
+        squares.append(0.5 * np.einsum("tki,tkij,tkj->tk", off, inverse, off).mean())
+    assert np.all(errors[1] < 0.95 * errors[0])
+    assert 0.2 < np.mean(squares) < 2.0
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_copy_of_an_estimator_goes_on_as_it_does(known: bool) -> None:
+    scene, runs = crowd(20, 5, noise=2.0), [Run(5, known=known, covariances=True, size=8)]
+    runs[0].through(Crowd(scene.poses[:12], scene.places[:12], scene.boxes[:12]))
+    runs += [deepcopy(runs[0]), pickle.loads(pickle.dumps(runs[0]))]  # noqa: S301
+    for boxes in scene.boxes[12:]:
+        first, *others = (run.step(boxes=boxes) for run in runs)
+        for other in others:
+            for name in ("pose", "pose_covariance", "places", "place_covariances", "heights"):
+                np.testing.assert_array_equal(other[name], first[name])
+
+
+def test_a_state_of_another_version_is_refused() -> None:
+    state = Run(2).core.__getstate__()
+    for wrong in (b"", state[:-8], state + bytes(8)):
+        with pytest.raises(VbbenchError, match="the state is not that of an estimator of this version"):
+            Estimator.__new__(Estimator).__setstate__(wrong)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_head_that_turns_at_once_does_not_move_the_camera(seed: int) -> None:
+    made = crowd(12, 2, seed=seed)
+    poses = made.poses + np.array([0.0, 0.0, -0.35]) * (np.arange(12) >= 8)[:, None]
+    scene = Crowd(poses, made.places, boxes_of(poses, made.places, np.full(2, 1.7)))
+    answers = Run(2, known=False).through(scene)
+    off = np.array([answer["pose"] for answer in answers])[8:] - poses[8:]
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.4
+    assert np.abs(off[:, 2]).max() < 0.06
+
+
+def test_given_places_that_contradict_a_box_do_not_send_the_camera_away() -> None:
+    """A person appears, is seen ahead, and is given a place 40 m behind the camera."""
+    scene, run = crowd(13, 2), Run(2, known=False)
+    for t, boxes in enumerate(scene.boxes):
+        poses, positions = NOWHERE.copy(), np.full((3, 2, 2), np.nan)
+        poses[2] = scene.poses[t] if t < 2 else np.nan
+        positions[2, 0] = scene.places[t, 0] if t < 2 else np.nan
+        if t == 12:
+            positions[2, 1] = scene.poses[t, :2] - (40.0, 0.0)
+        seen = np.where(np.arange(2)[:, None] <= (t == 12), boxes, np.nan)
+        answer = run.step(boxes=seen, poses=poses, positions=positions)
+    assert np.hypot(*(answer["pose"] - scene.poses[-1])[:2]) < 50.0

@@ -1,0 +1,172 @@
+"""Odometry in the solvers that use it: it holds the pose where it is accurate, and else changes nothing."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.session_coverage import run as run_session
+from tests.baselines.test_cold_start import crossing
+from tests.lib.solver_runs import CAMERAS, DT, problem_of, see
+from vbbench import PerspectiveCamera, Session
+from vbbench.geometry import FloatArray, motion_between, wrap_angle
+from vbbench.protocol import get_protocol
+from vbbench.sequence import Odometry, Sequence, Truth
+from vbbench.solver import Estimate
+from vbbench.solving.runner import run_sequence
+from vbbench_baselines.common.odometry import told_by
+from vbbench_baselines.joint_map import MapBatch, MapCausal
+from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
+from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
+
+SOLVERS: list[Callable[[], Any]] = [ConstantVelocityBirdifier, SocialForceBirdifier, MapCausal, MapBatch]
+PRECISE = np.diag((0.01, 0.01, 0.003)) ** 2
+
+
+def measure(truth: Truth, covariance: FloatArray = PRECISE, seed: int = 0) -> Odometry:
+    """Odometry of the true motion, with noise of this covariance [3, 3]; nothing of frame 0."""
+    rng, poses = np.random.default_rng(seed), np.array(truth.poses)
+    moved = motion_between(poses[:-1], poses[1:])
+    noise = rng.multivariate_normal(np.zeros(3), covariance, len(moved))
+    motions = np.concatenate((np.full((1, 3), np.nan), moved + noise))
+    return Odometry(motions=motions, covariances=np.tile(covariance, (len(motions), 1, 1)))
+
+
+def seen(truth: Truth, odometry: Odometry | None) -> Sequence:
+    sequence = see(truth, CAMERAS[0], 1.0)
+    return replace(sequence, given=replace(sequence.given, odometry=odometry))
+
+
+def answer(make: Callable[[], Any], sequence: Sequence, protocol: str, *, covariances: bool = False) -> Estimate:
+    problem = problem_of(sequence, CAMERAS[0], 1.0, covariances=covariances)
+    return run_sequence(make(), problem, sequence, get_protocol(protocol), None)[0]
+
+
+def error(estimate: Estimate, truth: Truth) -> float:
+    return float(np.hypot(*(estimate.poses - truth.poses)[2:, :2].T).mean())
+
+
+def test_a_motion_leads_to_the_pose_that_it_was_measured_from() -> None:
+    before, now = np.array((1.0, -2.0, 3.0)), np.array((1.4, -1.7, -3.1))
+    odometry = Odometry(motions=motion_between(before, now)[None], covariances=PRECISE[None])
+    told = told_by(odometry, before)
+    assert told is not None
+    np.testing.assert_allclose(told.pose[:2], now[:2])
+    assert wrap_angle(told.pose[2] - now[2]) == pytest.approx(0.0)
+
+
+def test_what_is_not_finite_was_not_measured() -> None:
+    motions, covariances = np.ones((4, 3)), np.tile(np.eye(3), (4, 1, 1))
+    motions[1, 2], covariances[2, 0, 0] = np.nan, np.inf
+    odometry = Odometry(motions=motions, covariances=covariances)
+    rows = [replace(odometry, motions=motions[t : t + 1], covariances=covariances[t : t + 1]) for t in range(4)]
+    assert [told_by(row, np.zeros(3)) is not None for row in rows] == [True, False, False, True]
+
+
+@pytest.mark.parametrize("protocol", ["cold-start", "rollout"])
+@pytest.mark.parametrize("make", SOLVERS)
+def test_accurate_odometry_ends_the_drift(make: Callable[[], Any], protocol: str) -> None:
+    errors = np.array(
+        [
+            [
+                error(answer(make, seen(truth, odometry), protocol), truth)
+                for odometry in (None, measure(truth, seed=seed))
+            ]
+            for seed, truth in ((seed, crossing(seed, 1.5)) for seed in range(5))
+        ]
+    )
+    without, by_odometry = errors.mean(axis=0)
+    assert by_odometry < 0.15
+    assert by_odometry < 0.45 * without
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+@pytest.mark.parametrize("protocol", ["cold-start", "rollout", "sequential"])
+def test_odometry_that_measured_nothing_changes_nothing(make: Callable[[], Any], protocol: str) -> None:
+    truth = crossing(2)
+    frames = len(truth.poses)
+    nothing = Odometry(motions=np.full((frames, 3), np.nan), covariances=np.full((frames, 3, 3), np.nan))
+    without, empty = (answer(make, seen(truth, odometry), protocol) for odometry in (None, nothing))
+    np.testing.assert_array_equal(without.poses, empty.poses)
+    np.testing.assert_array_equal(without.positions, empty.positions)
+
+
+@pytest.mark.parametrize("make", [MapCausal, MapBatch])
+def test_odometry_counts_as_much_as_its_covariance_says(make: Callable[[], Any]) -> None:
+    """Next to nothing if it is vague; and one frame of it holds that frame's step alone."""
+    truth = crossing(2)
+    without = answer(make, seen(truth, None), "rollout")
+    vague = measure(truth)
+    vague = replace(vague, covariances=1e6 * vague.covariances / PRECISE[0, 0])
+    np.testing.assert_allclose(answer(make, seen(truth, vague), "rollout").poses, without.poses, atol=0.02)
+    once = measure(truth)
+    motions = np.where(np.arange(len(truth.poses))[:, None] == 5, once.motions, np.nan)
+    estimate = answer(make, seen(truth, replace(once, motions=motions)), "rollout")
+    before, now = estimate.poses[4:6]
+    if make is MapBatch:  # the causal solver has reported frame 4 before it knew
+        np.testing.assert_allclose(motion_between(before, now), once.motions[5], atol=0.04)
+
+
+@pytest.mark.parametrize("make", SOLVERS)
+def test_odometry_makes_a_cold_start_sure_of_its_pose(make: Callable[[], Any]) -> None:
+    truth = crossing(3)
+    spreads = []
+    for odometry in (None, measure(truth)):
+        estimate = answer(make, seen(truth, odometry), "cold-start", covariances=True)
+        assert estimate.pose_covariances is not None
+        spreads.append(np.sqrt(np.trace(estimate.pose_covariances[-1, :2, :2])))
+    assert spreads[1] < 0.2 * spreads[0]
+
+
+@pytest.mark.parametrize("make", [ConstantVelocityBirdifier, SocialForceBirdifier, MapCausal])
+def test_gaps_of_odometry_are_not_one_long_gap(make: Callable[[], Any]) -> None:
+    """How fast all move together is known again after each."""
+    truth = crossing(3)
+
+    def spread(missing: slice) -> float:
+        odometry = measure(truth)
+        motions = np.array(odometry.motions)
+        motions[missing] = np.nan
+        sequence = seen(truth, replace(odometry, motions=motions))
+        covariances = answer(make, sequence, "cold-start", covariances=True).pose_covariances
+        assert covariances is not None
+        return float(np.sqrt(np.trace(covariances[-1, :2, :2])))
+
+    middle = len(truth.poses) // 2
+    gaps = len(range(2, len(truth.poses) - 1, 4))
+    assert spread(slice(2, -1, 4)) < 0.7 * spread(slice(middle, middle + gaps))
+
+
+@pytest.mark.parametrize("solver", ["vb-cv", "vb-sf", "vb-former"])
+def test_where_nobody_is_in_sight_a_pose_is_as_sure_as_odometry_is(solver: str) -> None:
+    camera = PerspectiveCamera(width=1280, height=720, focal=910.0, cx=640.0, cy=360.0, mount_height=1.2)
+    session, moved = Session(solver, camera, dt=0.1), np.array((0.05, 0.0, 0.002))
+    answer = session.step({})
+    for _ in range(50):
+        answer = session.step({}, (moved, np.diag((0.01, 0.01, 0.002)) ** 2))
+    assert answer.pose_covariance is not None
+    sigma = np.sqrt(answer.pose_covariance.diagonal())
+    assert sigma[:2] == pytest.approx(0.01 * np.sqrt(50.0), rel=0.3)
+    assert sigma[2] == pytest.approx(0.002 * np.sqrt(50.0), rel=0.3)
+
+
+def test_a_car_with_odometry_is_where_it_is() -> None:
+    """10 m/s among people who stand or walk, and at a third of the frames no odometry."""
+    truth = crossing(8, 10.0)
+    standing = np.random.default_rng(1).uniform(-20.0, 60.0, (1, 6, 2)) + 0.0 * truth.positions
+    truth = replace(truth, positions=standing)
+    odometry = measure(truth)
+    motions = np.array(odometry.motions)
+    motions[3::3] = np.nan
+    estimate = answer(MapCausal, seen(truth, replace(odometry, motions=motions)), "cold-start")
+    assert error(estimate, truth) < 1.5
+    assert DT * 10.0 * len(truth.poses) > 50.0
+
+
+def test_an_observer_who_walks_as_nobody_expects_is_as_sure_as_right() -> None:
+    """It always turns left; where odometry is sure the priors of walk and head, which know better, are left out."""
+    _, _, poses, positions = run_session(5, 60, 0, True)
+    assert poses > 0.8
+    assert positions > 0.8

@@ -1,0 +1,144 @@
+"""The families on which every solver is judged: the robot simulator's description, figures, and the smallest run."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.families.families import families
+from benchmarks.families.places import Places
+from benchmarks.families.robot import STEP, Drive, boxes_of, correlated, crowd, robot_path, wheels, write
+from benchmarks.families.table import HEAD, Row, brief, figure, lines, written
+from benchmarks.real_camera.measuring import Run, Runs
+from vbbench.errors import SourceMissingError
+
+SHORT = Drive(people=30, seconds=4.0, rate=5.0)
+
+
+def test_every_family_has_a_name_of_its_own() -> None:
+    names = [family.name for family in families()]
+    assert len(set(names)) == len(names)
+    assert {name.partition("-")[0] for name in names} >= {"hotel", "sim", "kitti", "jrdb", "robot", "gap", "walk"}
+
+
+def test_missing_recordings_are_named(tmp_path: Path) -> None:
+    with pytest.raises(SourceMissingError, match=r"jrdb_tracks is not in a folder of recordings \(--data\)"):
+        Places(data=None, cache=tmp_path).jrdb()
+    with pytest.raises(SourceMissingError, match="kitti is not in"):
+        Places(data=tmp_path, cache=tmp_path).kitti(4, found=False)
+
+
+def test_a_drive_is_written_as_a_recording_and_the_same_again(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        write(tmp_path / name, SHORT, 0)
+    files = {path.name for path in (tmp_path / "a").iterdir()}
+    assert files == {"boxes.csv", "camera.toml", "odometry.txt", "people.csv", "poses.txt"}
+    assert all((tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes() for name in files)
+    assert "pitch" not in (tmp_path / "a" / "camera.toml").read_text("utf-8")
+
+
+def test_another_rate_shows_the_same_drive(tmp_path: Path) -> None:
+    slow, fast = (write(tmp_path / f"{rate:g}", replace(SHORT, rate=rate), 1) for rate in (5.0, 15.0))
+    poses = [np.loadtxt(folder / "poses.txt") for folder in (slow, fast)]
+    np.testing.assert_allclose(poses[0], poses[1][::3])
+
+
+def test_wheels_err_by_a_scale_and_a_share_of_turns() -> None:
+    rng = np.random.default_rng(0)
+    time = np.arange(0.0, 60.0, STEP)
+    poses = np.stack([np.cos(0.2 * time), np.sin(0.2 * time), 0.2 * time + np.pi / 2], axis=-1) * (5.0, 5.0, 1.0)
+    found = np.array([wheels(poses, 1, rng) for _ in range(60)])
+    lengths = np.hypot(*np.moveaxis(np.diff(found[..., :2], axis=1), -1, 0)).sum(axis=1)
+    turns = found[:, -1, 2] - found[:, 0, 2]
+    true = np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
+    assert 0.008 < np.std(lengths / true) < 0.022
+    assert 0.012 < np.std(turns / (poses[-1, 2] - poses[0, 2])) < 0.03
+
+
+def test_noise_is_correlated_over_its_memory() -> None:
+    noise = correlated((4000, 8), 0.1, 0.2, np.random.default_rng(0))
+    assert noise.std() == pytest.approx(1.0, abs=0.05)
+    assert (noise[2:] * noise[:-2]).mean() == pytest.approx(np.exp(-1.0), abs=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("people", "least", "most"), [(70, 4.5, 7.0), (30, 1.8, 3.2)])
+def test_crowds_are_as_described(people: int, least: float, most: float) -> None:
+    """How many boxes a frame has, and how far the robot drives in a minute."""
+    seen, driven = [], []
+    for seed in range(3):
+        drive, random = Drive(people=people, rate=2.5), np.random.default_rng([seed, people])
+        truth = crowd(drive, robot_path(drive, random), random)
+        frames = np.arange(0, len(truth.times), 12)
+        seen += [len(rows) for rows in boxes_of(truth, frames, drive, np.random.default_rng(seed))]
+        driven.append(np.hypot(*np.diff(truth.poses[:, :2], axis=0).T).sum())
+    assert least < np.mean(seen) < most
+    assert 42.0 < np.mean(driven) < 56.0
+
+
+def test_figures_of_a_row() -> None:
+    runs = Runs((Run(dx=1.0, dt=0.5, dx_camera=0.2, pose_held=0.9, rate=100.0), Run(dx=5.0, dt=0.5, dx_camera=np.nan)))
+    row = Row.of("a", "b", runs, (2.0, 2.0, 2.0))
+    assert row.plain == pytest.approx((3.0, 0.5, 0.2))
+    assert row.capped == pytest.approx((1.5, 0.5, 0.2))
+    assert (row.worst, row.runs, row.rate) == ((5.0, 0.5), 2, 100.0)
+    assert row.values()["held"] == [0.9, None]
+    naive = replace(row, solver="ground-plane", plain=(6.0, 1.0, 0.0))
+    cells = list(row.cells(naive))
+    assert len(cells) == len(HEAD)
+    assert cells[2:5] == ["3.00 (×0.50)", ".500 (×0.50)", ".200"]
+    assert list(naive.cells(naive))[2] == "6.00"
+    assert len(list(lines([cells]))) == 3
+
+
+@pytest.mark.parametrize(("value", "shown"), [(0.1234, ".123"), (1.234, "1.23"), (12.34, "12.3"), (np.nan, "–")])
+def test_figures_are_short(value: float, shown: str) -> None:
+    assert figure(value) == shown
+
+
+def test_the_page_gets_a_table_of_headlines_in_place_of_its_own() -> None:
+    page = "a\n\n| family | `old` |\n|---|---:|\n| gone | 1 |\n\nb\n"
+    groups = [
+        [
+            Row(
+                family=family,
+                solver=solver,
+                plain=(1.0, 1.0, 1.0),
+                capped=(known, known, known),
+                held=(1.0, 1.0),
+                squares=(1.0, 1.0),
+                worst=(1.0, 1.0),
+                pace=1.5,
+                runs=1,
+                rate=1.0,
+            )
+            for solver in ("ground-plane", "cv")
+        ]
+        for family, known in (("robot", 0.25), ("walk", np.nan))
+    ]
+    assert written(page, brief([*groups, []])) == (
+        "a\n\n| family | `ground-plane` | `cv` |\n|---|---:|---:|\n| robot | .250 | .250 |\n"
+        "| walk | 1.50 m/s | 1.50 m/s |\n\nb\n"
+    )
+    page = (Path(__file__).parents[2] / "docs" / "families.md").read_text("utf-8")
+    assert written(page, brief(groups)) != page
+
+
+@pytest.mark.slow
+def test_the_smallest_size_runs(tmp_path: Path) -> None:
+    """As CI runs it, without any recording."""
+    command = [sys.executable, "-m", "benchmarks.families", "cv", "--smoke", "--cache", str(tmp_path / "cache")]
+    done = subprocess.run(
+        [*command, "--json", str(tmp_path / "found.json")], capture_output=True, text=True, encoding="utf-8", check=True
+    )
+    rows = json.loads((tmp_path / "found.json").read_text("utf-8"))
+    names = [family.name for family in families(smoke=True)]
+    assert [(row["family"], row["solver"]) for row in rows] == [
+        (name, solver) for name in names for solver in ("ground-plane", "cv")
+    ]
+    assert done.stdout.count("\n") == len(rows) + 2
+    assert all(row["plain"][0] is not None for row in rows)

@@ -1,0 +1,311 @@
+"""Killed anywhere, or on a full disk: nothing is lost, nothing is half, and the same command makes the same bytes.
+
+Every command that writes is rehearsed (`SCENARIOS`). A few moments of each are tried every time; all of them, and all
+at which the disk can fill up, are ``slow``, and left out for commands that write as others do (`LIKE_OTHERS`).
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from functools import partial
+from http.server import ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+
+from tests.generation.test_sources import SHA256, Handler
+from tests.leaderboards.challenges import withheld_challenge
+from tests.lib.kill_harness import Command, Point, Stage, read_tree, without_chance
+from tests.lib.rehearsal import Rehearsal, Scenario
+from tests.lib.system_calls import why_not
+from tests.parallel.test_cluster import wait_until
+from vbbench.generation.generator import Card
+from vbbench.generation.sources import Source
+
+pytestmark = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
+
+SEED = 0xC0FFEE << 100
+"""Of the withheld datasets: one that nobody guesses."""
+
+WALK = Path(__file__).parents[1] / "lib" / "short_walk.toml"
+SIM = f"generate sim --scenario {WALK} --camera panorama"
+SECRET = f"{SIM} --withhold-truth --seed"
+REPORTING = "tests.solving.test_extras:Reporting"
+
+
+def with_parts_in_memory(command: str) -> int:
+    """A command that ends too soon to keep a part in a file."""
+    from vbbench.cli import main
+    from vbbench.parallel import parts
+
+    parts.PATIENCE = float("inf")
+    return main(command.split())
+
+
+def make_tiny() -> int:
+    """A challenge with its secret set."""
+    from vbbench.generation.generator import Options
+
+    withheld_challenge(Path("tiny"), "sim", Options(limit=3))
+    return 0
+
+
+def accept_tiny() -> int:
+    """Take a submission into it, at a time that is the same in every run."""
+    from vbbench.cli import main
+    from vbbench_leaderboards.challenge import submissions
+
+    submissions.parse_moment = lambda _text: datetime(2026, 12, 2, tzinfo=UTC)
+    words = "challenge accept tiny-answer --challenge tiny --team honest --date 2026-12-02"
+    return main(words.split())
+
+
+class Served:
+    """A split whose recording is one file of a server on this machine."""
+
+    @property
+    def card(self) -> Card:
+        address = f"http://127.0.0.1:{os.environ[PORT]}/whole"
+        return Card(
+            name="served", title="", licence="", citation="", sources=(Source("eth/tracks.txt", address, SHA256),)
+        )
+
+
+SERVED = Served()
+PORT = "VBBENCH_KILLS_PORT"
+
+ADD = "leaderboard add plaza-answers --dataset plaza"
+RENDER = "render data --sequence 0 --backend tests.lib.flat_renderer:FlatRenderer"
+
+SCENERY = {
+    "data": f"{SIM} --out data",
+    "other": f"{SIM} --seed 7 --out other",
+    "secret": f"{SECRET} {SEED} --out secret",
+    "plaza": "generate demo --limit 1 --out plaza",
+    "answers": "solve data --solver cv --out answers",
+    "others": "solve data --solver vb-cv --protocol sequential --out others",
+    "plaza-answers": "solve plaza --solver cv --out plaza-answers",
+    "parts": f"{SIM} --out parts --scheduler here",
+    "mystery": f"{SECRET} {SEED} --out mystery --scheduler here",
+    "pieces": f"solve data --solver {REPORTING} --protocol sequential --scheduler here --out pieces",
+    "boxes": "export mot data --out boxes",
+    "paths": "export tum data --out paths",
+    "board": f"{ADD} --results board --name first",
+    "old-board": f"{ADD} --results old-board --reference old",
+    "site": "leaderboard build --results old-board --out site",
+    "tiny": make_tiny,
+    "tiny-answer": "solve tiny/data --solver cv --protocol sequential --out tiny-answer",
+    "picture.png": "plot data --sequence 0 --out picture.png",
+    "film": f"{RENDER} --out film",
+}
+"""What the rehearsed commands find: commands by the name of what they make."""
+
+
+def finding(*names: str, **others: str) -> dict[str, str]:
+    return {name: name for name in names} | {name.replace("_", "."): other for name, other in others.items()}
+
+
+def making_data(command: Command, **found: str) -> Scenario:
+    return Scenario(command=command, found=finding(**found), whole=("out",), read="verify out")
+
+
+def making_secrets(command: Command, **found: str) -> Scenario:
+    return Scenario(
+        command=command, found=finding(**found), whole=("out", "out.truth"), read="verify out --truth out.truth"
+    )
+
+
+def making_answers(command: Command, **found: str) -> Scenario:
+    return Scenario(command=command, found=finding("data", **found), whole=("out",), read="score out --dataset data")
+
+
+SCENARIOS: dict[str, Scenario] = {
+    "generate": making_data(f"{SIM} --out out"),
+    "generate in memory": making_data(partial(with_parts_in_memory, f"{SIM} --out out")),
+    "generate --overwrite": making_data(f"{SIM} --out out --overwrite", out="other"),
+    "generate --tier tracked": making_data(f"{SIM} --tier tracked --out out"),
+    "generate of a recording": making_data("generate demo --limit 1 --out out"),
+    "generate --withhold-truth": making_secrets(f"{SECRET} {SEED + 1} --out out"),
+    "generate --withhold-truth --overwrite": making_secrets(
+        f"{SECRET} {SEED + 1} --out out --overwrite", out="secret", out_truth="secret.truth"
+    ),
+    "generate --withhold-truth over a public dataset": making_secrets(
+        f"{SECRET} {SEED + 1} --out out --overwrite", out="other"
+    ),
+    "generate over withheld truth": making_data(f"{SIM} --out out --overwrite", out="secret", out_truth="secret.truth"),
+    "generate --scheduler": making_data(f"{SIM} --out out --scheduler here"),
+    "generate --scheduler --overwrite": making_data(f"{SIM} --out out --scheduler here --overwrite", out="other"),
+    "solve": making_answers("solve data --solver cv --out out"),
+    "solve --overwrite": making_answers("solve data --solver cv --out out --overwrite", out="others"),
+    "solve --covariance": making_answers("solve data --solver vb-cv --covariance --protocol sequential --out out"),
+    "solve --scheduler": making_answers("solve data --solver cv --scheduler here --out out"),
+    "solve --scheduler --overwrite": making_answers(
+        "solve data --solver cv --scheduler here --out out --overwrite", out="others"
+    ),
+    "merge": making_data("merge out", out="parts"),
+    "merge --out": making_data("merge parts --out out", parts="parts"),
+    "merge withheld truth": making_secrets("merge out", out="mystery"),
+    "merge withheld truth --out": making_secrets("merge mystery --out out", mystery="mystery"),
+    "merge a submission": making_answers("merge out", out="pieces"),
+    "merge a submission --out": making_answers("merge pieces --out out", pieces="pieces"),
+    "card": Scenario(command="card data --creator Somebody --overwrite", found=finding("data")),
+    "leaderboard add the first": Scenario(command=f"{ADD} --results board", found=finding("plaza", "plaza-answers")),
+    "leaderboard add another": Scenario(
+        command=f"{ADD} --results board", found=finding("plaza", "plaza-answers", "board")
+    ),
+    "leaderboard add --overwrite": Scenario(
+        command=f"{ADD} --results board --overwrite", found=finding("plaza", "plaza-answers", board="old-board")
+    ),
+    "leaderboard build": Scenario(
+        command="leaderboard build --results board --out site", found=finding("board"), whole=("site",)
+    ),
+    "leaderboard build again": Scenario(
+        command="leaderboard build --results board --out site", found=finding("board", "site"), whole=("site",)
+    ),
+    "leaderboard template": Scenario(command="leaderboard template mine", found={}),
+    "challenge new": Scenario(command="challenge new mine", found={}),
+    "challenge bundle": Scenario(
+        command="challenge bundle tiny --out out --archive", found=finding("tiny"), whole=("out",)
+    ),
+    "challenge accept": Scenario(command=accept_tiny, found={"tiny": "tiny", "tiny-answer": "tiny-answer"}),
+    "export csv": Scenario(command="export csv data --out out", found=finding("data")),
+    "export mot": Scenario(command="export mot data --out out", found=finding("data")),
+    "export mot --heads": Scenario(command="export mot data --sequence 0 --heads --out out", found=finding("data")),
+    "export tum": Scenario(command="export tum data --out out", found=finding("data")),
+    "export tum again": Scenario(command="export tum other --out out", found=finding("other", out="paths")),
+    "import mot": Scenario(
+        command="import mot boxes --dataset data --out out",
+        found=finding("data", "boxes"),
+        whole=("out",),
+        read="verify out",
+    ),
+    "import mot --overwrite": Scenario(
+        command="import mot boxes --dataset data --out out --overwrite",
+        found=finding("data", "boxes", out="other"),
+        whole=("out",),
+        read="verify out",
+    ),
+    "import tum": making_answers("import tum paths --dataset data --out out --solver mine", paths="paths"),
+    "import tum again": making_answers(
+        "import tum paths --dataset data --out out --solver mine", paths="paths", out="others"
+    ),
+    "score --per-sequence": Scenario(
+        command="score answers --dataset data --per-sequence rows.csv", found=finding("data", "answers")
+    ),
+    "plot": Scenario(command="plot data --sequence 0 --out picture.png", found=finding("data")),
+    "plot-errors": Scenario(
+        command="plot-errors data --estimate answers --metric dx --kind cumulative --out errors.pdf",
+        found=finding("data", "answers"),
+    ),
+    "fetch": Scenario(command=f"fetch {__name__}:SERVED", found={}),
+    "render": Scenario(command=f"{RENDER} --out film", found=finding("data")),
+}
+
+LIKE_OTHERS = {"generate --tier tracked", "generate of a recording", "solve --covariance", "export mot --heads"}
+"""Scenarios that compute something else than others and write it as these do: a few moments of them are enough."""
+TO_THE_END = [name for name in SCENARIOS if name not in LIKE_OTHERS]
+
+
+@pytest.fixture(scope="module")
+def stage() -> Iterator[Stage]:
+    with pytest.MonkeyPatch.context() as patch, ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        Handler.asked = []
+        patch.setenv(PORT, str(server.server_port))
+        patch.setenv("VBBENCH_DATA", "cache")
+        patch.setenv("XDG_CACHE_HOME", "cache")
+        patch.setenv("NO_PROXY", "127.0.0.1")
+        serving = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        serving.start()
+        made = Stage(SCENERY)
+        yield made
+        made.close()
+        server.shutdown()
+        serving.join()
+
+
+def spread(points: Sequence[Point], count: int) -> list[Point]:
+    """So many of them: the last, at which most is replaced and removed, and others evenly over the run."""
+    last, others = points[-2:], points[:-2]
+    step = max(len(others) // max(count - 2, 1), 1)
+    return [*others[step // 2 :: step][: count - 2], *last]
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_killed_at_some_moments(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    check(rehearsal.faults_when_killed(spread(rehearsal.moments, 3)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TO_THE_END)
+def test_killed_at_every_moment(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    assert stage.run(rehearsal.scenario.command, rehearsal.found).left == rehearsal.run.left, "two runs differ"
+    check(rehearsal.faults_when_killed(rehearsal.moments))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["generate --withhold-truth --overwrite", "merge withheld truth", "solve --overwrite", "export csv"]
+)
+def test_killed_and_killed_again(stage: Stage, name: str) -> None:
+    first = Rehearsal.of(stage, SCENARIOS[name])
+    for point in spread(first.moments, 4):
+        second = replace(first, run=replace(stage.record(first.scenario.command, point.left), left=first.run.left))
+        check([f"{point.what}, then {fault}" for fault in second.faults_when_killed(spread(second.moments, 6))])
+
+
+@pytest.mark.parametrize("name", ["generate --overwrite", "solve --overwrite", "export csv"])
+def test_the_disk_is_full_at_some_moments(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    check(rehearsal.faults_on_a_full_disk(spread(rehearsal.steps_that_take_space, 3)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TO_THE_END)
+def test_the_disk_is_full_at_every_moment(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    check(rehearsal.faults_on_a_full_disk(rehearsal.steps_that_take_space))
+
+
+@pytest.mark.parametrize("name", ["generate --overwrite", "export mot"])
+def test_a_kill_leaves_what_was_recorded(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    for point in spread([point for point in rehearsal.run.points[:-1] if point.what.startswith("before")], 5):
+        killed = stage.kill(rehearsal.scenario.command, rehearsal.found, point.number)
+        assert killed.status == -signal.SIGKILL
+        assert without_chance(killed.left) == without_chance(point.left), point.what
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_workers_and_the_same_command_goes_on(tmp_path: Path, sent: signal.Signals) -> None:
+    whole, place, chance = tmp_path / "whole" / "out", tmp_path / "stopped" / "out", random.Random(sent)
+    command = [sys.executable, "-m", "vbbench", "generate", "tests.lib.slow_split:SLOW", "--jobs"]
+    subprocess.run([*command, "1", "--out", whole], check=True, capture_output=True)
+    for parts in (1, 3):
+        run = subprocess.Popen([*command, "2", "--out", place], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        wait_until(lambda wanted=parts, run=run: count_parts(place) >= wanted or run.poll() is not None, seconds=300)
+        time.sleep(chance.uniform(0.0, 0.1))
+        run.send_signal(sent)
+        run.communicate(timeout=60)
+        assert run.returncode != 0
+        assert not place.exists()
+    subprocess.run([*command, "2", "--out", place], check=True, capture_output=True)
+    assert read_tree(place.parent) == read_tree(whole.parent)
+
+
+def count_parts(out: Path) -> int:
+    return len(list(out.parent.rglob("*.arrows")))
+
+
+def check(faults: list[str]) -> None:
+    if faults:
+        pytest.fail("\n".join(faults), pytrace=False)

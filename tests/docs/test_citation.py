@@ -1,0 +1,46 @@
+"""How to cite vbbench: the files in the root are valid, and agree with the package and with the paper."""
+
+import json
+import re
+from importlib.metadata import metadata
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+import yaml
+from jsonschema import Draft7Validator
+
+from vbbench.paper import the_paper
+
+ROOT = Path(__file__).parents[2]
+CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+CODEMETA = json.loads((ROOT / "codemeta.json").read_text("utf-8"))
+
+
+def test_the_citation_file_is_valid() -> None:
+    schema = files("check_jsonschema") / "builtin_schemas" / "vendor" / "citation-file-format.json"
+    faults = [error.message for error in Draft7Validator(json.loads(schema.read_text("utf-8"))).iter_errors(CITATION)]
+    assert not faults
+
+
+def test_name_licence_and_words_are_the_packages() -> None:
+    package = metadata("vbbench")
+    assert CITATION["title"] == CODEMETA["name"] == package["Name"]
+    assert CITATION["license"] == CODEMETA["license"].rpartition("/")[2] == package["License-Expression"]
+    assert CITATION["keywords"] == CODEMETA["keywords"]
+    assert sorted(CITATION["keywords"]) == sorted(package["Keywords"].split(","))
+    assert CODEMETA["description"] == package["Summary"]
+    assert CITATION["abstract"].rstrip(".") == package["Summary"]
+
+
+def test_the_version_is_the_last_that_was_released() -> None:
+    """What is installed is that one, or comes after it: between releases it has a later number, or a suffix."""
+    released = re.findall(r"^## \[(\d+\.\d+\.\d+)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"), flags=re.M)[0]
+    assert CITATION["version"] == CODEMETA["version"] == released
+    installed = tuple(map(int, re.findall(r"\d+", metadata("vbbench")["Version"])[:3]))
+    assert installed >= tuple(map(int, released.split(".")))
+
+
+@pytest.mark.parametrize("address", [CITATION["references"][0]["url"], CODEMETA["referencePublication"][0]["url"]])
+def test_the_paper_is_the_one_that_is_quoted_everywhere(address: str) -> None:
+    assert address == the_paper().link

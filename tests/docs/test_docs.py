@@ -1,0 +1,206 @@
+"""The documentation is true: examples run, links and pictures exist, every command is shown."""
+
+import json
+import re
+import runpy
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib.metadata import entry_points
+from pathlib import Path
+
+import pytest
+
+from vbbench.camera import PanoramaCamera
+from vbbench.cli import all_commands
+from vbbench.generation import generate
+from vbbench.generation.catalogue import describe_splits
+from vbbench.generation.generator import Options
+from vbbench.registry import registered
+from vbbench.scoring import score
+from vbbench.solving import solve
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+LARGEST_PICTURE = 400_000
+GUIDE = ROOT / "docs" / "writing-a-solver.md"
+_LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def without_code(page: Path) -> str:
+    """Prose only: neither fenced nor indented blocks, nor code in a line."""
+    text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.M | re.S)
+    return re.sub(r"`[^`]*`", "code", re.sub(r"^    .*$", "", text, flags=re.M))
+
+
+def python_blocks(page: Path) -> list[str]:
+    return re.findall(r"^```python\n(.*?)^```", page.read_text("utf-8"), flags=re.M | re.S)
+
+
+def anchors(page: Path) -> set[str]:
+    """Anchors of the headings, as the usual forges make them."""
+    titles = re.findall(r"^#+ (.+)$", page.read_text("utf-8"), flags=re.M)
+    return {re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-") for title in titles}
+
+
+def links() -> Iterator[tuple[Path, str]]:
+    for page in PAGES:
+        for target in _LINK.findall(without_code(page)):
+            if not target.startswith(("http:", "https:")):
+                yield page, target
+
+
+@pytest.mark.parametrize(("page", "target"), list(links()), ids=lambda value: getattr(value, "name", value))
+def test_links_resolve(page: Path, target: str) -> None:
+    name, _, anchor = target.partition("#")
+    path = page.parent / name if name else page
+    assert path.is_file(), f"{page.name} links to {target}"
+    assert not anchor or anchor in anchors(path), f"{page.name} links to {target}: {path.name} has no such heading"
+
+
+def test_pages_keep_to_their_budget() -> None:
+    """In words: all pages, README and changelog; in lines: each decision."""
+    assert sum(len(page.read_text("utf-8").split()) for page in [*PAGES, ROOT / "CHANGELOG.md"]) <= 65_000
+    sections = re.split(r"(?m)^#+ .*$", (ROOT / "docs" / "decisions.md").read_text("utf-8"))
+    assert all(len([line for line in section.splitlines() if line]) <= 15 for section in sections)
+
+
+def test_pictures_are_small_and_shown() -> None:
+    shown = {(page.parent / target).resolve() for page, target in links()}
+    pictures = {path for path in (ROOT / "docs" / "images").iterdir() if path.suffix in (".png", ".webp")}
+    assert pictures <= shown
+    assert all(picture.stat().st_size < LARGEST_PICTURE for picture in pictures)
+
+
+def test_constants_of_the_page_are_those_of_the_code() -> None:
+    done = subprocess.run(
+        [sys.executable, ROOT / "docs" / "write_constants.py", "--check"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("command", all_commands())
+def test_every_command_has_an_example(command: str) -> None:
+    text = (ROOT / "docs" / "commands.md").read_text("utf-8")
+    assert f"## `vbbench {command}`" in text
+    assert re.search(rf"^    \$ (\w+=\S+ )?vbbench {command}\b", text, flags=re.M)
+
+
+@pytest.mark.parametrize("solver", sorted(registered("solver")))
+def test_every_bundled_solver_is_described(solver: str) -> None:
+    assert f"`{solver}`" in (ROOT / "docs" / "solvers.md").read_text("utf-8")
+
+
+def test_no_page_names_a_folder_of_the_writer() -> None:
+    for page in PAGES:
+        assert not re.search(r"/(work|root|home|tmp)/", page.read_text("utf-8")), page.name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in PAGES if python_blocks(page)], ids=lambda page: page.name)
+def test_python_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each block by itself; README's in a process of its own, as whoever pastes it runs it."""
+    generate("demo", tmp_path / "tiny", Options(camera=PanoramaCamera(), limit=2))
+    monkeypatch.chdir(tmp_path)
+    for number, block in enumerate(python_blocks(page)):
+        if page.parent == ROOT:
+            done = subprocess.run([sys.executable, "-c", block], capture_output=True, text=True)
+            assert done.returncode == 0, f"{block}\n{done.stderr}"
+        else:
+            script = tmp_path / f"block_{number}.py"
+            script.write_text(block, encoding="utf-8")
+            runpy.run_path(str(script), run_name="__main__")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("module", "name"), [("still", "StandStill"), ("line", "StraightLines")])
+@pytest.mark.parametrize("protocol", ["one-step", "sequential", "rollout"])
+def test_example_solvers_answer(
+    module: str, name: str, protocol: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    block = next(block for block in python_blocks(GUIDE) if f"class {name}" in block)
+    unique = f"docs_example_{module}"
+    (tmp_path / f"{unique}.py").write_text(block, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    dataset = generate("demo", tmp_path / "crowd", Options(camera=PanoramaCamera(), limit=2))
+    submission = solve(dataset, f"{unique}:{name}", protocol, tmp_path / "answers")
+    assert score(submission, dataset.folder).coverage == 1.0
+
+
+def test_where_to_look_names_at_most_two_places_that_exist() -> None:
+    page = (ROOT / "docs" / "development.md").read_text(encoding="utf-8")
+    rows = re.findall(r"(?m)^\| (?:Where|How|What) .*", page.partition("## Where to look")[2].partition("\n## ")[0])
+    assert len(rows) >= 12
+    homes = [ROOT / home for home in ("", "generators", "baselines", "renderers", "leaderboards")]
+    for row in rows:
+        places = re.findall(r"`([\w./*-]+/[\w./*-]*)`", row.split("|")[2])
+        assert 1 <= len(places) <= 2, row
+        for place in places:
+            assert any(list(home.glob(place)) for home in homes), f"{place} does not exist"
+
+
+WRITTEN_BY_READERS = {"damped.py", "learn.py", "line.py", "still.py"}
+"""Examples that pages tell to save."""
+GROUPS = entry_points().groups
+
+
+def code_words(pattern: str) -> list[tuple[str, str]]:
+    """Code in lines of prose that fits a pattern, with its page."""
+    prose = {
+        page: re.sub(r"^```.*?^```|^    [^\n]*$", "", page.read_text("utf-8"), flags=re.M | re.S) for page in PAGES
+    }
+    return [(page.name, word) for page, text in prose.items() for word in re.findall(rf"`({pattern})`", text)]
+
+
+@pytest.fixture(scope="module")
+def sources() -> str:
+    """A line for each file of the packages, tests and tools, with a slash before its path."""
+    top = ("vbbench", "generators", "baselines", "renderers", "leaderboards", "tests", "benchmarks", "docs", "release")
+    found = [path for home in top for path in (ROOT / home).rglob("*") if path.suffix in (".py", ".toml")]
+    return "".join(f"/{path.relative_to(ROOT).as_posix()}\n" for path in found)
+
+
+def test_modules_that_pages_name_exist(sources: str) -> None:
+    named = code_words(r"[\w./-]+\.py|[\w./-]*vbbench[\w./-]*(?:\.toml|/)")
+    assert len(named) > 90
+    for page, path in named:
+        pattern = re.escape(path).replace("NAME", r"\w+")
+        assert path in WRITTEN_BY_READERS or re.search(rf"/{pattern}(?m:$|(?<=/))", sources), f"{page} names {path}"
+
+
+def test_what_pages_name_in_packages_exists(sources: str) -> None:
+    named = code_words(r"vbbench(?:_\w+)?(?:[.:]\w+)+")
+    assert len(named) > 30
+    for page, name in named:
+        module, _, rest = name.replace(":", ".").partition(".")
+        while rest and (step := re.search(rf"/{module}/{rest.partition('.')[0]}(?=/|\.py$)", sources, re.M)):
+            module, rest = step[0].strip("/"), rest.partition(".")[2]
+        file = re.search(rf"^(.*/{module}(?:/__init__)?\.py)$", sources, re.M)
+        text = (ROOT / file[1].lstrip("/")).read_text("utf-8") if file else ""
+        there = name in GROUPS or (file and all(re.search(rf"\b{word}\b", text) for word in rest.split(".")))
+        assert there, f"{page} names {name}"
+
+
+def test_pages_make_the_datasets_of_the_boards_with_the_seed_and_the_id_of_today() -> None:
+    """Boards are made anew with a new seed; commands and messages that the pages show follow."""
+    records = ROOT / "leaderboards" / "results"
+    seed = str(json.loads((records / "sim" / "field.json").read_text("utf-8"))["seed"])
+    tutorial = (ROOT / "docs/tutorials/your-solver.md").read_text("utf-8")
+    assert f"generate sim --tier field --observer vehicle --seed {seed} --limit 150" in tutorial
+    shown = 0
+    for page in PAGES:
+        text = re.sub(r"\s+", " ", page.read_text("utf-8"))
+        for tier, identifier, number in re.findall(
+            r"the boards of sim (\w+) hold results on (\w+) alone; make that with '[^']*--seed (\d+) ", text
+        ):
+            shown += 1
+            assert number == seed, page
+            assert identifier == json.loads((records / "sim" / f"{tier}.json").read_text("utf-8"))["id"], page
+    assert shown
+
+
+def test_splits_say_whose_files_they_are_made_from() -> None:
+    lines = [line for line in describe_splits().splitlines() if line.endswith("]")]
+    own = {line.split(":")[0] for line in lines if line.endswith("[files of your own, --source]")}
+    assert own == {"argoverse2", "custom", "jrdb", "kitti", "motsynth", "nuscenes", "own"}
+    assert {line.split(":")[0] for line in lines if line.endswith("[no source files]")} == {"demo", "sim", "street"}

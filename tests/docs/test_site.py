@@ -1,0 +1,130 @@
+"""The site made of these pages: every page has its place, every link is checked, every docstring is readable there."""
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import vbbench
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+INDEXES = [DOCS / "index.md", *sorted(DOCS.glob("*/index.md"))]
+MADE = [f"tutorials/notebooks/{path.stem}" for path in sorted((DOCS / "notebooks").glob("*.py"))]
+"""Pages that are not there before the site is built."""
+
+
+def of_the_site(name: str) -> ModuleType:
+    """A module beside the site's configuration."""
+    spec = importlib.util.spec_from_file_location(f"docs_site_{name}", DOCS / "site" / f"{name}.py")
+    assert spec
+    assert spec.loader
+    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def navigation(page: Path) -> list[str]:
+    """The pages in a page's tables of contents, below docs and without their ending."""
+    trees = re.findall(r"^```\{toctree\}\n(.*?)^```", page.read_text("utf-8"), flags=re.M | re.S)
+    entries = [line for tree in trees for line in tree.splitlines() if line and not line.startswith(":")]
+    return [(page.parent / entry).resolve().relative_to(DOCS).as_posix() for entry in entries]
+
+
+def test_every_page_has_one_place_in_the_navigation() -> None:
+    pages = {page.relative_to(DOCS).with_suffix("").as_posix() for page in DOCS.rglob("*.md")} - {"index"}
+    placed = [name for index in INDEXES for name in navigation(index)]
+    missing = (pages | set(MADE)) - set(placed)
+    assert not missing, f"name these in a toctree of docs/how-to, reference, explanation or tutorials: {missing}"
+    assert sorted(placed) == sorted(set(placed)), "a page has two places"
+    assert set(placed) - pages - set(MADE) == set(), "the navigation names pages that do not exist"
+
+
+@pytest.mark.parametrize("index", INDEXES[1:], ids=lambda index: index.parent.name)
+def test_a_code_host_shows_every_page_of_a_section_too(index: Path) -> None:
+    linked = re.findall(r"\]\(([\w./-]+)\.(?:md|py)\)", index.read_text("utf-8").replace("../notebooks", "notebooks"))
+    shown = {(index.parent / link).resolve().relative_to(DOCS).as_posix() for link in linked}
+    hidden = {name for name in navigation(index) if not name.startswith("reproduce-")} - shown
+    assert not hidden, "in the navigation of the site, and not in the text"
+
+
+def test_the_reference_has_everything_public() -> None:
+    text = (DOCS / "reference" / "api.md").read_text("utf-8")
+    missing = [name for name in vbbench.__all__ if name[0] != "_" and f":: vbbench.{name}\n" not in text]
+    assert not missing
+
+
+def test_docstrings_are_rewritten_as_napoleon_reads_them() -> None:
+    written = [
+        "What it does.",
+        "",
+        "Parameters",
+        "----------",
+        "a, b : two numbers,",
+        "    in m.",
+        "**more : others.",
+        "",
+    ]
+    written += ["Returns", "-------", "Their sum : in m."]
+    wanted = ["What it does.", "", "Parameters", "----------", "a, b", "    two numbers,", "    in m."]
+    wanted += ["**more", "    others.", "", ":returns:", "    Their sum : in m."]
+    assert of_the_site("docstrings").numpy_style(written) == wanted
+
+
+BOARDS = "leaderboard/index.html#"
+PAGE = f"""<h1 id="top">a</h1><a href="below/b.html#part">b</a><a href="{BOARDS}/sim/board?by=dx">c</a>
+<a href="{BOARDS}/sim/board/compare?a=cv&amp;b=sf">d</a><a href="{BOARDS}/solver/cv">e</a>"""
+FAULTS = {
+    '<a href="below/c.html">': "below/c.html leads to no file of the site",
+    '<a href="below/b.html#none">': "below/b.html#none names no part of that page",
+    '<a href="#none">': "#none names no part of that page",
+    '<a href="below">': "below leads to no file of the site",
+    '<a href="../outside.html">': "../outside.html leads to no file of the site",
+    '<a href="/below/b.html">': "/below/b.html works below no other address than this one",
+    '<a href="leaderboard/index.html#/sim/none">': "leaderboard/index.html#/sim/none names no board or solver",
+    '<a href="leaderboard/index.html#/solver/none">': "leaderboard/index.html#/solver/none names no board or solver",
+    '<img src="none.png">': "none.png leads to no file of the site",
+    '<script src="https://example.org/x.js"></script>': "loads https://example.org/x.js from another host",
+    '<link rel="stylesheet" href="//example.org/x.css">': "loads //example.org/x.css from another host",
+}
+
+
+def small_site(folder: Path, more: str = "") -> Path:
+    """Two pages and a board, all of whose links lead somewhere, and ``more``."""
+    for name, text in {
+        "site/index.html": PAGE + more,
+        "site/below/b.html": '<a id="part" href="../index.html#top">a</a><a href="https://example.org">elsewhere</a>',
+        "site/leaderboard/index.html": "",
+        "site/leaderboard/data/sim/board.js": "",
+        "site/leaderboard/data/pages/solver/cv.js": "",
+        "site/_static/part.html": '<a href="{{ filled in later }}">',
+        "outside.html": "",
+    }.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder / "site"
+
+
+def test_a_site_without_fault_passes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(small_site(tmp_path).parent)
+    assert of_the_site("links").main(Path("site")) == 0
+    assert "every link of 3 pages" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("element", "said"), FAULTS.items())
+def test_a_link_that_leads_nowhere_is_found(
+    element: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert of_the_site("links").main(small_site(tmp_path, element)) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == f"index.html: {said}"
+
+
+def test_no_address_of_a_site_or_repository_is_written_down() -> None:
+    for file in (DOCS / "site" / "conf.py", *(DOCS / "site" / "templates").iterdir()):
+        assert not re.search(r"https?://(?!example)", file.read_text("utf-8")), file

@@ -1,0 +1,160 @@
+"""What is run where: `.ci/run` begins with README's commands in an empty environment, and no test it wants can skip."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import pytest
+
+from tests.lib.commands import wait_until
+
+ROOT = Path(__file__).parents[2]
+TARGETS = ("demo", "test", "packages", "check", "sanitize", "test-kills", "test-slow", "bench-summary")
+ASIDE, UNTIL = ("test-extras", "browser", "wheel-test"), "test-slow"
+"""The targets that run one after the other beside others, from ``check`` on, and the last of those."""
+A_FRESH_MACHINE = {"PATH", "HOME", "LANG", "VBBENCH_DATA"}
+SHELL_AND_MAKE = {"_", "PWD", "OLDPWD", "SHLVL", "MAKELEVEL", "MAKEFLAGS", "MFLAGS", "MAKE_TERMOUT", "MAKE_TERMERR"}
+GETTING_PACKAGES = ("PIP_", "SSL_CERT_", "http_proxy", "https_proxy", "no_proxy")
+NOTE = 'echo "$@ $$(env | cut -d= -f1 | tr "\\n" " ")" >> ../../../ran; test ! -e ../../../no-$@'
+"""A target's name, and the names in its environment; it fails if it shall."""
+
+
+@pytest.fixture
+def clone(tmp_path: Path) -> Path:
+    """A repository with our README and `.ci/run`, whose targets only note that they ran; recordings lie beside it."""
+    folder = tmp_path / "a folder" / "clone"
+    (folder / ".ci").mkdir(parents=True)
+    (folder.parent / "shared" / "data").mkdir(parents=True)
+    for name in ("README.md", ".ci/run", ".gitignore"):
+        shutil.copy(ROOT / name, folder / name)
+    rules = "".join(f"{name}:\n\t@{NOTE}\n" for name in (*TARGETS, *ASIDE))
+    (folder / "Makefile").write_text(
+        f"{rules}\ndemo: .venv/bin/activate\n.venv/bin/activate:\n\tmkdir -p .venv/bin; touch $@\n"
+    )
+    subprocess.run(["git", "init"], cwd=folder, check=True, capture_output=True)
+    commit(folder)
+    return folder
+
+
+def commit(clone: Path) -> None:
+    for command in ("add --all", "-c user.name=t -c user.email=t@t commit --message all"):
+        subprocess.run(["git", *command.split()], cwd=clone, check=True, capture_output=True)
+
+
+def run_checks(clone: Path) -> tuple[int, dict[str, set[str]]]:
+    """The exit status of `.ci/run`, and the targets in the order in which they ran, with what each found set."""
+    environment = {**os.environ, "CI": "true", "PYTEST_ADDOPTS": "-x", "PIP_INDEX_URL": "https://example.org"}
+    status = subprocess.run(["bash", ".ci/run"], cwd=clone, env=environment, stdin=subprocess.DEVNULL, check=False)
+    return status.returncode, {
+        name: set(names) for name, *names in map(str.split, (clone / "ran").read_text("utf-8").splitlines())
+    }
+
+
+def one_by_one(ran: Iterable[str]) -> tuple[str, ...]:
+    """The targets that ran, but for those beside them, which may end at any time."""
+    return tuple(name for name in ran if name not in ASIDE)
+
+
+def test_readme_comes_first_and_finds_what_a_fresh_machine_has(clone: Path) -> None:
+    status, ran = run_checks(clone)
+    assert (status, one_by_one(ran)) == (0, TARGETS)
+    assert tuple(name for name in ran if name in ASIDE) == ASIDE
+    for names in ran.values():
+        assert names >= {"PIP_INDEX_URL", *A_FRESH_MACHINE}
+        rest = names - A_FRESH_MACHINE - SHELL_AND_MAKE
+        assert all(name.startswith(GETTING_PACKAGES) for name in rest), rest
+
+
+@pytest.mark.parametrize("target", TARGETS)
+def test_a_stage_that_fails_is_the_last(clone: Path, target: str) -> None:
+    (clone / f"no-{target}").touch()
+    status, ran = run_checks(clone)
+    assert status != 0
+    assert one_by_one(ran) == TARGETS[: TARGETS.index(target) + 1]
+
+
+@pytest.mark.parametrize("target", ASIDE)
+def test_a_stage_that_fails_beside_others_ends_the_checks_when_these_have_ended(clone: Path, target: str) -> None:
+    (clone / f"no-{target}").touch()
+    status, ran = run_checks(clone)
+    assert status != 0
+    assert one_by_one(ran) == TARGETS[: TARGETS.index(UNTIL) + 1]
+
+
+def test_what_runs_beside_a_stage_that_fails_is_ended(clone: Path) -> None:
+    (clone / "no-check").touch()
+    makefile = clone / "Makefile"
+    waiting = "\t@echo $$$$ > ../../../waiting; exec sleep 600\n"
+    text = makefile.read_text("utf-8").replace(f"{ASIDE[0]}:\n", f"{ASIDE[0]}:\n{waiting}")
+    text = text.replace("\ncheck:\n", "\ncheck:\n\t@until test -s ../../../waiting; do sleep 0.05; done\n")
+    makefile.write_text(text, "utf-8")
+    subprocess.run(
+        ["git", "-c", "user.name=t", "-c", "user.email=t@t", "commit", "-qam", "wait"], cwd=clone, check=True
+    )
+    status, ran = run_checks(clone)
+    assert status != 0
+    assert not {*ASIDE} & {*ran}
+    wait_until(lambda: not Path("/proc", (clone / "waiting").read_text("utf-8").strip()).exists())
+
+
+def test_what_is_left_from_before_is_not_in_the_clone(clone: Path) -> None:
+    (clone / "out/ci/vbbench").mkdir(parents=True)
+    (clone / "out/ci/vbbench/left").touch()
+    (clone / "unknown").touch()
+    assert run_checks(clone)[0] == 0
+    assert not {"left", "unknown"} & {path.name for path in (clone / "out/ci/vbbench").iterdir()}
+
+
+OTHERS = """
+import pytest
+def test_that_runs(): pass
+@pytest.mark.xfail
+def test_that_is_expected_to_fail(): assert False
+"""
+SKIPS = {
+    "test": "def test_that_skips(): pytest.skip('for want of it')",
+    "fixture": "@pytest.fixture\ndef it(): pytest.skip('for want of it')\ndef test_that_skips(it): pass",
+    "mark": "@pytest.mark.skip(reason='for want of it')\ndef test_that_skips(): pass",
+    "file": "pytest.importorskip('no_such_module', reason='for want of it')",
+}
+
+
+@pytest.mark.parametrize("skip", SKIPS)
+def test_a_skip_fails_where_none_is_allowed(pytester: pytest.Pytester, skip: str) -> None:
+    pytester.makeconftest((ROOT / "tests" / "conftest.py").read_text("utf-8"))
+    pytester.makepyfile(test_others=OTHERS, test_it="import pytest\n" + SKIPS[skip])
+    allowed, wanted = pytester.runpytest("-rs"), pytester.runpytest("--no-skips")
+    assert allowed.ret == 0
+    allowed.stdout.fnmatch_lines("SKIPPED*for want of it")
+    assert wanted.ret != 0
+    wanted.stdout.fnmatch_lines("*for want of it*")
+
+
+NEEDS = {
+    **dict.fromkeys(("test_cluster", "test_rerun_on_a_cluster"), "dask"),
+    **dict.fromkeys(("test_loop", "test_torch"), "torch"),
+    "test_viewer": "viewer",
+}
+WITHOUT_EXTRAS = """
+import sys, pytest
+class Missing:
+    def find_spec(name, path, target=None):
+        if name.partition('.')[0] in ('torch', 'rerun', 'distributed'):
+            raise ModuleNotFoundError(f'No module named {name!r}', name=name)
+sys.meta_path.insert(0, Missing)
+sys.exit(pytest.main(['--collect-only', '-q', '-p', 'no:cacheprovider']))
+"""
+
+
+@pytest.mark.slow
+def test_every_test_is_found_without_any_extra() -> None:
+    found = subprocess.run(
+        [sys.executable, "-c", WITHOUT_EXTRAS], cwd=ROOT, capture_output=True, encoding="utf-8", check=False
+    )
+    assert found.returncode == 0, found.stdout[-3000:]
+    skipped = dict(re.findall("SKIPPED .* tests/(?:\\w+/)*(\\w+).py:.*: needs the extra (\\w+)", found.stdout))
+    assert skipped == NEEDS

@@ -1,0 +1,472 @@
+"""A real scheduler and real workers, some of them killed: nothing is lost, nothing is there twice."""
+
+import json
+import os
+import re
+import shlex
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from tests.generation.test_datasets import digests
+from tests.lib.commands import ROOT, ended, start, wait_until
+from tests.lib.slow_split import BEFORE_THE_GATE, GATE, PARTS, SEQUENCES
+from vbbench.cli import main
+from vbbench.errors import VbbenchError
+from vbbench.files.dataset import Dataset
+from vbbench.files.verification import verify
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench.parallel import cluster
+from vbbench.parallel.partitions import merge
+from vbbench.parallel.parts import Part
+from vbbench.reproduction.grid import Making
+from vbbench.scoring import score
+from vbbench.solving import solve
+
+pytest.importorskip("distributed", reason="needs the extra dask")
+pytestmark = pytest.mark.extra
+
+SPLIT, SOLVER = "tests.lib.slow_split:SLOW", "tests.lib.slow_split:SlowSolver"
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def reachable(address: str) -> bool:
+    with suppress(OSError), socket.create_connection(("127.0.0.1", int(address.rpartition(":")[2])), 1):
+        return True
+    return False
+
+
+class Cluster:
+    """A scheduler that forgives a task two deaths, and its workers; no nanny brings a killed one back.
+
+    Its workers wait at the gate of the slow split until that is opened.
+    """
+
+    def __init__(self, folder: Path, tls: Path | None = None) -> None:
+        self._folder, self._started, self.tls, self.gate = folder, 0, tls, folder / "gate"
+        self.address = f"{'tls' if tls else 'tcp'}://127.0.0.1:{free_port()}"
+        self.workers: list[subprocess.Popen[bytes]] = []
+        port = self.address.rpartition(":")[2]
+        protocol = self.address.partition(":")[0]
+        options = ["--host", "127.0.0.1", "--port", port, "--protocol", protocol, *certificates(tls)]
+        self.scheduler = self._start("scheduler", *options)
+        wait_until(lambda: reachable(self.address))
+
+    def _start(self, *command: str) -> "subprocess.Popen[bytes]":
+        settings = {"ALLOWED_FAILURES": "2", "NO_WORKERS_TIMEOUT": "1s"}
+        environment = os.environ | {f"DASK_DISTRIBUTED__SCHEDULER__{key}": value for key, value in settings.items()}
+        self._started += 1
+        with (self._folder / f"{self._started}.log").open("wb") as log:
+            return subprocess.Popen(
+                [sys.executable, "-m", "dask", *command, "--no-dashboard"],
+                stdout=log,
+                stderr=log,
+                env=environment | {GATE: str(self.gate)},
+                cwd=self._folder,
+            )
+
+    def worker(self, address: str, tls: Path | None) -> "subprocess.Popen[bytes]":
+        """One more, which gives up where it may not join."""
+        options = ["--no-nanny", "--nthreads", "1", "--memory-limit", "1GiB", "--local-directory", "scratch"]
+        return self._start("worker", address, *options, "--death-timeout", "20", *certificates(tls))
+
+    def of(self, count: int) -> str:
+        """The address, when so many workers, or more, are there; one that ends meanwhile is replaced."""
+        self._fill(count)
+        with cluster._client(self.address, self.tls) as client:
+            wait_until(lambda: self._fill(count) and len(client.scheduler_info(n_workers=-1)["workers"]) >= count)
+        return self.address
+
+    def _fill(self, count: int) -> bool:
+        """Start as many workers as are missing; true if none was."""
+        self.workers = [worker for worker in self.workers if worker.poll() is None]
+        missing = count - len(self.workers)
+        self.workers += [self.worker(self.address, self.tls) for _ in range(missing)]
+        return missing <= 0
+
+    def close_gate(self) -> None:
+        for path in (self.gate, self.gate.with_name("gate.reached")):
+            path.unlink(missing_ok=True)
+
+    def open_gate(self) -> None:
+        self.gate.touch()
+
+    def stop(self) -> None:
+        for process in [*self.workers, self.scheduler]:
+            process.kill()
+            process.wait()
+
+
+def certificates(folder: Path | None) -> list[str]:
+    """Dask's options for a folder of certificates."""
+    if folder is None:
+        return []
+    files = {"--tls-ca-file": "ca.pem", "--tls-cert": "cert.pem", "--tls-key": "key.pem"}
+    return [word for option, name in files.items() for word in (option, str(folder / name))]
+
+
+@contextmanager
+def started(folder: Path, tls: Path | None = None) -> Iterator[Cluster]:
+    running = Cluster(folder, tls)
+    try:
+        yield running
+    finally:
+        running.stop()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def patience() -> Iterator[None]:
+    """A scheduler may take its time on a machine that is busy."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(cluster, "PATIENCE", 120)
+        yield
+
+
+@pytest.fixture(scope="module")
+def shared_cluster(tmp_path_factory: pytest.TempPathFactory, patience: None) -> Iterator[Cluster]:
+    with started(tmp_path_factory.mktemp("cluster")) as running:
+        yield running
+
+
+@pytest.fixture
+def dask(shared_cluster: Cluster) -> Iterator[Cluster]:
+    """The cluster, its gate closed; whoever still waits there is let through in the end."""
+    shared_cluster.close_gate()
+    yield shared_cluster
+    shared_cluster.open_gate()
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return generate(SPLIT, tmp_path_factory.mktemp("single") / "slow", Options())
+
+
+def finished_parts(out: Path) -> dict[str, int]:
+    """Finished parts of an unfinished folder, and when each was written."""
+    found = out.with_name(out.name + ".partial").glob("new/partitioned/part-*.json")
+    return {path.name: path.stat().st_mtime_ns for path in found}
+
+
+def at_the_gate(out: Path, cluster: Cluster) -> Callable[[], bool]:
+    """Whether all is done that can be while the gate is closed, and the rest has begun."""
+    return lambda: len(finished_parts(out)) == BEFORE_THE_GATE and cluster.gate.with_name("gate.reached").exists()
+
+
+@pytest.mark.slow
+def test_a_worker_killed_while_generating_loses_nothing(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run = start("generate", SPLIT, "--out", out, "--scheduler", dask.of(2))
+    wait_until(at_the_gate(out, dask))
+    dask.workers[0].kill()
+    dask.open_gate()
+    status, errors = ended(run)
+    assert status == 0, errors
+    with pytest.raises(VbbenchError, match=f"out is partitioned; run 'vbbench merge {out}'"):
+        Dataset(out)
+    parts = pd.concat([pd.read_parquet(path) for path in sorted((out / "sequences").iterdir())])
+    assert parts.sequence.tolist() == list(range(SEQUENCES))
+    assert len(pd.read_parquet(out / "observations")) == single.info.counts["observations"]
+    merge(out)
+    assert digests(out) == digests(single.folder)
+    verify(out)
+
+
+@pytest.mark.slow
+def test_a_worker_killed_while_solving_loses_nothing(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run = start(
+        "solve", single.folder, "--solver", SOLVER, "--protocol", "one-step", "--out", out, "--scheduler", dask.of(2)
+    )
+    wait_until(at_the_gate(out, dask))
+    dask.workers[0].kill()
+    dask.open_gate()
+    status, errors = ended(run)
+    assert status == 0, errors
+    with pytest.raises(VbbenchError, match="out is partitioned; run"):
+        score(out, single.folder)
+    alone = solve(single, SOLVER, "one-step", tmp_path / "alone")
+    assert tables(merge(out)) == tables(alone)
+    assert score(out, single.folder).coverage == 1.0
+    declared, here = (json.loads((folder / "submission.json").read_text()) for folder in (out, alone))
+    assert declared | {"seconds_per_frame": 0} == here | {"seconds_per_frame": 0}
+    assert declared["seconds_per_frame"] > 0
+
+
+def tables(folder: Path) -> dict[str, str]:
+    return {name: digest for name, digest in digests(folder).items() if name.endswith(".parquet")}
+
+
+@contextmanager
+def busy_machine() -> Iterator[None]:
+    """Three programs a core that do nothing but take time."""
+    count = 3 * (os.cpu_count() or 1)
+    programs = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(count)]
+    try:
+        yield
+    finally:
+        for program in programs:
+            program.kill()
+            program.wait()
+
+
+@pytest.mark.slow
+def test_interrupted_and_resumed(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    command = ["generate", SPLIT, "--out", out, "--scheduler", dask.of(2)]
+    run = start(*command)
+    wait_until(at_the_gate(out, dask))
+    with busy_machine():
+        for _ in range(3):
+            run.send_signal(signal.SIGINT)
+        assert ended(run) == (130, "vbbench: stopped; run the same command again to continue\n")
+    kept = finished_parts(out)
+    assert len(kept) == BEFORE_THE_GATE
+    dask.open_gate()
+    assert ended(start(*command))[0] == 0
+    written = {path.name: path.stat().st_mtime_ns for path in (out / "partitioned").glob("part-*.json")}
+    assert {name: written[name] for name in kept} == kept
+    assert len(written) == PARTS
+    assert digests(merge(out)) == digests(single.folder)
+
+
+@pytest.mark.slow
+def test_all_workers_lost_and_new_ones_go_on(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    command = ["generate", SPLIT, "--out", out, "--scheduler", dask.of(2)]
+    run = start(*command)
+    wait_until(at_the_gate(out, dask))
+    for worker in dask.workers:
+        worker.kill()
+    status, errors = ended(run)
+    assert (status, errors.count("\n")) == (2, 1), errors
+    assert "no workers are left; finished parts are kept; run the same command again" in errors
+    dask.open_gate()
+    dask.of(2)
+    assert ended(start(*command))[0] == 0
+    assert digests(merge(out)) == digests(single.folder)
+
+
+@pytest.mark.slow
+def test_a_lost_scheduler_is_one_line_and_another_cluster_goes_on(
+    dask: Cluster, single: Dataset, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    with started(tmp_path) as small:
+        run = start("generate", SPLIT, "--out", out, "--scheduler", small.of(1))
+        wait_until(at_the_gate(out, small))
+        small.scheduler.kill()
+        status, errors = ended(run)
+    assert (status, errors.count("\n")) == (2, 1), errors
+    assert "the scheduler was lost; finished parts are kept" in errors
+    dask.open_gate()
+    assert ended(start("generate", SPLIT, "--out", out, "--scheduler", dask.of(2)))[0] == 0
+    assert digests(merge(out)) == digests(single.folder)
+
+
+def test_workers_that_may_not_start_processes_isolate_solvers(single: Dataset, tmp_path: Path) -> None:
+    """Those of a nanny are daemons, which multiprocessing keeps from having children."""
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as nannies:
+        out = solve(single, "cv", "rollout", tmp_path / "out", scheduler=nannies.scheduler_address, isolate=True)
+    here = solve(single, "cv", "rollout", tmp_path / "here")
+    pd.testing.assert_frame_equal(
+        pd.read_parquet(merge(out) / "poses.parquet"), pd.read_parquet(here / "poses.parquet")
+    )
+
+
+@pytest.mark.slow
+def test_work_that_kills_its_workers_is_given_up(single: Dataset, tmp_path: Path) -> None:
+    """On a cluster of its own: workers that still have such work when it is given up die later."""
+    with started(tmp_path) as doomed:
+        address = doomed.of(5)  # more than die before dask gives up
+        with pytest.raises(VbbenchError, match="died again and again") as caught:
+            solve(single, "tests.lib.slow_split:DeadlySolver", "rollout", tmp_path / "out", scheduler=address)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_workers_need_the_dataset_on_a_shared_disk(
+    dask: Cluster, single: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "only-here").symlink_to(single.folder)
+    hidden = Dataset(tmp_path / "only-here")
+    monkeypatch.setattr(Path, "resolve", lambda path: Path("elsewhere"))
+    with pytest.raises(VbbenchError, match="a worker cannot open the dataset; keep it on a disk that all share"):
+        solve(hidden, "cv", "rollout", tmp_path / "out", scheduler=dask.of(2))
+
+
+def test_what_studies_need_is_made_on_a_cluster_as_it_is_here(dask: Cluster, tmp_path: Path) -> None:
+    there, here = Making(scheduler=dask.of(2)), Making()
+    data = there.dataset("demo", tmp_path / "there" / "dataset", Options())
+    assert digests(data.folder) == digests(here.dataset("demo", tmp_path / "here" / "dataset", Options()).folder)
+    made = there.cell(data, "cv", "sequential")
+    same = here.cell(Dataset(tmp_path / "here" / "dataset"), "cv", "sequential")
+    assert made.summaries == same.summaries
+    nowhere = Making(scheduler="tcp://127.0.0.1:1")  # nothing is left to make
+    assert nowhere.cell(data, "cv", "sequential").summaries == made.summaries
+    assert not list(tmp_path.rglob("partitioned"))
+
+
+def one_pose(first: int, last: int) -> Part:
+    raise VbbenchError(f"the file of sequence {first} is bad")
+
+
+def test_a_users_mistake_comes_back_as_itself(dask: Cluster) -> None:
+    with pytest.raises(VbbenchError, match=r"^the file of sequence 0 is bad$"):
+        list(cluster.on_cluster(one_pose, [(0, 32)], dask.of(1)))
+
+
+def test_a_worker_that_leaves_while_it_is_asked_stops_nothing() -> None:
+    class Client:
+        def run(self, *_: object, **__: object) -> dict[str, object]:
+            return {"tcp://gone": ConnectionResetError("reset by peer"), "tcp://here": ""}
+
+    cluster._check_workers(Client())
+
+
+@pytest.mark.parametrize("error", [ValueError("the work failed"), None], ids=["after a failure", "after the work"])
+def test_a_worker_that_leaves_while_all_are_told_hides_nothing(error: Exception | None) -> None:
+    class Client:
+        status, told = "running", 0
+
+        def register_plugin(self, *_: object, **__: object) -> None:
+            self.told += 1
+            if self.told < 3:
+                raise ConnectionResetError("reset by peer")
+
+        def unregister_worker_plugin(self, _: str) -> None:
+            raise ConnectionResetError("reset by peer")
+
+    client, seen = Client(), None
+    try:
+        with cluster._published(client, one_pose):
+            if error:
+                raise error
+    except Exception as raised:
+        seen = raised
+    assert (client.told, seen) == (3, error)
+
+
+def test_workers_of_other_versions_are_refused(dask: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
+    here = cluster.versions()
+    monkeypatch.setattr(cluster, "versions", lambda: here | {"vbbench": "9.9", "Python": "3.99"})
+    with pytest.raises(VbbenchError, match=r"worker tcp.* has Python .*\(here 3\.99\), vbbench .*\(here 9\.9\); "):
+        list(cluster.on_cluster(one_pose, [(0, 32)], dask.of(1)))
+
+
+@pytest.mark.parametrize("address", ["nonsense", "nonsense://x", "127.0.0.1:eighty", ""])
+def test_nonsense_is_no_address(address: str) -> None:
+    with pytest.raises(VbbenchError, match=f"is an address such as tcp://127.0.0.1:8786, not '{address}'"):
+        list(cluster.on_cluster(one_pose, [(0, 1)], address))
+
+
+def test_no_scheduler(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "PATIENCE", 0.1)
+    for address in (f"tcp://127.0.0.1:{free_port()}", f"127.0.0.1:{free_port()}"):
+        with pytest.raises(VbbenchError, match=f"no Dask scheduler answers at {address}; start one"):
+            list(cluster.on_cluster(one_pose, [(0, 32)], address))
+
+
+@pytest.mark.slow
+def test_no_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from distributed import Client
+
+    wait = Client.wait_for_workers
+    monkeypatch.setattr(Client, "wait_for_workers", lambda client, count, timeout: wait(client, count, timeout=0.1))
+    with started(tmp_path) as lonely, pytest.raises(VbbenchError, match="has no workers; start some with") as caught:
+        list(cluster.on_cluster(one_pose, [(0, 32)], lonely.address))
+    assert f"'dask worker {lonely.address}'" in str(caught.value)
+
+
+def test_no_dask(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(VbbenchError, match=r"pip install 'vbbench\[dask\]'"):
+        list(cluster.on_cluster(one_pose, [(0, 32)], "tcp://127.0.0.1:8786"))
+
+
+def make_certificates(folder: Path) -> Path:
+    """A folder of certificates, made as docs/scale.md says."""
+    page = (ROOT / "docs" / "scale.md").read_text("utf-8")
+    commands = re.findall(r"^    \$ (mkdir|openssl|cp)\b(.*)$", page, flags=re.M)
+    assert [name for name, _ in commands] == ["mkdir", "openssl", "cp"]
+    folder.mkdir()
+    for name, arguments in commands:
+        subprocess.run(shlex.split(name + arguments), cwd=folder, check=True, capture_output=True)
+    return folder / "tls"
+
+
+@pytest.fixture(scope="module")
+def tls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if shutil.which("openssl") is None:
+        pytest.skip("makes certificates with openssl")
+    return make_certificates(tmp_path_factory.mktemp("certificates") / "ours")
+
+
+@pytest.mark.slow
+def test_an_encrypted_cluster_and_who_is_kept_out(tls: Path, single: Dataset, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with started(tmp_path, tls) as secret:
+        secret.open_gate()
+        address = secret.of(1)
+        options = tmp_path / "options.toml"
+        options.write_text(f'tls = "{tls}"')
+        status, errors = ended(start("generate", SPLIT, "--out", out, "--scheduler", address, "--options", options))
+        assert status == 0, errors
+        assert digests(merge(out)) == digests(single.folder)
+        solved = solve(single, "cv", "rollout", tmp_path / "cv", scheduler=address, tls=tls)
+        assert score(merge(solved), single.folder).coverage == 1.0
+
+        plain = address.replace("tls://", "tcp://")
+        with pytest.raises(VbbenchError, match=f"no Dask scheduler answers at {plain}"):
+            list(cluster.on_cluster(one_pose, [(0, 32)], plain))
+        strangers = make_certificates(tmp_path / "strangers")
+        with pytest.raises(VbbenchError, match=f"{strangers}: the scheduler at {address} has other certificates"):
+            list(cluster.on_cluster(one_pose, [(0, 32)], address, strangers))
+        for outsider in (secret.worker(plain, None), secret.worker(address, strangers)):
+            assert outsider.wait(120) != 0
+        with cluster._client(address, tls) as client:
+            assert len(client.scheduler_info(n_workers=-1)["workers"]) == 1
+
+
+def test_certificates_and_addresses_that_do_not_go_together(tmp_path: Path) -> None:
+    def complaint(address: str, folder: Path | None) -> str:
+        with pytest.raises(VbbenchError) as caught:
+            list(cluster.on_cluster(one_pose, [(0, 32)], address, folder))
+        assert "\n" not in str(caught.value)
+        return str(caught.value)
+
+    secret, folder = "tls://127.0.0.1:8786", tmp_path / "tls"
+    assert "needs certificates: name the folder that holds ca.pem, cert.pem and key.pem" in complaint(secret, None)
+    for plain in ("tcp://127.0.0.1:8786", "127.0.0.1:8786"):
+        assert f"for an address tls://HOST:PORT, and {plain} is not encrypted" in complaint(plain, folder)
+    folder.mkdir()
+    for name in ("ca.pem", "cert.pem", "key.pem"):
+        assert f"{folder / name}: the file is missing; a folder of certificates holds" in complaint(secret, folder)
+        (folder / name).write_text("nonsense")
+    assert f"{folder}: the certificates cannot be used" in complaint(secret, folder)
+
+
+def test_certificates_without_a_cluster(single: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options, out = tmp_path / "options.toml", tmp_path / "out"
+    options.write_text('tls = "certificates"')
+    generating = ["generate", "demo", "--options", str(options)]
+    solving = ["solve", str(single.folder), "--solver", "cv", "--tls", str(tmp_path)]
+    for command in (generating, solving):
+        assert main([*command, "--out", str(out)]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+        assert not out.exists()

@@ -1,0 +1,355 @@
+"""Films of sequences: what is on them, where they go, and what is left when something goes wrong."""
+
+import itertools
+from pathlib import Path
+from typing import Any, ClassVar
+
+import cv2
+import numpy as np
+import pytest
+
+from tests.lib.flat_renderer import FlatRenderer
+from tests.lib.make_dataset import Crowd, write_dataset
+from vbbench.boxes import suppress, with_seam_copies
+from vbbench.camera import PanoramaCamera, PerspectiveCamera
+from vbbench.cli import main
+from vbbench.errors import FileError, UnknownNameError, VbbenchError
+from vbbench.exchange.detection import Detections, detect_to_file
+from vbbench.exchange.matching import true_rectangles
+from vbbench.exchange.mot import import_mot
+from vbbench.files.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
+from vbbench.pictures.film.captions import TITLE_HEIGHT
+from vbbench.pictures.film.frames import Film
+from vbbench.pictures.rendering import Backend, Rendered, render_to_file, scene_of
+from vbbench.pictures.replay import load_replay
+from vbbench.pictures.video import KEY_FILE, frame_name, write_mp4, write_png_folder
+from vbbench.solving import solve
+
+FLAT = "tests.lib.flat_renderer:FlatRenderer"
+BY_FLAT = Backend(name=FLAT)
+
+
+@pytest.fixture(scope="module", params=["panorama", "perspective"])
+def dataset(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    camera = PanoramaCamera() if request.param == "panorama" else PerspectiveCamera()
+    return generate("demo", tmp_path_factory.mktemp("film") / "demo", Options(camera=camera, limit=3))
+
+
+@pytest.fixture(scope="module")
+def panorama(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return generate("demo", tmp_path_factory.mktemp("demo") / "demo", Options(camera=PanoramaCamera(), limit=2))
+
+
+@pytest.fixture(scope="module")
+def submission(panorama: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return solve(panorama, "vb-cv", "sequential", tmp_path_factory.mktemp("answer") / "vb-cv")
+
+
+def a_film(dataset: Dataset, number: int = 0, submission: Path | None = None) -> Film:
+    replay = load_replay(dataset, number, [submission] if submission else [])
+    return Film(replay, Rendered(replay, FlatRenderer(scene_of(dataset, replay.sequence.scene))))
+
+
+def read_back(path: Path) -> tuple[list[Any], float]:
+    film, pictures = cv2.VideoCapture(str(path)), []
+    while True:
+        there, picture = film.read()
+        if not there:
+            return pictures, float(film.get(cv2.CAP_PROP_FPS))
+        pictures.append(picture[..., ::-1])
+
+
+@pytest.mark.slow
+def test_an_mp4_has_every_frame_at_real_time(dataset, tmp_path):
+    out = render_to_file(dataset, 0, tmp_path / "film.mp4", backend=BY_FLAT, codec="mpeg4")
+    pictures, fps = read_back(out)
+    film = a_film(dataset)
+    assert len(pictures) == dataset.sequence(0).frames
+    assert fps == pytest.approx(1.0 / dataset.info.dt)
+    assert pictures[0].shape == (film.height, film.width, 3)
+    assert film.width % 2 == film.height % 2 == 0
+    frame = next(film.frames([0]))
+    assert cv2.PSNR(frame, np.ascontiguousarray(pictures[0])) > 25.0
+    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+
+
+def test_without_a_wish_the_codec_is_one_that_browsers_play(panorama, tmp_path):
+    path = tmp_path / "film.mp4"
+    write_mp4(path, lambda wanted: (np.full((64, 96, 3), 8 * n, np.uint8) for n in wanted), 5, 2.5)
+    code = int(cv2.VideoCapture(str(path)).get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").decode()
+    assert code.lower() in ("avc1", "h264", "vp09", "vp90")
+    assert len(read_back(path)[0]) == 5
+
+
+def test_the_ego_view_is_the_picture_with_boxes_where_people_are(dataset):
+    film = a_film(dataset)
+    renderer = FlatRenderer.made[-1]
+    sequence, camera = film.replay.sequence, dataset.info.camera
+    canvas = next(film.frames([3]))
+    bare = renderer.render(sequence.first_frame + 3, camera, film.replay.known.poses[3], observer=sequence.observer).rgb
+    width, height = camera.picture_size
+    ego = canvas[TITLE_HEIGHT : TITLE_HEIGHT + height, :width]
+    changed = np.any(ego != bare, axis=-1)
+    assert 0.0 < changed.mean() < 0.2
+    u, v, length = sequence.observations[3, np.flatnonzero(sequence.observed[3])[0]]
+    row, column = round(float(v)), round(float(u - 0.18 * length))
+    assert changed[max(row, 0) : row + 1, max(column - 2, 0) : column + 3].any()
+
+
+def test_a_box_on_the_seam_is_drawn_at_both_ends():
+    box = np.array([[1430.0, 200.0, 20.0, 60.0]])
+    period = PanoramaCamera().period
+    assert with_seam_copies(box, period)[0][:, 0].tolist() == [1430.0, -10.0]
+    assert with_seam_copies(box - [1435.0, 0, 0, 0], period)[0][:, 0].tolist() == [-5.0, 1435.0]
+    assert len(with_seam_copies(box, PerspectiveCamera().period)[0]) == 1
+
+
+def test_an_estimate_changes_the_map_and_the_title(panorama, submission):
+    plain, drawn = a_film(panorama), a_film(panorama, 0, submission)
+    one, other = (next(film.frames([5])) for film in (plain, drawn))
+    below = TITLE_HEIGHT + 480
+    assert np.array_equal(one[TITLE_HEIGHT:below], other[TITLE_HEIGHT:below])
+    assert (one[below : below + plain.bird.height] != other[below : below + plain.bird.height]).any()
+    assert (one[:TITLE_HEIGHT] != other[:TITLE_HEIGHT]).any()
+
+
+def test_the_map_stands_still(panorama, submission):
+    film = a_film(panorama, 0, submission)
+    ends = film.bird.place(film.replay.known.poses[:, :2])
+    assert np.all((ends > 0) & (ends < [film.bird.width, film.bird.height]))
+    seen = film.replay.known.positions[film.replay.sequence.observed]
+    places = film.bird.place(seen)
+    assert np.all((places > 0) & (places < [film.bird.width, film.bird.height]))
+
+
+def test_frames_are_made_one_at_a_time_and_forgotten(panorama):
+    film = a_film(panorama)
+    renderer = FlatRenderer.made[-1]
+    frames = film.frames(itertools.cycle(range(5)))
+    next(frames)
+    assert len(renderer.frames) == 1
+    for _ in range(30):
+        next(frames)
+    assert renderer.most <= 2
+
+
+@pytest.mark.slow
+def test_a_folder_of_pictures_is_gone_on_with(panorama, tmp_path):
+    count = panorama.sequence(0).frames
+    render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT)
+    names = {path.name for path in (tmp_path / "film").iterdir()}
+    assert names == {KEY_FILE, *(frame_name(n) for n in range(count))}
+    before = (tmp_path / "film" / frame_name(2)).read_bytes()
+    (tmp_path / "film" / frame_name(2)).unlink()
+    render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT)
+    assert FlatRenderer.made[-1].frames == [panorama.sequence(0).first_frame + 2]
+    assert FlatRenderer.made[-1].closed
+    assert (tmp_path / "film" / frame_name(2)).read_bytes() == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("change", [{"seed": 1}, {"surroundings": False}])
+def test_frames_of_another_command_are_made_anew(panorama, tmp_path, change):
+    render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT)
+    (tmp_path / "film" / frame_name(9999)).write_bytes(b"left over")
+    render_to_file(panorama, 0, tmp_path / "film", backend=Backend(name=FLAT, **change))
+    assert len(FlatRenderer.made[-1].frames) == panorama.sequence(0).frames
+    assert not (tmp_path / "film" / frame_name(9999)).exists()
+
+
+@pytest.mark.slow
+def test_an_estimate_makes_another_film(panorama, submission, tmp_path):
+    render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT)
+    render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT, submission=submission)
+    assert len(FlatRenderer.made[-1].frames) == panorama.sequence(0).frames
+
+
+def test_a_folder_of_something_else_is_left_alone(panorama, tmp_path):
+    (tmp_path / "thesis.tex").write_text("...")
+    with pytest.raises(FileError, match="holds something other than frames"):
+        render_to_file(panorama, 0, tmp_path, backend=BY_FLAT)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def failing_after(frames: int) -> Any:
+    def make(wanted):
+        for n in wanted:
+            if n == frames:
+                raise KeyboardInterrupt
+            yield np.full((64, 96, 3), n, np.uint8)
+
+    return make
+
+
+def test_an_interrupted_mp4_leaves_nothing(tmp_path):
+    path = tmp_path / "film.mp4"
+    path.write_bytes(b"the film of yesterday")
+    with pytest.raises(KeyboardInterrupt):
+        write_mp4(path, failing_after(3), 9, 10.0, "mpeg4")
+    assert path.read_bytes() == b"the film of yesterday"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_interrupted_folder_has_whole_frames_only(tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        write_png_folder(tmp_path / "film", failing_after(3), 9, "key")
+    names = {path.name for path in (tmp_path / "film").iterdir()}
+    assert names == {KEY_FILE, *(frame_name(n) for n in range(3))}
+
+
+@pytest.mark.parametrize("fps", [0.0, -3.0, float("nan"), float("inf"), 1e6])
+def test_an_impossible_frame_rate_is_refused(tmp_path, fps):
+    with pytest.raises(VbbenchError, match="fps must be above 0"):
+        write_mp4(tmp_path / "film.mp4", failing_after(3), 9, fps)
+
+
+def test_other_kinds_of_film_are_refused(panorama, tmp_path):
+    with pytest.raises(VbbenchError, match=r"ends in \.mp4"):
+        render_to_file(panorama, 0, tmp_path / "film.avi", backend=BY_FLAT)
+
+
+def test_a_negative_seed_and_a_folder_for_text_are_refused(panorama, tmp_path):
+    with pytest.raises(VbbenchError, match="seed must be at least 0, not -1"):
+        render_to_file(panorama, 0, tmp_path / "film.mp4", backend=Backend(name=FLAT, seed=-1))
+    with pytest.raises(VbbenchError, match="is a folder; give the name of a text file"):
+        detect_to_file(panorama, 0, tmp_path, backend=BY_FLAT)
+
+
+def test_an_unknown_backend_suggests_the_nearest(panorama, tmp_path, monkeypatch):
+    from importlib.metadata import EntryPoint
+
+    known = {
+        name: EntryPoint(name, "tests.lib.flat_renderer:FlatRenderer", "vbbench.renderers") for name in ("raster",)
+    }
+    monkeypatch.setattr("vbbench.registry.registered", lambda kind: known)
+    with pytest.raises(UnknownNameError, match="no renderer is called 'rastr'; did you mean 'raster'"):
+        render_to_file(panorama, 0, tmp_path / "film.mp4", backend=Backend(name="rastr"))
+
+
+def test_without_truth_it_is_one_clear_error(tmp_path, capsys):
+    options = Options(camera=PanoramaCamera(), limit=1)
+    generate("demo", tmp_path / "kept", options, withhold_truth=True)
+    command = ["render", str(tmp_path / "kept"), "--sequence", "0", "--out", str(tmp_path / "f.mp4"), "--backend", FLAT]
+    assert main(command) == 2
+    assert "has no truth; name the folder that holds it" in capsys.readouterr().err
+    assert main([*command, "--truth", str(tmp_path / "kept.truth"), "--codec", "mpeg4", "--fps", "10"]) == 0
+    shown = capsys.readouterr()
+    assert shown.out == f"{tmp_path / 'f.mp4'}\n"
+    assert f"rendering with {FLAT} on a sheet of paper" in shown.err
+    assert read_back(tmp_path / "f.mp4")[1] == 10.0
+
+
+def test_false_alarms_are_marked(tmp_path):
+    write_dataset(tmp_path / "tiny", Crowd(scenes=1, tier="tracked"))
+    film = a_film(Dataset(tmp_path / "tiny"))
+    canvas = next(film.frames([3]))
+    assert np.all(canvas == (156, 42, 0), axis=-1).any()
+
+
+class Oracle:
+    """Finds everybody, and in the sky somebody who is not there, always elsewhere."""
+
+    boxes: ClassVar[Any] = None
+
+    def __init__(self) -> None:
+        self.frames = iter(self.boxes)
+
+    def detect(self, rgb: Any, period: float | None = None) -> Detections:
+        people = next(self.frames)
+        boxes = np.vstack([people, [[0.0, 40.0 * (len(people) % 2), 30.0, 40.0]]])
+        return Detections(boxes=boxes, scores=np.where(np.arange(len(boxes)) < len(people), 0.9, 0.2))
+
+
+@pytest.fixture
+def oracle(panorama: Dataset, monkeypatch: pytest.MonkeyPatch) -> str:
+    sequence = panorama.sequence(0)
+    truth = panorama.truth(sequence)
+    whole = true_rectangles(truth.positions, truth.heights, truth.poses, panorama.info.camera)
+    monkeypatch.setattr(Oracle, "boxes", [boxes[seen] for boxes, seen in zip(whole, sequence.observed, strict=True)])
+    return "tests.pictures.test_rendering:Oracle"
+
+
+def test_detections_are_written_and_counted(panorama, oracle, tmp_path):
+    sequence = panorama.sequence(0)
+    tally = detect_to_file(panorama, 0, tmp_path / "det.txt", detector=oracle, backend=BY_FLAT)
+    people = int(sequence.observed.sum())
+    assert (tally.frames, tally.people, tally.found) == (sequence.frames, people, people)
+    assert tally.boxes == people + sequence.frames
+    assert (tally.sure, tally.sure_found) == (people, people)
+    assert "found 100%" in str(tally)
+    lines = (tmp_path / "det.txt").read_text().splitlines()
+    assert len(lines) == tally.boxes
+    assert lines[-1].split(",")[0:2] == [str(sequence.frames), "-1"]
+
+
+def test_detections_that_a_tracker_links_become_a_dataset(panorama, oracle, tmp_path):
+    tracks = tmp_path / "files" / "sequence-000000.txt"
+    detect_to_file(
+        panorama,
+        0,
+        tracks,
+        detector=oracle,
+        tracker="vbbench_generators.tiers.tracking.tracker:ByteTracker",
+        backend=BY_FLAT,
+    )
+    made = import_mot(tracks.parent, panorama, tmp_path / "made")
+    source, sequence = panorama.sequence(0), made.sequence(0)
+    persons = made.track_persons(sequence)
+    assert sequence.observed.sum() > 0.5 * source.observed.sum()  # 2.5 frames a second are few for a tracker
+    assert (persons[sequence.observed] >= 0).mean() > 0.95
+
+
+class Blind:
+    """Finds nobody."""
+
+    def detect(self, rgb: Any, period: float | None = None) -> Detections:
+        return Detections(boxes=np.empty((0, 4)), scores=np.empty(0))
+
+
+def test_a_detector_that_finds_nobody_at_all_is_an_error(panorama, tmp_path):
+    out = tmp_path / "det.txt"
+    with pytest.raises(VbbenchError, match=r"Blind finds nobody in \d+ pictures; do they show people"):
+        detect_to_file(panorama, 0, out, detector=f"{__name__}:Blind", backend=BY_FLAT)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("every", [0, -1])
+def test_a_stride_that_cannot_be_is_refused(panorama, oracle, tmp_path, every):
+    with pytest.raises(VbbenchError, match="every must be at least 1"):
+        detect_to_file(panorama, 0, tmp_path / "det.txt", detector=oracle, every=every, backend=BY_FLAT)
+
+
+def test_an_unknown_tracker_is_found_before_anything_is_drawn(panorama, oracle, tmp_path):
+    drawn = []
+    with pytest.raises(VbbenchError, match="no tracker is called 'bite'; did you mean 'byte'"):
+        detect_to_file(
+            panorama, 0, tmp_path / "out.txt", detector=oracle, tracker="bite", backend=BY_FLAT, announce=drawn.append
+        )
+    assert not drawn
+
+
+def test_hog_finds_nobody_where_nobody_is():
+    from vbbench_renderers.hog import HogDetector
+
+    found = HogDetector().detect(np.full((240, 320, 3), 127, np.uint8))
+    assert found.boxes.shape == (0, 4)
+
+
+def test_of_boxes_that_overlap_only_the_best_is_kept_round_the_seam_too():
+    boxes = np.array([[0, 0, 30, 90], [2, 0, 30, 90], [100, 0, 30, 90], [1300, 0, 30, 90]], float)
+    assert suppress(boxes, np.array([1.0, 2.0, 0.5, 0.1]), 0.4, 1300.0).tolist() == [1, 2]
+    assert suppress(boxes, np.array([1.0, 2.0, 0.5, 0.1]), 0.4).tolist() == [1, 2, 3]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("backend", ["raster"])
+def test_a_real_backend_makes_a_film(backend, panorama, tmp_path):
+    from vbbench.registry import registered
+
+    if backend not in registered("renderer"):
+        pytest.skip(f"no backend '{backend}' here")
+    out = render_to_file(panorama, 0, tmp_path / "film", backend=Backend(name=backend, surroundings=False))
+    frame = cv2.imread(str(out / frame_name(0)))
+    assert frame.std() > 10

@@ -1,0 +1,160 @@
+"""The version comes from git's tags or what stands in for them, and every release has its section of the changelog."""
+
+import os
+import re
+import subprocess
+import tomllib
+from datetime import date
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from packaging.version import Version
+
+import vbbench
+from release.notes import notes
+from release.version import released, version
+from vbbench.cli import main
+
+ROOT = Path(__file__).parents[2]
+CHANGES = (
+    "# Changes\n\n## [Unreleased]\n\n## [0.3.0] - 2026-11-22\n\n### Added\n\n* It walks.\n\n## [0.2.0] - 2026-11-21\n"
+)
+KINDS = ("Added", "Changed", "Deprecated", "Removed", "Fixed", "Security")
+
+
+def git(folder: Path, *arguments: str) -> str:
+    nobody = {f"GIT_{who}_{what}": "a@b" for who in ("AUTHOR", "COMMITTER") for what in ("NAME", "EMAIL")}
+    alone = {"PATH": os.environ["PATH"], "HOME": str(folder), "GIT_CONFIG_NOSYSTEM": "1"}
+    done = subprocess.run(
+        ["git", "-C", str(folder), *arguments], env=alone | nobody, capture_output=True, text=True, check=True
+    )
+    return done.stdout.strip()
+
+
+def commit(tree: Path, words: str) -> str:
+    git(tree, "commit", "--quiet", "--allow-empty", "--message", words)
+    return git(tree, "rev-parse", "--short", "HEAD")
+
+
+@pytest.fixture
+def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A clone with one commit and no tag."""
+    monkeypatch.delenv("VBBENCH_VERSION", raising=False)
+    folder = tmp_path / "tree"
+    folder.mkdir()
+    (folder / "CHANGELOG.md").write_text(CHANGES)
+    git(folder, "init", "--quiet")
+    git(folder, "add", ".")
+    commit(folder, "one")
+    return folder
+
+
+def test_a_tagged_commit_is_the_release(tree: Path) -> None:
+    git(tree, "tag", "v0.3.0")
+    assert version(tree) == "0.3.0"
+
+
+def test_commits_after_a_tag_are_counted_towards_the_next_version(tree: Path) -> None:
+    git(tree, "tag", "v0.3.0")
+    git(tree, "tag", "v2026-workshop")
+    commit(tree, "two")
+    last = commit(tree, "three")
+    assert version(tree) == f"0.4.0.dev2+g{last}"
+    assert Version("0.3.0") < Version(version(tree)) < Version("0.4.0")
+
+
+def test_without_a_tag_the_changelog_tells_the_last_release(tree: Path) -> None:
+    last = commit(tree, "two")
+    assert version(tree) == f"0.4.0.dev2+g{last}"
+
+
+@pytest.mark.parametrize("tag", ["v0.3.0", None])
+def test_changed_files_are_told(tree: Path, tag: str | None) -> None:
+    if tag:
+        git(tree, "tag", tag)
+    (tree / "CHANGELOG.md").write_text(CHANGES + "\n")
+    assert re.fullmatch(r"0\.4\.0\.dev[01]\+g[0-9a-f]+\.dirty", version(tree))
+    assert Version(version(tree)).is_devrelease
+
+
+def test_a_clone_that_is_cut_off_counts_nothing(tree: Path, tmp_path: Path) -> None:
+    last = commit(tree, "two")
+    git(tmp_path, "clone", "--quiet", "--depth", "1", f"file://{tree}", "cut")
+    assert version(tmp_path / "cut") == f"0.4.0.dev0+g{last}"
+
+
+def test_without_git_an_sdist_or_the_changelog_tells_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("VBBENCH_VERSION", raising=False)
+    (tmp_path / "CHANGELOG.md").write_text(CHANGES)
+    assert version(tmp_path) == "0.4.0.dev0"
+    (tmp_path / "PKG-INFO").write_text("Metadata-Version: 2.4\nName: vbbench\nVersion: 0.3.1\n\nVersion: 9\n")
+    assert version(tmp_path) == "0.3.1"
+    monkeypatch.setenv("VBBENCH_VERSION", "0.5.0")
+    assert version(tmp_path) == "0.5.0"
+
+
+def test_an_archive_inside_another_repository_is_not_that_repository(tree: Path) -> None:
+    git(tree, "tag", "v7.0.0")
+    inside = tree / "third_party"
+    inside.mkdir()
+    (inside / "CHANGELOG.md").write_text(CHANGES)
+    assert version(inside) == "0.4.0.dev0"
+
+
+def test_without_git_on_the_path_nothing_fails(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    assert version(tree) == "0.4.0.dev0"
+
+
+def test_this_tree_comes_after_its_last_release(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("VBBENCH_VERSION", raising=False)
+    assert Version(version()) >= Version(released()[0])
+
+
+def test_the_installed_version_is_that_of_the_distribution(capsys: pytest.CaptureFixture[str]) -> None:
+    from importlib.metadata import version as installed
+
+    assert vbbench.__version__ == installed("vbbench")
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"vbbench {installed('vbbench')}\n"
+    assert "version" not in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"], "it is told in one place"
+
+
+def test_the_changelog_keeps_its_form() -> None:
+    text = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    heads = re.findall(r"(?m)^## (.*)$", text)
+    assert heads[0] == "[Unreleased]"
+    releases = [re.fullmatch(r"\[(\S+)\] - (\d{4}-\d{2}-\d{2})", head) for head in heads[1:]]
+    assert all(releases)
+    found = [(Version(one[1]), date.fromisoformat(one[2])) for one in releases if one]
+    assert [str(number) for number, _ in found] == released()
+    assert all(later[0] > earlier[0] and later[1] >= earlier[1] for later, earlier in pairwise(found))
+    assert set(re.findall(r"(?m)^### (.*)$", text)) <= set(KINDS)
+    for section in re.split(r"(?m)^## ", text)[1:]:
+        kinds = re.findall(r"(?m)^### (.*)$", section)
+        assert kinds == [kind for kind in KINDS if kind in kinds], f"{section.partition(chr(10))[0]}: order of kinds"
+
+
+def test_every_tag_has_its_section() -> None:
+    tags = subprocess.run(["git", "tag", "--list", "v[0-9]*.[0-9]*.[0-9]*"], cwd=ROOT, capture_output=True, text=True)
+    assert {tag.removeprefix("v") for tag in tags.stdout.split()} <= set(released())
+
+
+def test_notes_are_the_section_of_the_tag(tree: Path) -> None:
+    git(tree, "tag", "v0.3.0")
+    assert notes("v0.3.0", tree) == "### Added\n\n* It walks."
+
+
+@pytest.mark.parametrize(
+    ("tag", "complaint"),
+    [
+        ("0.3.0", "0.3.0 is no tag of a release"),
+        ("v0.3", "v0.3 is no tag of a release"),
+        ("v0.4.0", "the newest section is 0.3.0, not 0.4.0"),
+        ("v0.3.0", "the source tree is 0.4.0.dev1"),
+    ],
+)
+def test_no_notes_where_tag_changelog_and_version_disagree(tree: Path, tag: str, complaint: str) -> None:
+    with pytest.raises(ValueError, match=complaint):
+        notes(tag, tree)
