@@ -23,6 +23,7 @@ _HOMES = {
     "FrameSolver": "solver",
     "Given": "sequence",
     "LocationPosterior": "solver",
+    "OdometryFacts": "exchange.own.camera_file",
     "PanoramaCamera": "camera",
     "PerspectiveCamera": "camera",
     "PosePosterior": "solver",
@@ -66,6 +67,7 @@ __all__ = [
     "FrameSolver",
     "Given",
     "LocationPosterior",
+    "OdometryFacts",
     "PanoramaCamera",
     "PerspectiveCamera",
     "PosePosterior",
@@ -89,6 +91,7 @@ if TYPE_CHECKING:
     from vbbench.camera import EquirectangularCamera, PanoramaCamera, PerspectiveCamera
     from vbbench.errors import VbbenchError
     from vbbench.estimate import Estimate, FrameEstimate
+    from vbbench.exchange.own.camera_file import OdometryFacts
     from vbbench.files.dataset import Dataset
     from vbbench.generation import generate
     from vbbench.scene import Scene

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from vbbench.birdify.example import EXAMPLE
 from vbbench.cli import main
 
 OPTIONAL = (
@@ -58,6 +59,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
         ("pysocialforce", "pysocialforce", ["generate", "sim", "--options", "OPTIONS", "--out", "OUT"]),
         ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),
+        ("rerun", "viewer", ["live", "BOXES", "--camera", "CAMERA", "--out", "OUT.rrd"]),
         ("cv2", "render", ["reproduce", "figure-keypoints", "--out", "OUT"]),
         ("distributed", "dask", ["generate", "demo", "--scheduler", "tcp://127.0.0.1:1", "--out", "OUT"]),
     ],
@@ -68,6 +70,7 @@ def test_what_is_missing_is_one_line_that_names_the_extra(
     options = tmp_path / "options.toml"
     options.write_text('engine = "pysocialforce"')
     places = {"DATA": str(dataset), "OUT": str(tmp_path / "out"), "OPTIONS": str(options)}
+    places |= {"BOXES": str(EXAMPLE / "boxes.csv"), "CAMERA": str(EXAMPLE / "camera.toml")}
     done = run_without((missing,), [places.get(word, word.replace("OUT", places["OUT"])) for word in command])
     assert done.returncode == 2, done.stderr
     assert "Traceback" not in done.stderr

@@ -14,6 +14,7 @@ from vbbench.birdify.birdify import Birdified, birdify
 from vbbench.birdify.report import REPORT
 from vbbench.errors import FileError
 from vbbench.exchange.bags import CAMERA, DETECTIONS, ODOMETRY, Bag, open_bag
+from vbbench.exchange.own.recording import RecordingFiles
 from vbbench.folders.work_folder import check_free
 
 _HEAD = ("time", "id", "left", "top", "width", "height", "score")
@@ -48,6 +49,20 @@ def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) 
     out = Path(out)
     check_free(out, REPORT, "folder that birdify made", bool(options.get("overwrite")))
     folder = out.with_name(f"{out.name}.from-bag")
+    files = files_from_bag(path, topics, folder)
+    made = birdify(files.boxes, files.camera, out, odometry=files.odometry, name=path.resolve().stem, **options)
+    rmtree(folder)
+    return made
+
+
+def files_from_bag(path: Path, topics: BagTopics, folder: Path) -> RecordingFiles:
+    """Write a bag's messages to files in a folder, which is made where the bag can be read.
+
+    Raises
+    ------
+    VbbenchError
+        If the bag cannot be read, or a topic is missing.
+    """
     with open_bag(path, "reading a bag (bag:DIR)") as bag:
         folder.mkdir(parents=True, exist_ok=True)
         boxes = _write_boxes(bag, _topic(bag, topics.boxes, DETECTIONS, "--boxes"), folder / "boxes.csv")
@@ -56,9 +71,8 @@ def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) 
             odometry = _write_odometry(bag, _topic(bag, odometry, ODOMETRY, "--odometry"), folder / "odometry.txt")
         if not _is_file(bag, camera):
             camera = _write_camera(bag, _topic(bag, camera, CAMERA, "--camera"), folder / "camera_info.yaml")
-    made = birdify(boxes, str(camera), out, odometry=odometry, name=path.resolve().stem, **options)
-    rmtree(folder)
-    return made
+    odometry = None if odometry is None else Path(odometry)
+    return RecordingFiles(name=path.resolve().stem, camera=Path(camera or ""), boxes=boxes, odometry=odometry)
 
 
 def _is_file(bag: Bag, given: Path | str | None) -> bool:

@@ -14,7 +14,7 @@ import shutil
 import warnings
 from codecs import BOM_UTF8
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -45,7 +45,7 @@ from vbbench.files.submission_tables import answer_rows
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation import write_dataset
-from vbbench.generation.generator import FootageGenerator, Options
+from vbbench.generation.generator import FootageGenerator, FootagePlan, Options
 from vbbench.parsing.numbers import FRAME_TIME
 from vbbench.pictures.rendering import silent
 from vbbench.protocol import get_protocol
@@ -135,21 +135,13 @@ def birdify(
         wanted = f"{odometry_axes} cannot be; {suggestion(odometry_axes, AXES)}" if odometry else "there is no odometry"
         raise VbbenchError(f"odometry_axes: {wanted}")
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
-        files = RecordingFiles(
-            name=name or Path(boxes).stem,
-            camera=camera,
-            boxes=boxes_in(Path(boxes)) or Path(boxes),
-            odometry=None if odometry is None else Path(odometry),
-            odometry_axes=odometry_axes,
-        )
-        for path in filter(None, (files.boxes, files.odometry)):
-            if not path.exists():
-                raise FileError(path, "there is no such file")
+        files = named_files(boxes, camera, odometry)
+        files = replace(files, name=name or files.name, odometry_axes=odometry_axes)
         recording = read_recording(files, dt=dt, pictures=pictures, mount=mount, person_class=person_class)
         work.begin()
         _keep_files(recording, dt, work.new / RECORDING)
         announce(_described(recording))
-        dataset = _dataset(recording, work.new / DATASET)
+        dataset = write_dataset(plan_of(recording), work.new / DATASET)
         sequence = dataset.sequence(0)
         announce(f"solving with {solver} ({PROTOCOL})")
         answer = _solve(dataset, sequence, solver, solving, work.new / SUBMISSION)
@@ -165,6 +157,22 @@ def birdify(
     for warning in report.warnings:
         warnings.warn(VbbenchWarning(warning), stacklevel=2)
     return Birdified(folder=out, report=report)
+
+
+def named_files(boxes: Path | str, camera: Path | str, odometry: Path | str | None) -> RecordingFiles:
+    """The files of a recording that a user names; a folder stands for the boxes or the camera in it.
+
+    Raises
+    ------
+    FileError
+        If boxes or odometry are missing.
+    """
+    found = boxes_in(Path(boxes)) or Path(boxes)
+    moved = None if odometry is None else Path(odometry)
+    for path in filter(None, (found, moved)):
+        if not path.exists():
+            raise FileError(path, "there is no such file")
+    return RecordingFiles(name=Path(boxes).stem, camera=find_camera(Path(camera)), boxes=found, odometry=moved)
 
 
 def _described(recording: OwnRecording) -> str:
@@ -198,11 +206,12 @@ def _keep_files(recording: OwnRecording, dt: float | None, folder: Path) -> None
     (folder / CAMERA).write_text(line + recording.own.text, "utf-8")
 
 
-def _dataset(recording: OwnRecording, folder: Path) -> Dataset:
+def plan_of(recording: OwnRecording) -> FootagePlan:
+    """A recording as a sequence of split ``own``, with what solvers are given of its errors."""
     generator = load("generator", "own")
     if not isinstance(generator, FootageGenerator):
         raise VbbenchError("split 'own' is not installed as it comes with vbbench; install vbbench again")
-    return write_dataset(generator.lay_out(as_recordings([recording]), Options()), folder)
+    return generator.lay_out(as_recordings([recording]), Options())
 
 
 def _solve(dataset: Dataset, sequence: Sequence, solver: str, solving: Any, folder: Path) -> Estimate:

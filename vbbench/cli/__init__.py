@@ -40,6 +40,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "view": views.view,
     "detect": exchange.detect,
     "birdify": birdify.birdify,
+    "live": birdify.live,
     "reproduce all": reproduce.everything,
     "reproduce figure-robot": reproduce.figure_robot,
     "reproduce figure-posterior": reproduce.figure_posterior,

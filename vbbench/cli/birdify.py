@@ -1,4 +1,4 @@
-"""The command that makes a map of a user's own boxes, or of a film: birdify."""
+"""The commands that make a map of a user's own boxes, a film or a bag: birdify, and live while it grows."""
 
 from pathlib import Path
 from typing import Any, Literal
@@ -106,6 +106,54 @@ def birdify(
     else:
         made = make(recording, Path(camera or ""), out, dt=dt, person_class=person_class, **options)
     print(f"{made.folder}: {made.report.summary()}")
+
+
+def live(
+    source: Path,
+    /,
+    camera: Path | None = None,
+    odometry: Path | None = None,
+    boxes: str | None = None,
+    mount_height: float | None = None,
+    solver: str = "map-causal",
+    out: Path | None = None,
+) -> None:
+    """Show in the rerun viewer how a map of boxes or of a ROS bag grows, frame by frame (extra `viewer`).
+
+    Args:
+        source: Boxes of people, or bag:DIR, as birdify reads them.
+        camera: The camera's file; of a bag also its topic.
+        odometry: Trajectory of the observer; of a bag also its topic.
+        boxes: Of a bag: the topic of its detections, if it has several.
+        mount_height: The camera's height over the ground in m, where its file does not state it.
+        solver: A registered name or module:attribute of your own, that works frame by frame.
+        out: The .rrd file to write, in place of opening the viewer.
+    """
+    from tempfile import TemporaryDirectory
+    from warnings import warn
+
+    from vbbench.birdify.bags import BagTopics, files_from_bag
+    from vbbench.birdify.birdify import named_files
+    from vbbench.birdify.live import show_live
+    from vbbench.errors import VbbenchError, VbbenchWarning
+    from vbbench.exchange.bags import is_bag
+    from vbbench.exchange.own.recording import read_recording
+
+    bag = str(source).startswith("bag:") or is_bag(source)
+    source = Path(str(source).removeprefix("bag:"))
+    if camera is None and not bag:
+        raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
+    with TemporaryDirectory() as room:
+        if bag:
+            files = files_from_bag(source, BagTopics(boxes=boxes, odometry=odometry, camera=camera), Path(room))
+        else:
+            files = named_files(source, camera or "", odometry)
+        mount = {} if mount_height is None else {"mount_height": mount_height}
+        recording = read_recording(files, mount=mount)
+        for note in recording.notes:
+            warn(VbbenchWarning(note), stacklevel=1)
+        frames = show_live(recording, solver, out)
+    print(out if out is not None else f"{frames} frames shown")
 
 
 def _example(recording: Path | None, example: bool, out: Path, **options: Any) -> None:

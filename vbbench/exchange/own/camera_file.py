@@ -7,13 +7,21 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vbbench.camera import Camera, make_camera
 from vbbench.errors import FileError, VbbenchError, suggestion
 from vbbench.exchange.axes import Axes
 from vbbench.exchange.own.calibration_files import read_calibration
 from vbbench.exchange.own.distortion import LENSES, Distortion, distortion_keys
-from vbbench.geometry import FloatArray, covariance_along, motion_levers, relative_to_world, wrap_angle
+from vbbench.geometry import (
+    FloatArray,
+    covariance_along,
+    motion_between,
+    motion_levers,
+    relative_to_world,
+    wrap_angle,
+)
 from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import from_table, toml_table
 from vbbench.registry import load_registered
@@ -72,6 +80,20 @@ class OdometryFacts:
         forward, left, yaw = self.mount
         places = relative_to_world(np.array([[-left, forward]]), poses)[:, 0]
         return np.column_stack([places, wrap_angle(poses[:, 2] + yaw)])
+
+    def motion(self, before: ArrayLike, after: ArrayLike, seconds: float) -> tuple[FloatArray, FloatArray]:
+        """The camera's motion [3] (forward, left, turn) between two poses of the body, and its covariance [3, 3].
+
+        Parameters
+        ----------
+        before, after : (x, y, yaw) of the body by its odometry, in m and rad.
+        seconds : between them.
+        """
+        poses = np.array([before, after], np.float64)
+        body, camera = (motion_between(*one) for one in (poses, self.of_camera(poses)))
+        body[2], camera[2] = wrap_angle(body[2]), wrap_angle(camera[2])
+        covariances = self.covariances(body[None], np.array([seconds]))
+        return camera, self.camera_covariances(body[2:], covariances)[0]
 
     def camera_covariances(self, turns: FloatArray, covariances: FloatArray) -> FloatArray:
         """[T, 3, 3] of the camera's motions, from those of its body's, which turns by ``turns`` [T]."""

@@ -151,11 +151,7 @@ class Ground:
     def ellipses(self, path: str, places: FloatArray, covariances: FloatArray, colour: Colour, *, reach: float) -> None:
         """Ellipses at ``reach`` standard deviations: places [T, K, 2] in m, covariances [T, K, 2, 2] in m²."""
         there = _there(places) & np.isfinite(covariances).all(axis=(-2, -1))
-        variances, axes = np.linalg.eigh(covariances[there])
-        turn = np.linspace(0.0, 2.0 * np.pi, 25)
-        circle = reach * np.stack([np.cos(turn), np.sin(turn)])
-        outline = (axes * np.sqrt(np.clip(variances, 0.0, None))[:, None, :]) @ circle
-        self.strips(path, there.sum(axis=1), places[there][:, None] + np.swapaxes(outline, 1, 2), colour, 0.01)
+        self.strips(path, there.sum(axis=1), outlines(places[there], covariances[there], reach), colour, 0.01)
 
     def lines(self, path: str, starts: FloatArray, ends: FloatArray, colour: Colour, radius: float) -> None:
         """Straight lines from starts to ends, both [T, K, 2] in m."""
@@ -189,6 +185,15 @@ class Ground:
         for root, kind, values in ((WORLD, rr.Arrows3D, lifted), (MAP, rr.Arrows2D, flat)):
             self.tape.always(f"{root}/{path}", kind.from_fields(colors=colour, radii=0.04))
             self.tape.many(f"{root}/{path}", kind, np.asarray(there, np.int64), **values)
+
+
+def outlines(places: FloatArray, covariances: FloatArray, reach: float) -> FloatArray:
+    """[N, 25, 2] ellipses at ``reach`` standard deviations, about places [N, 2] in m with covariances [N, 2, 2]."""
+    variances, axes = np.linalg.eigh(covariances)
+    turn = np.linspace(0.0, 2.0 * np.pi, 25)
+    circle = reach * np.stack([np.cos(turn), np.sin(turn)])
+    spread = (axes * np.sqrt(np.clip(variances, 0.0, None))[:, None, :]) @ circle
+    return np.asarray(places[:, None] + np.swapaxes(spread, 1, 2))
 
 
 def _there(places: FloatArray) -> BoolArray:

@@ -14,15 +14,15 @@ from typing import Any
 from vbbench.errors import needs_extra
 
 
-def rerun() -> Any:
-    """The package.
+def rerun(purpose: str = "vbbench view") -> Any:
+    """The package; ``purpose`` begins the message where it is missing.
 
     Raises
     ------
     MissingExtraError
         If it is not installed.
     """
-    with needs_extra("viewer", "vbbench view"):
+    with needs_extra("viewer", purpose):
         import rerun as package
     return package
 
@@ -50,14 +50,18 @@ class Opened(Enum):
 
 def open_viewer(path: Path) -> Opened:
     """Start the rerun viewer on a recording, and leave it running, if there are a display and a viewer."""
+    program, found = viewer_program(), can_open()
+    if found is Opened.SHOWN and program is not None:
+        silence = subprocess.DEVNULL
+        subprocess.Popen([program, str(path)], stdin=silence, stdout=silence, stderr=silence, start_new_session=True)
+    return found
+
+
+def can_open() -> Opened:
+    """What a viewer that is started now would be."""
     if not _has_display():
         return Opened.NO_DISPLAY
-    program = viewer_program()
-    if program is None:
-        return Opened.NO_VIEWER
-    silence = subprocess.DEVNULL
-    subprocess.Popen([program, str(path)], stdin=silence, stdout=silence, stderr=silence, start_new_session=True)
-    return Opened.SHOWN
+    return Opened.SHOWN if viewer_program() else Opened.NO_VIEWER
 
 
 def viewer_program() -> str | None:

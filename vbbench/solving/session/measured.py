@@ -138,24 +138,28 @@ class BoxWatch:
             warnings.warn(VbbenchWarning(f"after {self._boxes} boxes: {misfit.text}"), stacklevel=4)
 
 
-def check_in_picture(tracks: list[Hashable], observations: FloatArray, camera: Camera) -> None:
-    """Raise VbbenchError if a box of ``observations`` [N, 3] lies outside the picture: the camera is another one.
+def far_outside(observations: FloatArray, camera: Camera) -> BoolArray:
+    """[N] which boxes [N, 3] have their centre outside the picture by more than their height.
 
     Columns of a picture all around may go on beyond its sides by one turn.
     """
-    if not tracks:
-        return
     size = np.array(camera.picture_size)
     off = np.abs(observations[:, :2] - 0.5 * size) - 0.5 * size
     if camera.period is not None:
         off[:, 0] -= camera.period
-    outside = (off > np.minimum(observations[:, 2:], TALLEST * size[1])).any(axis=1)
+    return np.asarray((off > np.minimum(observations[:, 2:], TALLEST * size[1])).any(axis=1))
+
+
+def check_in_picture(tracks: list[Hashable], observations: FloatArray, camera: Camera) -> None:
+    """Raise VbbenchError if a box of ``observations`` [N, 3] lies outside the picture: the camera is another one."""
+    outside = far_outside(observations, camera)
     if outside.any():
         row = int(np.argmax(outside))
         column, line, height = observations[row]
+        width, rows = camera.picture_size
         raise VbbenchError(
             f"box of track {quoted(tracks[row])}: its centre ({column:g}, {line:g}) is too far, at a height of "
-            f"{height:g} px, outside the camera's picture of {size[0]} x {size[1]} px; is it the camera that took it?"
+            f"{height:g} px, outside the camera's picture of {width} x {rows} px; is it the camera that took it?"
         )
 
 
