@@ -156,9 +156,9 @@ def _collar(level: int) -> Mesh:
     return finish(with_neckline(shape("collar", "collar", level), foot=0.38))
 
 
-def _footwear(family: str, name: str, level: int) -> Mesh:
+def _footwear(name: str, level: int) -> Mesh:
     """A shoe or sole in the frame of the foot: x to the toes, the ankle at the origin."""
-    return finish(moved(shape(family, name, level), turn=ALONG_X))
+    return finish(moved(shape(name, name, level), turn=ALONG_X))
 
 
 def _hand(side: float, level: int) -> Mesh:
@@ -190,16 +190,16 @@ def _strands(vertices: FloatArray) -> FloatArray:
 End = tuple[float, float]
 
 
-def band(torso: str, level: int, ends: tuple[End, End], half: End, stands: float = 0.002, side: float = 1.0) -> Any:
-    """A band `stands` m off a torso's front (side 1) or back (−1) from (y, z) up to (y, z), as wide as `half` there."""
+def band(torso: str, level: int, ends: tuple[End, End], half: End, stands: float = 0.002) -> trimesh.Trimesh:
+    """A band `stands` m off a torso's front from (y, z) up to (y, z), as wide as `half` there."""
     start, end = ends
     z = np.linspace(start[1], end[1], 9)
     y = np.interp(z, (start[1], end[1]), (start[0], end[0]))
     width = np.interp(z, (start[1], end[1]), half)
     table = metres(TABLE["torso"][torso])
-    centre, front, back, reach = np.moveaxis(PchipInterpolator(table[:, 0], table[:, 1:])(z), -1, 0)
+    centre, front, _, reach = np.moveaxis(PchipInterpolator(table[:, 0], table[:, 1:])(z), -1, 0)
     inside = np.clip(1.0 - np.abs(y / reach) ** 2.5, 0.0, 1.0)
-    x = centre + (front if side > 0 else -back) * inside ** (1.0 / 2.5) + side * stands
+    x = centre + front * inside ** (1.0 / 2.5) + stands
     rows = np.column_stack([z, x, np.full(9, 0.008), np.full(9, 0.008), width])
     solid = loft(rows, BAND[level], np.array([0.004, 0.004]), power=3.5)
     points = np.array(solid.vertices)
@@ -211,12 +211,6 @@ def _straps(torso: str, level: int) -> Mesh:
     """The two straps of a rucksack."""
     ends = [((side * 0.150, 0.16), (side * 0.095, 0.485)) for side in (-1.0, 1.0)]
     return finish(*(band(torso, level, end, (0.018, 0.026)) for end in ends))
-
-
-def _strap(torso: str, hip: float, level: int) -> Mesh:
-    """The strap across chest and back of a bag at the left (1) or right (−1) hip."""
-    ends = (hip * 0.165, -0.07), (-hip * 0.09, 0.49)
-    return finish(*(band(torso, level, ends, (0.018, 0.018), side=side) for side in (1.0, -1.0)))
 
 
 def _panel(torso: str, span: End, half: End, stands: float, level: int) -> Mesh:
@@ -283,7 +277,7 @@ def _paint_face(vertices: FloatArray) -> FloatArray:
 
 
 def _shell(name: str, level: int) -> Mesh:
-    """The surface of hair, a cap or a scarf, closed inside the head."""
+    """The surface of hair, closed inside the head."""
     table = TABLE["shells"][name]
     flare, curls, thickness = (metres(table.get(key, 0.0)) for key in ("flare", "curls", "thick"))
     around, rings = azimuths(level), (7, 4, 3)[level]
@@ -304,43 +298,25 @@ def _shell(name: str, level: int) -> Mesh:
     return finish(close_grid(np.concatenate([inner, points]), middle, top), paint=_strands)
 
 
-def _brim(front: float, back: float, width: float, level: int) -> Mesh:
-    """The brim of a hat, or, without a back, the peak of a cap; it bends down a little."""
-    sections = np.array(
-        [
-            (0.139, 0.0, front, back, width),
-            (0.147, 0.0, 0.97 * front, 0.97 * back, 0.97 * width),
-            (0.160, 0.0, 0.55 * front, 0.6 * back, 0.6 * width),
-        ]
-    )
-    return finish(loft(sections, ((18, 3), (10, 3), (6, 3))[level], np.array([0.001, 0.001])))
-
-
 def _makers() -> dict[str, Callable[[int], Mesh]]:
     """Name → the function that makes the mesh of a level."""
     paints = {"hips": _shade_ends, "limb": _shade_ends, "beard": _strands}
     makers: dict[str, Callable[[int], Mesh]] = {name: partial(_shell, name) for name in TABLE["shells"]}
-    for family in ("hips", "limb", "skirt", "hem", "bag", "phone", "hood", "wrap", "beard", "tail"):
+    for family in ("hips", "limb", "skirt", "hem", "bag", "beard", "tail"):
         for name in TABLE[family].keys() - {"loft"}:
             makers[name] = partial(_plain, family, name, paints.get(family))
-    makers |= {name: partial(_footwear, family, name) for family, name in FOOTWEAR}
+    makers |= {name: partial(_footwear, name) for name in ("shoe", "sole")}
     makers |= {"left hand": partial(_hand, 1.0), "right hand": partial(_hand, -1.0), "collar": _collar}
     makers |= {"head man": partial(_head, 0.05), "head woman": partial(_head, -0.06), "eyes": _eyes}
-    brims = {"peak": (0.165, 0.06, 0.085), "wide brim": (0.185, 0.185, 0.170), "narrow brim": (0.145, 0.145, 0.130)}
-    makers |= {name: partial(_brim, *reach) for name, reach in brims.items()}
     for torso in TABLE["torso"].keys() - {"loft"}:
         makers[torso] = partial(_torso, torso)
         makers[f"straps {torso}"] = partial(_straps, torso)
-        makers[f"left strap {torso}"] = partial(_strap, torso, 1.0)
-        makers[f"right strap {torso}"] = partial(_strap, torso, -1.0)
     for coat in ("jacket", "jacket woman"):
         makers[f"open {coat}"] = partial(_panel, coat, (-0.09, 0.525), (0.030, 0.048), 0.004)
         makers[f"buttoned {coat}"] = partial(_panel, coat, (0.14, 0.525), (0.006, 0.056), 0.004)
-        makers[f"tie {coat}"] = partial(_panel, coat, (0.16, 0.50), (0.004, 0.020), 0.008)
     return dict(sorted(makers.items()))
 
 
-FOOTWEAR = (("shoe", "shoe"), ("shoe", "pump"), ("sole", "sole"))
 _MAKERS = _makers()
 NAMES = tuple(_MAKERS)
 """The name of each mesh of a level."""

@@ -125,41 +125,26 @@ class Outfit:
 
 
 def _add_head(who: Outfit) -> None:
-    """Head, neck, hair, hat."""
+    """Head, neck and hair."""
     scale = (1.0, 1.0 + 0.25 * (who.girth - 1.0), 1.0)
     who.add(f"head {who.sex}", Bone.HEAD, who.skin, scale=scale, gloss=0.12)
     who.add("eyes", Bone.HEAD, linear(COLOURS["white"][0]), scale=scale, gloss=0.3, coarsest=0)
     thick = (0.86 if who.woman else 1.0) * (0.9 + 0.1 * who.girth)
     who.add("neck", Bone.NECK, who.skin, scale=(thick, thick, 1.0), gloss=0.1, coarsest=1)
-    hat = who.usual("hat")
-    if hat == "head scarf":
-        colour = who.colour("tops")
-        who.add("scarf", Bone.HEAD, colour, scale=scale)
-        who.add("wrap", Bone.HEAD, colour, scale=scale, coarsest=1)
-        return
-    hair = who.usual("hair_under_hat" if hat != "none" else "old_hair" if who.age == "old" else "hair")
+    hair = who.usual("old_hair" if who.age == "old" else "hair")
     if hair != "bald":
         who.add(hair, Bone.HEAD, who.hair, scale=scale, gloss=0.25)
     if hair == "hair tied":
-        who.add(who.pick(["bun", "pony tail"]) if hat == "none" else "pony tail", Bone.HEAD, who.hair, gloss=0.25)
+        who.add(who.pick(["bun", "pony tail"]), Bone.HEAD, who.hair, gloss=0.25)
     if not who.woman and who.choose({"shaven": 0.78, "beard": 0.22}) == "beard":
         who.add("beard", Bone.HEAD, 0.8 * who.hair, scale=scale)
-    if hat in ("cap", "beanie"):
-        colour = who.colour("tops")
-        who.add(hat, Bone.HEAD, colour, scale=scale)
-        if hat == "cap":
-            who.add("peak", Bone.HEAD, colour, coarsest=1)
-    elif hat != "none":
-        colour = who.colour("hats")
-        who.add("crown", Bone.HEAD, colour, scale=scale)
-        who.add("wide brim" if hat == "sun hat" else "narrow brim", Bone.HEAD, colour)
 
 
 def _add_top(who: Outfit) -> None:
     """Shirt, sweater, jacket or coat, with its sleeves and the hands."""
     kind = who.usual("top")
-    outer = kind in ("jacket", "coat", "suit", "hoodie")
-    colour = who.colour("coats" if outer and kind != "hoodie" else "tops")
+    outer = kind in ("jacket", "coat", "suit")
+    colour = who.colour("coats" if outer else "tops")
     pattern = Pattern.PLAIN if outer else Pattern[who.choose(SHARES["pattern"]).upper()]
     second = who.colour("tops") if pattern else colour
     inner = "torso heavy" if who.girth > 1.12 else f"torso {who.sex}"
@@ -167,17 +152,13 @@ def _add_top(who: Outfit) -> None:
     who.cloth, who.outer = None if outer else colour, kind if outer else ""
     wide = (who.girth, who.girth, 1.0)
     who.add(base, Bone.CHEST, colour, second, scale=wide, offset=(0.0, 0.0, MID_TORSO), pattern=pattern)
-    if kind in ("jacket", "coat", "suit"):
+    if outer:
         shirt = who.colour("shirts" if kind == "suit" else "tops")
         cut = "buttoned" if kind == "suit" or who.rng.random() < 0.4 else "open"
         who.add(f"{cut} {base}", Bone.CHEST, shirt, scale=(who.girth, 1.0, 1.0), coarsest=1)
-        if kind == "suit" and not who.woman:
-            who.add(f"tie {base}", Bone.CHEST, who.colour("tops"), scale=(who.girth, 1.0, 1.0), coarsest=0)
     slim = 0.94 if who.woman else 1.0
     if kind == "coat":
         who.drape("coat hem", colour, (who.girth, who.girth * slim, float(who.rng.uniform(0.9, 1.35))))
-    if kind == "hoodie":
-        who.add("hood", Bone.CHEST, colour, coarsest=1)
     if kind in ("coat", "suit", "shirt"):
         who.add("collar", Bone.CHEST, colour, scale=(0.95, 0.9 if who.woman else 1.0, 1.0), coarsest=1)
     short = kind == "tee" or (kind == "shirt" and who.rng.random() < 0.3)
@@ -226,12 +207,10 @@ def _add_bottom(who: Outfit) -> None:
         ease = {"coat": 0.84, "": 1.08}.get(who.outer, 0.92)
         wide = who.girth * (0.97 if who.torso == "torso heavy" else ease)
         who.drape(kind, colour, (wide, wide, 1.0))
-    pump = who.woman and kind not in ("jeans", "shorts") and who.rng.random() < 0.6
-    leather, narrow = who.colour("shoes"), (1.0, 0.88 if who.woman else 1.0, 1.0)
-    who.pair("pump" if pump else "shoe", Bone.FOOT, leather, scale=narrow, gloss=0.3)
-    if not pump:
-        pale = linear(COLOURS["white" if who.rng.random() < 0.6 else "black"][0])
-        who.pair("sole", Bone.FOOT, pale, scale=narrow, coarsest=0)
+    narrow = (1.0, 0.88 if who.woman else 1.0, 1.0)
+    who.pair("shoe", Bone.FOOT, who.colour("shoes"), scale=narrow, gloss=0.3)
+    pale = linear(COLOURS["white" if who.rng.random() < 0.6 else "black"][0])
+    who.pair("sole", Bone.FOOT, pale, scale=narrow, coarsest=0)
 
 
 def _add_bag(who: Outfit) -> int | None:
@@ -240,20 +219,14 @@ def _add_bag(who: Outfit) -> int | None:
     if bag == "none":
         return None
     colour = who.colour("bags")
-    wide = (who.girth, who.girth, 1.0)
-    side = 0 if who.rng.random() < 0.5 else 1
     if bag == "backpack":
         back = {"jacket": 0.0, "jacket woman": 0.010, "torso woman": 0.025}.get(who.torso, 0.014)
         who.add("backpack", Bone.CHEST, colour, offset=(back - 0.10 * (who.girth - 1.0), 0.0, 0.0))
-        who.add(f"straps {who.torso}", Bone.CHEST, colour, scale=wide, coarsest=1)
-    elif bag == "shoulder bag":
-        who.add(f"{('left', 'right')[side]} strap {who.torso}", Bone.CHEST, colour, scale=wide, coarsest=1)
-        out = 0.205 if who.torso.startswith("jacket") else 0.190
-        who.add("pouch", Bone.PELVIS, colour, offset=(-0.02, out * (1 - 2 * side) * who.girth, -0.02))
-    else:
-        who.add("tote", Bone.FOREARM + side, colour, offset=(0.0, 0.0, -FOREARM + 0.02))
-        return side
-    return None
+        who.add(f"straps {who.torso}", Bone.CHEST, colour, scale=(who.girth, who.girth, 1.0), coarsest=1)
+        return None
+    side = 0 if who.rng.random() < 0.5 else 1
+    who.add("tote", Bone.FOREARM + side, colour, offset=(0.0, 0.0, -FOREARM + 0.02))
+    return side
 
 
 def make_look(seed: int, person: int, height: float) -> Look:
@@ -289,13 +262,6 @@ def _manner(who: Outfit, hand: int | None, size: float) -> dict[str, FloatArray]
     if hand is not None:
         swing[hand] *= 0.3
         elbow[hand] = 0.1
-    elif rng.random() < 0.12:
-        who.add(
-            "phone", Bone.FOREARM + 1, linear(COLOURS["black"][0]), offset=(0.02, 0.025, -0.27), gloss=0.5, coarsest=1
-        )
-        swing[1], forward[1], elbow[1], inward[1] = 0.03, 0.35, 1.75, 0.35  # looks at a phone
-    elif rng.random() < 0.08:
-        swing[:], forward[:], elbow[:], inward[:], aside[:] = 0.08, -0.26, 0.60, 0.55, 0.20  # hands in pockets
     return {
         "size": np.array(size),
         "shoulders": np.array((0.88 if who.woman else 1.0) * (0.6 + 0.4 * who.girth)),

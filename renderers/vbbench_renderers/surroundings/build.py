@@ -9,23 +9,10 @@ import numpy as np
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.meshes import Mesh, Sky, Surroundings, join_meshes
-from vbbench_renderers.surroundings.furniture import THINGS, hedge, tree
+from vbbench_renderers.surroundings.furniture import THINGS, tree
 from vbbench_renderers.surroundings.houses import house_meshes
-from vbbench_renderers.surroundings.shapes import SPREAD, STREET, Quads, place, turned
-from vbbench_renderers.surroundings.site import (
-    FAR_PAVEMENT,
-    PAVEMENT,
-    ROADWAY,
-    TO_PARK,
-    Area,
-    Site,
-    Tone,
-    dark_spot,
-    ground_mesh,
-    ground_tone,
-    plan,
-    surface,
-)
+from vbbench_renderers.surroundings.shapes import SPREAD, Quads, place, turned
+from vbbench_renderers.surroundings.site import FAR_PAVEMENT, PAVEMENT, ROADWAY, TO_PARK, Area, Site, ground_mesh, plan
 from vbbench_renderers.surroundings.textures import textures
 
 MOST = 7
@@ -34,7 +21,7 @@ MOST = 7
 
 @dataclass(frozen=True, kw_only=True)
 class Spot:
-    """The place of a thing of some kind, in m and rad; `size` is a tree's scale or a hedge's length, m."""
+    """The place of a thing of some kind, in m and rad; `size` is a tree's scale."""
 
     kind: str
     u: float
@@ -43,31 +30,17 @@ class Spot:
     size: float = 1.0
 
 
-def outfit(site: Site, tone: Tone, rng: np.random.Generator) -> list[Mesh]:
-    """All things in the site's frame, with the dark spots under them."""
-    spots = [*_side(site, 0, rng), *_side(site, 1, rng), *_street(site, rng), *_park(site, rng)]
-    meshes = []
-    for spot in spots:
-        meshes.append(_thing(site, spot, rng))
-        if spot.kind in STREET["spots"] and site.distance(spot.u, spot.v) < 45.0:
-            half = np.array(STREET["spots"][spot.kind])
-            meshes.append(dark_spot(site, tone, np.array([spot.u, spot.v]), half, spot.yaw))
-    return meshes
-
-
 def _thing(site: Site, spot: Spot, rng: np.random.Generator) -> Mesh:
+    """A thing at its place in the site's frame."""
     distance = site.distance(spot.u, spot.v)
     if spot.kind == "tree":
         mesh = tree(spot.size, distance, rng)
-    elif spot.kind == "hedge":
-        mesh = hedge(spot.size, distance, rng)
     else:
         parts = THINGS[spot.kind](rng)
         mesh = join_meshes(
             [part.divide(SPREAD * distance).mesh() if isinstance(part, Quads) else part for part in parts]
         )
-    _, depth = surface(site, np.array([spot.u]), np.array([spot.v]))
-    return place(mesh, spot.u, spot.v, spot.yaw, float(depth[0]))
+    return place(mesh, spot.u, spot.v, spot.yaw)
 
 
 def _stations(low: float, high: float, gap: float, rng: np.random.Generator) -> Iterator[float]:
@@ -78,81 +51,52 @@ def _stations(low: float, high: float, gap: float, rng: np.random.Generator) -> 
 
 
 def _side(site: Site, side: int, rng: np.random.Generator) -> list[Spot]:
-    """Along one of the long sides: an avenue with benches if it is wide enough, lamps and café tables otherwise."""
-    sign = 1.0 - 2.0 * side
-    yaw = 0.0 if side == 0 else np.pi
+    """Furniture along one of the long sides, with an avenue of trees if it is wide enough."""
+    sign, yaw = 1.0 - 2.0 * side, np.pi * side
     wide = site.setbacks[side] > 7.0
     spots: list[Spot] = []
-    for u in _stations(-site.long - 3.0, site.long + 3.0, 10.0 if wide else 9.0, rng):
+    for u in _stations(-site.long - 3.0, site.long + 3.0, 9.5, rng):
         if wide:
-            spots.append(Spot(kind="tree", u=u, v=sign * (site.wide + 4.9), yaw=0.0, size=rng.uniform(0.85, 1.1)))
-            things = ["bench", "bin", "planter"] if rng.random() < 0.7 else ["lamp", "planter"]
-            offsets = [3.0, 4.6, -2.6]
-            line = 2.8
-        else:
-            kind = rng.random()
-            things = ["planter", "sign"]
-            if kind < 0.8:
-                things = ["cafe", "cafe", "planter"] if kind < 0.45 else ["bench", "bin", "lamp"]
-            offsets = [0.0, 2.7, -1.9]
-            line = 2.6
+            spots.append(Spot(kind="tree", u=u, v=sign * (site.wide + 4.9), size=rng.uniform(0.85, 1.1)))
+        things = ["bench", "bin", "planter"] if rng.random() < 0.7 else ["lamp", "planter"]
         spots += [
-            Spot(kind=thing, u=u + offset, v=sign * (site.wide + line + 0.5 * (thing == "cafe")), yaw=yaw)
-            for thing, offset in zip(things, offsets, strict=False)
+            Spot(kind=thing, u=u + offset, v=sign * (site.wide + 2.7), yaw=yaw)
+            for thing, offset in zip(things, (3.0, 4.6, -2.6), strict=False)
         ]
     return spots
 
 
 def _street(site: Site, rng: np.random.Generator) -> list[Spot]:
-    """The crossing street: bollards, parked cars, lamps, and trees behind."""
+    """The crossing street: bollards along it, lamps and trees behind it and along the street that goes on."""
     kerb = site.long + PAVEMENT
-    reach = site.wide + 14.0
     spots = [
         Spot(kind="bollard", u=kerb - 0.7, v=v)
         for v in np.arange(-site.wide, site.wide + 0.1, max(2.6, site.wide / 5.0))
     ]
-    for lane, share in ((1.15, 0.4), (ROADWAY - 1.15, 0.5)):
-        yaw = 0.5 * np.pi * (1.0 if lane < 2.0 else -1.0)
-        lots = np.arange(-reach, reach, 5.6)[:MOST] + rng.uniform(-0.4, 0.4)
-        clear = (lots > site.gap[0]) & (lots < site.gap[1]) & (lane > 2.0)
-        taken = (rng.random(len(lots)) < share) & ~clear
-        spots += [Spot(kind="car", u=kerb + lane, v=float(v), yaw=yaw) for v in lots[taken]]
-    beyond = kerb + ROADWAY + 1.3
-    for v in _stations(-reach, reach, 11.0, rng):
+    for v in _stations(-site.wide - 14.0, site.wide + 14.0, 11.0, rng):
         if not site.gap[0] - 2.0 < v < site.gap[1] + 2.0:
-            spots.append(
-                Spot(kind="tree" if rng.random() < 0.6 else "lamp", u=beyond, v=v, size=rng.uniform(0.75, 0.95))
-            )
-    spots.append(
-        Spot(kind="column", u=site.long + 3.4, v=rng.choice([-1.0, 1.0]) * (site.wide - rng.uniform(0.0, 2.0)))
-    )
-    spots.append(Spot(kind="sign", u=kerb - 0.7, v=-site.wide - 1.3, yaw=-0.5 * np.pi))
-    lot = kerb + ROADWAY + FAR_PAVEMENT
-    for u in (lot + 22.0, lot + 34.0, lot + 46.0):
+            kind = "tree" if rng.random() < 0.6 else "lamp"
+            spots.append(Spot(kind=kind, u=kerb + ROADWAY + 1.3, v=v, size=rng.uniform(0.75, 0.95)))
+    for away in (22.0, 34.0, 46.0):
+        u = kerb + ROADWAY + FAR_PAVEMENT + away + rng.uniform(-2.0, 2.0)
         spots += [
-            Spot(kind="tree", u=u + rng.uniform(-2.0, 2.0), v=v, size=rng.uniform(0.8, 1.0))
-            for v in (site.gap[0] + 1.4, site.gap[1] - 1.4)
+            Spot(kind="tree", u=u, v=v, size=rng.uniform(0.8, 1.0)) for v in (site.gap[0] + 1.4, site.gap[1] - 1.4)
         ]
     return spots
 
 
 def _park(site: Site, rng: np.random.Generator) -> list[Spot]:
-    """The park: benches in front of a hedge, and trees behind it."""
+    """The park: benches and lamps along its edge, and trees behind them."""
     edge = -site.long - TO_PARK
     spots: list[Spot] = []
     for v in _stations(-site.wide - 2.0, site.wide + 2.0, 7.5, rng):
-        if rng.random() < 0.6:
-            spots.append(Spot(kind="bench", u=edge + 0.5, v=v, yaw=0.5 * np.pi))
-        spots.append(Spot(kind="hedge", u=edge - 0.9, v=v, yaw=0.5 * np.pi, size=5.2))
-        if rng.random() < 0.5:
-            spots.append(Spot(kind="lamp", u=edge + 0.5, v=v + 2.6))
-    count = int(np.clip(0.8 * site.wide, 7, MOST))
-    for n in range(count):
-        v = (n + rng.uniform(0.2, 0.8)) / count * 2.0 - 1.0
+        kind = "bench" if rng.random() < 0.6 else "lamp"
+        spots.append(Spot(kind=kind, u=edge + 0.5, v=v, yaw=0.5 * np.pi))
+    for n in range(MOST):
+        v = (n + rng.uniform(0.2, 0.8)) / MOST * 2.0 - 1.0
         away = rng.uniform(4.0, 12.0) if n % 2 else rng.uniform(14.0, 42.0)
-        spots.append(
-            Spot(kind="tree", u=edge - away, v=v * (site.wide + 5.0 + 0.3 * away), size=rng.uniform(0.9, 1.35))
-        )
+        size = rng.uniform(0.9, 1.35)
+        spots.append(Spot(kind="tree", u=edge - away, v=v * (site.wide + 5.0 + 0.3 * away), size=size))
     return spots
 
 
@@ -197,10 +141,11 @@ def _surroundings(area: Area, seed: int, *, bare: bool) -> Surroundings:
     site = plan(long, wide, streams[0])
     if bare:
         site = Site(long=long, wide=wide, sun=site.sun, gap=site.gap)
-    tone = ground_tone(site, streams[1])
-    parts = [ground_mesh(site, tone)]
+    parts = [ground_mesh(site, streams[1])]
     if not bare:
-        parts += [*house_meshes(site.plots, streams[2]), *outfit(site, tone, streams[3])]
+        spots = [*_side(site, 0, streams[3]), *_side(site, 1, streams[3]), *_street(site, streams[3])]
+        spots += _park(site, streams[3])
+        parts += [*house_meshes(site.plots, streams[2]), *(_thing(site, spot, streams[3]) for spot in spots)]
     middle = (0.5 * (area[0] + area[2]), 0.5 * (area[1] + area[3]))
     sun = turned(site.sun, turn)
     return Surroundings(mesh=place(join_meshes(parts), *middle, turn), textures=textures(), sky=late_morning(sun))

@@ -1,26 +1,22 @@
-"""Street furniture, cars, trees and hedges, each in its own frame: the front faces −y and the foot is at z = 0."""
+"""Street furniture and trees, each in its own frame: the front faces −y and the foot is at z = 0."""
 
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_renderers.meshes import Float32, Mesh, join_meshes
+from vbbench_renderers.meshes import Mesh, join_meshes
 from vbbench_renderers.surroundings.shapes import (
     STREET,
     Quads,
     boxes,
     icosphere,
-    join,
     one_of,
     place,
-    quads,
     smooth_mesh,
     tube,
-    turned,
 )
-from vbbench_renderers.surroundings.textures import TILE, Layer, quarter
+from vbbench_renderers.surroundings.textures import TILE, Layer
 
 BARK = np.array([0.20, 0.155, 0.115])
 NEAR = 12.0
@@ -52,22 +48,6 @@ def tree(size: float, distance: float, rng: np.random.Generator) -> Mesh:
     if near:
         parts += [_bough(np.array([0.0, 0.0, fork * 0.95]), end, size) for end in centres[:count]]
     return join_meshes(parts)
-
-
-def hedge(length: float, distance: float, rng: np.random.Generator) -> Mesh:
-    """A clipped hedge along x, 0.9 m high, in its own frame."""
-    green = one_of(STREET["foliage"], rng)
-    half, deep, tall = 0.5 * length, 0.32, 0.9
-    core = boxes(
-        [-half, -deep, 0.0], [half, deep, tall], green * 0.8, layer=Layer.LEAVES, tile=TILE[Layer.LEAVES], foot=0.4
-    )
-    count = int(length * np.clip(160.0 / distance, 6.0, 34.0))
-    spots = rng.uniform([-half, -deep, 0.05], [half, deep, tall], (count, 3))
-    side = rng.choice(3, count, p=[0.42, 0.42, 0.16])
-    spots[side == 0, 1], spots[side == 1, 1], spots[side == 2, 2] = -deep, deep, tall
-    out = np.array([[0.0, -1.0, 0.15], [0.0, 1.0, 0.15], [0.0, 0.0, 1.0]])[side]
-    shade = 0.45 + 0.65 * spots[:, 2] / tall
-    return join_meshes([core.divide(0.095 * distance).mesh(), _cards(spots, out, green, shade, 0.17, rng)])
 
 
 def bush(radius: float, rng: np.random.Generator) -> Mesh:
@@ -153,88 +133,6 @@ def _bough(start: FloatArray, end: FloatArray, size: float) -> Mesh:
     )
 
 
-GLASS = np.array([0.035, 0.045, 0.055])
-SKY = np.array([0.22, 0.28, 0.34])
-"""The reflection at the upper edge of the glass."""
-
-
-def car(rng: np.random.Generator) -> list[Mesh | Quads]:
-    """A car 4.2 m long along x, its nose at negative x."""
-    paint = one_of(STREET["cars"], rng)
-    tall, back = rng.uniform(1.40, 1.55), rng.uniform(1.35, 1.85)
-    wheels = [
-        place(_wheel(), x, side * 0.89, 0.5 * np.pi * (side + 1.0), 0.32) for x in (-1.35, 1.30) for side in (-1, 1)
-    ]
-    return [_hull(np.array(STREET["car_stations"]), paint), *_cabin(paint, tall, back), *_lights(), *wheels]
-
-
-def _hull(stations: FloatArray, paint: FloatArray) -> Quads:
-    """The lower body: sides in three bands, the top and both ends."""
-    x, half, shoulder = stations.T
-    sill, belt = np.full_like(x, 0.22), np.full_like(x, 0.48)
-    rows = [(half - 0.06, sill, 0.25), (half, belt, 0.8), (half, shoulder - 0.10, 1.0),
-            (half - 0.07, shoulder, 1.1)]  # fmt: skip
-    faces, tints = [], []
-    for (y0, z0, s0), (y1, z1, s1) in pairwise(rows):
-        low, high = np.column_stack([x, -y0, z0]), np.column_stack([x, -y1, z1])
-        near = np.stack([low[:-1], low[1:], high[1:], high[:-1]], axis=1)
-        far = (near * [1.0, -1.0, 1.0])[:, [1, 0, 3, 2]]
-        front = np.stack([low[0] * [1, -1, 1], low[0], high[0], high[0] * [1, -1, 1]])[None]
-        rear = np.stack([low[-1], low[-1] * [1, -1, 1], high[-1] * [1, -1, 1], high[-1]])[None]
-        group = np.concatenate([near, far, front, rear])
-        faces.append(group)
-        tints.append(np.broadcast_to(np.array([s0, s0, s1, s1])[None, :, None] * paint, group.shape))
-    rim = np.column_stack([x, -(half - 0.07), shoulder])
-    lid = np.stack([rim[:-1], rim[1:], rim[1:] * [1, -1, 1], rim[:-1] * [1, -1, 1]], axis=1)
-    return join([quads(np.concatenate(faces), np.concatenate(tints)), quads(lid, paint * 1.05)])
-
-
-def _cabin(paint: FloatArray, tall: float, back: float) -> list[Quads]:
-    """Roof, pillars and glass."""
-    low = np.array([[-0.95, -0.80, 0.90], [back, -0.80, 0.92], [back, 0.80, 0.92], [-0.95, 0.80, 0.90]])
-    high = np.array(
-        [[-0.25, -0.60, tall], [back - 0.45, -0.60, tall - 0.02], [back - 0.45, 0.60, tall - 0.02], [-0.25, 0.60, tall]]
-    )
-    walls = np.stack([np.stack([low[n], low[m], high[m], high[n]]) for n, m in ((0, 1), (1, 2), (2, 3), (3, 0))])
-    middle = walls.mean(axis=1, keepdims=True)
-    out = np.cross(walls[:, 2] - walls[:, 0], walls[:, 3] - walls[:, 1])
-    out /= np.linalg.norm(out, axis=1, keepdims=True)
-    panes = middle + np.array([0.90, 0.90, 0.80])[None, None] * (walls - middle) + 0.02 * out[:, None]
-    tint = np.stack([GLASS, GLASS, SKY, SKY])[None]
-    door = boxes([0.42, -0.90, 0.55], [0.44, -0.86, 0.88], paint * 0.3, faces=("front",))
-    pillar = boxes([0.40, -0.79, 0.92], [0.48, -0.70, 0.93], paint, faces=("front",))
-    return [quads(walls, paint * 0.85), quads(panes, tint), quads(high[None], paint * 1.1), door, pillar]
-
-
-def _lights() -> list[Quads]:
-    """Headlights, tail lights, and dark bumpers."""
-    black = [0.03, 0.03, 0.03]
-    parts = [
-        boxes([-2.14, -0.66, 0.25], [-2.0, 0.66, 0.42], black, faces=("left", "front", "back")),
-        boxes([2.0, -0.68, 0.25], [2.15, 0.68, 0.42], black, faces=("right", "front", "back")),
-    ]
-    for y in (-0.66, 0.40):
-        parts.append(boxes([-2.14, y, 0.50], [-2.0, y + 0.26, 0.61], [0.75, 0.75, 0.72], faces=("left",)))
-        parts.append(boxes([2.0, y, 0.56], [2.15, y + 0.26, 0.70], [0.40, 0.02, 0.02], faces=("right",)))
-    return parts
-
-
-def _wheel() -> Mesh:
-    """A wheel in the plane y = 0 that is seen from −y."""
-    rubber, rim = [0.018] * 3, [0.42] * 3
-    shades = np.array([rim, rim, rubber, rubber, rubber])
-    disc = tube([[0.0, 0.02], [0.19, 0.02], [0.21, 0.0], [0.32, 0.01], [0.32, 0.18]], shades, sides=9)
-    return smooth_mesh(
-        _laid(disc.vertices), _laid(disc.normals), disc.colours.astype(np.float64), disc.triangles.astype(np.int64)
-    )
-
-
-def _laid(vectors: Float32) -> FloatArray:
-    """Turned about x so that −z becomes −y."""
-    x, y, z = vectors.astype(np.float64).T
-    return np.column_stack([x, z, -y])
-
-
 Parts = list[Mesh | Quads]
 """What a thing is made of; only quadrilaterals need be divided."""
 IRON = np.array([0.035, 0.04, 0.042])
@@ -300,81 +198,11 @@ def planter(rng: np.random.Generator) -> Parts:
     return [tub, place(bush(rng.uniform(0.42, 0.55), rng), 0.0, 0.0, 0.0, 0.52)]
 
 
-def column(rng: np.random.Generator) -> Parts:
-    """A round column with posters."""
-    greys = np.array([0.30, 0.42, 0.5, 0.42])[:, None] * np.array([1.0, 0.96, 0.88])
-    body = tube([[0.68, 0.0], [0.68, 0.35], [0.62, 0.38], [0.62, 2.75]], greys, sides=18)
-    roof = [[0.62, 2.72], [0.80, 2.76], [0.80, 2.90], [0.45, 3.15], [0.12, 3.45], [0.0, 3.6]]
-    return [body, tube(roof, [0.07, 0.13, 0.10], sides=18), *_posters(0.65, rng)]
-
-
-def _posters(radius: float, rng: np.random.Generator) -> list[Quads]:
-    """Two rows of posters bent around a column of some radius, m."""
-    edges = np.linspace(0.0, 1.0, 5)
-    sheets = []
-    for number, angle in enumerate(np.arange(0.0, 2.0 * np.pi, np.pi / 4.0)):
-        for low in (0.5, 1.6):
-            turn = (np.stack([edges[:-1], edges[1:], edges[1:], edges[:-1]], axis=1) - 0.5) * rng.uniform(0.6, 0.74)
-            tall = np.broadcast_to([low, low, low + 1.0, low + 1.0], turn.shape) + rng.uniform(0.0, 0.12)
-            corners = np.stack([radius * np.sin(turn), -radius * np.cos(turn), tall], axis=-1)
-            first, _, third, _ = quarter((number + int(low)) % 4)
-            ends = np.stack([edges[:-1], edges[1:], edges[1:], edges[:-1]], axis=1)
-            uv = first + np.stack([ends, np.broadcast_to([0, 0, 1, 1], ends.shape)], axis=-1) * (third - first)
-            sheets.append(quads(turned(corners, float(angle)), rng.uniform(0.6, 1.0, 3), layer=Layer.SIGNS, uv=uv))
-    return sheets
-
-
-def sign(rng: np.random.Generator) -> Parts:
-    """A round street sign on a pole."""
-    tint = np.array([[0.03, 0.10, 0.40], [0.5, 0.03, 0.03]][rng.integers(2)])
-    angle = np.linspace(0.0, 2.0 * np.pi, 13)
-    rim = np.column_stack([0.3 * np.cos(angle), np.full(13, -0.05), 2.3 + 0.3 * np.sin(angle)])
-    core = np.broadcast_to([0.0, -0.05, 2.3], (12, 3))
-    disc = np.stack([core, rim[:-1], rim[1:], core], axis=1)
-    face = core[:, None] + 0.8 * (disc - core[:, None]) - [0.0, 0.02, 0.0]
-    back = disc[:, [0, 2, 1, 3]] + [0.0, 0.02, 0.0]
-    pole = tube([[0.03, 0.0], [0.03, 2.6]], [0.35, 0.35, 0.36], sides=6)
-    return [pole, quads(disc, [0.8, 0.8, 0.8]), quads(face, tint), quads(back, [0.4, 0.4, 0.4])]
-
-
-def cafe(rng: np.random.Generator) -> Parts:
-    """A round table, two chairs and a parasol."""
-    top = tube([[0.38, 0.70], [0.38, 0.73], [0.0, 0.735]], [0.55, 0.53, 0.50], sides=10)
-    leg = tube([[0.22, 0.0], [0.03, 0.06], [0.03, 0.70]], IRON, sides=6)
-    pole = tube([[0.025, 0.73], [0.025, 2.55]], [0.5, 0.48, 0.44], sides=5)
-    cloth = one_of(STREET["parasols"], rng)
-    shade = tube([[1.05, 2.08], [1.05, 2.14], [0.0, 2.58]], cloth, sides=14)
-    under = tube([[1.04, 2.11], [0.0, 2.55]], cloth * 0.4, sides=14)
-    angles = rng.uniform(0.0, np.pi) + np.array([0.0, rng.uniform(2.4, 3.8)])
-    chairs: Parts = [place(_chair(), 0.75 * np.sin(a), -0.75 * np.cos(a), float(a)) for a in angles]
-    return [top, leg, pole, shade, _inside_out(under), *chairs]
-
-
-def _chair() -> Mesh:
-    """A chair that faces +y."""
-    wood = boxes([[-0.20, -0.2, 0.44], [-0.20, -0.22, 0.62]], [[0.20, 0.2, 0.47], [0.20, -0.19, 0.86]], OAK)
-    legs = [[x, y] for x in (-0.20, 0.17) for y in (-0.22, 0.17)]
-    low = np.insert(np.array(legs), 2, 0.0, axis=1)
-    high = low + np.array([0.03, 0.03, 0.0]) + np.array([[0, 0, 0.86], [0, 0, 0.44]] * 2)
-    return join([wood, boxes(low, high, IRON, faces=("left", "right", "front", "back"))]).mesh()
-
-
-def _inside_out(mesh: Mesh) -> Mesh:
-    return Mesh(
-        vertices=mesh.vertices, normals=-mesh.normals, colours=mesh.colours, uv=mesh.uv, layers=mesh.layers,
-        triangles=mesh.triangles[:, ::-1],
-    )  # fmt: skip
-
-
 THINGS: dict[str, Callable[[np.random.Generator], Parts]] = {
     "lamp": lamp,
     "bench": bench,
     "bin": litter_bin,
     "bollard": bollard,
     "planter": planter,
-    "column": column,
-    "sign": sign,
-    "cafe": cafe,
-    "car": car,
 }
-"""What can be placed."""
+"""What can be placed, next to trees."""

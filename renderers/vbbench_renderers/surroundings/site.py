@@ -4,14 +4,13 @@ The site has a frame of its own: the walking area is centred, u runs along its l
 Rows of houses line the long sides; a street crosses beyond the end at positive u and a park lies beyond the other.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_renderers.meshes import Mesh, join_meshes
-from vbbench_renderers.surroundings.shapes import quads, smooth_mesh, turned
+from vbbench_renderers.surroundings.shapes import quads, smooth_mesh
 from vbbench_renderers.surroundings.textures import TILE, Layer
 
 Area = tuple[float, float, float, float]
@@ -153,39 +152,22 @@ CELLS = 650
 """The approximate number of cells of the walking area, unless they would be smaller than half a metre."""
 SHOULDER = 2.0
 """Cells are finest up to here from the walking area, m."""
-SPOT_HEIGHT = 0.02
-"""Height of dark spots over the ground, m."""
-Tone = Callable[[FloatArray], FloatArray]
-"""From ground points [N, 2] to the colours [N, 3] that their texture is multiplied with."""
 
 
-def ground_mesh(site: Site, tone: Tone) -> Mesh:
+def ground_mesh(site: Site, rng: np.random.Generator) -> Mesh:
     """The ground around and under the walking area."""
     us, vs = ground_lines(site)
     corner_u, corner_v = np.meshgrid(us, vs, indexing="ij")
     middle = np.stack(np.meshgrid(0.5 * (us[1:] + us[:-1]), 0.5 * (vs[1:] + vs[:-1]), indexing="ij"), axis=2)
     layers, depths = surface(site, middle[..., 0], middle[..., 1])
     points = np.stack([corner_u, corner_v], axis=2)
-    tint = tone(points.reshape(-1, 2)).reshape(*points.shape[:2], 3)
-    open_air = ~_built_over(site, us, vs)
+    tint = _tone(points.reshape(-1, 2), site.plots, rng).reshape(*points.shape[:2], 3)
     parts = [
-        _part(points, tint, open_air & (layers == layer) & (depths == depth), Layer(layer), depth)
+        _part(points, tint, (layers == layer) & (depths == depth), Layer(layer), depth)
         for layer in np.unique(layers)
         for depth in np.unique(depths[layers == layer])
     ]
     return join_meshes([*parts, _kerbs(points, depths)])
-
-
-def _built_over(site: Site, us: FloatArray, vs: FloatArray) -> BoolArray:
-    """[U - 1, V - 1] whether a cell lies under a house, well inside."""
-    hidden = np.zeros((len(us) - 1, len(vs) - 1), dtype=bool)
-    for plot in site.plots:
-        u0, v0, u1, v1 = plot.footprint
-        inside = [
-            (lines[:-1] > low + 0.5) & (lines[1:] < high - 0.5) for lines, low, high in ((us, u0, u1), (vs, v0, v1))
-        ]
-        hidden |= inside[0][:, None] & inside[1]
-    return hidden
 
 
 def ground_lines(site: Site) -> tuple[FloatArray, FloatArray]:
@@ -194,9 +176,7 @@ def ground_lines(site: Site) -> tuple[FloatArray, FloatArray]:
     street = site.long + PAVEMENT
     ends = [street - 0.3, street, street + ROADWAY, street + ROADWAY + 0.3, street + ROADWAY + FAR_PAVEMENT]
     across = [site.gap[0] + 2.5, site.gap[0] + 2.8, site.gap[1] - 2.8, site.gap[1] - 2.5]
-    band = [site.long + 1.0, site.long + 1.4, -site.long - 1.0, -site.long - 1.4, -site.long - TO_PARK]
-    edge = [site.wide + 1.0, site.wide + 1.4, -site.wide - 1.0, -site.wide - 1.4]
-    return _lines(site.long, cell, [*ends, *band]), _lines(site.wide, cell, [*across, *edge])
+    return _lines(site.long, cell, [*ends, -site.long - TO_PARK]), _lines(site.wide, cell, across)
 
 
 def _lines(half: float, cell: float, breaks: list[float]) -> FloatArray:
@@ -220,9 +200,7 @@ def surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatAr
     low, high = site.gap[0] + 2.5, site.gap[1] - 2.5
     layers = np.full(u.shape, int(Layer.PAVING))
     du, dv = np.abs(u) - site.long, np.abs(v) - site.wide
-    frame = np.maximum(du, dv)
-    layers[(frame > 1.0) & (frame < 1.4)] = Layer.SETTS
-    layers[frame > 35.0] = Layer.ASPHALT
+    layers[np.maximum(du, dv) > 35.0] = Layer.ASPHALT
     layers[u < -site.long - TO_PARK] = Layer.GRASS
     onward = (u > end) & (v > low) & (v < high)
     kerb = ((u > street - 0.3) & (u < end + 0.3)) | ((u > end) & (v > low - 0.3) & (v < high + 0.3))
@@ -232,44 +210,14 @@ def surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatAr
     return layers, np.where(road, -KERB, 0.0)
 
 
-def ground_tone(site: Site, rng: np.random.Generator) -> Tone:
-    """The tone of the ground: patches that hide the repetition of the texture, and the shade at the foot of houses."""
-    waves = rng.uniform(0.1, 0.7, (6, 1)) * _unit(rng.uniform(0.0, 2.0 * np.pi, 6))
-    phases = rng.uniform(0.0, 2.0 * np.pi, 6)
-
-    def tone(points: FloatArray) -> FloatArray:
-        patches = np.sin(points @ waves.T + phases)
-        light = 0.92 + 0.022 * patches.sum(axis=1, keepdims=True)
-        hue = 1.0 + 0.010 * patches[:, :3].sum(axis=1, keepdims=True) * np.array([1.0, 0.2, -1.0])
-        return np.asarray(light * hue * wall_shade(points, site.plots)[:, None])
-
-    return tone
-
-
-def dark_spot(site: Site, tone: Tone, at: FloatArray, half: FloatArray, yaw: float) -> Mesh:
-    """A piece of ground, an ellipse with the given half axes, dark in the middle: the contact shadow of a thing."""
-    angle = np.linspace(0.0, 1.75 * np.pi, 8)
-    rings = np.concatenate([share * _unit(angle) for share in (0.55, 1.0)]) * half
-    points = at + turned(np.column_stack([rings, np.zeros(len(rings))]), yaw)[:, :2]
-    layers, depths = surface(site, at[:1], at[1:])
-    layer = Layer(int(layers[0]))
-    shade = np.repeat([0.45, 1.0], 8)[:, None]
-    around = np.arange(8)
-    after = (around + 1) % 8
-    lid = np.stack([np.zeros(6, int), np.arange(1, 7), np.arange(2, 8)], axis=1)
-    bands = [np.stack([around, 8 + around, 8 + after], axis=1), np.stack([around, 8 + after, after], axis=1)]
-    return smooth_mesh(
-        np.column_stack([points, np.full(len(points), depths[0] + SPOT_HEIGHT)]),
-        np.broadcast_to([0.0, 0.0, 1.0], (len(points), 3)),
-        tone(points) * shade,
-        np.concatenate([lid, *bands]),
-        uv=points / TILE[layer],
-        layer=layer,
-    )
-
-
-def _unit(angles: FloatArray) -> FloatArray:
-    return np.stack([np.cos(angles), np.sin(angles)], axis=1)
+def _tone(points: FloatArray, plots: tuple[Plot, ...], rng: np.random.Generator) -> FloatArray:
+    """[N, 3] factors of the texture at ground points [N, 2]: patches hide its repetition, houses darken it."""
+    angles = rng.uniform(0.0, 2.0 * np.pi, 6)
+    waves = rng.uniform(0.1, 0.7, (6, 1)) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    patches = np.sin(points @ waves.T + rng.uniform(0.0, 2.0 * np.pi, 6))
+    light = 0.92 + 0.022 * patches.sum(axis=1, keepdims=True)
+    hue = 1.0 + 0.010 * patches[:, :3].sum(axis=1, keepdims=True) * np.array([1.0, 0.2, -1.0])
+    return np.asarray(light * hue * wall_shade(points, plots)[:, None])
 
 
 def _part(points: FloatArray, tint: FloatArray, cells: BoolArray, layer: Layer, depth: float) -> Mesh:

@@ -1,12 +1,12 @@
 """The textures, computed without image files. Texture coordinates (u, v) show row S v, column S u of a layer.
 
-Pictures of windows, shop fronts, doors and signs stand four to a layer, drawn upside down: row 0 is the foot.
+Pictures of windows and of a door stand four to a layer, drawn upside down: row 0 is the foot.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,93 +59,45 @@ HALF = SIZE // 2
 """Width and height of a picture, px."""
 
 
-def quarter(number: int) -> FloatArray:
-    """[4, 2] texture coordinates of a picture's corners from the lower left, counter-clockwise; number 0 … 3."""
-    low = 0.5 * np.array([number % 2, number // 2]) + 2.0 / SIZE
-    span = 0.5 - 4.0 / SIZE
-    return np.asarray(low + span * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
+DOOR = 3
+"""The number of the door among the pictures of openings; those before it are windows."""
 
 
-def windows(rng: np.random.Generator, *, old: bool) -> FloatArray:
-    """Windows 1.2 m wide and 1.6 m high, white or dark frames, with reflections, curtains, blinds and lamps."""
+def quarters(number: IntArray) -> FloatArray:
+    """[N, 4, 2] texture coordinates of pictures' corners from the lower left, counter-clockwise; numbers [N] 0 … 3."""
+    low = 0.5 * np.stack([number % 2, number // 2], axis=-1) + 2.0 / SIZE
+    corners = (0.5 - 4.0 / SIZE) * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    return np.asarray(low[:, None] + corners)
+
+
+def _openings(rng: np.random.Generator) -> FloatArray:
+    """Two windows with pale frames, one with a lamp behind it, and a panelled door."""
     pictures = []
-    for number in range(4):
+    for number in range(DOOR):
         pane = _glass(rng, 0.6)
-        if number in (0, 3):
-            _curtains(pane, drawn=0.30 if number else 0.18)
-        if number == 1:
-            blind = _blind(rng)
-            low = int(rng.integers(100, 170))
-            pane[low:] = blind[low:]
         if number == 2:
             pane += np.array([0.22, 0.15, 0.06]) * np.linspace(0.4, 1.0, HALF)[:, None, None]
-        frame = [0.75, 0.74, 0.70] if not old else [0.70, 0.67, 0.60]
-        _bars(pane, frame, columns=2, rows=[0.66] if not old else [0.36, 0.68])
+        _bars(pane, [0.75, 0.74, 0.70] if number else [0.70, 0.67, 0.60], rows=[0.66] if number else [0.36, 0.68])
         pictures.append(pane)
-    return _sheet(pictures)
-
-
-def shops(rng: np.random.Generator) -> FloatArray:
-    """Shop windows of about 2.5 m by 2.5 m with goods in them."""
-    pictures = []
-    for number in range(4):
-        pane = 0.55 * _glass(rng, 0.35)
-        pane[:, :] += np.array([[0.10, 0.08, 0.055], [0.05, 0.055, 0.06]][number % 2])
-        _goods(pane, rng, number)
-        pane += 0.05 * np.clip(_slanted(), 0.0, 1.0)[..., None]
-        pane[:14] = np.array([0.06, 0.06, 0.065])
-        frame = [[0.05, 0.05, 0.055], [0.25, 0.16, 0.09], [0.5, 0.5, 0.48], [0.05, 0.09, 0.07]][number]
-        _bars(pane, frame, columns=1 + number % 2, rows=[0.80])
-        pictures.append(pane)
-    return _sheet(pictures)
-
-
-def doors(rng: np.random.Generator) -> FloatArray:
-    """A panelled door, a glazed one, a boarded one and a shop's."""
-    pictures = []
-    for number in range(4):
-        stripes = np.repeat(cloudy(rng, 0.6)[:1, :HALF], HALF, axis=0)
-        grain = 1.0 + 0.10 * stripes + 0.03 * cloudy(rng, 0.2)[:HALF, :HALF]
-        door = grain[..., None] * np.array([[0.7] * 3, [0.65] * 3, [0.62, 0.60, 0.56], [0.3] * 3][number])
-        if number == 0:
-            for low, high in ((20, 90), (104, 190), (200, 236)):
-                for left, right in ((30, 118), (138, 226)):
-                    _panel(door, low, high, left, right)
-        elif number == 2:
-            door[:, ::32] *= 0.5
-            door[:, 1::32] *= 0.75
-        else:
-            low = 70 if number == 1 else 24
-            door[low:232, 40:216] = _glass(rng, 0.7)[low:232, 40:216]
-            _panel(door, low - 6, 238, 34, 222)
-        door[110:126, 232:240] = np.array([0.6, 0.55, 0.4])
-        door[:, :8] *= 0.6
-        door[:, -8:] *= 0.6
-        door[-10:] *= 0.6
-        pictures.append(door)
-    return _sheet(pictures)
-
-
-def signs(rng: np.random.Generator) -> FloatArray:
-    """Shop signs with lettering that cannot be read, and posters."""
-    pictures = []
-    for number in range(4):
-        ground = np.array([[0.04, 0.07, 0.16], [0.33, 0.04, 0.05], [0.03, 0.12, 0.08], [0.75, 0.68, 0.52]][number])
-        ink = np.array([[0.85, 0.80, 0.62], [0.9, 0.88, 0.85], [0.9, 0.75, 0.3], [0.10, 0.07, 0.06]][number])
-        board = np.ones((HALF, HALF, 3)) * ground
-        column = 24
-        while column < HALF - 40:
-            wide = int(rng.integers(9, 20))
-            if rng.random() > 0.16:
-                _letter(board, rng, column, wide, ink)
-            column += wide + 7
-        board[8:13, 8:-8] = board[-13:-8, 8:-8] = ink * 0.7 + ground * 0.3
-        pictures.append(board)
-    return _sheet(pictures)
-
-
-def _sheet(pictures: list[FloatArray]) -> FloatArray:
+    pictures.append(_door(rng))
     return np.concatenate([np.concatenate(pictures[:2], axis=1), np.concatenate(pictures[2:], axis=1)], axis=0)
+
+
+def _door(rng: np.random.Generator) -> FloatArray:
+    """A door with six panels."""
+    stripes = np.repeat(cloudy(rng, 0.6)[:1, :HALF], HALF, axis=0)
+    door = 0.7 * (1.0 + 0.10 * stripes + 0.03 * cloudy(rng, 0.2)[:HALF, :HALF])[..., None] * np.ones(3)
+    for low, high in ((20, 90), (104, 190), (200, 236)):
+        for left, right in ((30, 118), (138, 226)):
+            door[low:high, left : left + 4] *= 0.6
+            door[high - 4 : high, left:right] *= 0.55
+            door[low : low + 4, left:right] *= 1.25
+            door[low:high, right - 4 : right] *= 1.2
+    door[110:126, 232:240] = np.array([0.6, 0.55, 0.4])
+    door[:, :8] *= 0.6
+    door[:, -8:] *= 0.6
+    door[-10:] *= 0.6
+    return door
 
 
 def _glass(rng: np.random.Generator, strength: float) -> FloatArray:
@@ -158,92 +110,38 @@ def _glass(rng: np.random.Generator, strength: float) -> FloatArray:
     return np.asarray(0.02 + strength * (reflected + dull))
 
 
-def _slanted() -> FloatArray:
-    row, column = np.mgrid[:HALF, :HALF]
-    return np.asarray(np.cos((row * 0.6 + column) * 2.0 * np.pi / 190.0) - 0.3)
-
-
-def _curtains(pane: FloatArray, drawn: float) -> None:
-    column = np.arange(HALF)
-    folds = 0.42 + 0.09 * np.sin(column * 0.32 + 2.0 * np.sin(column * 0.06))
-    cloth = folds[None, :, None] * np.array([1.0, 0.97, 0.90])
-    side = np.minimum(column, HALF - 1 - column)[None, :] < HALF * drawn * (
-        1.0 - 0.25 * np.linspace(1, 0, HALF)[:, None]
-    )
-    pane[side] = np.broadcast_to(0.75 * cloth, pane.shape)[side] + 0.25 * pane[side]
-
-
-def _blind(rng: np.random.Generator) -> FloatArray:
-    slats = 0.40 + 0.10 * rng.random() + 0.07 * np.sin(np.arange(HALF) * 2.0 * np.pi / 12.0)
-    return np.asarray(np.ones((HALF, HALF, 3)) * slats[:, None, None])
-
-
-def _bars(pane: FloatArray, colour: ArrayLike, *, columns: int, rows: list[float]) -> None:
-    """Frame, mullions and transoms with a lit upper and a dark lower edge."""
-    tint = np.asarray(colour)
-    edges = [(0, 16), (HALF - 16, HALF)]
-    upright = [(int(HALF * part / columns) - 7, int(HALF * part / columns) + 7) for part in range(1, columns)]
+def _bars(pane: FloatArray, colour: ArrayLike, *, rows: list[float]) -> None:
+    """A frame, a mullion and transoms, with a lit upper and a dark lower edge."""
+    middle = HALF // 2
     for low, high in [(int(HALF * row) - 6, int(HALF * row) + 6) for row in rows]:
         pane[low - 6 : low] *= 0.55
-        pane[low:high] = tint
-    for low, high in [*edges, *upright]:
+        pane[low:high] = colour
+    for low, high in ((0, 16), (HALF - 16, HALF), (middle - 7, middle + 7)):
         pane[:, high : high + 5] *= 0.6
-        pane[:, low:high] = tint
+        pane[:, low:high] = colour
         pane[:, high - 2 : high] *= 0.7
     pane[HALF - 28 : HALF - 14] *= 0.5
-    for low, high in edges:
-        pane[low:high] = tint
-
-
-def _panel(door: FloatArray, low: int, high: int, left: int, right: int) -> None:
-    door[low:high, left : left + 4] *= 0.6
-    door[high - 4 : high, left:right] *= 0.55
-    door[low : low + 4, left:right] *= 1.25
-    door[low:high, right - 4 : right] *= 1.2
-
-
-def _goods(pane: FloatArray, rng: np.random.Generator, number: int) -> None:
-    for shelf in (30, 95, 150):
-        pane[shelf - 5 : shelf] = np.array([0.20, 0.16, 0.12])
-        column = int(rng.integers(14, 30))
-        while column < HALF - 44:
-            wide, tall = int(rng.integers(8, 34)), int(rng.integers(16, 50))
-            if rng.random() > 0.25:
-                tint = rng.uniform(0.05, 0.45) * rng.uniform(0.3, 1.0, 3)
-                roundness = np.cos(np.linspace(-1.2, 1.2, wide))[None, :, None]
-                pane[shelf : shelf + tall, column : column + wide] = tint * (0.45 + 0.55 * roundness)
-            column += wide + int(rng.integers(3, 12))
-    pane[196:204, 30:-30] += 0.25 * (number != 1)
-
-
-def _letter(board: FloatArray, rng: np.random.Generator, column: int, wide: int, ink: FloatArray) -> None:
-    low, high = 84, 172
-    stroke = 5
-    board[low:high, column : column + stroke] = ink
-    if rng.random() < 0.6:
-        board[low:high, column + wide - stroke : column + wide] = ink
-    for row in (low, (low + high) // 2, high - 12):
-        if rng.random() < 0.6:
-            board[row : row + 12, column : column + wide] = ink
+    for low, high in ((0, 16), (HALF - 16, HALF)):
+        pane[low:high] = colour
 
 
 Layer = IntEnum(
     "Layer",
-    "PAVING SETTS ASPHALT GRASS BRICK PLASTER ASHLAR ROOF LEAVES WOOD WINDOWS WINDOWS_OLD SHOPS DOORS SIGNS DISTANT",
+    "PAVING ASPHALT GRASS BRICK PLASTER ASHLAR ROOF LEAVES WOOD OPENINGS DISTANT",
     start=0,
 )
 """The number of each texture layer."""
-TILE = dict(zip(Layer, (2.4, 1.6, 3.0, 3.0, 2.0, 4.0, 2.4, 2.4, 1.2, 0.8), strict=False))
+TILE = dict(zip(Layer, (2.4, 3.0, 3.0, 2.0, 4.0, 2.4, 2.4, 1.2, 0.8), strict=False))
 """Width of a layer in the world, m; the others hold pictures, four to a layer."""
 
 
 @lru_cache(maxsize=1)
 def textures() -> NDArray[np.uint8]:
     """[L, S, S, 3] all layers; they are the same for every seed."""
-    stones, plants = (_brick, _plaster, _ashlar, _roof), (_leaves, _wood)
-    openings = (partial(windows, old=False), partial(windows, old=True), shops, doors, signs, _distant)
     painters: tuple[Callable[[np.random.Generator], FloatArray], ...]
-    painters = (_paving, _setts, _asphalt, _grass, *stones, *plants, *openings)
+    painters = (
+        _paving, _asphalt, _grass, _brick, _plaster, _ashlar, _roof, _leaves, _wood, _openings, _distant
+    )  # fmt: skip
     streams = (np.random.default_rng([2111, layer]) for layer in Layer)
     stack = np.stack([srgb(paint(rng)) for paint, rng in zip(painters, streams, strict=True)])
     stack.flags.writeable = False
@@ -267,15 +165,6 @@ def _paving(rng: np.random.Generator) -> FloatArray:
     warm = 0.010 * stones.tones(rng)
     colour = np.stack([0.43 + warm, np.full_like(warm, 0.405), 0.365 - warm], axis=2)
     return np.asarray(colour * (tone * _laid(stones, 1.6, 0.42, 5.0))[..., None])
-
-
-def _setts(rng: np.random.Generator) -> FloatArray:
-    stones = masonry(16, 12, warp=3.0 * cloudy(rng, 1.5, 6.0))
-    dome = np.clip(stones.edge / 14.0, 0.0, 1.0) ** 0.5
-    tone = (1.0 + 0.13 * stones.tones(rng) + 0.08 * cloudy(rng, 0.3)) * (0.35 + 0.65 * dome)
-    warm = 0.015 * stones.tones(rng)
-    colour = np.stack([0.345 + warm, np.full_like(warm, 0.32), 0.295 - warm], axis=2)
-    return np.asarray(colour * (tone * _laid(stones, 1.5, 0.4, 6.0))[..., None])
 
 
 def _asphalt(rng: np.random.Generator) -> FloatArray:
