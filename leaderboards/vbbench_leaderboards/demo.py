@@ -10,7 +10,7 @@ from vbbench.generation.generator import Options
 from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.pictures.plotting import plot_to_file
 from vbbench.protocol import get_protocol
-from vbbench.reproduction.demo import demo_folder
+from vbbench.reproduction.demo import demo_folder, shown_sequence
 from vbbench.solving import solve
 from vbbench.table import Table
 from vbbench_leaderboards.results.folder import dataset_folder, read_results, submission_folder
@@ -50,7 +50,7 @@ def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
         )
         results = _results(dataset, out, jobs)
         rows = [_row(solver, [results[solver, protocol] for protocol in PROTOCOLS]) for solver in SOLVERS]
-        shown = _most_people(dataset)
+        shown = shown_sequence(dataset)
         board = Board(split=SPLIT, protocol=PROTOCOLS[0], tier=TIER)
         plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
         build(out / "site", out / "results", films=Films(work=out))
@@ -78,12 +78,6 @@ def _solve(dataset: Dataset, out: Path, solver: str, protocol: str) -> None:
 
 def _submission(out: Path, solver: str, protocol: str) -> Path:
     return submission_folder(out, Board(split=SPLIT, protocol=protocol, tier=TIER), solver)
-
-
-def _most_people(dataset: Dataset) -> int:
-    """The number of the sequence with the most people, of those of at least median length."""
-    frames, people = dataset.rows["frames"], dataset.rows["people"]
-    return int((people * (frames >= sorted(frames)[len(frames) // 2])).argmax())
 
 
 def _row(solver: str, results: list[Result]) -> list[str]:

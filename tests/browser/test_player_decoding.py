@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
 READ = """async () => {
-  const { decodeClip, decodeEstimate } = vbbench.player.parts;
+  const { decodeClip, decodeEstimate } = vbbench.player;
   const clip = await decodeClip(vbbench.values["player/clip"]);
   const estimate = await decodeEstimate(vbbench.values["player/estimate"], clip);
   const plain = (values) => Array.from(values, (value) => (Number.isNaN(value) ? null : Number(value)));

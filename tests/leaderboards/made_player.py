@@ -10,7 +10,7 @@ import numpy as np
 from tests.lib.made_sequence import DT, MadeSequence
 from vbbench.estimate import Estimate
 from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
-from vbbench_leaderboards.site.building import SCRIPTS, assets
+from vbbench_leaderboards.site.building import assets
 from vbbench_leaderboards.site.clip import Unboxed, encode_clip, encode_estimate, encode_unboxed
 from vbbench_leaderboards.site.player import write_data
 
@@ -23,9 +23,6 @@ MOUNT = """state => {
   vbbench.player.mount(document.getElementById("player"), { board, state });
 }"""
 """Mounts the player on the page; `state` is what an address would hold."""
-
-
-STATE = SCRIPTS / "tables-state.js"
 
 
 def write_crowd(
@@ -49,10 +46,10 @@ def write_crowd(
 
 def write_page(site: Path) -> None:
     """A page with the player's script and styles, and the colours of the site."""
-    scripts = [STATE.read_text("utf-8")]
-    scripts += [assets()["assets/player.js"], 'vbbench.load("player/made").then((index) => { vbbench.made = index; });']
+    own = {name.removeprefix("assets/"): text for name, text in assets().items()}
+    scripts = [own["page.js"], own["player.js"], 'vbbench.load("player/made").then((index) => { vbbench.made = index; });']
     text = "".join(f"<script>{script}</script>" for script in scripts)
-    style = assets()["assets/page.css"] + assets()["assets/player.css"]
+    style = "".join(own[f"{name}.css"] for name in ("page", "colours", "player"))
     head = f"<!doctype html><html lang=en><meta charset=utf-8><title>Player</title><style>{style}</style>"
     width = "<meta name=viewport content='width=device-width'>"
     page = f"{head}{width}<body><main><h1>Player</h1><div id=player></div></main>{text}"

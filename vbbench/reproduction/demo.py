@@ -107,9 +107,13 @@ def score_table(scores: list[Score]) -> str:
 
 
 def _draw(dataset: Dataset, protocol: str, out: Path) -> Path:
-    """The sequence of median length with the most people, as the drawn solver sees it."""
+    """The sequence that is shown, as the drawn solver sees it."""
+    submission = out / f"{protocol}-{DRAWN_SOLVER}"
+    return plot_to_file(dataset, shown_sequence(dataset), out / f"{protocol}.png", submissions=[submission])
+
+
+def shown_sequence(dataset: Dataset) -> int:
+    """The number of the sequence that a demo shows: of those of about median length, the one with the most people."""
     frames, people = dataset.rows["frames"], dataset.rows["people"]
     typical = abs(frames - sorted(frames)[len(frames) // 2]) <= 2
-    index = int((people * typical).argmax())
-    submission = out / f"{protocol}-{DRAWN_SOLVER}"
-    return plot_to_file(dataset, index, out / f"{protocol}.png", submissions=[submission])
+    return int((people * typical).argmax())

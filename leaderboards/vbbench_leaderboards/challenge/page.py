@@ -45,7 +45,7 @@ def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
             "Licence": challenge.licence,
         },
     )
-    own = {name: text for name, text in assets().items() if name.endswith(("page.css", "theme.js"))}
+    own = {name: text for name, text in assets().items() if name.endswith(("page.css", "page.js"))}
     own["assets/challenge.js"] = Path(__file__).with_name("challenge.js").read_text("utf-8")
     with WorkFolder(out, partial(check_site, out)) as work:
         work.begin()

@@ -20,14 +20,7 @@ from vbbench_leaderboards.site.words import PROTOCOLS, provided, term_of, tiers
 MARKER = ".vbbench-site"
 """File that marks a site, which may be replaced; other folders must not be."""
 
-_HERE = Path(__file__).parent
-SCRIPTS = _HERE / "scripts"
-_PARTS = {
-    "tables.js": ("state", "board", "shell"),
-    "compare.js": ("tables",),
-    "player.js": ("data", "picture", "map", "controls", "session"),
-}
-"""The page's scripts, each with its parts in the order in which they need one another; the first is loaded at once."""
+_ASSETS = Path(__file__).with_name("assets")
 
 
 def build(out: Path, *results: Path, films: Films | None = None, docs: str = "") -> Site:
@@ -110,10 +103,7 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
 
 def assets() -> dict[str, str]:
     """Styles and scripts by their path in a site."""
-    found = {f"assets/{path.name}": path.read_text("utf-8") for path in sorted((_HERE / "assets").iterdir())}
-    for script, parts in _PARTS.items():
-        names = (SCRIPTS / f"{script.removesuffix('.js')}-{part}.js" for part in parts)
-        found[f"assets/{script}"] = "\n".join(path.read_text("utf-8") for path in names)
+    found = {f"assets/{path.name}": path.read_text("utf-8") for path in sorted(_ASSETS.iterdir())}
     return found | {"assets/colours.css": colours_css()}
 
 

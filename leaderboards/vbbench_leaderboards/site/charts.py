@@ -280,30 +280,16 @@ def colour_number(solver: str) -> int:
 
 def colours_css() -> str:
     """The style sheet of all solvers' colours, on white and on dark paper."""
-    light, dark = _declared(map(_for_paper, ON_LIGHT)), _declared(ON_DARK)
+    pairs = zip(map(_for_paper, ON_LIGHT), ON_DARK, strict=True)
+    colours = "".join(f"  --solver-{n}: light-dark({light}, {dark});\n" for n, (light, dark) in enumerate(pairs, 1))
     classes = "".join(f".c{n} {{ --c: var(--solver-{n}); }}\n" for n in range(1, len(ON_LIGHT) + 1))
-    return f"""/* Written by site/charts.py. */
-:root {{
-{light}}}
-@media screen {{
-:root[data-theme="dark"] {{
-{dark}}}
-}}
-@media screen and (prefers-color-scheme: dark) {{
-:root:not([data-theme="light"]) {{
-{dark}}}
-}}
-{classes}"""
+    return f"/* Written by site/charts.py. */\n:root {{\n{colours}}}\n{classes}"
 
 
 def contrast(one: str, other: str) -> float:
     """How many times as light the lighter colour is (WCAG 2.2); colours are ``#rrggbb``."""
     low, high = sorted((_luminance(one), _luminance(other)))
     return (high + 0.05) / (low + 0.05)
-
-
-def _declared(colours: Iterable[str]) -> str:
-    return "".join(f"  --solver-{n}: {colour};\n" for n, colour in enumerate(colours, 1))
 
 
 def _for_paper(colour: str) -> str:

@@ -365,12 +365,8 @@ def test_data_files_are_harmless_wherever_they_are_pasted() -> None:
 
 def test_colours_can_be_told_from_the_paper(committed: Path) -> None:
     css = (committed / "assets" / "page.css").read_text("utf-8")
-    blocks = [
-        dict(re.findall(r"--([\w-]+): (#\w{6})", block)) for block in re.findall(r"\{([^{}]*--paper: #[^{}]*)\}", css)
-    ]
-    light, dark, system = blocks
-    assert dark == system
-    for colours in (light, dark):
+    pairs = re.findall(r"--([\w-]+): light-dark\((#\w{6}), (#\w{6})\)", css)
+    for colours in ({name: shades[n] for name, *shades in pairs} for n in (0, 1)):
         for name in ("ink", "faint", "accent"):
             for ground in ("paper", "raised"):
                 assert contrast(colours[name], colours[ground]) >= 4.5

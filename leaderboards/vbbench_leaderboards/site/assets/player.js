@@ -1,0 +1,1674 @@
+/* The player of sequences: what the observer sees, the map from above, and the errors over time. */
+"use strict";
+(function () {
+  const START = 2; // frames 0 and 1 are given under every protocol
+  const METRE = 1e-3, PIXEL = 0.1, RADIAN = 1e-4, SMOOTH = 2; // the quanta and the order of site/clip.py
+  const FONT = "system-ui, sans-serif";
+  const count = (number, one, more = `${one}s`) => `${number} ${number === 1 ? one : more}`;
+  const wrap = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
+
+  /** A figure with two or three digits that matter. */
+  function short(value) {
+    if (!Number.isFinite(value)) return "–";
+    return value.toFixed(value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3);
+  }
+
+  /* Data: the decoding of what site/clip.py wrote. */
+
+  async function load(name) {
+    const value = await vbbench.load(`player/${name}`);
+    if (value === undefined) throw new Error(`The file data/player/${name}.js is not of this page.`);
+    return value;
+  }
+
+  async function inflate(text) {
+    if (typeof DecompressionStream === "undefined") {
+      throw new Error("This browser cannot unpack the recordings; one of 2023 or later can.");
+    }
+    const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+    return new Uint8Array(await new Response(stream).arrayBuffer());
+  }
+
+  /** Numbers from bytes of seven bits, one after the other. */
+  class Reader {
+    constructor(bytes) { Object.assign(this, { bytes, at: 0 }); }
+
+    next() {
+      let bits = 0, shift = 0, byte;
+      do {
+        byte = this.bytes[this.at++];
+        bits |= (byte & 127) << shift;
+        shift += 7;
+      } while (byte > 127);
+      return (bits >>> 1) ^ -(bits & 1);
+    }
+
+    /** Flags [T, K], which lie a track after the other as lengths of runs. */
+    flags(T, K) {
+      const mask = new Uint8Array(T * K);
+      let place = 0;
+      for (let run = 0, runs = this.next(); run < runs; run++) {
+        const stop = place + this.next();
+        for (; place < stop; place++) if (run % 2) mask[(place % T) * K + Math.floor(place / T)] = 1;
+      }
+      return mask;
+    }
+
+    /** Values [T, K] where `present`, NaN elsewhere, from their differences in time. */
+    column(present, K, order, quantum) {
+      const out = new Float64Array(present.length).fill(NaN);
+      let first = 0;
+      for (let k = 0; k < K; k++) {
+        let rank = 0, value = 0, step = 0;
+        for (let i = k; i < present.length; i += K) {
+          if (!present[i]) continue;
+          const read = this.next();
+          if (order === 0) value = read;
+          else if (rank === 0) value = first += read;
+          else value += step = order === 2 && rank > 1 ? step + read : read;
+          rank++;
+          out[i] = value * quantum;
+        }
+      }
+      return out;
+    }
+  }
+
+  /** A sequence: what is published of it, and its truth; [T] of the observer, [T, K] of the people. */
+  async function decodeClip(value) {
+    const reader = new Reader(await inflate(value.data)), T = value.frames, K = value.tracks.length;
+    const clip = { ...value, T, K, known: reader.flags(T, K), observed: reader.flags(T, K), given: reader.flags(T, K) };
+    const read = (mask, width, quantum, ...names) => {
+      for (const name of names) clip[name] = reader.column(mask, width, SMOOTH, quantum * value.coarse);
+    };
+    const always = new Uint8Array(T).fill(1);
+    read(always, 1, METRE, "x", "y");
+    read(always, 1, RADIAN, "yaw");
+    read(clip.known, K, METRE, "px", "py");
+    read(clip.observed, K, PIXEL, "u", "v", "l");
+    return clip;
+  }
+
+  /** What a solver says of a clip, in the clip's own coordinates. */
+  async function decodeEstimate(value, clip) {
+    const reader = new Reader(await inflate(value.data)), { T, K } = clip, estimate = {};
+    const posed = reader.flags(T, 1), placed = reader.flags(T, K).map((changed, i) => changed ^ clip.observed[i]);
+    for (const [name, mask, width, quantum] of [["x", posed, 1, METRE], ["y", posed, 1, METRE], ["yaw", posed, 1, RADIAN],
+      ["px", placed, K, METRE], ["py", placed, K, METRE]]) {
+      const error = reader.column(mask, width, value.order, quantum * value.coarse);
+      estimate[name] = error.map((own, i) => own + (Number.isNaN(clip[name][i]) ? 0 : clip[name][i]));
+    }
+    return estimate;
+  }
+
+  /** By the number that site/clip.py gives a reason: in few words, and about one person. */
+  const REASONS = [
+    ["", ""],
+    ["outside the picture", "no box: outside the picture"],
+    ["cut off by its border", "no box: mostly beyond the picture's border"],
+    ["hidden", "no box: hidden by people in front"],
+    ["too small", "no box: smaller in the picture than any box of this sequence"],
+    ["missed", "no box: missed by detector or tracker"],
+    ["left out", "no box: not among the people of this dataset"],
+  ];
+
+  /** People without a box: columns are the clip's K tracks, then people who are in none of them. */
+  async function decodeUnboxed(value, clip) {
+    const reader = new Reader(await inflate(value.data)), { T, K } = clip, M = value.people, N = K + M;
+    const lacking = reader.flags(T, N), boxed = reader.flags(T, N);
+    const reasons = Uint8Array.from(reader.column(lacking, N, 1, 1), (code) => code || 0);
+    const [u, v, l] = [0, 1, 2].map(() => reader.column(boxed, N, SMOOTH, PIXEL * value.coarse));
+    const own = Uint8Array.from({ length: T * M }, (_, i) => lacking[Math.floor(i / M) * N + K + (i % M)]);
+    const [px, py] = ["px", "py"].map((name) => {
+      const places = reader.column(own, M, SMOOTH, METRE * value.coarse);
+      return Float64Array.from(lacking, (there, i) => {
+        const t = Math.floor(i / N), n = i % N;
+        return !there ? NaN : n < K ? clip[name][t * K + n] : places[t * M + n - K];
+      });
+    });
+    return { N, reasons, u, v, l, px, py };
+  }
+
+  /* A moment: what is so at a frame, between two if need be. */
+
+  /** Between two values, angles and columns of a panorama the shorter way around; of an unknown one the nearer. */
+  function between(a, b, share, turn) {
+    if (share === 0 || a !== a || b !== b) return share < 0.5 ? a : b;
+    const step = b - a;
+    return a + share * (turn ? step - turn * Math.round(step / turn) : step);
+  }
+
+  /** A row of values [T, K] in arrays that are made once. */
+  function blend(from, out, frame, share, turn = 0) {
+    const K = out.length, row = frame * K, next = row + K < from.length ? row + K : row;
+    for (let k = 0; k < K; k++) out[k] = between(from[row + k], from[next + k], share, turn);
+  }
+
+  class Moment {
+    constructor(clip, estimates) {
+      const { K } = clip, room = (source) => ({ source, px: new Float64Array(K), py: new Float64Array(K), x: 0, y: 0, yaw: 0 });
+      this.boxes = { u: new Float64Array(K), v: new Float64Array(K), l: new Float64Array(K) };
+      Object.assign(this, { clip, truth: room(clip), estimates: estimates.map(room), others: null, frame: 0, share: 0 });
+    }
+
+    /** Add the people without boxes, once they are loaded. */
+    add(source) {
+      const made = () => new Float64Array(source.N).fill(NaN);
+      this.others = { source, N: source.N, px: made(), py: made(), u: made(), v: made(), l: made() };
+    }
+
+    /** Go to frame `at`, between two if `smooth`, otherwise to the earlier; boxes stay with a picture of it if `pictured`. */
+    go(at, smooth, pictured) {
+      const { clip, others } = this, frame = Math.floor(at), share = smooth ? at - frame : 0, boxShare = pictured ? 0 : share;
+      Object.assign(this, { frame, share });
+      const boxes = (source, out) => {
+        for (const name of ["u", "v", "l"]) {
+          blend(source[name], out[name], frame, boxShare, name === "u" && clip.picture.round ? clip.picture.width : 0);
+        }
+      };
+      const places = (source, out) => { for (const name of ["px", "py"]) blend(source[name], out[name], frame, share); };
+      for (const room of [this.truth, ...this.estimates]) {
+        const { source } = room, next = Math.min(frame + 1, clip.T - 1);
+        places(source, room);
+        for (const name of ["x", "y", "yaw"]) {
+          room[name] = between(source[name][frame], source[name][next], share, name === "yaw" ? 2 * Math.PI : 0);
+        }
+      }
+      boxes(clip, this.boxes);
+      if (!others) return;
+      places(others.source, others);
+      boxes(others.source, others);
+    }
+
+    /** Why somebody has no box now; 0 if there is one, or nobody. */
+    reason(n) { return this.others ? this.others.source.reasons[this.frame * this.others.N + n] : 0; }
+
+    /** Place of a person, [x, y] in m, with a box or without; NaN of nobody. */
+    placeOf(n) {
+      const { px, py } = this.others && (n >= this.clip.K || this.reason(n)) ? this.others : this.truth;
+      return [px[n] ?? NaN, py[n] ?? NaN];
+    }
+
+    /** Whether a disc is drawn of a track's person: it has a box, or there is no telling yet who has none. */
+    isShown(n) { return !this.others || this.clip.observed[this.frame * this.clip.K + n] === 1; }
+  }
+
+  /** Add to an estimate its errors: `dx` [T] in m, the mean over people who are scored, `dt` in m and `dr` in rad. */
+  function addErrors(estimate, clip, given) {
+    const { T, K } = clip;
+    for (const name of ["dx", "dt", "dr"]) estimate[name] = new Float64Array(T).fill(NaN);
+    for (let t = START; t < T; t++) {
+      let sum = 0, found = 0;
+      for (let i = t * K; i < (t + 1) * K; i++) {
+        const scored = clip.observed[i] && clip.known[i] && !(given === "arrivals" && clip.given[i]);
+        const error = Math.hypot(estimate.px[i] - clip.px[i], estimate.py[i] - clip.py[i]);
+        if (scored && !Number.isNaN(error)) { sum += error; found++; }
+      }
+      if (found) estimate.dx[t] = sum / found;
+      estimate.dt[t] = Math.hypot(estimate.x[t] - clip.x[t], estimate.y[t] - clip.y[t]);
+      estimate.dr[t] = Math.abs(wrap(estimate.yaw[t] - clip.yaw[t]));
+    }
+    return estimate;
+  }
+
+  const TELLING = { most: 5, apart: 1.5, levels: 20, few: 2 };
+  /* So many moments, seconds apart; within one level of the error the first counts, and the lowest levels count nothing. */
+
+  /** [T] the error of a frame, its mean over solvers, or of two the difference; beyond the cap it counts less and less. */
+  function signal(curves, cap) {
+    const tame = (value) => value / (1 + value / cap);
+    return Array.from(curves[0] || [], (_, t) => {
+      const values = curves.map((curve) => tame(curve[t])).filter((value) => value === value);
+      if (curves.length === 2) return values.length === 2 ? Math.abs(values[0] - values[1]) : 0;
+      return values.reduce((sum, value) => sum + value, 0) / curves.length;
+    });
+  }
+
+  /** Frames in which a solver is lost, or two differ most; of nearly equal ones the first, none close to a greater. */
+  function tellingMoments(curves, cap, dt) {
+    const error = signal(curves, cap), most = Math.max(...error, 0), found = [];
+    const level = (t) => Math.round((TELLING.levels * error[t]) / most);
+    for (const t of most > 0 ? [...error.keys()].sort((a, b) => level(b) - level(a) || a - b) : []) {
+      if (found.length === TELLING.most || level(t) <= TELLING.few) break;
+      if (found.every((other) => Math.abs(other - t) * dt >= TELLING.apart)) found.push(t);
+    }
+    return found;
+  }
+
+  /* Drawing: colours of the page, marks of solvers, sharp canvases. */
+
+  const COLOURS = ["ink", "paper", "faint", "line", "accent", "warn"];
+  const SHAPES = ["square", "triangle", "diamond", "kite", "plus", "cross", "pentagon", "hexagon"];
+  const CORNERS = { triangle: [1.2, 3, -0.5], diamond: [1.2, 4, 0], kite: [1.2, 3, 0.5], pentagon: [1.1, 5, -0.5], hexagon: [1.1, 6, 0] };
+  /* Of a mark: its radius, how many corners it has, and by how many half circles the first is turned. */
+
+  /** The colours of now, as a part of the page has them: of solvers by number, and of people [K] by slots of a palette. */
+  function readTheme(root, numbers, slots, palette) {
+    const probe = root.appendChild(document.createElement("i")), dark = vbbench.isDark();
+    const read = (name) => {
+      probe.style.color = `var(--${name})`;
+      return getComputedStyle(probe).color;
+    };
+    const theme = Object.fromEntries(COLOURS.map((name) => [name, read(name)]));
+    const solvers = new Map(numbers.map((number) => [number, read(`solver-${number}`)]));
+    probe.remove();
+    return { ...theme, dark, solvers, people: slots.map((slot) => palette[dark ? "dark" : "light"][slot]) };
+  }
+
+  /** Call back whenever the page turns dark or light; returns how to stop. */
+  function onTheme(changed) {
+    const observer = new MutationObserver(changed), media = matchMedia("(prefers-color-scheme: dark)");
+    observer.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });
+    media.addEventListener("change", changed);
+    return () => { observer.disconnect(); media.removeEventListener("change", changed); };
+  }
+
+  /** Draw a solver's mark. */
+  function strokeShape(context, { shape, colour }, x, y, r, width) {
+    context.beginPath();
+    if (shape === "square") context.rect(x - 0.85 * r, y - 0.85 * r, 1.7 * r, 1.7 * r);
+    else if (shape in CORNERS) {
+      const [size, corners, turn] = CORNERS[shape];
+      for (let i = 0; i <= corners; i++) {
+        const angle = Math.PI * (turn + (2 * i) / corners);
+        context.lineTo(x + size * r * Math.cos(angle), y + size * r * Math.sin(angle));
+      }
+    } else {
+      for (const [dx, dy] of shape === "plus" ? [[r, 0], [0, r]] : [[0.8 * r, 0.8 * r], [-0.8 * r, 0.8 * r]]) {
+        context.moveTo(x - dx, y - dy); context.lineTo(x + dx, y + dy);
+      }
+    }
+    Object.assign(context, { lineWidth: width, strokeStyle: colour }).stroke();
+  }
+
+  /** Make a canvas fill its box at the screen's own resolution; true if that changed anything. */
+  function fit(canvas) {
+    const ratio = Math.min(window.devicePixelRatio || 1, 3);
+    const width = Math.round(canvas.clientWidth * ratio), height = Math.round(canvas.clientHeight * ratio);
+    const changed = canvas.width !== width || canvas.height !== height;
+    if (changed) Object.assign(canvas, { width, height });
+    canvas.ratio = ratio;
+    return changed;
+  }
+
+  function clear({ canvas, context }, paper) {
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.fillStyle = paper;
+    context.fillRect(0, 0, canvas.width, canvas.height);
+  }
+
+  function type(context, size, textAlign, textBaseline) {
+    Object.assign(context, { font: `${size}px ${FONT}`, textAlign, textBaseline });
+  }
+
+  /** Text with a halo of paper, readable on anything. */
+  function label(context, text, x, y, colour, halo) {
+    Object.assign(context, { lineWidth: 3, lineJoin: "round", strokeStyle: halo, fillStyle: colour });
+    context.strokeText(text, x, y);
+    context.fillText(text, x, y);
+  }
+
+  /** Draw with another opacity than all else. */
+  function faintly(context, alpha, act) {
+    context.globalAlpha = alpha;
+    act();
+    context.globalAlpha = 1;
+  }
+
+  /** What the observer sees: boxes on a strip of the panorama, or in the picture of a camera with borders. */
+  class EgoView {
+    static ASPECT = 0.38; // width of a person's box over its height
+    static FILL = { plain: 0.22, pictured: 0.1 }; // opacity
+    static SMALL = 6; // half the width in CSS px under which boxes have corners
+    static MARKS = [["back", 0, "left"], ["left", 0.25, "center"], ["ahead", 0.5, "center"], ["right", 0.75, "center"], ["back", 1, "right"]];
+
+    constructor(canvas) {
+      Object.assign(this, { canvas, context: canvas.getContext("2d"), order: [] });
+    }
+
+    /** Begin a clip with so many pictures, addressed by frame: the shape of the view follows its camera. */
+    start(clip, pictures, address, loaded) {
+      const { width, height, round } = clip.picture, { canvas } = this;
+      Object.assign(this, { clip, pictures, images: [], address, loaded, shown: clip.picture, order: [...clip.tracks.keys()] });
+      canvas.style.aspectRatio = `${width} / ${height}`;
+      canvas.style.setProperty("--aspect", width / height);
+      canvas.parentElement.classList.toggle("player-round", round);
+    }
+
+    /** The picture of a frame, and the next few asked for; null until it is loaded. */
+    picture(frame) {
+      for (let t = frame; t < Math.min(frame + 4, this.pictures); t++) {
+        this.images[t] ||= Object.assign(new Image(), { onload: this.loaded, src: this.address(t) });
+      }
+      const image = this.images[frame];
+      return image?.complete && image.naturalWidth ? image : null;
+    }
+
+    /** On a narrow screen, move the panorama to where most boxes of a moment are; straight ahead if there are none. */
+    turnTo({ boxes }) {
+      const around = this.canvas.parentElement, wide = around.clientWidth, rate = this.canvas.clientWidth / this.shown.width;
+      const places = [...boxes.u].filter((u) => u === u).map((u) => u * rate);
+      const near = (place) => places.filter((other) => Math.abs(other - place) < 0.45 * wide).length;
+      const best = places.reduce((one, other) => (near(other) > near(one) ? other : one), places[0] ?? this.canvas.clientWidth / 2);
+      around.scrollLeft = best - wide / 2;
+    }
+
+    draw(moment, theme, options) {
+      const { context, canvas, clip, shown } = this;
+      fit(canvas);
+      this.scale = canvas.width / shown.width;
+      this.thin = canvas.ratio / this.scale;
+      clear(this, theme.paper);
+      this.drawGround(moment, theme);
+      context.setTransform(this.scale, 0, 0, this.scale, 0, -shown.top * this.scale);
+      if (options.unboxed && moment.others) this.drawUnboxed(moment.others, theme);
+      this.order.sort((a, b) => (moment.boxes.l[a] || 0) - (moment.boxes.l[b] || 0));
+      for (const k of this.order) this.drawBox(moment, k, theme, options);
+      if (clip.picture.round) this.drawCompass(theme);
+      if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
+      else if (options.ids) this.drawIds(moment, theme);
+    }
+
+    drawGround(moment, theme) {
+      const { context, canvas, shown, scale } = this, picture = this.picture(moment.frame);
+      if (picture) {
+        const rate = picture.naturalWidth / shown.width, part = [0, shown.top, shown.width, shown.height].map((side) => side * rate);
+        context.drawImage(picture, ...part, 0, 0, canvas.width, canvas.height);
+        return;
+      }
+      const rows = shown.horizon.map((row) => (row - shown.top) * scale), level = rows.every((row) => row === rows[0]);
+      const line = level ? rows.map(Math.round) : rows, thick = Math.max(1, canvas.ratio);
+      context.fillStyle = theme.ink;
+      faintly(context, 0.06, () => this.fillBelow(rows, rows.map(() => canvas.height)));
+      context.fillStyle = theme.line;
+      this.fillBelow(line, line.map((row) => row + thick));
+    }
+
+    /** Fill the canvas between two lines, given by their rows at columns evenly from border to border. */
+    fillBelow(rows, bottoms) {
+      const { context, canvas } = this, step = canvas.width / (rows.length - 1);
+      context.beginPath();
+      rows.forEach((row, n) => context.lineTo(n * step, row));
+      bottoms.forEach((_, n) => context.lineTo(canvas.width - n * step, bottoms[bottoms.length - 1 - n]));
+      context.fill();
+    }
+
+    /** Left, top, width and height of a box; twice where the border of a panorama cuts it. */
+    rectangles(u, v, l) {
+      const { round, width } = this.clip.picture, half = 0.5 * EgoView.ASPECT * l, at = (column) => [column - half, v - l / 2, 2 * half, l];
+      const isCut = round && (u < half || u > width - half);
+      return isCut ? [at(u), at(u + (u < half ? 1 : -1) * width)] : [at(u)];
+    }
+
+    drawBox(moment, k, theme, options) {
+      const { u, v, l } = moment.boxes, { context, thin, pictures } = this;
+      if (l[k] !== l[k]) return;
+      const alarm = options.isAlarm(moment.frame, k), colour = alarm ? theme.warn : theme.people[k];
+      for (const [left, top, width, height] of this.rectangles(u[k], v[k], l[k])) {
+        const lineWidth = (pictures ? 1.8 : 1.4) * thin;
+        context.beginPath();
+        context.roundRect(left, top, width, height, alarm || width < 2 * EgoView.SMALL * thin ? 0 : 0.25 * width);
+        if (pictures) { // a line of the paper's shade, so that the colour shows on any picture
+          Object.assign(context, { lineWidth: 2.2 * lineWidth, strokeStyle: theme.dark ? "rgb(0 0 0 / 60%)" : "rgb(255 255 255 / 75%)" });
+          context.stroke();
+        }
+        Object.assign(context, { lineWidth, strokeStyle: colour, fillStyle: colour });
+        if (alarm) this.crossOut(left, top, width, height);
+        else faintly(context, EgoView.FILL[pictures ? "pictured" : "plain"], () => context.fill());
+        context.stroke();
+        context.setLineDash([]);
+      }
+    }
+
+    /** Mark a box that shows nobody: a cross, and a dashed border to be drawn. */
+    crossOut(left, top, width, height) {
+      const { context, thin } = this, cross = new Path2D(`M${left} ${top}l${width} ${height}m0 ${-height}l${-width} ${height}`);
+      faintly(context, 0.5, () => context.stroke(cross));
+      context.setLineDash([5 * thin, 3 * thin]);
+    }
+
+    /** Where the boxes of people without one would be: dotted, and dark and light on a picture. */
+    drawUnboxed({ u, v, l, N }, theme) {
+      const { context, thin, pictures } = this;
+      context.beginPath();
+      for (let n = 0; n < N; n++) {
+        if (l[n] === l[n]) for (const rectangle of this.rectangles(u[n], v[n], l[n])) context.rect(...rectangle);
+      }
+      Object.assign(context, { lineWidth: 1.2 * thin, strokeStyle: "#fff" });
+      if (pictures) context.stroke();
+      context.strokeStyle = pictures ? "#000" : theme.faint;
+      context.setLineDash([2.5 * thin, 2.5 * thin]);
+      context.stroke();
+      context.setLineDash([]);
+    }
+
+    drawCompass(theme) {
+      const { context, shown, thin } = this, size = 11 * thin;
+      for (const [name, share, align] of EgoView.MARKS) {
+        const x = share * shown.width, away = { left: 0.5, center: 0, right: -0.5 }[align] * size;
+        type(context, size, align, "top");
+        label(context, name, x + away, shown.top + 0.5 * size, this.pictures ? theme.ink : theme.faint, theme.paper);
+        context.fillStyle = theme.faint;
+        context.fillRect(x - 0.05 * size, shown.top, 0.1 * size, 0.4 * size);
+      }
+    }
+
+    /** Ids over the nearest boxes, as far as they do not cover one another. */
+    drawIds(moment, theme) {
+      const { context, thin, clip, shown } = this, size = 10 * thin, taken = [], { u, v, l } = moment.boxes;
+      type(context, size, "center", "bottom");
+      for (const k of [...this.order].reverse()) {
+        if (l[k] !== l[k] || taken.length > 47 || taken.some((other) => Math.abs(other - u[k]) <= 2.4 * size)) continue;
+        taken.push(u[k]);
+        label(context, clip.tracks[k], u[k], Math.max(v[k] - l[k] / 2 - 0.2 * size, shown.top + 3 * size), theme.ink, theme.paper);
+      }
+    }
+
+    drawSelected(moment, theme, n) {
+      const { u, v, l } = moment.others && (n >= this.clip.K || moment.reason(n)) ? moment.others : moment.boxes;
+      if (!(l[n] === l[n])) return;
+      const { context, thin, clip, shown, scale } = this, size = 12 * thin, half = 0.5 * EgoView.ASPECT * l[n] + 3 / scale;
+      Object.assign(context, { lineWidth: 2.5 * thin, strokeStyle: theme.accent });
+      context.strokeRect(u[n] - half, v[n] - l[n] / 2, 2 * half, l[n]);
+      type(context, size, "center", "bottom");
+      const x = Math.min(Math.max(u[n], 3 * size), shown.width - 3 * size), y = Math.max(v[n] - l[n] / 2 - 0.2 * size, shown.top + 2.6 * size);
+      label(context, n < clip.K ? `person ${clip.tracks[n]}` : "no box", x, y, theme.ink, theme.paper);
+    }
+
+    /** The nearest person whose box lies under a point of the view (CSS px), or -1. */
+    pick({ boxes, others }, x, y) {
+      const rate = this.shown.width / this.canvas.clientWidth, column = x * rate, row = y * rate + this.shown.top;
+      const holds = ({ u, v, l }, slack) => (n) =>
+        Math.abs(u[n] - column) < 0.5 * EgoView.ASPECT * l[n] + slack && Math.abs(v[n] - row) < l[n] / 2 + slack;
+      const found = this.order.findLast(holds(boxes, 3 * rate));
+      return found ?? (others ? [...others.u.keys()].findIndex(holds(others, 0)) : -1);
+    }
+  }
+
+  /** Where everybody came from: drawn once a frame into a layer of its own, which moves with the map. */
+  class Trails {
+    static SECONDS = 4;
+    static POINTS = 3000; // a crowd's trails are shorter, so that they take no longer
+    static FASTEST = 6; // m/s; where somebody true is faster, a track went over to somebody else
+    static MARGIN = 96; // device px around the canvas, so that a following camera need not draw anew at once
+
+    constructor() {
+      const layer = document.createElement("canvas");
+      Object.assign(this, { layer, context: layer.getContext("2d"), drawn: [] });
+    }
+
+    /** Draw the trails of a moment onto a map whose place (`ox`, `oy`, `k`) is set. */
+    draw(map, moment, solvers, theme) {
+      const { canvas, k, ox, oy } = map, { MARGIN } = Trails, size = [canvas.width + 2 * MARGIN, canvas.height + 2 * MARGIN];
+      const drawn = [k, moment, moment.frame, moment.others, solvers, theme, ...size];
+      const moved = Math.max(Math.abs(ox - this.ox), Math.abs(oy - this.oy));
+      const each = (act) => [moment.truth, ...moment.estimates].forEach((room, n) => {
+        const look = n ? { width: 1.2, colour: solvers[n - 1].colour } : { width: 1.5, colour: theme.ink };
+        faintly(act.context, n ? 0.6 : 0.28, () => {
+          Object.assign(act.context, { lineWidth: look.width * canvas.ratio, strokeStyle: look.colour });
+          act.draw(room);
+        });
+      });
+      if (!(moved <= MARGIN) || drawn.some((one, n) => one !== this.drawn[n])) {
+        Object.assign(this, { ox, oy, k, drawn });
+        [this.layer.width, this.layer.height] = size;
+        this.context.lineJoin = "bevel";
+        each({ context: this.context, draw: (room) => this.paint(map, moment, room) });
+      }
+      map.context.drawImage(this.layer, Math.round(ox - this.ox) - MARGIN, Math.round(oy - this.oy) - MARGIN);
+      if (moment.share > 0) each({ context: map.context, draw: (room) => this.drawEnds(map, moment, room) });
+    }
+
+    /** Past frames of those who are there, and of the observer. */
+    paint({ clip }, moment, { source }) {
+      const { context, ox, oy, k: scale } = this, { K, dt } = clip, { frame } = moment, { MARGIN, SECONDS, POINTS, FASTEST } = Trails;
+      const from = Math.max(0, frame - Math.min(Math.round(SECONDS / dt), Math.ceil(POINTS / K)));
+      const x = (value) => ox + MARGIN + value * scale, y = (value) => oy + MARGIN - value * scale;
+      const leaps = (i) => source === clip && Math.hypot(source.px[i] - source.px[i - K], source.py[i] - source.py[i - K]) > FASTEST * dt;
+      for (let k = 0; k < K; k++) {
+        if (source.px[frame * K + k] !== source.px[frame * K + k] || !moment.isShown(k)) continue;
+        context.beginPath();
+        let drawn = false;
+        for (let t = from, i = from * K + k; t <= frame; t++, i += K) {
+          const there = source.px[i] === source.px[i];
+          if (there) context[drawn && !leaps(i) ? "lineTo" : "moveTo"](x(source.px[i]), y(source.py[i]));
+          drawn = there;
+        }
+        context.stroke();
+      }
+      context.beginPath();
+      for (let t = from; t <= frame; t++) context.lineTo(x(source.x[t]), y(source.y[t]));
+      context.stroke();
+    }
+
+    /** From the last frame to where everybody is between two. */
+    drawEnds(map, moment, room) {
+      const { context, clip } = map, { source } = room, { frame } = moment;
+      context.beginPath();
+      const line = (x, y, to, up) => { context.moveTo(map.sx(x), map.sy(y)); context.lineTo(map.sx(to), map.sy(up)); };
+      for (let k = 0, i = frame * clip.K; k < clip.K; k++, i++) {
+        const there = source.px[i] === source.px[i] && room.px[k] === room.px[k];
+        if (there && moment.isShown(k)) line(source.px[i], source.py[i], room.px[k], room.py[k]);
+      }
+      line(source.x[frame], source.y[frame], room.x, room.y);
+      context.stroke();
+    }
+  }
+
+  const far = (metres) => (metres >= 1000 ? `${+(metres / 1000).toPrecision(2)} km` : `${+metres.toPrecision(2)} m`);
+
+  /** The map from above: true people and camera, up to three solvers' estimates, trails, error lines, a metric grid. */
+  class MapView {
+    static PERSON = 0.22; // radius of a person in m
+    static STEPS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 1e5];
+    static AROUND = { crowd: 1.5, way: 15 }; // m around the crowd, or around the camera's way where nobody's place is known
+    static POINTER = 14; // CSS px within which a person is found
+    static ARROW = { step: 15, size: 7, sectors: 20 }; // CSS px; directions that people are gathered in
+    static INSET = { side: 12, top: 24, wide: 52, high: 190 }; // of arrows in CSS px: below the grid's figures; beside the buttons
+
+    constructor(canvas) {
+      Object.assign(this, { canvas, context: canvas.getContext("2d"), trails: new Trails() });
+      this.view = { x: 0, y: 0, scale: 40 }; // centre in m, CSS px a metre
+      this.legend = canvas.parentElement.querySelector(".player-legend");
+      this.below = 0; // CSS px at the bottom, under the legend
+      this.home = true; // still as `fitTruth` left it
+      this.following = false; // when it is true, the centre is counted from the camera
+    }
+
+    start(clip) {
+      Object.assign(this, { clip, home: true });
+    }
+
+    sx(x) { return this.ox + x * this.k; }
+    sy(y) { return this.oy - y * this.k; }
+
+    /** Look at all who are ever seen, where they truly are; where that is not known, at what is around the camera's way. */
+    fitTruth() {
+      const { clip } = this, around = MapView.AROUND[clip.known.includes(1) ? "crowd" : "way"];
+      const seen = (values, own) => extent([...values.filter((_, i) => clip.observed[i]), ...own], around);
+      this.look(seen(clip.px, clip.x), seen(clip.py, clip.y));
+      this.home = true;
+    }
+
+    /** Look at all that is there at a moment, however far off the estimates are. */
+    fitAll(moment) {
+      const { truth, estimates, others } = moment, shown = (_, n) => moment.isShown(n);
+      const sides = [["px", "x"], ["py", "y"]].map(([name, own]) => extent([...truth[name].filter(shown), ...(others?.[name] || []),
+        truth[own], ...estimates.flatMap((room) => [...room[name], room[own]])], 0));
+      const around = MapView.AROUND.crowd + 0.08 * Math.max(...sides.map(([low, high]) => high - low));
+      this.look(...sides.map(([low, high]) => [low - around, high + around]), this.following ? truth : { x: 0, y: 0 });
+      this.home = false;
+    }
+
+    look([left, right], [low, high], from = null) {
+      const { canvas, view } = this, still = this.following && !from;
+      view.x = still ? 0 : (left + right) / 2 - (from?.x || 0);
+      view.y = still ? 0 : (low + high) / 2 - (from?.y || 0);
+      view.scale = Math.min(canvas.clientWidth / (right - left), (canvas.clientHeight - this.below) / (high - low)) || 40;
+      view.y -= this.below / 2 / view.scale; // above the legend
+    }
+
+    /** Keep the camera in the middle, or the world where it is. */
+    follow(on, { x, y }) {
+      this.following = on;
+      this.view.x = on ? 0 : this.view.x + x;
+      this.view.y = on ? 0 : this.view.y + y;
+      this.home = false;
+    }
+
+    /** Zoom by a factor about a point of the canvas (CSS px). */
+    zoom(factor, x, y) {
+      const { view, canvas } = this, before = view.scale;
+      view.scale = Math.min(Math.max(before * factor, 1e-4), 2000);
+      const gain = 1 / before - 1 / view.scale;
+      view.x += (x - canvas.clientWidth / 2) * gain;
+      view.y -= (y - canvas.clientHeight / 2) * gain;
+      this.home = false;
+    }
+
+    pan(dx, dy) {
+      this.view.x -= dx / this.view.scale;
+      this.view.y += dy / this.view.scale;
+      this.home = false;
+    }
+
+    /** Draw a moment; `solvers` are { colour, shape } in the order of the moment's estimates. */
+    draw(moment, solvers, theme, options) {
+      const { canvas, view } = this, { truth } = moment;
+      if (fit(canvas) || this.fresh !== this.clip) {
+        this.below = this.legend.offsetHeight + 14;
+        if (this.home) this.fitTruth();
+        this.fresh = this.clip;
+      }
+      this.k = view.scale * canvas.ratio;
+      this.ox = canvas.width / 2 - (view.x + (this.following ? truth.x : 0)) * this.k;
+      this.oy = canvas.height / 2 + (view.y + (this.following ? truth.y : 0)) * this.k;
+      clear(this, theme.paper);
+      this.drawGrid(theme);
+      this.drawSight(truth, theme);
+      if (options.trails) this.trails.draw(this, moment, solvers, theme);
+      if (options.unboxed && moment.others) this.drawUnboxed(moment, theme);
+      this.drawPeople(moment, theme, options);
+      moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
+      this.drawCamera(truth, theme.ink, theme.paper);
+      if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
+      else if (options.ids) this.drawIds(moment, theme);
+      this.drawEdges(moment, solvers, theme, options);
+      this.drawScale(theme);
+    }
+
+    drawGrid(theme) {
+      const { context, canvas, k, ox, oy, clip } = this, { ratio, width, height } = canvas;
+      this.step = MapView.STEPS.find((metres) => metres * k >= 48 * ratio) || 1e6;
+      /* Places of the grid's lines on an axis, each with its coordinate in the scene, a multiple of the step. */
+      const marks = (axis, low, high) => {
+        const shift = clip.origin[axis], first = Math.ceil((low + shift) / this.step), last = Math.floor((high + shift) / this.step);
+        return Array.from({ length: last - first + 1 }, (_, n) => (first + n) * this.step).map((at) => [at - shift, String(+at.toFixed(1))]);
+      };
+      const columns = marks(0, -ox / k, (width - ox) / k), rows = marks(1, (oy - height) / k, oy / k);
+      Object.assign(context, { lineWidth: Math.max(1, Math.round(ratio / 2)), strokeStyle: theme.line, fillStyle: theme.faint });
+      context.beginPath();
+      for (const [place] of columns) {
+        const x = Math.round(this.sx(place)) + 0.5;
+        context.moveTo(x, 0); context.lineTo(x, height);
+      }
+      for (const [place] of rows) {
+        const y = Math.round(this.sy(place)) + 0.5;
+        context.moveTo(0, y); context.lineTo(width, y);
+      }
+      faintly(context, 0.7, () => context.stroke());
+      type(context, 10 * ratio, "left", "top");
+      for (const [place, text] of columns) context.fillText(text, this.sx(place) + 3 * ratio, 3 * ratio);
+      context.textBaseline = "bottom";
+      for (const [place, text] of rows) {
+        if (this.sy(place) > 26 * ratio) context.fillText(text, 3 * ratio, this.sy(place) - 2 * ratio);
+      }
+    }
+
+    circle(x, y, radius) {
+      const sx = this.sx(x), sy = this.sy(y);
+      this.context.moveTo(sx + radius, sy);
+      this.context.arc(sx, sy, radius, 0, 2 * Math.PI);
+    }
+
+    drawSight({ x, y, yaw }, theme) {
+      const { context } = this, { round, view } = this.clip.picture, [left, right] = view || [-0.35, 0.35];
+      const reach = (round ? 2.2 : 12) * this.k;
+      Object.assign(context, { fillStyle: theme.accent, strokeStyle: theme.accent, lineWidth: this.canvas.ratio });
+      context.beginPath();
+      context.moveTo(this.sx(x), this.sy(y));
+      context.arc(this.sx(x), this.sy(y), reach, -yaw + left, -yaw + right);
+      faintly(context, 0.12, () => context.fill());
+      context.beginPath();
+      this.circle(x, y, reach);
+      if (round) faintly(context, 0.4, () => context.stroke());
+    }
+
+    drawPeople(moment, theme, options) {
+      const { context, clip, canvas } = this, { px, py } = moment.truth, base = moment.frame * clip.K;
+      const radius = Math.max(MapView.PERSON * this.k, 2.5 * canvas.ratio);
+      const isThere = (n) => px[n] === px[n], people = [...clip.tracks.keys()].filter(isThere);
+      for (const n of people.filter((one) => moment.isShown(one))) {
+        context.beginPath();
+        this.circle(px[n], py[n], radius);
+        context.fillStyle = theme.people[n];
+        faintly(context, clip.observed[base + n] ? 1 : 0.3, () => context.fill());
+      }
+      context.beginPath();
+      for (const n of people) if (options.isGiven(moment.frame, n)) this.circle(px[n], py[n], radius + 3 * canvas.ratio);
+      Object.assign(context, { lineWidth: 1.2 * canvas.ratio, strokeStyle: theme.ink }).stroke();
+    }
+
+    /** People without a box: hollow, in their colour if they have one elsewhere in the sequence. */
+    drawUnboxed(moment, theme) {
+      const { context, clip, canvas, k } = this, { others } = moment, radius = Math.max(0.8 * MapView.PERSON * k, 2.2 * canvas.ratio);
+      context.lineWidth = 1.3 * canvas.ratio;
+      for (let n = 0; n < others.N; n++) {
+        if (!moment.reason(n) || others.px[n] !== others.px[n]) continue;
+        context.beginPath();
+        this.circle(others.px[n], others.py[n], radius);
+        context.strokeStyle = n < clip.K ? theme.people[n] : theme.faint;
+        faintly(context, 0.75, () => context.stroke());
+      }
+    }
+
+    drawEstimate(moment, room, solver, options) {
+      const { context, canvas, clip, k } = this, { truth } = moment;
+      const stamp = this.stamp(solver, Math.max(0.8 * MapView.PERSON * k, 3.2 * canvas.ratio)), half = stamp.width / 2;
+      if (options.errors) {
+        const line = (from, to, up, n) => { context.moveTo(this.sx(from), this.sy(up)); context.lineTo(this.sx(to), this.sy(n)); };
+        context.beginPath();
+        for (let n = 0; n < clip.K; n++) {
+          const known = room.px[n] === room.px[n] && truth.px[n] === truth.px[n];
+          if (known && moment.isShown(n)) line(truth.px[n], room.px[n], truth.py[n], room.py[n]);
+        }
+        line(truth.x, room.x, truth.y, room.y);
+        Object.assign(context, { lineWidth: 1.6 * canvas.ratio, strokeStyle: solver.colour }).stroke();
+      }
+      for (let n = 0; n < clip.K; n++) {
+        if (room.px[n] === room.px[n] && !options.isGiven(moment.frame, n)) {
+          context.drawImage(stamp, Math.round(this.sx(room.px[n]) - half), Math.round(this.sy(room.py[n]) - half));
+        }
+      }
+      this.drawCamera(room, solver.colour, null);
+    }
+
+    /** A solver's mark, drawn once for a size: thousands of them are stamped in a picture. */
+    stamp(solver, radius) {
+      if (solver.radius === radius && solver.stamp) return solver.stamp;
+      const stamp = document.createElement("canvas"), half = Math.ceil(1.3 * radius + 2 * this.canvas.ratio);
+      stamp.width = stamp.height = 2 * half;
+      strokeShape(stamp.getContext("2d"), solver, half, half, radius, 1.6 * this.canvas.ratio);
+      return Object.assign(solver, { stamp, radius }).stamp;
+    }
+
+    /** An arrowhead that looks where the observer looks. */
+    drawCamera(place, colour, rim) {
+      const { context, canvas } = this, size = Math.max(0.34 * this.k, 8 * canvas.ratio), x = this.sx(place.x), y = this.sy(place.y);
+      if (place.x !== place.x) return;
+      context.beginPath();
+      for (const [turn, reach] of [[0, 1.15], [2.45, 1], [Math.PI, 0.35], [-2.45, 1]]) {
+        context.lineTo(x + size * reach * Math.cos(place.yaw + turn), y - size * reach * Math.sin(place.yaw + turn));
+      }
+      context.closePath();
+      Object.assign(context, { lineWidth: 2 * canvas.ratio, strokeStyle: rim || colour, fillStyle: colour }).stroke();
+      if (rim) context.fill();
+    }
+
+    /** The person, true or estimated, nearest to a point of the canvas (CSS px), or -1. */
+    pick(moment, x, y) {
+      const { ratio } = this.canvas, { truth, estimates, others } = moment;
+      let best = MapView.POINTER * ratio, found = -1;
+      for (const room of [truth, ...estimates, ...(others ? [others] : [])]) {
+        for (let n = 0; n < room.px.length; n++) {
+          const off = Math.hypot(this.sx(room.px[n]) - x * ratio, this.sy(room.py[n]) - y * ratio);
+          if (off < best && (room !== others || moment.reason(n))) { best = off; found = n; }
+        }
+      }
+      return found;
+    }
+
+    drawIds(moment, theme) {
+      const { context, canvas: { ratio }, clip } = this, { px, py } = moment.truth;
+      type(context, 10 * ratio, "left", "middle");
+      for (let n = 0; n < clip.K; n++) {
+        const isHere = px[n] === px[n] && moment.isShown(n), at = [this.sx(px[n]) + 7 * ratio, this.sy(py[n]) - 7 * ratio];
+        if (isHere) label(context, clip.tracks[n], ...at, theme.ink, theme.paper);
+      }
+    }
+
+    drawSelected(moment, theme, n) {
+      const { context, canvas: { ratio }, clip } = this, [px, py] = moment.placeOf(n);
+      if (px !== px) return;
+      context.beginPath();
+      this.circle(px, py, Math.max(0.42 * this.k, 10 * ratio));
+      Object.assign(context, { lineWidth: 2.5 * ratio, strokeStyle: theme.accent }).stroke();
+      type(context, 12 * ratio, "left", "middle");
+      const text = n < clip.K ? `person ${clip.tracks[n]}` : "no box";
+      label(context, text, this.sx(px) + 14 * ratio, this.sy(py) - 12 * ratio, theme.ink, theme.paper);
+    }
+
+    drawScale(theme) {
+      const { context, canvas, k, step } = this, { ratio } = canvas, long = step * k;
+      const x = canvas.width - long - 12 * ratio, y = canvas.height - 12 * ratio;
+      context.beginPath();
+      for (const [across, up] of [[0, 5], [0, 0], [long, 0], [long, 5]]) context.lineTo(x + across, y - up * ratio);
+      Object.assign(context, { lineWidth: 1.5 * ratio, strokeStyle: theme.ink }).stroke();
+      type(context, 11 * ratio, "center", "bottom");
+      label(context, `${step} m`, x + long / 2, y - 3 * ratio, theme.ink, theme.paper);
+    }
+
+    /** Draw arrows to what lies outside, a line for each solver; `outside` keeps their words for those who hear the page. */
+    drawEdges(moment, solvers, theme, options) {
+      const taken = [];
+      this.outside = moment.estimates.map((room, n) => [...this.gather(moment, room, options.isGiven, n).values()].map((one) => {
+        this.drawArrow(one, solvers[n].colour, theme, taken);
+        return outsideText(one);
+      }));
+    }
+
+    /** Those of an estimate that are outside, by where their error lines leave the map: { at, turn, count, off, own }. */
+    gather(moment, room, isGiven, number) {
+      const { canvas } = this, { truth } = moment, { step, sectors } = MapView.ARROW, slack = 4 * canvas.ratio, found = new Map();
+      const add = (x, y, tx, ty, isCamera) => {
+        const sx = this.sx(x), sy = this.sy(y);
+        if (sx >= -slack && sy >= -slack && sx <= canvas.width + slack && sy <= canvas.height + slack) return;
+        const { at, turn } = this.exit([this.sx(tx), this.sy(ty)], [sx, sy], step * number), off = Math.hypot(x - tx, y - ty);
+        const side = Math.atan2(at[1] - canvas.height / 2, at[0] - canvas.width / 2) / (2 * Math.PI);
+        const sector = Math.round((side + 1) * sectors) % sectors, one = found.get(sector) || { at, turn, count: 0, off: 0, own: NaN };
+        if (isCamera) one.own = off;
+        else { one.count += 1; one.off = Math.max(one.off, off); }
+        found.set(sector, one);
+      };
+      if (room.x === room.x) add(room.x, room.y, truth.x, truth.y, true);
+      room.px.forEach((x, n) => {
+        const [tx, ty] = truth.px[n] === truth.px[n] ? [truth.px[n], truth.py[n]] : [truth.x, truth.y];
+        if (x === x && !isGiven(moment.frame, n)) add(x, room.py[n], tx, ty, false);
+      });
+      return found;
+    }
+
+    /** Where the line from a place of the canvas to one outside leaves it, `more` CSS px further in than usual. */
+    exit(from, to, more) {
+      const { width, height, ratio } = this.canvas, { side, top, wide, high: tall } = MapView.INSET, inset = (own) => (own + more) * ratio;
+      const low = [inset(side), inset(top)], high = [width - inset(side), height - inset(this.below)];
+      const inside = from.every((place, axis) => place > low[axis] && place < high[axis]);
+      const [x, y] = inside ? from : [width / 2, height / 2], dx = to[0] - x, dy = to[1] - y;
+      const reach = Math.min((dx > 0 ? high[0] - x : low[0] - x) / dx || Infinity, (dy > 0 ? high[1] - y : low[1] - y) / dy || Infinity);
+      const row = y + reach * dy, right = width - (row < tall * ratio ? inset(wide) : 0);
+      return { at: [Math.min(x + reach * dx, right), row], turn: Math.atan2(dy, dx) };
+    }
+
+    drawArrow(one, colour, theme, taken) {
+      const { context, canvas: { ratio } } = this, size = MapView.ARROW.size * ratio, dx = Math.cos(one.turn), dy = Math.sin(one.turn);
+      const [x, y] = one.at;
+      context.beginPath();
+      for (const [along, across] of [[1, 0], [-0.8, 0.85], [-0.8, -0.85]]) {
+        context.lineTo(x + size * (along * dx - across * dy), y + size * (along * dy + across * dx));
+      }
+      context.closePath();
+      Object.assign(context, { lineWidth: 1.6 * ratio, strokeStyle: colour, fillStyle: colour }).stroke();
+      if (one.own === one.own) context.fill();
+      this.drawDistance(outsideText(one), [x - 2.4 * size * dx, y - 2.4 * size * dy], dx, colour, theme.paper, taken);
+    }
+
+    /** Beside an arrow, inwards, where no other such text stands; without room there is none. */
+    drawDistance(text, [x, y], dx, colour, paper, taken) {
+      const { context, canvas } = this, { ratio } = canvas, high = 14 * ratio, away = 6 * ratio;
+      type(context, 11 * ratio, "left", "middle");
+      const wide = context.measureText(text).width, start = dx > 0.4 ? x - wide : dx < -0.4 ? x : x - wide / 2;
+      const left = Math.min(Math.max(start, away), canvas.width - wide - away), right = left + wide;
+      const rows = [0, 1, -1, 2, -2, 3, -3].map((shift) =>
+        Math.min(Math.max(y + shift * high, MapView.INSET.top * ratio), canvas.height - this.below * ratio));
+      const isFree = (row) => !taken.some((one) => Math.abs(one.row - row) < high && left < one.right && right > one.left);
+      const row = rows.find(isFree);
+      if (row === undefined) return;
+      taken.push({ row, left: left - away, right: right + away });
+      label(context, text, left, row, colour, paper);
+    }
+  }
+
+  /** Text of an arrow: the camera's error first, then how many people and the largest error of theirs. */
+  function outsideText({ count: number, off, own }) {
+    const people = number ? `${count(number, "person", "people")} ${number > 1 ? "≤ " : ""}${far(off)}` : "";
+    return [own === own ? `camera ${far(own)}` : "", people].filter(Boolean).join(", ");
+  }
+
+  /** The least and the largest value that is known, and so much more. */
+  function extent(values, around) {
+    const known = values.filter((value) => value === value);
+    const [low, high] = [Math.min, Math.max].map((end) => known.reduce((one, other) => end(one, other), known[0]));
+    return [low - around, high + around];
+  }
+
+  /** The strip under the scrubber: error over time, a line a solver; what is given, and the moments that tell most. */
+  class Strip {
+    static LEFT = 34;
+    static RIGHT = 6;
+    static TOP = 14;
+    static BOTTOM = 19; // CSS px, as all of these
+    static STEEP = 8; // a solver that is so many times worse than another is cut off at the top
+
+    constructor(canvas) {
+      Object.assign(this, { canvas, context: canvas.getContext("2d"), still: document.createElement("canvas") }); // all but the cursor
+    }
+
+    /** Curves are { colour, values [T] }, given [T] whether any position is, moments are frames; drawn until a change. */
+    show(curves, given, moments, theme) {
+      Object.assign(this, { curves, given, moments, frames: given.length, theme, stale: true });
+    }
+
+    draw(at) {
+      const { canvas, context, theme } = this;
+      if (fit(canvas) || this.stale) this.paint();
+      const { ratio } = canvas;
+      context.clearRect(0, 0, canvas.width, canvas.height);
+      context.drawImage(this.still, 0, 0);
+      context.fillStyle = theme.accent;
+      context.fillRect(this.x(at) - ratio, 0, 2 * ratio, canvas.height - Strip.BOTTOM * ratio);
+      for (const { colour, values } of this.curves) {
+        const value = values[Math.floor(at)];
+        if (value !== value) continue;
+        context.beginPath();
+        context.arc(this.x(Math.floor(at)), this.y(value), 3 * ratio, 0, 2 * Math.PI);
+        context.fillStyle = colour;
+        context.fill();
+      }
+    }
+
+    x(at) {
+      const { ratio, width } = this.canvas;
+      return Strip.LEFT * ratio + (at / Math.max(1, this.frames - 1)) * (width - (Strip.LEFT + Strip.RIGHT) * ratio);
+    }
+
+    y(value) {
+      const { ratio, height } = this.canvas, { TOP, BOTTOM } = Strip;
+      return height - BOTTOM * ratio - (Math.min(value, 1.05 * this.top) / this.top) * (height - (TOP + BOTTOM) * ratio);
+    }
+
+    /** Frame at a column of the canvas (CSS px). */
+    frameAt(column) {
+      const share = (column - Strip.LEFT) / (this.canvas.clientWidth - Strip.LEFT - Strip.RIGHT);
+      return Math.round(Math.min(Math.max(share, 0), 1) * (this.frames - 1));
+    }
+
+    paint() {
+      const { canvas, still, theme, curves } = this, { ratio } = canvas, { LEFT, RIGHT } = Strip;
+      Object.assign(still, { width: canvas.width, height: canvas.height });
+      const context = still.getContext("2d"), largest = curves.map(({ values }) => Math.max(...values.filter((v) => v === v), 0));
+      const least = Math.min(...largest.filter((most) => most > 0)), whole = Math.max(...largest, 1e-3);
+      this.top = ceiling(whole > Strip.STEEP * least ? Math.max(2 * least, 1e-3) : whole);
+      this.paintGiven(context, ratio);
+      context.fillStyle = theme.line;
+      for (const share of [0, 0.5, 1]) {
+        context.fillRect(LEFT * ratio, Math.round(this.y(share * this.top)), canvas.width - (LEFT + RIGHT) * ratio, 1);
+      }
+      this.letter(context, ratio);
+      if (curves.length === 2) this.paintBetween(context);
+      for (const { colour, values } of curves) this.curve(context, colour, values, ratio);
+      if (whole > 1.05 * this.top) {
+        type(context, 10 * ratio, "right", "middle");
+        label(context, `↑ up to ${short(whole)}`, canvas.width - (RIGHT + 2) * ratio, this.y(this.top) + 8 * ratio, theme.ink, theme.paper);
+      }
+      this.paintMoments(context, ratio);
+      this.stale = false;
+    }
+
+    /** A band where everything is given, and a tick under every frame in which somebody's position is. */
+    paintGiven(context, ratio) {
+      const low = this.y(0), wide = Math.max(ratio, Math.min(3 * ratio, this.x(1) - this.x(0) - ratio));
+      context.fillStyle = this.theme.ink;
+      faintly(context, 0.07, () => context.fillRect(this.x(0), 0, this.x(Math.min(START, this.frames) - 0.5) - this.x(0), low));
+      faintly(context, 0.55, () => this.given.forEach((given, t) => {
+        if (given) context.fillRect(this.x(t) - wide / 2, low + ratio, wide, 4 * ratio);
+      }));
+    }
+
+    /** The area between two lines, in the colour of the one with the larger error. */
+    paintBetween(context) {
+      const [first, second] = this.curves;
+      faintly(context, 0.16, () => {
+        for (let t = 1; t < this.frames; t++) {
+          const [a, b, c, d] = [first.values[t - 1], first.values[t], second.values[t], second.values[t - 1]];
+          if (!(a + b + c + d < Infinity)) continue;
+          context.fillStyle = a + b > c + d ? first.colour : second.colour;
+          context.beginPath();
+          for (const [at, value] of [[t - 1, a], [t, b], [t, c], [t - 1, d]]) context.lineTo(this.x(at), this.y(value));
+          context.fill();
+        }
+      });
+    }
+
+    paintMoments(context, ratio) {
+      context.fillStyle = this.theme.accent;
+      this.moments.forEach((t, n) => {
+        const x = this.x(t), size = (n ? 3.5 : 5) * ratio;
+        context.beginPath();
+        context.moveTo(x - size, ratio); context.lineTo(x + size, ratio); context.lineTo(x, ratio + 1.5 * size);
+        faintly(context, n ? 0.6 : 1, () => context.fill());
+      });
+    }
+
+    letter(context, ratio) {
+      context.fillStyle = this.theme.faint;
+      type(context, 10 * ratio, "right", "middle");
+      for (const share of [0, 0.5, 1]) {
+        context.fillText(String(+(share * this.top).toPrecision(3)), (Strip.LEFT - 5) * ratio, this.y(share * this.top));
+      }
+      type(context, 10 * ratio, "center", "bottom");
+      const every = [1, 2, 5, 10, 20, 50, 100, 200, 500].find((n) => this.frames / n <= 10) || 1000;
+      for (let t = 0; t < this.frames; t += every) context.fillText(t, this.x(t), this.canvas.height);
+    }
+
+    curve(context, colour, values, ratio) {
+      context.beginPath();
+      values.forEach((value, t) => {
+        if (value === value) context[values[t - 1] === values[t - 1] ? "lineTo" : "moveTo"](this.x(t), this.y(value));
+      });
+      Object.assign(context, { lineWidth: 1.6 * ratio, strokeStyle: colour }).stroke();
+    }
+  }
+
+  /** The next round number. */
+  function ceiling(value) {
+    const decade = 10 ** Math.floor(Math.log10(value));
+    return decade * [1, 1.5, 2, 3, 4, 6, 8, 10].find((step) => step * decade >= value * 0.999);
+  }
+
+  /* Pointer, wheel and touch on the views. */
+
+  const CLICK = 5; // CSS px that a click may wander
+
+  /** Drag to pan, wheel or pinch to zoom, hover and click to find a person. Handlers: pan, zoom, hover, click. */
+  function onMap(canvas, handlers) {
+    const held = new Map(), at = ({ clientX, clientY }) => {
+      const box = canvas.getBoundingClientRect();
+      return [clientX - box.left, clientY - box.top];
+    };
+    let travelled = 0;
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      handlers.zoom(Math.exp(-0.0016 * (event.deltaMode === 1 ? 16 : 1) * event.deltaY), ...at(event));
+    }, { passive: false });
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      held.set(event.pointerId, at(event));
+      if (held.size === 1) travelled = 0;
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const now = at(event), before = held.get(event.pointerId);
+      if (!before) return handlers.hover(...now);
+      const [other] = [...held].filter(([id]) => id !== event.pointerId).map(([, place]) => place);
+      const move = now.map((value, axis) => value - before[axis]);
+      held.set(event.pointerId, now);
+      travelled += Math.hypot(...move);
+      if (other) {
+        const apart = ([x, y]) => Math.hypot(x - other[0], y - other[1]) || 1;
+        handlers.pan(move[0] / 2, move[1] / 2);
+        handlers.zoom(apart(now) / apart(before), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
+      } else if (travelled > CLICK) handlers.pan(...move);
+    });
+    for (const name of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(name, (event) => {
+        const was = held.delete(event.pointerId);
+        if (was && name === "pointerup" && travelled <= CLICK) handlers.click(...at(event));
+      });
+    }
+    canvas.addEventListener("pointerleave", () => handlers.hover(-1, -1));
+  }
+
+  /** Hover and click on a view that does not move. */
+  function onView(canvas, handlers) {
+    canvas.addEventListener("pointermove", (event) => handlers.hover(event.offsetX, event.offsetY));
+    canvas.addEventListener("pointerleave", () => handlers.hover(-1, -1));
+    canvas.addEventListener("click", (event) => handlers.click(event.offsetX, event.offsetY));
+  }
+
+  /** Click or drag along the strip. */
+  function onStrip(canvas, jump) {
+    const go = (event) => { if (event.buttons) jump(event.offsetX); };
+    canvas.addEventListener("pointerdown", (event) => { canvas.setPointerCapture(event.pointerId); go(event); });
+    canvas.addEventListener("pointermove", go);
+  }
+
+  /* Controls: native buttons, selects, check boxes and sliders, and what they are called. */
+
+  const ICONS = {
+    start: "M5 4v16M20 4 9 12l11 8z", back: "M16 5 7 12l9 7z", play: "M7 4l13 8-13 8z", pause: "M7 4v16M17 4v16",
+    on: "M8 5l9 7-9 7z", end: "M19 4v16M4 4l11 8-11 8z", fit: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
+    all: "M9 4v5H4M15 9h5M15 4v5M20 15h-5v5M9 20v-5H4M4 4l5 5M20 4l-5 5M20 20l-5-5M4 20l5-5",
+    link: "M9 15l6-6M10 6l2-2a4 4 0 0 1 6 6l-2 2M14 18l-2 2a4 4 0 0 1-6-6l2-2",
+  };
+  const icon = (name) => `<svg viewBox="0 0 24 24" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
+  const button = (name, text, content) => `<button type="button" data-do="${name}" title="${text}" aria-label="${text}">${content}</button>`;
+  const check = (name, text, key) => `<label class="player-check"><input type="checkbox" data-flag="${name}"> ${text} <kbd>${key}</kbd></label>`;
+  const choices = (name, pairs) => `<select data-${name}>${pairs.map(([value, text]) => `<option value="${value}">${text}</option>`).join("")}</select>`;
+  const KEYS = [
+    ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
+    ["w", "the moments that tell most"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
+    ["a", "see all estimates of the frame"], ["f", "follow the camera"], ["b", "people without a box"],
+    ["l", "loop"], ["t", "trails"], ["e", "error lines"], ["i", "ids"], ["m", "smooth motion between frames"],
+    ["[ ]", "previous or next person"], ["?", "this help"],
+  ];
+
+  const TEMPLATE = `
+    <div class="player-head">
+      <label class="player-which"><span>Sequence</span> <select data-sequence></select></label>
+      ${button("earlier", "Previous sequence in this order", icon("back"))}${button("later", "Next sequence in this order", icon("on"))}
+      <label><span>Order</span> ${choices("order", [["worst", "worst first"], ["best", "best first"], ["number", "by number"]])}</label>
+      <label><span>Board</span> <select data-board></select></label>
+      <span class="player-facts" data-facts></span>
+      <span class="player-end">${button("link", "Copy a link to this frame", `${icon("link")}<span>Copy link</span>`)}${button("help", "Keys", "?")}</span>
+    </div>
+    <p class="player-gone" data-gone role="status" hidden></p>
+    <p class="player-note" data-note role="status" hidden></p>
+    <div class="player-body" data-body>
+      <div class="player-sight" role="group" aria-label="What the observer sees" tabindex="0">
+        <canvas class="player-ego" data-ego role="img"></canvas></div>
+      <p class="player-boxes" data-boxes-line><span data-boxes><i class="player-box"></i> <span></span></span>
+        <span data-alarms><i class="player-box player-alarm"></i> <span></span></span>
+        <span data-without><i class="player-box player-without"></i> <span></span></span></p>
+      <div class="player-ground">
+        <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
+        <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See where everybody truly is", icon("fit"))}${button("all", "See all estimates of this frame, however far off", icon("all"))}</div>
+        <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-hollow"></span> without a box</b>
+          <b><span class="player-given"></span> given</b> <b><span class="player-cone"></span> camera</b></p>
+      </div>
+      <div class="player-side">
+        <table class="player-solvers">
+          <caption>Solvers, up to three</caption>
+          <thead><tr><th scope="col">this frame, m</th><th scope="col" title="Mean error of the people's positions">Δx</th>
+            <th scope="col" title="Error of the camera's position">Δt</th><th scope="col" title="Mean Δx of the whole sequence">mean Δx</th></tr></thead>
+          <tbody data-solvers></tbody>
+        </table>
+        <div class="player-person"><label>Person <select data-person></select></label>
+          <p data-person-text></p></div>
+        <div class="player-flags">
+          ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}${check("unboxed", "No box", "b")}
+          ${check("ids", "Ids", "i")}${check("smooth", "Smooth", "m")}${check("loop", "Loop", "l")}
+        </div>
+      </div>
+      <div class="player-transport">
+        <span class="player-buttons">${button("start", "First frame", icon("start"))}${button("previous", "One frame back", icon("back"))}${button("play", "Play", icon("play"))}${button("next", "One frame on", icon("on"))}${button("end", "Last frame", icon("end"))}</span>
+        <input type="range" min="0" step="1" data-scrub aria-label="Frame">
+        <output class="player-clock" data-clock></output>
+        <label>Speed ${choices("speed", [["0.25", "¼×"], ["0.5", "½×"], ["1", "1×"], ["2", "2×"], ["4", "4×"]])}</label>
+      </div>
+      <div class="player-over-time">
+        <label class="player-metric">Over time ${choices("metric", [["dx", "Δx, people, m"], ["dt", "Δt, camera, m"], ["dr", "Δr, camera, rad"]])}</label>
+        ${button("telling", "Go to the moment that tells most, and on to the next", `<span class="player-tip">▼</span> Moments`)}
+        <span class="player-key">▼ tells most; grey and ticks: given</span>
+        <span class="player-pair" data-pair></span>
+        <canvas class="player-strip" data-strip role="img" aria-label="Error over time, a line a solver"></canvas>
+      </div>
+      <p class="player-said" data-said aria-live="polite"></p>
+    </div>
+    <dialog class="player-help" data-help aria-label="Keys"><h3>Keys</h3>
+      <dl>${KEYS.map(([key, text]) => `<dt><kbd>${key}</kbd></dt><dd>${text}</dd>`).join("")}</dl>
+      <p>Drag the map to move it; wheel or pinch to zoom; point at a person to see its errors, click to keep it.</p>
+      <form method="dialog"><button>Close</button></form></dialog>`;
+  const PARTS = ["sequence", "order", "board", "facts", "gone", "note", "body", "ego", "boxes-line", "map", "solvers", "person",
+    "person-text", "scrub", "clock", "speed", "metric", "pair", "strip", "said", "help"];
+
+  /** Build the player into an element; the parts by the names of their data attributes. */
+  function build(element) {
+    element.innerHTML = `<section class="player" aria-label="Sequence player">${TEMPLATE}</section>`;
+    const root = element.firstElementChild, camel = (name) => name.replace(/-./, ([, letter]) => letter.toUpperCase());
+    const found = Object.fromEntries(PARTS.map((name) => [camel(name), root.querySelector(`[data-${name}]`)]));
+    const one = (attribute) => (name) => root.querySelector(`[${attribute}="${name}"]`);
+    return { ...found, root, button: one("data-do"), flag: one("data-flag") };
+  }
+
+  function list(select, pairs, value) {
+    select.replaceChildren(...pairs.map(([key, text]) => new Option(text, key)));
+    select.value = value;
+  }
+
+  /* What it is: what is chosen, what is loaded, the drawing of it, and what is said of it. */
+
+  const MOST = 3, AT_FIRST = 2; // solvers at a time, and where the address names none
+  const FLAGS = { follow: false, trails: true, errors: true, unboxed: true, ids: false, smooth: true, loop: false };
+
+  class Session {
+    constructor(element, { board, state, onState }) {
+      this.ui = build(element);
+      this.onState = onState || (() => {});
+      this.views = { ego: new EgoView(this.ui.ego), map: new MapView(this.ui.map), strip: new Strip(this.ui.strip) };
+      this.flags = { ...FLAGS, smooth: !matchMedia("(prefers-reduced-motion: reduce)").matches };
+      Object.assign(this, { at: 0, playing: false, speed: 1, order: "worst", metric: "dx", pinned: -1, hovered: -1, turn: 0 });
+      this.tick = this.tick.bind(this);
+      this.isGiven = this.isGiven.bind(this);
+      this.isAlarm = this.isAlarm.bind(this);
+      connect(this);
+      this.open(board, state || {});
+    }
+
+    isGiven(t, k) {
+      const { clip, board } = this, i = t * clip.K + k;
+      return board.given !== "origin" && clip.observed[i] && (t < START || (board.given === "arrivals" && clip.given[i]));
+    }
+
+    /** Whether a box is known to show nobody: the truth has no place for it. */
+    isAlarm(t, k) {
+      const { clip, index } = this, i = t * clip.K + k;
+      return index.truth !== "poses" && clip.observed[i] === 1 && !clip.known[i];
+    }
+
+    /** Show a board, { key: "SPLIT/PROTOCOL-TIER", solvers: [{ name, colour }] }, at the state that an address gives. */
+    async open(board, state) {
+      const [split, name] = board.key.split("/"), turn = ++this.turn;
+      try {
+        const index = await load(split).catch(() => null);
+        if (turn !== this.turn) return;
+        if (!index?.boards[name]) throw new Error(`No sequences of ${split}, ${name}, came with this page.`);
+        const colours = new Map(board.solvers.map((solver) => [solver.name, solver.colour]));
+        Object.assign(this, { index, name, colours, board: index.boards[name] });
+        this.choose(state);
+        await this.show(state.frame);
+      } catch (error) {
+        if (turn === this.turn) this.refuse(error);
+      }
+    }
+
+    /** Take sequence and solvers from a state, or what is worth seeing first, and say what of it there is not. */
+    choose(state) {
+      const { index, board, colours, ui } = this, names = Object.keys(board.solvers);
+      this.solvers = names.map((name) => ({ name, number: colours.get(name), shape: SHAPES[(colours.get(name) - 1) % SHAPES.length] }));
+      const wanted = typeof state.solvers === "string" ? state.solvers.split(",") : state.solvers || [];
+      const known = names.filter((name) => wanted.includes(name)).slice(0, MOST);
+      const mean = (name) => board.solvers[name].dx.reduce((sum, value) => sum + Math.min(value ?? 0, board.caps.dx), 0);
+      const best = [...names].sort((a, b) => mean(a) - mean(b)).slice(0, AT_FIRST);
+      this.chosen = known.length ? known : names.filter((name) => best.includes(name));
+      const number = Number(state.sequence ?? NaN);
+      this.sequence = index.sequences.includes(number) ? number : this.sorted()[0];
+      this.metric = Object.values(board.solvers).some(({ dx }) => dx.some((value) => value !== null)) ? "dx" : "dt";
+      ui.metric.value = this.metric;
+      this.sayGone(state.sequence, wanted.filter((name) => name && !names.includes(name)));
+      list(ui.board, Object.keys(index.boards).map((name) => [name, name.replace(/-(?=[^-]*$)/, ", ")]), this.name);
+      this.listSequences();
+    }
+
+    /** Numbers of the sequences in the order that is chosen, by the mean Δx of the chosen solvers. */
+    sorted() {
+      const { index, order } = this, sign = order === "worst" ? -1 : 1;
+      if (order === "number") return [...index.sequences];
+      return [...index.sequences].sort((a, b) => sign * (this.errorOf(a) - this.errorOf(b)) || a - b);
+    }
+
+    errorOf(sequence) {
+      const place = this.index.sequences.indexOf(sequence), values = this.chosen.map((name) => this.board.solvers[name].dx[place] ?? 0);
+      return values.reduce((sum, value) => sum + value, 0) / Math.max(1, values.length);
+    }
+
+    /** The list of sequences, each with its people, frames and error. */
+    listSequences() {
+      const { index, ui } = this, { sequences } = index, text = (sequence) => {
+        const place = sequences.indexOf(sequence);
+        return `${sequence} · Δx ${short(this.errorOf(sequence))} m · ${index.people[place]} people · ${index.frames[place]} frames`;
+      };
+      list(ui.sequence, this.sorted().map((sequence) => [sequence, text(sequence)]), this.sequence);
+      const known = { relative: "; all as seen from the camera, Δx is Δx̃", poses: "; where people really are is not known" };
+      const ends = sequences.length > 2 ? ", the best and the worst among them" : "";
+      ui.facts.textContent = `${count(sequences.length, "sequence")} of ${index.split}${ends}${known[index.truth] || ""}`;
+    }
+
+    /** Load what is chosen, and go to a frame of it. */
+    async show(frame) {
+      const turn = ++this.turn, { index, name, board, sequence } = this;
+      this.wanted = frame; // until it is loaded; the slider may want another by then
+      try {
+        const folder = `${index.split}/${board.tier}/${sequence}`;
+        const clip = this.clip && this.folder === folder ? this.clip : await decodeClip(await load(folder));
+        const estimates = await Promise.all(this.chosen.map(async (solver) => {
+          const value = await load(`${index.split}/${name}/${sequence}/${solver}`);
+          return addErrors(await decodeEstimate(value, clip), clip, board.given);
+        }));
+        if (turn === this.turn) this.begin(folder, clip, estimates);
+      } catch (error) {
+        if (turn === this.turn) this.refuse(error);
+      }
+    }
+
+    begin(folder, clip, estimates) {
+      const { ui, views, index, sequence } = this, fresh = clip !== this.clip;
+      ui.note.hidden = true;
+      ui.body.hidden = false;
+      Object.assign(this, { folder, clip, estimates, moment: new Moment(clip, estimates), others: fresh ? null : this.others });
+      if (fresh) {
+        const pictures = `data/player/pictures/${encodeURIComponent(index.split)}/${sequence}`;
+        views.ego.start(clip, index.pictures[sequence] || 0, (t) => `${pictures}/${String(t).padStart(5, "0")}.jpg`, () => this.ask());
+        views.map.start(clip);
+        this.pinned = this.hovered = -1;
+        list(ui.person, [[-1, "nobody"], ...clip.tracks.map((track, k) => [k, track])], -1);
+      }
+      ui.scrub.max = clip.T - 1;
+      if (this.others) this.moment.add(this.others);
+      this.recolour();
+      this.go(Number(this.wanted ?? this.moments[0]) || 0);
+      this.wanted = null;
+      this.moment.go(this.at, false, false);
+      if (fresh) views.ego.turnTo(this.moment);
+      if (fresh && clip.unboxed) this.findOthers(folder, clip);
+    }
+
+    /** People without a box come when all else is on the screen. */
+    async findOthers(folder, clip) {
+      const found = await load(`${folder}/unboxed`).then((value) => decodeUnboxed(value, clip)).catch(() => null);
+      if (!found || this.clip !== clip) return;
+      this.others = found;
+      this.moment.add(found);
+      this.ask();
+    }
+
+    recolour() {
+      if (!this.clip) return;
+      this.theme = readTheme(this.ui.root, this.solvers.map(({ number }) => number), this.clip.colours, this.index.palette);
+      for (const solver of this.solvers) Object.assign(solver, { colour: this.theme.solvers.get(solver.number), stamp: null });
+      this.drawn = this.solvers.filter((solver) => this.chosen.includes(solver.name));
+      this.listSolvers();
+      this.showCurves();
+      this.last = -1;
+      this.ask();
+    }
+
+    /** A row a solver: its check box with the mark it has on the map, and cells for its errors. */
+    listSolvers() {
+      const { ui, solvers, chosen } = this, held = ui.solvers.contains(document.activeElement) ? document.activeElement.value : null;
+      const create = (name, facts, ...inside) => {
+        const made = Object.assign(document.createElement(name), facts);
+        made.append(...inside);
+        return made;
+      };
+      ui.solvers.replaceChildren(...solvers.map((solver) => {
+        const checked = chosen.includes(solver.name), box = create("input", { type: "checkbox", value: solver.name, checked });
+        box.disabled = !checked && chosen.length >= MOST;
+        box.addEventListener("change", () => this.toggle(solver.name, box.checked));
+        const mark = create("canvas", { width: 32, height: 32, className: "player-mark", ariaHidden: "true" });
+        strokeShape(mark.getContext("2d"), solver, 16, 16, 10, 4);
+        solver.cells = ["dx", "dt", "mean"].map(() => create("td", {}));
+        return create("tr", {}, create("th", { scope: "row" }, create("label", {}, box, mark, solver.name)), ...solver.cells);
+      }));
+      if (held !== null) ui.solvers.querySelector(`input[value="${CSS.escape(held)}"]`)?.focus();
+    }
+
+    showCurves() {
+      const { views, drawn, estimates, metric, clip, theme, ui } = this, values = estimates.map((estimate) => estimate[metric]);
+      const given = Array.from({ length: clip.T }, (_, t) => clip.tracks.some((_one, k) => this.isGiven(t, k)));
+      this.moments = tellingMoments(values, this.board.caps[metric], clip.dt);
+      views.strip.show(drawn.map(({ colour }, n) => ({ colour, values: values[n] })), given, this.moments, theme);
+      ui.pair.textContent = nearer(drawn, values);
+      ui.button("telling").disabled = !this.moments.length;
+    }
+
+    toggle(name, on) {
+      const rest = this.chosen.filter((other) => other !== name), wanted = on && rest.length < MOST ? [...rest, name] : rest;
+      this.chosen = Object.keys(this.board.solvers).filter((other) => wanted.includes(other));
+      this.listSequences();
+      this.show(this.wanted ?? this.at).then(() => this.tell());
+    }
+
+    go(at) {
+      this.at = Math.min(Math.max(at, 0), this.clip.T - 1);
+      if (this.wanted !== null) this.wanted = this.at;
+      this.ask();
+    }
+
+    play(on) {
+      if (!this.clip) return;
+      if (on && this.at >= this.clip.T - 1) this.at = 0;
+      this.playing = on;
+      this.before = 0;
+      if (!on) { this.at = Math.round(this.at); this.tell(); }
+      const play = this.ui.button("play"), text = on ? "Pause" : "Play";
+      Object.assign(play, { innerHTML: icon(text.toLowerCase()), title: text, ariaLabel: text });
+      this.ask();
+    }
+
+    ask() {
+      if (!this.waiting) this.waiting = requestAnimationFrame(this.tick);
+    }
+
+    tick(now) {
+      this.waiting = 0;
+      if (!this.clip || !this.ui.root.isConnected) return;
+      if (this.playing) this.advance(now);
+      this.draw();
+      if (this.playing) this.ask();
+    }
+
+    advance(now) {
+      const end = this.clip.T - 1, passed = this.before ? Math.min(now - this.before, 250) / 1000 : 0;
+      this.before = now;
+      this.at += (passed * this.speed) / this.clip.dt;
+      if (this.at < end) return;
+      if (this.flags.loop && end > 0) this.at %= end;
+      else { this.at = end; this.play(false); }
+    }
+
+    draw() {
+      const { moment, views, flags, theme, drawn } = this, selected = this.hovered >= 0 ? this.hovered : this.pinned;
+      const options = { ...flags, isGiven: this.isGiven, isAlarm: this.isAlarm, selected };
+      moment.go(this.at, flags.smooth && this.playing, views.ego.pictures);
+      views.ego.draw(moment, theme, options);
+      views.map.draw(moment, drawn, theme, options);
+      views.strip.draw(this.at);
+      if (moment.frame !== this.last || selected !== this.lastPerson || !this.playing) this.read(selected);
+    }
+
+    /** Write down the figures of the frame. */
+    read(person) {
+      const { ui, moment, clip, estimates, drawn, solvers, board } = this, t = moment.frame;
+      Object.assign(this, { last: t, lastPerson: person });
+      ui.scrub.value = t;
+      ui.scrub.setAttribute("aria-valuetext", `frame ${t} of ${clip.T - 1}`);
+      ui.clock.textContent = `${t} / ${clip.T - 1} · ${(t * clip.dt).toFixed(1)} s`;
+      const place = this.index.sequences.indexOf(this.sequence);
+      for (const { name, cells } of solvers) {
+        const estimate = estimates[drawn.findIndex((solver) => solver.name === name)];
+        const texts = [estimate ? short(estimate.dx[t]) : "", estimate ? short(estimate.dt[t]) : "", short(board.solvers[name].dx[place] ?? NaN)];
+        cells.forEach((cell, n) => { cell.textContent = texts[n]; });
+      }
+      ui.personText.textContent = person >= 0 ? this.personText(person) : "Point at somebody, or choose.";
+      this.sayBoxes();
+      if (!this.playing) this.sayFrame();
+    }
+
+    /** A person's distance and errors in this frame. */
+    personText(k) {
+      const { moment, clip, drawn, estimates } = this, t = moment.frame, i = t * clip.K + k, reason = moment.reason(k);
+      const [px, py] = moment.placeOf(k), away = Math.hypot(px - moment.truth.x, py - moment.truth.y).toFixed(1), why = REASONS[reason][1];
+      if (k >= clip.K) return reason ? `Somebody, ${away} m away; ${why}.` : "Somebody who is not there in this frame.";
+      if (this.isAlarm(t, k)) return `Box ${clip.tracks[k]} shows nobody: a false alarm, which is not scored.`;
+      if (Number.isNaN(clip.px[i])) return `Person ${clip.tracks[k]} is not there in this frame.`;
+      if (!clip.observed[i] && !reason) return `Person ${clip.tracks[k]} has another box in this frame: the track was lost.`;
+      const errors = estimates.map(({ px: x, py: y }, n) => `${drawn[n].name} ${short(Math.hypot(x[i] - clip.px[i], y[i] - clip.py[i]))} m`);
+      const state = this.isGiven(t, k) ? "; its position is given" : why && `; ${why}`;
+      return `Person ${clip.tracks[k]}, ${away} m away${state}. Off by: ${errors.join(", ") || "no solver chosen"}.`;
+    }
+
+    /** How many boxes there are, and why some people have none, each beside the mark that it has. */
+    sayBoxes() {
+      const { clip, moment, ui, board, index } = this, t = moment.frame, counts = REASONS.map(() => 0);
+      const boxes = clip.tracks.filter((_, k) => clip.observed[t * clip.K + k]).length;
+      const alarms = clip.tracks.filter((_, k) => this.isAlarm(t, k)).length;
+      for (let n = 0; n < (moment.others?.N || 0); n++) counts[moment.reason(n)] += 1;
+      const nobody = board.tier === "footage" || index.truth === "relative" ? "nobody whose place is known" : "nobody";
+      const all = counts.slice(1).reduce((sum, own) => sum + own, 0);
+      const why = REASONS.map(([words], n) => (n && counts[n] ? `${counts[n]} ${words}` : "")).filter(Boolean).join(", ");
+      const said = { boxes: count(boxes, "box", "boxes"), alarms: alarms && `${alarms} of them ${alarms === 1 ? "shows" : "show"} ${nobody}`,
+        without: all && `${count(all, "person", "people")} without: ${why}` };
+      for (const [name, text] of Object.entries(said)) {
+        const place = ui.boxesLine.querySelector(`[data-${name}]`);
+        place.lastChild.textContent = text || "";
+        place.hidden = !text;
+      }
+    }
+
+    /** Say the frame's errors, and describe both views, for those who hear the page. */
+    sayFrame() {
+      const { ui, clip, moment, drawn, estimates, board, views } = this, t = moment.frame, names = drawn.map(({ name }) => name);
+      const seen = clip.tracks.filter((_, k) => clip.observed[t * clip.K + k]).length;
+      const errors = estimates.map(({ dx, dt }, n) => `${names[n]}: people off by ${short(dx[t])} m, camera by ${short(dt[t])} m`).join("; ");
+      const words = t < START && board.given !== "origin" ? "everything is given" : t < START || !seen ? "nothing is scored" : errors;
+      const said = `Frame ${t} of ${clip.T - 1}, ${seen} people seen${words && ": "}${words}.`;
+      if (ui.said.textContent !== said) ui.said.textContent = said;
+      ui.ego.ariaLabel = `Boxes of ${seen} people in ${clip.picture.round ? "the panorama around the observer" : "the observer's picture"}.`;
+      const outside = names.map((name, n) => (views.map.outside[n]?.length ? ` Outside the map: ${name} ${views.map.outside[n].join(", ")}.` : ""));
+      ui.map.ariaLabel = `Map from above: the observer, the people around, and the estimates of ${names.join(", ") || "no solver"}.${outside.join("")}`;
+    }
+
+    /** Say what an address asks for that cannot be played here. */
+    sayGone(sequence, solvers) {
+      const isGone = sequence !== undefined && String(sequence) !== String(this.sequence);
+      const gone = [isGone ? `Sequence ${sequence} cannot be played here; this is sequence ${this.sequence}.` : "",
+        solvers.length ? `There is no solver ${solvers.join(", ")} on this board.` : ""].filter(Boolean);
+      Object.assign(this.ui.gone, { textContent: gone.join(" "), hidden: !gone.length });
+    }
+
+    state() {
+      return { sequence: this.sequence, frame: Math.round(this.at), solvers: this.chosen.join(",") };
+    }
+
+    /** Tell the page what is shown, for its address. */
+    tell() {
+      clearTimeout(this.telling);
+      this.onState(this.state());
+    }
+
+    tellSoon() {
+      clearTimeout(this.telling);
+      this.telling = setTimeout(() => this.tell(), 250);
+    }
+
+    refuse(error) {
+      Object.assign(this, { playing: false, clip: null });
+      this.ui.body.hidden = true;
+      Object.assign(this.ui.note, { hidden: false, textContent: error.message });
+    }
+
+    close() {
+      this.turn += 1;
+      this.playing = false;
+      cancelAnimationFrame(this.waiting);
+      clearTimeout(this.telling);
+      for (const stop of this.stops) stop();
+      this.ui.root.remove();
+    }
+  }
+
+  /** Which of two solvers is nearer the truth, in words. */
+  function nearer(drawn, curves) {
+    if (curves.length !== 2) return "";
+    const apart = Array.from(curves[0], (first, t) => curves[1][t] - first).filter((one) => one === one);
+    const [first, second] = [1, -1].map((sign) => apart.filter((one) => sign * one > 0).length);
+    return apart.length ? `${drawn[first >= second ? 0 : 1].name} is nearer the truth in ${Math.max(first, second)} of ${apart.length} frames` : "";
+  }
+
+  /* Controls and keys joined to the player, and how the page mounts it. */
+
+  const ZOOM = 1.3, PAN = 60; // a press of a key
+  const PLAIN = { " ": "play", ArrowLeft: "previous", ArrowRight: "next", Home: "start", End: "end" };
+  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", a: "all", w: "telling", "?": "help" };
+  const FLAG_KEYS = { f: "follow", l: "loop", t: "trails", e: "errors", b: "unboxed", i: "ids", m: "smooth" };
+  const SHIFTS = { ArrowLeft: [PAN, 0], ArrowRight: [-PAN, 0], ArrowUp: [0, PAN], ArrowDown: [0, -PAN] };
+
+  const actions = {
+    play: (s) => s.play(!s.playing),
+    previous: (s) => jump(s, Math.round(s.at) - 1),
+    next: (s) => jump(s, Math.round(s.at) + 1),
+    start: (s) => jump(s, 0),
+    end: (s) => jump(s, s.clip.T - 1),
+    in: (s) => zoom(s, ZOOM),
+    out: (s) => zoom(s, 1 / ZOOM),
+    fit: (s) => { s.views.map.fitTruth(); s.ask(); },
+    all: (s) => { s.views.map.fitAll(s.moment); s.ask(); },
+    telling: (s) => jump(s, s.moments[(s.moments.indexOf(Math.round(s.at)) + 1) % s.moments.length] ?? s.at),
+    earlier: (s) => neighbour(s, -1),
+    later: (s) => neighbour(s, 1),
+    help: (s) => s.ui.help.showModal(),
+    link: copyLink,
+  };
+
+  function jump(s, frame) {
+    if (s.playing) s.play(false);
+    s.go(frame);
+    s.tellSoon();
+  }
+
+  function zoom(s, factor) {
+    s.views.map.zoom(factor, s.ui.map.clientWidth / 2, s.ui.map.clientHeight / 2);
+    s.ask();
+  }
+
+  function pick(s, sequence) {
+    if (s.playing) s.play(false);
+    s.sequence = sequence;
+    s.ui.sequence.value = sequence;
+    s.ui.gone.hidden = true;
+    s.show().then(() => s.tell());
+  }
+
+  function neighbour(s, by) {
+    const order = s.sorted(), next = order[order.indexOf(s.sequence) + by];
+    if (next !== undefined) pick(s, next);
+  }
+
+  async function copyLink(s) {
+    s.tell();
+    const said = s.ui.button("link").querySelector("span"), say = (textContent, className) => Object.assign(said, { textContent, className });
+    await navigator.clipboard.writeText(location.href).then(() => say("Copied", "said"), () => say("Copy the address above", "said"));
+    setTimeout(() => say("Copy link", ""), 2500);
+  }
+
+  function setFlag(s, name, on) {
+    if (name === "follow" && on !== s.flags.follow) s.views.map.follow(on, s.moment.truth);
+    s.flags[name] = on;
+    s.ui.flag(name).checked = on;
+    s.ask();
+  }
+
+  function pin(s, k) {
+    Object.assign(s, { pinned: k, last: -1 });
+    s.ui.person.value = k;
+    s.ask();
+  }
+
+  function connect(s) {
+    const { ui } = s, on = (name, event, act) => ui[name].addEventListener(event, () => act(ui[name].value));
+    ui.root.addEventListener("click", (event) => {
+      const name = event.target.closest("[data-do]")?.dataset.do;
+      if (name && (s.clip || name === "help")) actions[name](s);
+    });
+    on("sequence", "change", (value) => pick(s, Number(value)));
+    on("board", "change", (name) => { // another board of the split, the same sequence, frame and solvers
+      location.hash = vbbench.address.format({ board: `${s.index.split}/${name}`, view: "play", options: s.state() });
+    });
+    on("order", "change", (order) => { s.order = order; s.listSequences(); });
+    on("scrub", "input", (value) => jump(s, Number(value)));
+    ui.speed.value = s.speed;
+    on("speed", "change", (value) => { s.speed = Number(value); });
+    on("metric", "change", (metric) => { s.metric = metric; if (s.clip) { s.showCurves(); s.ask(); } });
+    on("person", "change", (value) => pin(s, Number(value)));
+    for (const name of Object.keys(s.flags)) {
+      ui.flag(name).checked = s.flags[name];
+      ui.flag(name).addEventListener("change", (event) => { if (s.clip) setFlag(s, name, event.target.checked); });
+    }
+    connectViews(s);
+    const keys = (event) => onKey(s, event), sizes = new ResizeObserver(() => s.ask());
+    document.addEventListener("keydown", keys);
+    for (const canvas of [ui.ego, ui.map, ui.strip]) sizes.observe(canvas);
+    s.stops = [() => document.removeEventListener("keydown", keys), () => sizes.disconnect(), onTheme(() => s.recolour())];
+  }
+
+  function connectViews(s) {
+    const { map, ego, strip } = s.views, handlers = (view) => ({
+      hover: (x, y) => {
+        const found = s.clip && x >= 0 ? view.pick(s.moment, x, y) : -1;
+        if (found !== s.hovered) { s.hovered = found; s.ask(); }
+      },
+      click: (x, y) => pin(s, view.pick(s.moment, x, y)),
+      zoom: (...how) => { view.zoom(...how); s.ask(); },
+      pan: (...how) => { view.pan(...how); s.ask(); },
+    });
+    onView(s.ui.ego, handlers(ego));
+    onMap(s.ui.map, handlers(map));
+    onStrip(s.ui.strip, (x) => jump(s, strip.frameAt(x)));
+  }
+
+  function onKey(s, event) {
+    if (!s.clip || s.ui.help.open || event.ctrlKey || event.metaKey || event.altKey) return;
+    const { key, target } = event, busy = target.closest?.("input, select, textarea, button, a, summary");
+    if (busy && (key in PLAIN || target.matches("select, textarea, input:not([type=checkbox], [type=range])"))) return;
+    if (event.shiftKey && key in SHIFTS) { s.views.map.pan(...SHIFTS[key]); s.ask(); }
+    else if (key in PLAIN) actions[PLAIN[key]](s);
+    else if (key in OTHER) actions[OTHER[key]](s);
+    else if (key in FLAG_KEYS) setFlag(s, FLAG_KEYS[key], !s.flags[FLAG_KEYS[key]]);
+    else if (key === "[" || key === "]") pin(s, nextPerson(s, key === "]" ? 1 : -1));
+    else return;
+    event.preventDefault();
+  }
+
+  /** The next person who is there in this frame. */
+  function nextPerson(s, by) {
+    const { K } = s.clip, { px } = s.moment.truth;
+    for (let n = 1, k = s.pinned; n <= K; n++) {
+      k = (k + by + K) % K;
+      if (px[k] === px[k]) return k;
+    }
+    return -1;
+  }
+
+  const player = (vbbench.player = { session: null, decodeClip, decodeEstimate });
+
+  /** Show the player in an element: { board, state: { sequence, frame, solvers }, onState(state) }. */
+  player.mount = (element, wanted) => {
+    player.unmount();
+    player.session = new Session(element, wanted);
+  };
+
+  player.unmount = () => {
+    player.session?.close();
+    player.session = null;
+  };
+})();
