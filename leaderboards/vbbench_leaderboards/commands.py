@@ -1,6 +1,5 @@
 """Commands of the leaderboard: parse, call one library function, print."""
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
@@ -64,12 +63,12 @@ def add(
     }
     challenge = challenge_folder_of(results)
     if challenge is None:
-        _say(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **about))
+        print(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **about))
         return
     from vbbench_leaderboards.challenge.definition import parse_moment
     from vbbench_leaderboards.challenge.submissions import accept
 
-    _say(accept(challenge, submission, name, parse_moment(date), **about).text())
+    print(accept(challenge, submission, name, parse_moment(date), **about).text())
 
 
 def try_(
@@ -96,10 +95,10 @@ def try_(
     from vbbench_leaderboards.submitting import try_solver
 
     trial = try_solver(solver, board, work, name=name, jobs=jobs)
-    _say(trial.text())
+    print(trial.text())
     if out is not None:
         make(out, trial.results, *_folders(None), films=Films(work=work, jobs=jobs))
-        _say(out / "index.html")
+        print(out / "index.html")
 
 
 def template(folder: Path, /) -> None:
@@ -111,7 +110,7 @@ def template(folder: Path, /) -> None:
     from vbbench_leaderboards.submitting import copy_template
 
     for path in copy_template(folder):
-        _say(path)
+        print(path)
 
 
 def check(
@@ -130,7 +129,7 @@ def check(
     """
     from vbbench_leaderboards.checks.checking import check as verify
 
-    _say(verify(results, work=work, datasets=dataset, submissions=submission))
+    print(verify(results, work=work, datasets=dataset, submissions=submission))
 
 
 def rerun(
@@ -191,7 +190,7 @@ def rerun(
     drifted = 0
     for outcome in run.boards(split, solver, tier):
         drifted += outcome.is_drift
-        _say(outcome.text)
+        print(outcome.text, flush=True)
     return int(drifted > 0)
 
 
@@ -213,7 +212,7 @@ def export(
     folders = _folders(results)
     records = read_datasets(*folders)
     boards = exported_boards(read_results(*folders, records=records), records, board)
-    sys.stdout.write(exported_text(boards, format))
+    print(exported_text(boards, format), end="")
 
 
 def build(
@@ -252,14 +251,14 @@ def build(
         from vbbench_leaderboards.challenge.definition import parse_moment
         from vbbench_leaderboards.challenge.page import build_challenge
 
-        _say(build_challenge(out, challenge, parse_moment(date)))
+        print(build_challenge(out, challenge, parse_moment(date)))
         return
     found = work or (WORK if WORK.is_dir() else None)
     own = pictures == FOOTAGE
     drawn = Backend(name=pictures) if pictures and not own else None
     films = Films(work=found, sequences=sequences, pictures=drawn, footage=own, jobs=jobs) if found else None
     make(out, *_folders(results), films=films, docs=docs)
-    _say(out / "index.html")
+    print(out / "index.html")
 
 
 def _folders(results: Path | None) -> list[Path]:
@@ -282,27 +281,15 @@ def demo(out: Path = Path("vbbench-demo"), full: bool = False, jobs: int = 1) ->
     if full:
         from vbbench.reproduction.demo import run_demo
 
-        _say(run_demo(out, jobs=jobs))
+        print(run_demo(out, jobs=jobs))
     else:
         from vbbench_leaderboards.demo import quick_demo
 
-        _say(quick_demo(out, jobs=jobs))
+        print(quick_demo(out, jobs=jobs))
 
 
-def _say(text: object) -> None:
-    sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()
-
-
-COMMANDS: dict[str, Callable[..., Any]] = {
-    "add": add,
-    "build": build,
-    "check": check,
-    "export": export,
-    "rerun": rerun,
-    "template": template,
-    "try": try_,
-}
+_NAMED = (add, build, check, export, rerun, template)
+COMMANDS: dict[str, Callable[..., Any]] = {one.__name__: one for one in _NAMED} | {"try": try_}
 
 DEMO: dict[str, Callable[..., Any]] = {"": demo}
 """The command without a group."""

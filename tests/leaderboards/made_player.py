@@ -47,7 +47,11 @@ def write_crowd(
 def write_page(site: Path) -> None:
     """A page with the player's script and styles, and the colours of the site."""
     own = {name.removeprefix("assets/"): text for name, text in assets().items()}
-    scripts = [own["page.js"], own["player.js"], 'vbbench.load("player/made").then((index) => { vbbench.made = index; });']
+    scripts = [
+        own["page.js"],
+        own["player.js"],
+        'vbbench.load("player/made").then((index) => { vbbench.made = index; });',
+    ]
     text = "".join(f"<script>{script}</script>" for script in scripts)
     style = "".join(own[f"{name}.css"] for name in ("page", "colours", "player"))
     head = f"<!doctype html><html lang=en><meta charset=utf-8><title>Player</title><style>{style}</style>"

@@ -1,10 +1,17 @@
-"""What participants get: one folder, and one archive, with the same bytes whoever makes them."""
+"""What participants get: one folder, and one archive, with the same bytes whoever makes them; or one for Codabench.
 
+Codabench runs this module to score there.
+"""
+
+import json
 import shutil
+import sys
 import zipfile
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.cards.writing import CROISSANT, README
@@ -12,17 +19,22 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, describe
 from vbbench.files.tables import file_sha256
 from vbbench.files.verification import verify
+from vbbench.files.withholding import SEED_FILE
 from vbbench.folders.replacing import replacing
 from vbbench.folders.work_folder import WorkFolder
-from vbbench_leaderboards.challenge.codabench import write_codabench
-from vbbench_leaderboards.challenge.definition import read_challenge
+from vbbench.scoring import score
+from vbbench_leaderboards.challenge.definition import Part, read_challenge
 from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_withheld
 from vbbench_leaderboards.challenge.submissions import check
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 from vbbench_leaderboards.results.result import NEEDED, NOBODY_YET
+from vbbench_leaderboards.site.building import write_files
 from vbbench_leaderboards.site.pages import render
 
-SUMS = "SHA256SUMS"
+SUMS, TRUTH, SEQUENCES = "SHA256SUMS", "truth", "sequences.json"
+COLUMNS = {"dx": "Δx, m", "lost": "lost", "dt": "Δt, m", "dr": "Δr, rad"}
+"""Of the results on Codabench: key and title, the one that ranks first."""
+
 _THEN = (1980, 1, 1, 0, 0, 0)
 """The day that every member of the archive bears: the first that the format has."""
 
@@ -47,11 +59,6 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bo
         problem = f"{', '.join(challenge.placeholders)}: as in the template; say who holds the challenge"
         raise FileError(folder / CHALLENGE_FILE, problem)
     verify(dataset.folder, organiser.truth)
-    texts = {
-        README: render("bundle.md", challenge=challenge, description=describe(dataset.info)),
-        "RULES.md": render("codabench/terms.md", challenge=challenge),
-        "LICENCE.txt": f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n",
-    }
     with WorkFolder(out, partial(_check_bundle, out)) as work:
         work.begin()
         (work.new / DATA).mkdir(parents=True)
@@ -60,18 +67,26 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bo
             if (dataset.folder / name).is_file():
                 shutil.copyfile(dataset.folder / name, work.new / DATA / name)
         shutil.copyfile(folder / CHALLENGE_FILE, work.new / CHALLENGE_FILE)
-        for name, text in texts.items():
-            (work.new / name).write_text(text, encoding="utf-8", newline="\n")
+        licence = f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n"
+        texts = {README: "bundle.md", "RULES.md": "codabench/terms.md"}
+        write_files(work.new, _rendered(organiser, texts) | {"LICENCE.txt": licence})
         check_withheld(work.new / DATA)
         sums = "".join(f"{file_sha256(work.new / name)}  {name}\n" for name in _names(work.new))
-        (work.new / SUMS).write_text(sums, encoding="utf-8", newline="\n")
+        write_files(work.new, {SUMS: sums})
         work.publish()
     made = [out, _pack(out, out.with_name(f"{out.name}.zip"), f"{challenge.name}/")] if archive else [out]
     if codabench:
         with TemporaryDirectory(dir=out.parent) as room:
-            write_codabench(organiser, Path(room))
+            _write_codabench(organiser, Path(room))
             made.append(_pack(Path(room), out.with_name(f"{out.name}.codabench.zip"), ""))
     return made
+
+
+def _rendered(organiser: Organiser, templates: dict[str, str]) -> dict[str, str]:
+    """File → the text of its template."""
+    parts = list(dict.fromkeys(phase.part for phase in organiser.challenge.phases))
+    facts = {"parts": parts, "columns": COLUMNS, "description": describe(organiser.dataset.info)}
+    return {name: render(template, challenge=organiser.challenge, **facts) for name, template in templates.items()}
 
 
 def check_for_participant(submission: Path, folder: Path) -> str:
@@ -82,16 +97,16 @@ def check_for_participant(submission: Path, folder: Path) -> str:
     VbbenchError
         With every fault, if there is any.
     """
-    challenge, dataset = read_challenge(folder), Dataset(folder / DATA)
-    checked = check(challenge, submission, dataset)
+    challenge = read_challenge(folder)
+    checked = check(challenge, submission, Dataset(folder / DATA))
     missing = [name for name in NEEDED if not getattr(checked.info, name).strip()]
     missing += ["delay"] * (checked.info.delay is None)
     if missing:
         raise VbbenchError(f"{submission}/submission.json: {', '.join(missing)} must be said; write it there")
+    ready, send = f"{checked.table()}\nready for {challenge.name}", f"send the folder to {challenge.contact}"
     if checked.info.authors.strip() == NOBODY_YET:
-        ready = f"ready for {challenge.name} but for its authors: say who you are in place of '{NOBODY_YET}'"
-        return f"{checked.table()}\n{ready}, then send the folder to {challenge.contact}"
-    return f"{checked.table()}\nready for {challenge.name}; send the folder to {challenge.contact}"
+        return f"{ready} but for its authors: say who you are in place of '{NOBODY_YET}', then {send}"
+    return f"{ready}; {send}"
 
 
 def _names(folder: Path) -> list[str]:
@@ -112,3 +127,35 @@ def _check_bundle(out: Path) -> None:
     """Raise VbbenchError if ``out`` exists and was not made by `make_bundle`."""
     if out.exists() and not ((out / SUMS).is_file() and (out / CHALLENGE_FILE).is_file()):
         raise VbbenchError(f"{out} exists and is not a bundle of 'vbbench challenge bundle'; choose another `out`")
+
+
+def _write_codabench(organiser: Organiser, folder: Path) -> None:
+    """Write a bundle of Codabench (version 2) into a new folder.
+
+    It has ``competition.yaml``, pages, a picture, a scoring program with the file of its container, and for each part
+    of the secret set a folder of reference data, with truth and without seed.
+    """
+    from PIL import Image
+
+    parts: list[Part] = list(dict.fromkeys(phase.part for phase in organiser.challenge.phases))
+    for part in parts:
+        place = folder / f"reference-{part}"
+        shutil.copytree(organiser.data, place / DATA)
+        shutil.copytree(organiser.truth, place / TRUTH, ignore=shutil.ignore_patterns(SEED_FILE))
+        (place / SEQUENCES).write_text(json.dumps(organiser.parts[part].tolist()), encoding="utf-8")
+    names = ("competition.yaml", "terms.md", "scoring/metadata.yaml", "scoring/Containerfile")
+    templates = {name: f"codabench/{Path(name).name}" for name in names} | {"overview.md": "bundle.md"}
+    write_files(folder, _rendered(organiser, templates))
+    Image.new("RGB", (64, 64), "#0a5fb4").save(folder / "logo.png")
+
+
+def score_part(reference: Path, submission: Path, out: Path) -> None:
+    """Score a submission on the sequences of a part, and write ``scores.json`` into the folder ``out``."""
+    sequences = np.array(json.loads((reference / SEQUENCES).read_text("utf-8")))
+    found = score(submission, reference / DATA, reference / TRUTH, sequences=sequences).summaries
+    figures = {name: found[name].capped for name in ("dx", "dt", "dr")} | {"lost": found["dx"].failure_rate}
+    (out / "scores.json").write_text(json.dumps(figures), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    score_part(*map(Path, sys.argv[1:]))

@@ -1,6 +1,5 @@
 """Commands of a challenge: parse, call one library function, print."""
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ def new(folder: Path, /) -> None:
     """
     from vbbench_leaderboards.challenge.organiser import start
 
-    _say(start(folder))
+    print(start(folder))
 
 
 def generate(folder: Path, /, jobs: int = 1) -> None:
@@ -42,8 +41,7 @@ def bundle(folder: Path, /, out: Path, archive: bool = False, codabench: bool = 
     """
     from vbbench_leaderboards.challenge.bundle import make_bundle
 
-    for path in make_bundle(folder, out, archive=archive, codabench=codabench):
-        _say(path)
+    print(*make_bundle(folder, out, archive=archive, codabench=codabench), sep="\n")
 
 
 def check(submission: Path, /, challenge: Path) -> None:
@@ -55,7 +53,7 @@ def check(submission: Path, /, challenge: Path) -> None:
     """
     from vbbench_leaderboards.challenge.bundle import check_for_participant
 
-    _say(check_for_participant(submission, challenge))
+    print(check_for_participant(submission, challenge))
 
 
 def accept(submission: Path, /, challenge: Path, team: str = "", date: str = "") -> int:
@@ -68,20 +66,19 @@ def accept(submission: Path, /, challenge: Path, team: str = "", date: str = "")
         team: Whose it is, as in challenge.toml.
         date: When it was handed in, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
     """
-    from vbbench.errors import VbbenchError
+    from vbbench_leaderboards.challenge import submissions
     from vbbench_leaderboards.challenge.definition import parse_moment
-    from vbbench_leaderboards.challenge.submissions import accept as take
-    from vbbench_leaderboards.challenge.submissions import accept_inbox
 
     moment = parse_moment(date)
     if team:
-        _say(take(challenge, submission, team, moment).text())
+        print(submissions.accept(challenge, submission, team, moment).text())
         return 0
-    refused = 0
-    for answer in accept_inbox(challenge, submission, moment):
-        refused += isinstance(answer, VbbenchError)
-        _say(f"refused: {answer}" if isinstance(answer, VbbenchError) else answer.text())
-    return int(refused > 0)
+    refused = False
+    for answer in submissions.accept_inbox(challenge, submission, moment):
+        taken = isinstance(answer, submissions.Receipt)
+        print(answer.text() if isinstance(answer, submissions.Receipt) else f"refused: {answer}", flush=True)
+        refused |= not taken
+    return int(refused)
 
 
 def status(folder: Path, /, date: str = "") -> None:
@@ -95,7 +92,7 @@ def status(folder: Path, /, date: str = "") -> None:
     from vbbench_leaderboards.challenge.organiser import Organiser
     from vbbench_leaderboards.challenge.standings import status_text
 
-    _say(status_text(Organiser(folder), parse_moment(date)))
+    print(status_text(Organiser(folder), parse_moment(date)))
 
 
 def close(folder: Path, /, date: str = "") -> None:
@@ -108,20 +105,9 @@ def close(folder: Path, /, date: str = "") -> None:
     from vbbench_leaderboards.challenge.definition import parse_moment
     from vbbench_leaderboards.challenge.submissions import close as end
 
-    _say(end(folder, parse_moment(date)))
-
-
-def _say(text: object) -> None:
-    sys.stdout.write(f"{text}\n")
-    sys.stdout.flush()
+    print(end(folder, parse_moment(date)))
 
 
 COMMANDS: dict[str, Callable[..., Any]] = {
-    "accept": accept,
-    "bundle": bundle,
-    "check": check,
-    "close": close,
-    "generate": generate,
-    "new": new,
-    "status": status,
+    one.__name__: one for one in (accept, bundle, check, close, generate, new, status)
 }

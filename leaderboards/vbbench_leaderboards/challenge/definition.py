@@ -13,7 +13,6 @@ from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 from vbbench_leaderboards.site.words import is_web_address
 
 Part = Literal["public", "hidden"]
-MOST_SUBMISSIONS = 1000
 BASELINE = "baseline"
 """The team whose answers are those of a solver that comes with vbbench."""
 
@@ -28,24 +27,27 @@ OWN_RULES = (
 )
 """Of the rules of all boards, those that a challenge cannot do without."""
 
-_NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,39}")
-_TEAM = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
+_MOST_SUBMISSIONS = 1000
+_NAME, _TEAM = r"[a-z0-9][a-z0-9-]{0,39}", r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}"
 _NAME_RULE = "up to 40 small letters, digits and -, beginning with a letter or digit"
+_TEAM_RULE = "up to 40 letters, digits and . _ + -, beginning with a letter or digit"
 _OWN_OPTIONS = ("--out", "--tier", "--seed", "--withhold-truth", "--overwrite", "--scheduler", "--tls")
 """Options of ``vbbench generate`` that the challenge itself decides."""
 
 _SOLVE = "--solver mysolver:MySolver --protocol"
 
 
+def _require(holds: object, problem: str) -> None:
+    if not holds:
+        raise ValueError(problem)
+
+
 @dataclass(frozen=True, kw_only=True)
 class SecretSet:
     """The one dataset that everybody answers, and whose truth nobody has.
 
-    Parameters
-    ----------
-    split, tier : of ``vbbench generate``.
-    options : more of its options, as on the command line.
-    public_share : share of the sequences whose scores are published while the challenge runs.
+    Its split, tier and ``options`` are those of ``vbbench generate``; the scores of the ``public_share`` of its
+    sequences are published while the challenge runs.
     """
 
     split: str
@@ -54,11 +56,11 @@ class SecretSet:
     public_share: float = 0.5
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.public_share < 1.0:
-            raise ValueError(f"[data] public_share = {self.public_share:g}: must be between 0 and 1, such as 0.5")
+        share = f"[data] public_share = {self.public_share:g}: must be between 0 and 1, such as 0.5"
+        _require(0.0 < self.public_share < 1.0, share)
         for word in self.words:
-            if word.partition("=")[0].replace("_", "-") in _OWN_OPTIONS:
-                raise ValueError(f"[data] options: {word} is decided by the challenge; remove it")
+            own = word.partition("=")[0].replace("_", "-") in _OWN_OPTIONS
+            _require(not own, f"[data] options: {word} is decided by the challenge; remove it")
 
     @property
     def words(self) -> list[str]:
@@ -76,14 +78,9 @@ class SecretSet:
 
 @dataclass(frozen=True, kw_only=True)
 class Phase:
-    """Days on which submissions are taken.
+    """Days, from ``start`` to ``end``, both whole and in UTC, on which each team may hand in so many submissions.
 
-    Parameters
-    ----------
-    name : of the phase.
-    part : which sequences count: ``public`` ones, published at once, or ``hidden`` ones, published at the end.
-    start, end : first and last day, both whole, in UTC.
-    submissions : most of a team in this phase.
+    They count on the ``public`` sequences, whose scores are published at once, or on the ``hidden`` ones at the end.
     """
 
     name: str
@@ -93,13 +90,12 @@ class Phase:
     submissions: int
 
     def __post_init__(self) -> None:
-        if not _NAME.fullmatch(self.name):
-            raise ValueError(f"[[phases]] name = '{self.name}': {_NAME_RULE}")
-        if self.end < self.start:
-            raise ValueError(f"[[phases]] {self.name}: end = {self.end} is before start = {self.start}; exchange them")
-        if not 1 <= self.submissions <= MOST_SUBMISSIONS:
-            problem = f"submissions = {self.submissions}: must be 1 to {MOST_SUBMISSIONS}"
-            raise ValueError(f"[[phases]] {self.name}: {problem}")
+        place = f"[[phases]] {self.name}"
+        _require(re.fullmatch(_NAME, self.name), f"[[phases]] name = '{self.name}': {_NAME_RULE}")
+        backwards = f"{place}: end = {self.end} is before start = {self.start}; exchange them"
+        _require(self.start <= self.end, backwards)
+        possible = 1 <= self.submissions <= _MOST_SUBMISSIONS
+        _require(possible, f"{place}: submissions = {self.submissions}: must be 1 to {_MOST_SUBMISSIONS}")
 
     @property
     def opens(self) -> datetime:
@@ -111,13 +107,9 @@ class Phase:
         """The first moment after it."""
         return datetime.combine(self.end, time.min, UTC) + timedelta(days=1)
 
-    def is_open(self, moment: datetime) -> bool:
-        """Whether submissions are taken."""
-        return self.opens <= moment < self.closes
-
     def state(self, moment: datetime) -> str:
         """``open``, ``not open yet`` or ``closed``."""
-        return "open" if self.is_open(moment) else "not open yet" if moment < self.opens else "closed"
+        return "not open yet" if moment < self.opens else "open" if moment < self.closes else "closed"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,9 +120,7 @@ class Team:
     members: str = ""
 
     def __post_init__(self) -> None:
-        if not _TEAM.fullmatch(self.name):
-            rule = "up to 40 letters, digits and . _ + -, beginning with a letter or digit"
-            raise ValueError(f"[[teams]] name = '{self.name}': {rule}")
+        _require(re.fullmatch(_TEAM, self.name), f"[[teams]] name = '{self.name}': {_TEAM_RULE}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,14 +132,10 @@ class Challenge:
     name, title : a short name for folders and files, and the one that people read.
     about, rules : paragraphs and rules, one text each.
     organisers, contact : who holds it, and the address for submissions and questions.
-    licence : of the data.
-    bundle : web address of the participants' bundle, where it is published.
+    licence, bundle : of the data; and the web address of the participants' bundle, where it is published.
     protocol, missing_rows : how it is solved, and whether an answer may be incomplete.
-    data : the secret set.
     phases : in order of time; a hidden one is the last.
-    teams : who may submit.
-    baseline : solver of vbbench whose answers are taken first in every phase, as those of the team `BASELINE`; "" for
-        none.
+    baseline : solver of vbbench whose answers are first in every phase, those of the team `BASELINE`; "" for none.
     """
 
     name: str
@@ -168,37 +154,27 @@ class Challenge:
     baseline: str = "cv"
 
     def __post_init__(self) -> None:
-        if not _NAME.fullmatch(self.name):
-            raise ValueError(f"name = '{self.name}': {_NAME_RULE}")
+        _require(re.fullmatch(_NAME, self.name), f"name = '{self.name}': {_NAME_RULE}")
         texts = [(key, getattr(self, key)) for key in ("title", "organisers", "contact", "licence")]
         for key, text in texts:
-            if not text.strip():
-                raise ValueError(f"{key} is empty; fill it in")
+            _require(text.strip(), f"{key} is empty; fill it in")
         texts += [(key, text) for key in ("about", "rules") for text in getattr(self, key)]
         for key, text in [*texts, *(("[[teams]] members", team.members) for team in self.teams)]:
-            if not is_printable(text):
-                raise ValueError(f"{key}: write each text on one line, without control characters")
-        if self.bundle and not is_web_address(self.bundle):
-            raise ValueError(f"bundle = '{self.bundle}' is not an address; give one that begins with https://")
-        self._check_phases()
+            _require(is_printable(text), f"{key}: write each text on one line, without control characters")
+        unusable = f"bundle = '{self.bundle}' is not an address; give one that begins with https://"
+        _require(not self.bundle or is_web_address(self.bundle), unusable)
         names = [team.name.casefold() for team in self.teams]
         _check_unique("teams", names)
-        if self.baseline and BASELINE in names:
-            raise ValueError(f"[[teams]] name = '{BASELINE}' is that of vbbench's own row; choose another")
-
-    def _check_phases(self) -> None:
-        if not self.phases:
-            raise ValueError("[[phases]]: there is none; add one")
+        taken = f"[[teams]] name = '{BASELINE}' is that of vbbench's own row; choose another"
+        _require(not self.baseline or BASELINE not in names, taken)
+        _require(self.phases, "[[phases]]: there is none; add one")
         _check_unique("phases", [phase.name for phase in self.phases])
         for before, after in zip(self.phases, self.phases[1:], strict=False):
-            if after.start <= before.end:
-                raise ValueError(
-                    f"[[phases]] {after.name}: start = {after.start} is not after the end of {before.name}, "
-                    f"{before.end}; list phases in order of time, without a day in common"
-                )
-            if before.part == "hidden":
-                problem = f"part = 'hidden' must be the last phase; {after.name} comes after it"
-                raise ValueError(f"[[phases]] {before.name}: {problem}")
+            overlap = f"{after.name}: start = {after.start} is not after the end of {before.name}, {before.end}"
+            advice = "list phases in order of time, without a day in common"
+            _require(after.start > before.end, f"[[phases]] {overlap}; {advice}")
+            early = f"{before.name}: part = 'hidden' must be the last phase; {after.name} comes after it"
+            _require(before.part != "hidden", f"[[phases]] {early}")
 
     @property
     def hidden_phase(self) -> Phase | None:
@@ -207,22 +183,20 @@ class Challenge:
 
     def phase_at(self, moment: datetime) -> Phase | None:
         """The phase that takes submissions."""
-        return next((phase for phase in self.phases if phase.is_open(moment)), None)
-
-    def open_phase(self, moment: datetime) -> Phase:
-        """The phase that takes submissions; raises VbbenchError with the day on which one opens or closed."""
-        found = self.phase_at(moment)
-        if found is None:
-            when = f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC"
-            following = self.phase_after(moment)
-            if following is not None:
-                raise VbbenchError(f"{when}: phase {following.name} opens on {following.start}")
-            raise VbbenchError(f"{when}: its last phase, {self.phases[-1].name}, closed after {self.phases[-1].end}")
-        return found
+        return next((phase for phase in self.phases if phase.state(moment) == "open"), None)
 
     def phase_after(self, moment: datetime) -> Phase | None:
         """The next phase that opens."""
         return next((phase for phase in self.phases if moment < phase.opens), None)
+
+    def open_phase(self, moment: datetime) -> Phase:
+        """The phase that takes submissions; raises VbbenchError with the day on which one opens or closed."""
+        found, following, last = self.phase_at(moment), self.phase_after(moment), self.phases[-1]
+        if found is None:
+            why = f"its last phase, {last.name}, closed after {last.end}"
+            why = f"phase {following.name} opens on {following.start}" if following else why
+            raise VbbenchError(f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC: {why}")
+        return found
 
     def is_over(self, moment: datetime) -> bool:
         """Whether the last phase has closed."""
@@ -230,11 +204,10 @@ class Challenge:
 
     def check_team(self, name: str) -> None:
         """Raise VbbenchError if there is no team of that name."""
-        if name not in (team.name for team in self.teams):
-            names = ", ".join(team.name for team in self.teams) or "none yet"
-            raise VbbenchError(
-                f"no team of {self.name} is called '{name}'; known: {names}. teams stand in {CHALLENGE_FILE}"
-            )
+        names = [team.name for team in self.teams]
+        if name not in names:
+            known = f"known: {', '.join(names) or 'none yet'}. teams stand in {CHALLENGE_FILE}"
+            raise VbbenchError(f"no team of {self.name} is called '{name}'; {known}")
 
     @property
     def placeholders(self) -> list[str]:
@@ -255,27 +228,21 @@ class Challenge:
     @property
     def solving_lines(self) -> list[str]:
         """From the unpacked bundle to a submission that is checked, with the template's solver."""
-        return [
-            "vbbench leaderboard template mine",
-            "cd mine",
-            f"vbbench solve ../data {_SOLVE} {self.protocol} --out answer",
-            "vbbench challenge check answer --challenge ..",
-        ]
+        solve = f"vbbench solve ../data {_SOLVE} {self.protocol} --out answer"
+        check = "vbbench challenge check answer --challenge .."
+        return ["vbbench leaderboard template mine", "cd mine", solve, check]
 
     @property
     def practice_lines(self) -> list[str]:
         """A set like the secret one, whose truth is at hand, and a score on it."""
-        return [
-            self.data.command("--seed 1", "--out practice"),
-            f"vbbench solve practice {_SOLVE} {self.protocol} --out practice-answer",
-            "vbbench score practice-answer --dataset practice",
-        ]
+        solve = f"vbbench solve practice {_SOLVE} {self.protocol} --out practice-answer"
+        score = "vbbench score practice-answer --dataset practice"
+        return [self.data.command("--seed 1", "--out practice"), solve, score]
 
 
 def _check_unique(key: str, names: list[str]) -> None:
-    again = next((name for n, name in enumerate(names) if name in names[:n]), None)
-    if again is not None:
-        raise ValueError(f"[[{key}]] name = '{again}' stands there twice; rename one")
+    again = [name for n, name in enumerate(names) if name in names[:n]]
+    _require(not again, f"[[{key}]] name = '{''.join(again[:1])}' stands there twice; rename one")
 
 
 def read_challenge(folder: Path | str) -> Challenge:
@@ -287,10 +254,8 @@ def read_challenge(folder: Path | str) -> Challenge:
 
 def parse_moment(text: str) -> datetime:
     """A day, or a day and a time in UTC, as a moment; now if the text is empty; raises VbbenchError if it is none."""
-    if not text:
-        return datetime.now(UTC)
     try:
-        found = datetime.fromisoformat(text)
+        found = datetime.fromisoformat(text) if text else datetime.now(UTC)
     except ValueError as error:
         raise VbbenchError(f"`date` {text} is not a day; write it as YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC") from error
     return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)

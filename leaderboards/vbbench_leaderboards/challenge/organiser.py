@@ -21,7 +21,7 @@ from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
 from vbbench_leaderboards.challenge.definition import START, Challenge, Part, read_challenge
-from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences, read_dataset, record_path
+from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences, read_dataset
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
 DATA = "data"
@@ -37,7 +37,7 @@ class Entry:
     Parameters
     ----------
     number : from 1 on, accepted or not.
-    time : when it was handed in, in UTC, and when that was written down.
+    time, written : when it was handed in, in UTC, and when that was written down.
     team, phase : who, and in which phase; a phase is empty where none was open.
     decision, reason : what became of it; why it was refused, or what an organiser should look at.
     answers : SHA-256 of what it answers, whatever its files look like; empty where that could not be read.
@@ -82,8 +82,7 @@ class Entry:
 def read_log(folder: Path) -> list[Entry]:
     """The entries, the first first; raises FileError at a line that is damaged, or after one changed or removed."""
     path, entries, before = folder / LOG_FILE, list[Entry](), FIRST
-    lines = path.read_text("utf-8").splitlines() if path.is_file() else ()
-    for number, line in enumerate(lines, 1):
+    for number, line in enumerate(path.read_text("utf-8").splitlines() if path.is_file() else (), 1):
         try:
             entry = Entry(**json.loads(line))
         except (ValueError, TypeError) as error:
@@ -103,11 +102,6 @@ def append(folder: Path, entries: list[Entry], entry: Entry) -> None:
 def digest_of_last(entries: list[Entry]) -> str:
     """SHA-256 of the last line, which stands for the whole log."""
     return hashlib.sha256(entries[-1].line.encode()).hexdigest() if entries else FIRST
-
-
-def moment_text(moment: datetime) -> str:
-    """A moment as the log has it."""
-    return moment.isoformat(timespec="seconds")
 
 
 @dataclass(frozen=True)
@@ -159,15 +153,13 @@ class Organiser:
     @cached_property
     def parts(self) -> dict[Part, IntArray]:
         """The numbers of the sequences of each part; raises FileError if they changed since submissions were scored."""
-        divided = parts_of(self.dataset, self.challenge.data.public_share)
-        protocol: str = self.challenge.protocol
+        divided, protocol = parts_of(self.dataset, self.challenge.data.public_share), str(self.challenge.protocol)
         for part, sequences in divided.items():
-            path = self.results(part) / record_path(self.challenge.data.split, self.challenge.data.tier)
-            if path.is_file():
-                scored, wanted = read_dataset(path).scored.get(protocol), self._scored(sequences)
-                if scored is None or not np.array_equal(scored.sequence, wanted.sequence):
-                    problem = f"protocol or public_share is another than when submissions were scored ({path})"
-                    raise FileError(self.folder / CHALLENGE_FILE, f"{problem}; write it as it was")
+            path = self.results(part) / self._whole_record.path
+            scored = read_dataset(path).scored.get(protocol) if path.is_file() else self._scored(sequences)
+            if scored is None or not np.array_equal(scored.sequence, self._scored(sequences).sequence):
+                problem = f"protocol or public_share is another than when submissions were scored ({path})"
+                raise FileError(self.folder / CHALLENGE_FILE, f"{problem}; write it as it was")
         return divided
 
     @cached_property
@@ -185,18 +177,13 @@ class Organiser:
         return BoardDataset.of(self.dataset)
 
     def _scored(self, part: IntArray) -> ScoredSequences:
-        protocol: str = self.challenge.protocol
-        scored = self._whole_record.scored[protocol]
+        scored = self._whole_record.scored[str(self.challenge.protocol)]
         keep = np.isin(scored.sequence, part)
         return ScoredSequences(**{name: values[keep] for name, values in vars(scored).items()})
 
     def last_accepted(self, phases: set[str]) -> dict[str, Entry]:
         """Team → its last submission in these phases, which is the one that counts."""
         return {entry.team: entry for entry in self.entries if entry.is_accepted and entry.phase in phases}
-
-    def last_of_part(self, part: Part) -> dict[str, Entry]:
-        """Team → its last submission in any phase that a part is scored in."""
-        return self.last_accepted({phase.name for phase in self.challenge.phases if phase.part == part})
 
     def shows_hidden(self, moment: datetime) -> bool:
         """Whether figures of the hidden part may be computed and shown: once its phase has closed."""
@@ -220,11 +207,7 @@ def start(folder: Path) -> Path:
 
 
 def generate(folder: Path, make: Callable[[list[str]], object]) -> Path:
-    """Make the secret set of a challenge; return its folder.
-
-    Parameters
-    ----------
-    make : runs ``vbbench`` with such words.
+    """Make the secret set of a challenge by a ``vbbench`` that ``make`` runs with such words; return its folder.
 
     Raises
     ------
@@ -275,19 +258,9 @@ def parts_of(dataset: Dataset, public_share: float) -> dict[Part, IntArray]:
 
 
 def _together(rows: Mapping[str, NDArray[Any]]) -> list[IntArray]:
-    """Groups of sequences that show the same people at the same time.
-
-    They are of one scene, and their frames overlap, directly or through others.
-    """
+    """Groups of sequences of one scene whose frames overlap, directly or through others: they show the same people."""
     scene, first = rows["scene"].astype(np.int64), rows["first_frame"].astype(np.int64)
-    last = first + rows["frames"] - 1
-    groups: list[list[int]] = []
-    until = (-1, -1)
-    for row in np.lexsort([first, scene]).tolist():
-        if scene[row] == until[0] and first[row] <= until[1]:
-            groups[-1].append(row)
-        else:
-            groups.append([row])
-            until = (-1, -1)
-        until = (int(scene[row]), max(until[1], int(last[row])))
-    return [np.array(group) for group in groups]
+    order, apart = np.lexsort([first, scene]), int(first.max() + rows["frames"].max()) + 1
+    begins = (scene * apart + first)[order]  # scenes after one another on one axis
+    ends = np.maximum.accumulate(begins + rows["frames"][order] - 1)
+    return np.split(order, np.flatnonzero(begins[1:] > ends[:-1]) + 1)

@@ -11,7 +11,7 @@ from pathlib import Path
 from vbbench import __version__
 from vbbench.folders.work_folder import WorkFolder
 from vbbench_leaderboards.challenge.organiser import Organiser, digest_of_last
-from vbbench_leaderboards.challenge.standings import shown_parts, standings
+from vbbench_leaderboards.challenge.standings import shown_standings
 from vbbench_leaderboards.results.result import write_result
 from vbbench_leaderboards.site.building import MARKER, assets, build, check_site, write_files
 from vbbench_leaderboards.site.pages import render
@@ -27,9 +27,7 @@ def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
     """
     organiser = Organiser(folder)
     challenge, dataset, entries = organiser.challenge, organiser.dataset, organiser.entries
-    info = dataset.info
-    rows = {part: standings(organiser, part) for part in shown_parts(organiser, moment)}
-    over = challenge.is_over(moment)
+    info, over, rows = dataset.info, challenge.is_over(moment), shown_standings(organiser, moment)
     page = render(
         "challenge.html",
         challenge=challenge,
@@ -45,8 +43,7 @@ def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
             "Licence": challenge.licence,
         },
     )
-    own = {name: text for name, text in assets().items() if name.endswith(("page.css", "page.js"))}
-    own["assets/challenge.js"] = Path(__file__).with_name("challenge.js").read_text("utf-8")
+    own = {name: assets()[name] for name in ("assets/page.css", "assets/page.js", "assets/challenge.js")}
     with WorkFolder(out, partial(check_site, out)) as work:
         work.begin()
         work.new.mkdir()

@@ -28,14 +28,12 @@ class Row:
 
     def text(self) -> str:
         """Its line of the standings."""
-        figure, lost, about = headline(self.result, "dx"), failure_rate(self.result), self.result.about
-        interval = "–" if figure.low is None or figure.high is None else f"{figure.low:.4f}–{figure.high:.4f}"
-        future = f", {about.timing}" if about.sees_the_future else ""
-        future += f", {self.result.seen} on these recordings" if self.result.seen else ""
-        return (
-            f"  {self.place.rank:>4}  {self.result.solver:<20} {self.dx:>8.4f} {interval:>15} "
-            f"{'' if lost is None else f'{lost:.0%}':>6}  {self.entry.number} of {self.entry.day}{future}"
-        )
+        result, about, seen = self.result, self.result.about, self.result.seen
+        figure, lost = headline(result, "dx"), failure_rate(result)
+        ends = "–" if figure.low is None or figure.high is None else f"{figure.low:.4f}–{figure.high:.4f}"
+        facts = f", {about.timing}" * about.sees_the_future + f", {seen} on these recordings" * bool(seen)
+        who = f"  {self.place.rank:>4}  {result.solver:<20} {self.dx:>8.4f} {ends:>15}"
+        return f"{who} {'' if lost is None else f'{lost:.0%}':>6}  {self.entry.number} of {self.entry.day}{facts}"
 
 
 def standings(organiser: Organiser, part: Part) -> list[Row]:
@@ -43,37 +41,33 @@ def standings(organiser: Organiser, part: Part) -> list[Row]:
 
     Results that no submission in the log accounts for are omitted, with a warning.
     """
-    counting, unusable = organiser.last_of_part(part), list[FileError]()
-    boards, omitted, found = read_results(organiser.results(part), unusable=unusable), list[str](), list[Result]()
-    for result in (result for rows in boards.values() for result in rows):
+    counting = organiser.last_accepted({phase.name for phase in organiser.challenge.phases if phase.part == part})
+    unusable, folder, found = list[FileError](), organiser.results(part), list[Result]()
+    for result in (one for rows in read_results(folder, unusable=unusable).values() for one in rows):
         entry = counting.get(result.solver)
         if entry and {name: sha for name, sha in entry.files.items() if name in result.submission} == result.submission:
             found.append(result)
         else:
-            path = organiser.results(part) / result.path
             reason = "no submission in the log accounts for it; it came in another way than 'challenge accept'"
-            omitted.append(f"{path}: {reason}")
-    for fault in [*map(str, unusable), *omitted]:
+            unusable.append(FileError(folder / result.path, reason))
+    for fault in unusable:
         warnings.warn(VbbenchWarning(f"OMITTED from the standings: {fault}"), stacklevel=2)
-    if not found:
-        return []
     places = rank_apart(found)["dx"].places
     rows = [Row(place=places[one.solver], result=one, entry=counting[one.solver]) for one in found]
     return sorted(rows, key=lambda row: (row.result.group, row.place.rank, row.dx))
 
 
-def shown_parts(organiser: Organiser, moment: datetime) -> list[Part]:
-    """The parts whose standings may be shown, the one that counts first."""
-    counting = {phase.part for phase in organiser.challenge.phases}
+def shown_standings(organiser: Organiser, moment: datetime) -> dict[Part, list[Row]]:
+    """The standings of the parts that may be shown, the one that counts first."""
     parts: list[Part] = ["hidden", "public"] if organiser.shows_hidden(moment) else ["public"]
-    return [part for part in parts if part in counting]
+    counting = {phase.part for phase in organiser.challenge.phases}
+    return {part: standings(organiser, part) for part in parts if part in counting}
 
 
 def standings_text(organiser: Organiser, moment: datetime) -> str:
     """The standings that may be shown, for people."""
     blocks = []
-    for part in shown_parts(organiser, moment):
-        rows = standings(organiser, part)
+    for part, rows in shown_standings(organiser, moment).items():
         if rows:
             count = rows[0].result.score
             head = f"{part} part, {count['sequences']} of {count['sequences_in_dataset']} sequences"
@@ -94,7 +88,7 @@ def status_text(organiser: Organiser, moment: datetime) -> str:
         taken = [entry.phase for entry in own if entry.is_accepted]
         used = ", ".join(f"{taken.count(one.name)} of {one.submissions} in {one.name}" for one in challenge.phases)
         refused = len(own) - len(taken)
-        lines.append(f"  {team.name:<16} {used}" + (f"; {refused} refused" if refused else ""))
+        lines.append(f"  {team.name:<16} {used}" + f"; {refused} refused" * bool(refused))
     near = [entry for entry in entries if entry.is_accepted and entry.reason]
     lines += [f"  look at number {entry.number} of {entry.team}: {entry.reason}" for entry in near]
     lines.append(f"  log: {len(entries)} submissions, none changed later")

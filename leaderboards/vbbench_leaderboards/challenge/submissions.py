@@ -25,7 +25,7 @@ from vbbench.scoring import score
 from vbbench.scoring.answers import OR_HOLD, Checked, CheckedSubmission, check_submission
 from vbbench.solving import solve
 from vbbench_leaderboards.challenge.definition import BASELINE, Challenge, Part, Phase, parse_moment
-from vbbench_leaderboards.challenge.organiser import Entry, Organiser, append, digest_of_last, moment_text
+from vbbench_leaderboards.challenge.organiser import Entry, Organiser, append, digest_of_last
 from vbbench_leaderboards.challenge.standings import standings_text
 from vbbench_leaderboards.results.ranking import headline
 from vbbench_leaderboards.results.result import NOBODY_YET, About, Result, write_result
@@ -45,9 +45,7 @@ class Receipt:
 
     Parameters
     ----------
-    challenge : its name.
-    entry : its line of the log.
-    phase : the phase it was taken in.
+    challenge, entry, phase : its name, the team's line of the log, and the phase it was taken in.
     used : submissions of the team in this phase, this one included.
     result : figures on the public part; ``None`` in a hidden phase.
     is_again : whether the team's same answers were taken before, in the same phase: nothing was added.
@@ -62,25 +60,19 @@ class Receipt:
 
     def text(self) -> str:
         """The receipt, for people."""
-        team, number = self.entry.team, self.entry.number
+        entry, phase = self.entry, f"phase {self.phase.name}"
         if self.is_again:
-            return (
-                f"{self.challenge}: {team} handed these answers in before, in phase {self.phase.name} on "
-                f"{self.entry.day} (number {number}); they count already, and nothing was added"
-            )
-        counts = f"submission {self.used} of {self.phase.submissions}, number {number}"
-        lines = [
-            f"{self.challenge}: taken from {team} in phase {self.phase.name}, {counts}",
-            f"SHA-256 of its answers: {self.entry.answers}",
-        ]
-        if self.result is None:
-            return "\n".join([*lines, "This phase counts on the hidden part, which is scored after its end."])
-        sequences = f"{self.result.score['sequences']} of {self.result.score['sequences_in_dataset']}"
-        figures = ", ".join(
-            f"{name} {headline(self.result, metric).value:.4f} {unit}"
-            for metric, name, unit in (("dx", "Δx", "m"), ("dt", "Δt", "m"), ("dr", "Δr", "rad"))
+            before = f"{entry.team} handed these answers in before, in {phase} on {entry.day} (number {entry.number})"
+            return f"{self.challenge}: {before}; they count already, and nothing was added"
+        counts = f"submission {self.used} of {self.phase.submissions}, number {entry.number}"
+        taken = (
+            f"{self.challenge}: taken from {entry.team} in {phase}, {counts}\nSHA-256 of its answers: {entry.answers}"
         )
-        return "\n".join([*lines, f"Public part, {sequences} sequences, capped: {figures}"])
+        if self.result is None:
+            return f"{taken}\nThis phase counts on the hidden part, which is scored after its end."
+        dx, dt, dr = (f"{headline(self.result, metric).value:.4f}" for metric in ("dx", "dt", "dr"))
+        sequences = f"{self.result.score['sequences']} of {self.result.score['sequences_in_dataset']} sequences"
+        return f"{taken}\nPublic part, {sequences}, capped: Δx {dx} m, Δt {dt} m, Δr {dr} rad"
 
 
 def accept(folder: Path, submission: Path, team: str, moment: datetime, **about: Any) -> Receipt:
@@ -104,22 +96,20 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
         organiser = Organiser(folder)
     with locked(folder):
         _ = organiser.parts  # what is wrong with the challenge is no refusal of a team
-        entries = organiser.entries
+        entries, phase = organiser.entries, organiser.challenge.phase_at(moment)
         blank = Entry(
             number=len(entries) + 1,
-            time=moment_text(moment),
-            written=moment_text(parse_moment("")),
+            time=moment.isoformat(timespec="seconds"),
+            written=parse_moment("").isoformat(timespec="seconds"),
             team=team,
-            phase="",
+            phase=phase.name if phase else "",
             decision="accepted",
             before=digest_of_last(entries),
         )
         try:
             return _take(organiser, submission, blank, moment, about)
         except VbbenchError as error:
-            phase = organiser.challenge.phase_at(moment)
-            reason = str(error).partition("\n")[0]
-            refused = replace(blank, phase=phase.name if phase else "", decision="refused", reason=reason)
+            refused = replace(blank, decision="refused", reason=str(error).partition("\n")[0])
             append(folder, entries, refused)
             raise
 
@@ -142,9 +132,43 @@ def _take_baseline(organiser: Organiser, moment: datetime) -> None:
     if not challenge.baseline or phase is None or BASELINE in organiser.last_accepted({phase.name}):
         return
     with TemporaryDirectory() as room:
-        answers = Path(room) / "answers"
-        solve(Dataset(organiser.data), challenge.baseline, challenge.protocol, answers)
+        answers = solve(Dataset(organiser.data), challenge.baseline, challenge.protocol, Path(room) / "answers")
         accept(organiser.folder, answers, BASELINE, phase.opens)
+
+
+def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> Receipt:
+    challenge, team, accepted = organiser.challenge, blank.team, [one for one in organiser.entries if one.is_accepted]
+    last = max((entry.time for entry in accepted if entry.team == team), default="")
+    if last and moment < datetime.fromisoformat(last):  # the last one is the one that counts
+        raise VbbenchError(f"{blank.time} is before the last submission of {team}, taken at {last}; check `date`")
+    phase = challenge.open_phase(moment)
+    own = [each for each in accepted if (each.team, each.phase) == (team, phase.name)]
+    with _copied(submission, organiser.folder / blank.folder) as work:
+        try:
+            info = check(challenge, work.new, organiser.dataset).info
+        except VbbenchError as error:  # it is named as it was handed in
+            raise VbbenchError(*str(error).replace(str(work.new), str(submission)).split("\n")) from error
+        about = About.of(info, **{"date": blank.day, **facts})
+        if about.authors.strip() == NOBODY_YET:
+            raise VbbenchError(f"the authors are '{NOBODY_YET}', as the template has it; say who made the solver")
+        answers = digest_of_answers(work.new, organiser.dataset)
+        if own and own[-1].answers == answers:
+            return Receipt(challenge=challenge.name, entry=own[-1], phase=phase, used=len(own), is_again=True)
+        if len(own) >= phase.submissions:
+            used = f"{team} has used its {phase.submissions} submissions of phase {phase.name}"
+            raise VbbenchError(f"{used}, the last on {own[-1].day}")
+        for other in accepted:
+            if other.answers == answers and other.team != team:
+                where = f"on {other.day} (submission {other.number})"
+                raise VbbenchError(f"these are the answers that {other.team} handed in {where}; hand in your own")
+        near, files = _near_copy(organiser, team, work.new), file_hashes(work.new)
+        entry = replace(blank, answers=answers, files=files, about=vars(about), reason=near)
+        result = result_of(organiser, entry, work.new, "public") if phase.part == "public" else None
+        work.publish()
+    if result is not None:
+        write_result(result, organiser.results("public"), organiser.record("public"))
+    append(organiser.folder, organiser.entries, entry)
+    return Receipt(challenge=challenge.name, entry=entry, phase=phase, used=len(own) + 1, result=result)
 
 
 def _near_copy(organiser: Organiser, team: str, submission: Path) -> str:
@@ -163,46 +187,6 @@ def _positions(submission: Path, dataset: Dataset) -> FloatArray:
     return np.concatenate([one.positions for _, one in CheckedSubmission(submission, dataset, None).chunks()])
 
 
-def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> Receipt:
-    challenge, entries, team = organiser.challenge, organiser.entries, blank.team
-    last = max((entry.time for entry in entries if entry.is_accepted and entry.team == team), default="")
-    if last and moment < datetime.fromisoformat(last):  # the last one is the one that counts
-        raise VbbenchError(f"{blank.time} is before the last submission of {team}, taken at {last}; check `date`")
-    phase = challenge.open_phase(moment)
-    own = [each for each in entries if each.is_accepted and (each.team, each.phase) == (team, phase.name)]
-    with _copied(submission, organiser.folder / blank.folder) as work:
-        try:
-            info = check(challenge, work.new, organiser.dataset).info
-        except VbbenchError as error:  # it is named as it was handed in
-            raise VbbenchError(*str(error).replace(str(work.new), str(submission)).split("\n")) from error
-        about = About.of(info, **{"date": blank.day, **facts})
-        if about.authors.strip() == NOBODY_YET:
-            raise VbbenchError(f"the authors are '{NOBODY_YET}', as the template has it; say who made the solver")
-        entry = replace(
-            blank,
-            phase=phase.name,
-            answers=digest_of_answers(work.new, organiser.dataset),
-            files=file_hashes(work.new),
-            about=vars(about),
-        )
-        if own and own[-1].answers == entry.answers:
-            return Receipt(challenge=challenge.name, entry=own[-1], phase=phase, used=len(own), is_again=True)
-        if len(own) >= phase.submissions:
-            used = f"{team} has used its {phase.submissions} submissions of phase {phase.name}"
-            raise VbbenchError(f"{used}, the last on {own[-1].day}")
-        for other in entries:
-            if other.is_accepted and other.answers == entry.answers and other.team != team:
-                where = f"on {other.day} (submission {other.number})"
-                raise VbbenchError(f"these are the answers that {other.team} handed in {where}; hand in your own")
-        entry = replace(entry, reason=_near_copy(organiser, team, work.new))
-        result = result_of(organiser, entry, work.new, "public") if phase.part == "public" else None
-        work.publish()
-    if result is not None:
-        write_result(result, organiser.results("public"), organiser.record("public"))
-    append(organiser.folder, entries, entry)
-    return Receipt(challenge=challenge.name, entry=entry, phase=phase, used=len(own) + 1, result=result)
-
-
 def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
     """Check all that can be checked without truth: what `vbbench check` does, and the challenge's own demands.
 
@@ -211,15 +195,13 @@ def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
     VbbenchError
         If it answers another dataset, or another protocol, or has faults; every fault of its rows is listed.
     """
-    info, name = SubmissionInfo.read(submission), challenge.name
+    info, name, refuses = SubmissionInfo.read(submission), challenge.name, challenge.missing_rows == "refuse"
     if info.dataset != dataset.info.id:
-        raise VbbenchError(
-            f"{submission} answers dataset {info.dataset}; {name} is dataset {dataset.info.id}, solve that"
-        )
+        wanted = f"{name} is dataset {dataset.info.id}, solve that"
+        raise VbbenchError(f"{submission} answers dataset {info.dataset}; {wanted}")
     if info.protocol != challenge.protocol:
         problem = f"is solved under {info.protocol}; {name} is held under {challenge.protocol}, solve it so"
         raise VbbenchError(f"{submission} {problem}")
-    refuses = challenge.missing_rows == "refuse"
     if refuses and info.failure_policy != "refuse":
         policy = f"failure_policy is '{info.failure_policy}'"
         raise VbbenchError(f"{submission}: {policy}; {name} wants every answer: 'refuse'")
@@ -232,11 +214,12 @@ def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
 
 def result_of(organiser: Organiser, entry: Entry, submission: Path, part: Part) -> Result:
     """The figures of a submission on a part alone."""
-    figures = score(submission, organiser.data, organiser.truth, sequences=organiser.parts[part])
-    about = About(**entry.about)
+    figures, about = (
+        score(submission, organiser.data, organiser.truth, sequences=organiser.parts[part]),
+        About(**entry.about),
+    )
     described = f"{figures.info.solver} {figures.info.version}".strip()
-    about = replace(about, reference=about.reference or described)
-    return Result.of(figures, submission, about, name=entry.team)
+    return Result.of(figures, submission, replace(about, reference=about.reference or described), name=entry.team)
 
 
 def close(folder: Path, moment: datetime) -> str:
@@ -281,9 +264,8 @@ def _copied(submission: Path, place: Path) -> Iterator[WorkFolder]:
     with WorkFolder(place) as work:
         work.begin()
         work.new.mkdir()
-        for name in FILES:
-            if os.path.lexists(submission / name):
-                _copy(submission / name, work.new / name)
+        for name in (name for name in FILES if os.path.lexists(submission / name)):
+            _copy(submission / name, work.new / name)
         yield work
 
 
@@ -312,8 +294,7 @@ def digest_of_answers(submission: Path, dataset: Dataset) -> str:
     """
     whole = hashlib.sha256()
     for _, answers in CheckedSubmission(submission, dataset, None).chunks():
-        poses = answers.poses.copy()
-        poses[:, 2] = wrap_angle(poses[:, 2])
+        poses = np.column_stack([answers.poses[:, :2], wrap_angle(answers.poses[:, 2])])
         for values in (poses, answers.positions):
             whole.update((values.astype("<f8") + 0).tobytes())
     return whole.hexdigest()
