@@ -35,7 +35,7 @@ demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
 	$(BIN)/vbbench demo --out $(DEMO) --jobs 2
 
-test: core
+test: $(VENV)/.dev $(VENV)/.runtime
 	$(BIN)/python -m pytest $(QUICK)
 
 test-slow: $(VENV)/.dev
@@ -105,7 +105,7 @@ leaderboard: $(VENV)/.dev
 	$(BIN)/vbbench leaderboard check
 	$(BIN)/python docs/write_board.py
 
-wheel-test: core
+wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh
 
 site: $(VENV)/.docs
@@ -130,20 +130,26 @@ chromium:
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.runtime: $(VENV)/bin/python pyproject.toml constraints.txt $(CORE)
+$(VENV)/.installed: $(VENV)/bin/python pyproject.toml constraints.txt
 	$(PIP) install --quiet --editable .
 	touch $@
 
-$(VENV)/.dev: $(VENV)/bin/python pyproject.toml constraints.txt
-	$(PIP) install --quiet --editable '.[dev]'
-	touch $@ $(VENV)/.runtime
+# Modules older than their sources are built again: by `make core` where its tools are, else by pip.
+$(VENV)/.runtime: $(VENV)/.installed $(CORE)
+	test -z "$$(find $(CORE) -newer $(VENV)/.installed)" || if test -e $(VENV)/.dev; then $(MAKE) core; else $(PIP) install --quiet --editable .; fi
+	touch $@
+
+# What is installed is asked for its extras by name: nothing is built again.
+$(VENV)/.dev: $(VENV)/.installed
+	$(PIP) install --quiet 'vbbench[dev]'
+	touch $@
 
 $(VENV)/.extras: $(VENV)/.dev
-	$(PIP) install --quiet --editable '.[dask,onnx,pyrender,pysocialforce,robot,torch,viewer]'
+	$(PIP) install --quiet 'vbbench[dask,onnx,pyrender,pysocialforce,robot,torch,viewer]'
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.runtime
-	$(PIP) install --quiet --editable '.[docs]'
+	$(PIP) install --quiet 'vbbench[docs]'
 	touch $@
 
 clean:

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Builds sdist and wheel, checks both, installs each into an empty environment and uses it from another folder.
+# Builds the sdist and from it the wheel, checks both, installs the wheel into an empty environment and uses it from another folder.
 # With a folder DIST, what was built and tried stays there, for a release; the wheel of the tree is in DIST/tree.
 set -eu
 here=$(pwd)
@@ -8,13 +8,12 @@ room=$(mktemp -d)
 trap 'rm -rf "$room"' EXIT
 export PIP_CONSTRAINT="$here/constraints.txt" PIP_BUILD_CONSTRAINT="$here/constraints.txt"
 export PIP_NO_COMPILE=1  # little of what is installed is ever imported
-"$python" -m build --quiet --outdir "$room/dist" "$here"  # the wheel from the sdist
-"$python" -m build --quiet --wheel --outdir "$room/tree" "$here"
+"$python" -m build --quiet --config-setting cmake.define.VBBENCH_WERROR=ON --outdir "$room/dist" "$here"  # the wheel from the sdist
+"$python" -m build --quiet --wheel --config-setting cmake.build-type=Debug --outdir "$room/tree" "$here"  # its files are compared
 "$python" -m release.artefacts "$room/dist" "$room"/tree/*.whl
 "$python" -m venv "$room/venv"
-"$room/venv/bin/python" -m pip install --quiet "$room"/dist/*.tar.gz
+"$room/venv/bin/python" -m pip install --quiet "$room"/dist/*.whl
 "$room/venv/bin/vbbench" --version
-"$room/venv/bin/python" -m pip install --quiet --no-deps --force-reinstall "$room"/dist/*.whl
 "$room/venv/bin/python" -m pip install --quiet --dry-run 'vbbench[pandas]'  # extras of what is installed, by its name
 if "$room/venv/bin/python" -m pip install --quiet uv; then
   "$room/venv/bin/uv" pip install --quiet --dry-run --python "$room/venv" -c "$here/constraints.txt" "$room"/dist/*.whl
@@ -49,4 +48,4 @@ test -s mine/mysolver.py
 test -s site/index.html && test -s site/assets/page.css && test -s site/assets/player.js
 test -s site/tables/hotel/sequential-field.tex
 if [ -n "${DIST:-}" ]; then mkdir -p "$here/$DIST" && cp -r "$room"/dist/* "$room/tree" "$here/$DIST"; fi
-echo "wheel: wheel and sdist installed and used from another folder"
+echo "wheel: built from the sdist, installed, and used from another folder"
