@@ -1,7 +1,7 @@
 """Killed anywhere, or on a full disk: nothing is lost, nothing is half, and the same command makes the same bytes.
 
-Every command that writes is rehearsed (`SCENARIOS`). A few moments of each are tried every time; all of them, and all
-at which the disk can fill up, are ``slow``, and left out for commands that write as others do (`LIKE_OTHERS`).
+Every command that writes is rehearsed (`SCENARIOS`). One command a writer is stopped at all its moments, and at all at
+which the disk can fill up (`WRITERS`); those that write as it does, at a few moments of theirs.
 """
 
 import os
@@ -14,7 +14,6 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from functools import partial
 from http.server import ThreadingHTTPServer
 from pathlib import Path
 
@@ -25,7 +24,7 @@ from tests.leaderboards.challenges import withheld_challenge
 from tests.lib.kill_harness import Command, Point, Stage, read_tree, without_chance
 from tests.lib.rehearsal import Rehearsal, Scenario
 from tests.lib.system_calls import why_not
-from tests.parallel.test_cluster import wait_until
+from tests.lib.commands import wait_until
 from vbbench.generation.generator import Card
 from vbbench.generation.sources import Source
 
@@ -38,15 +37,6 @@ WALK = Path(__file__).parents[1] / "lib" / "short_walk.toml"
 SIM = f"generate sim --scenario {WALK} --camera panorama"
 SECRET = f"{SIM} --withhold-truth --seed"
 REPORTING = "tests.solving.test_extras:Reporting"
-
-
-def with_parts_in_memory(command: str) -> int:
-    """A command that ends too soon to keep a part in a file."""
-    from vbbench.cli import main
-    from vbbench.parallel import parts
-
-    parts.PATIENCE = float("inf")
-    return main(command.split())
 
 
 def make_tiny() -> int:
@@ -102,8 +92,6 @@ SCENERY = {
     "site": "leaderboard build --results old-board --out site",
     "tiny": make_tiny,
     "tiny-answer": "solve tiny/data --solver cv --protocol sequential --out tiny-answer",
-    "picture.png": "plot data --sequence 0 --out picture.png",
-    "film": f"{RENDER} --out film",
 }
 """What the rehearsed commands find: commands by the name of what they make."""
 
@@ -128,10 +116,7 @@ def making_answers(command: Command, **found: str) -> Scenario:
 
 SCENARIOS: dict[str, Scenario] = {
     "generate": making_data(f"{SIM} --out out"),
-    "generate in memory": making_data(partial(with_parts_in_memory, f"{SIM} --out out")),
     "generate --overwrite": making_data(f"{SIM} --out out --overwrite", out="other"),
-    "generate --tier tracked": making_data(f"{SIM} --tier tracked --out out"),
-    "generate of a recording": making_data("generate demo --limit 1 --out out"),
     "generate --withhold-truth": making_secrets(f"{SECRET} {SEED + 1} --out out"),
     "generate --withhold-truth --overwrite": making_secrets(
         f"{SECRET} {SEED + 1} --out out --overwrite", out="secret", out_truth="secret.truth"
@@ -144,29 +129,20 @@ SCENARIOS: dict[str, Scenario] = {
     "generate --scheduler --overwrite": making_data(f"{SIM} --out out --scheduler here --overwrite", out="other"),
     "solve": making_answers("solve data --solver cv --out out"),
     "solve --overwrite": making_answers("solve data --solver cv --out out --overwrite", out="others"),
-    "solve --covariance": making_answers("solve data --solver vb-cv --covariance --protocol sequential --out out"),
     "solve --scheduler": making_answers("solve data --solver cv --scheduler here --out out"),
-    "solve --scheduler --overwrite": making_answers(
-        "solve data --solver cv --scheduler here --out out --overwrite", out="others"
-    ),
     "merge": making_data("merge out", out="parts"),
-    "merge --out": making_data("merge parts --out out", parts="parts"),
     "merge withheld truth": making_secrets("merge out", out="mystery"),
     "merge withheld truth --out": making_secrets("merge mystery --out out", mystery="mystery"),
     "merge a submission": making_answers("merge out", out="pieces"),
     "merge a submission --out": making_answers("merge pieces --out out", pieces="pieces"),
     "card": Scenario(command="card data --creator Somebody --overwrite", found=finding("data")),
-    "leaderboard add the first": Scenario(command=f"{ADD} --results board", found=finding("plaza", "plaza-answers")),
-    "leaderboard add another": Scenario(
+    "leaderboard add": Scenario(
         command=f"{ADD} --results board", found=finding("plaza", "plaza-answers", "board")
     ),
     "leaderboard add --overwrite": Scenario(
         command=f"{ADD} --results board --overwrite", found=finding("plaza", "plaza-answers", board="old-board")
     ),
     "leaderboard build": Scenario(
-        command="leaderboard build --results board --out site", found=finding("board"), whole=("site",)
-    ),
-    "leaderboard build again": Scenario(
         command="leaderboard build --results board --out site", found=finding("board", "site"), whole=("site",)
     ),
     "leaderboard template": Scenario(command="leaderboard template mine", found={}),
@@ -177,29 +153,19 @@ SCENARIOS: dict[str, Scenario] = {
     "challenge accept": Scenario(command=accept_tiny, found={"tiny": "tiny", "tiny-answer": "tiny-answer"}),
     "export csv": Scenario(command="export csv data --out out", found=finding("data")),
     "export mot": Scenario(command="export mot data --out out", found=finding("data")),
-    "export mot --heads": Scenario(command="export mot data --sequence 0 --heads --out out", found=finding("data")),
-    "export tum": Scenario(command="export tum data --out out", found=finding("data")),
-    "export tum again": Scenario(command="export tum other --out out", found=finding("other", out="paths")),
+    "export tum": Scenario(command="export tum other --out out", found=finding("other", out="paths")),
     "import mot": Scenario(
         command="import mot boxes --dataset data --out out",
         found=finding("data", "boxes"),
         whole=("out",),
         read="verify out",
     ),
-    "import mot --overwrite": Scenario(
-        command="import mot boxes --dataset data --out out --overwrite",
-        found=finding("data", "boxes", out="other"),
-        whole=("out",),
-        read="verify out",
-    ),
-    "import tum": making_answers("import tum paths --dataset data --out out --solver mine", paths="paths"),
-    "import tum again": making_answers(
+    "import tum": making_answers(
         "import tum paths --dataset data --out out --solver mine", paths="paths", out="others"
     ),
     "score --per-sequence": Scenario(
         command="score answers --dataset data --per-sequence rows.csv", found=finding("data", "answers")
     ),
-    "plot": Scenario(command="plot data --sequence 0 --out picture.png", found=finding("data")),
     "plot-errors": Scenario(
         command="plot-errors data --estimate answers --metric dx --kind cumulative --out errors.pdf",
         found=finding("data", "answers"),
@@ -208,9 +174,23 @@ SCENARIOS: dict[str, Scenario] = {
     "render": Scenario(command=f"{RENDER} --out film", found=finding("data")),
 }
 
-LIKE_OTHERS = {"generate --tier tracked", "generate of a recording", "solve --covariance", "export mot --heads"}
-"""Scenarios that compute something else than others and write it as these do: a few moments of them are enough."""
-TO_THE_END = [name for name in SCENARIOS if name not in LIKE_OTHERS]
+WRITERS = (
+    "generate --overwrite",
+    "generate --withhold-truth --overwrite",
+    "generate --scheduler",
+    "solve --overwrite",
+    "merge withheld truth",
+    "merge a submission",
+    "card",
+    "leaderboard add --overwrite",
+    "leaderboard build",
+    "challenge bundle",
+    "challenge accept",
+    "export mot",
+    "fetch",
+    "render",
+)
+"""One scenario of every way of writing."""
 
 
 @pytest.fixture(scope="module")
@@ -237,24 +217,31 @@ def spread(points: Sequence[Point], count: int) -> list[Point]:
     return [*others[step // 2 :: step][: count - 2], *last]
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_killed_at_some_moments(stage: Stage, name: str) -> None:
+@pytest.mark.parametrize("name", ["generate --overwrite", "solve --overwrite", "card"])
+def test_killed_and_on_a_full_disk_at_some_moments(stage: Stage, name: str) -> None:
     rehearsal = Rehearsal.of(stage, SCENARIOS[name])
     check(rehearsal.faults_when_killed(spread(rehearsal.moments, 3)))
+    check(rehearsal.faults_on_a_full_disk(spread(rehearsal.steps_that_take_space, 3)))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", TO_THE_END)
+@pytest.mark.parametrize("name", [name for name in SCENARIOS if name not in WRITERS])
+def test_who_writes_as_others_is_killed_at_some_moments(stage: Stage, name: str) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+    check(rehearsal.faults_when_killed(spread(rehearsal.moments, 6)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", WRITERS)
 def test_killed_at_every_moment(stage: Stage, name: str) -> None:
     rehearsal = Rehearsal.of(stage, SCENARIOS[name])
     assert stage.run(rehearsal.scenario.command, rehearsal.found).left == rehearsal.run.left, "two runs differ"
     check(rehearsal.faults_when_killed(rehearsal.moments))
+    check(rehearsal.faults_on_a_full_disk(rehearsal.steps_that_take_space))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["generate --withhold-truth --overwrite", "merge withheld truth", "solve --overwrite", "export csv"]
-)
+@pytest.mark.parametrize("name", ["generate --withhold-truth --overwrite", "merge withheld truth", "export mot"])
 def test_killed_and_killed_again(stage: Stage, name: str) -> None:
     first = Rehearsal.of(stage, SCENARIOS[name])
     for point in spread(first.moments, 4):
@@ -262,22 +249,8 @@ def test_killed_and_killed_again(stage: Stage, name: str) -> None:
         check([f"{point.what}, then {fault}" for fault in second.faults_when_killed(spread(second.moments, 6))])
 
 
-@pytest.mark.parametrize("name", ["generate --overwrite", "solve --overwrite", "export csv"])
-def test_the_disk_is_full_at_some_moments(stage: Stage, name: str) -> None:
-    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
-    check(rehearsal.faults_on_a_full_disk(spread(rehearsal.steps_that_take_space, 3)))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", TO_THE_END)
-def test_the_disk_is_full_at_every_moment(stage: Stage, name: str) -> None:
-    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
-    check(rehearsal.faults_on_a_full_disk(rehearsal.steps_that_take_space))
-
-
-@pytest.mark.parametrize("name", ["generate --overwrite", "export mot"])
-def test_a_kill_leaves_what_was_recorded(stage: Stage, name: str) -> None:
-    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
+def test_a_kill_leaves_what_was_recorded(stage: Stage) -> None:
+    rehearsal = Rehearsal.of(stage, SCENARIOS["generate --overwrite"])
     for point in spread([point for point in rehearsal.run.points[:-1] if point.what.startswith("before")], 5):
         killed = stage.kill(rehearsal.scenario.command, rehearsal.found, point.number)
         assert killed.status == -signal.SIGKILL
@@ -285,12 +258,11 @@ def test_a_kill_leaves_what_was_recorded(stage: Stage, name: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_workers_and_the_same_command_goes_on(tmp_path: Path, sent: signal.Signals) -> None:
-    whole, place, chance = tmp_path / "whole" / "out", tmp_path / "stopped" / "out", random.Random(sent)
+def test_a_signal_stops_workers_and_the_same_command_goes_on(tmp_path: Path) -> None:
+    whole, place, chance = tmp_path / "whole" / "out", tmp_path / "stopped" / "out", random.Random(0)
     command = [sys.executable, "-m", "vbbench", "generate", "tests.lib.slow_split:SLOW", "--jobs"]
     subprocess.run([*command, "1", "--out", whole], check=True, capture_output=True)
-    for parts in (1, 3):
+    for parts, sent in ((1, signal.SIGINT), (3, signal.SIGTERM)):
         run = subprocess.Popen([*command, "2", "--out", place], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         wait_until(lambda wanted=parts, run=run: count_parts(place) >= wanted or run.poll() is not None, seconds=300)
         time.sleep(chance.uniform(0.0, 0.1))
