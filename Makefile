@@ -86,6 +86,7 @@ dependencies: $(VENV)/.dev
 
 house: $(VENV)/.dev
 	$(BIN)/python docs/draw_house.py --check
+	$(BIN)/python docs/budgets.py
 
 results-check: $(VENV)/.dev
 	$(BIN)/vbbench leaderboard check --work /dev/null

@@ -13,7 +13,7 @@ def _installed() -> str:
 __version__ = _installed()
 
 ON_PYPI = False
-"""Whether a release can be had by its name. Docs and page say it only then: `tests/docs/test_install_words.py`."""
+"""Whether a release can be had by its name. Docs and page say it only then: `tests/release/test_installing.py`."""
 
 INSTALL = (
     "python -m pip install vbbench" if ON_PYPI else "git clone <this repository> && python -m pip install ./vbbench"

@@ -14,7 +14,6 @@ import pytest
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import all_commands
 from vbbench.generation import generate
-from vbbench.generation.catalogue import describe_splits
 from vbbench.generation.generator import Options
 from vbbench.registry import registered
 from vbbench.scoring import score
@@ -50,12 +49,15 @@ def links() -> Iterator[tuple[Path, str]]:
                 yield page, target
 
 
-@pytest.mark.parametrize(("page", "target"), list(links()), ids=lambda value: getattr(value, "name", value))
-def test_links_resolve(page: Path, target: str) -> None:
-    name, _, anchor = target.partition("#")
-    path = page.parent / name if name else page
-    assert path.is_file(), f"{page.name} links to {target}"
-    assert not anchor or anchor in anchors(path), f"{page.name} links to {target}: {path.name} has no such heading"
+def test_links_resolve() -> None:
+    def leads(page: Path, target: str) -> bool:
+        name, _, anchor = target.partition("#")
+        path = page.parent / name if name else page
+        return path.is_file() and (not anchor or anchor in anchors(path))
+
+    found = list(links())
+    assert len(found) > 100
+    assert not [f"{page.name} links to {target}" for page, target in found if not leads(page, target)]
 
 
 def test_pages_keep_to_their_budget() -> None:
@@ -79,21 +81,14 @@ def test_constants_of_the_page_are_those_of_the_code() -> None:
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("command", all_commands())
-def test_every_command_has_an_example(command: str) -> None:
+def test_every_command_has_an_example_and_every_solver_its_description() -> None:
     text = (ROOT / "docs" / "commands.md").read_text("utf-8")
-    assert f"## `vbbench {command}`" in text
-    assert re.search(rf"^    \$ (\w+=\S+ )?vbbench {command}\b", text, flags=re.M)
-
-
-@pytest.mark.parametrize("solver", sorted(registered("solver")))
-def test_every_bundled_solver_is_described(solver: str) -> None:
-    assert f"`{solver}`" in (ROOT / "docs" / "solvers.md").read_text("utf-8")
-
-
-def test_no_page_names_a_folder_of_the_writer() -> None:
-    for page in PAGES:
-        assert not re.search(r"/(work|root|home|tmp)/", page.read_text("utf-8")), page.name
+    shown = re.findall(r"^    \$ (?:\w+=\S+ )?vbbench (.*)", text, flags=re.M)
+    for command in all_commands():
+        assert f"## `vbbench {command}`" in text
+        assert any(line.split()[: len(command.split())] == command.split() for line in shown), command
+    solvers = (ROOT / "docs" / "solvers.md").read_text("utf-8")
+    assert not [solver for solver in registered("solver") if f"`{solver}`" not in solvers]
 
 
 @pytest.mark.slow
@@ -114,29 +109,15 @@ def test_python_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.Monke
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("module", "name"), [("still", "StandStill"), ("line", "StraightLines")])
-@pytest.mark.parametrize("protocol", ["one-step", "sequential", "rollout"])
-def test_example_solvers_answer(
-    module: str, name: str, protocol: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_example_solvers_answer(module: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     block = next(block for block in python_blocks(GUIDE) if f"class {name}" in block)
     unique = f"docs_example_{module}"
     (tmp_path / f"{unique}.py").write_text(block, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
     dataset = generate("demo", tmp_path / "crowd", Options(camera=PanoramaCamera(), limit=2))
-    submission = solve(dataset, f"{unique}:{name}", protocol, tmp_path / "answers")
-    assert score(submission, dataset.folder).coverage == 1.0
-
-
-def test_where_to_look_names_at_most_two_places_that_exist() -> None:
-    page = (ROOT / "docs" / "development.md").read_text(encoding="utf-8")
-    rows = re.findall(r"(?m)^\| (?:Where|How|What) .*", page.partition("## Where to look")[2].partition("\n## ")[0])
-    assert len(rows) >= 12
-    homes = [ROOT / home for home in ("", "generators", "baselines", "renderers", "leaderboards")]
-    for row in rows:
-        places = re.findall(r"`([\w./*-]+/[\w./*-]*)`", row.split("|")[2])
-        assert 1 <= len(places) <= 2, row
-        for place in places:
-            assert any(list(home.glob(place)) for home in homes), f"{place} does not exist"
+    for protocol in ("one-step", "sequential"):
+        submission = solve(dataset, f"{unique}:{name}", protocol, tmp_path / protocol)
+        assert score(submission, dataset.folder).coverage == 1.0
 
 
 WRITTEN_BY_READERS = {"damped.py", "learn.py", "line.py", "still.py"}
@@ -197,10 +178,3 @@ def test_pages_make_the_datasets_of_the_boards_with_the_seed_and_the_id_of_today
             assert number == seed, page
             assert identifier == json.loads((records / "sim" / f"{tier}.json").read_text("utf-8"))["id"], page
     assert shown
-
-
-def test_splits_say_whose_files_they_are_made_from() -> None:
-    lines = [line for line in describe_splits().splitlines() if line.endswith("]")]
-    own = {line.split(":")[0] for line in lines if line.endswith("[files of your own, --source]")}
-    assert own == {"argoverse2", "custom", "jrdb", "kitti", "motsynth", "nuscenes", "own"}
-    assert {line.split(":")[0] for line in lines if line.endswith("[no source files]")} == {"demo", "sim", "street"}
