@@ -21,10 +21,10 @@ import pytest
 
 from tests.generation.test_sources import SHA256, Handler
 from tests.leaderboards.challenges import withheld_challenge
+from tests.lib.commands import wait_until
 from tests.lib.kill_harness import Command, Point, Stage, read_tree, without_chance
 from tests.lib.rehearsal import Rehearsal, Scenario
 from tests.lib.system_calls import why_not
-from tests.lib.commands import wait_until
 from vbbench.generation.generator import Card
 from vbbench.generation.sources import Source
 
@@ -136,9 +136,7 @@ SCENARIOS: dict[str, Scenario] = {
     "merge a submission": making_answers("merge out", out="pieces"),
     "merge a submission --out": making_answers("merge pieces --out out", pieces="pieces"),
     "card": Scenario(command="card data --creator Somebody --overwrite", found=finding("data")),
-    "leaderboard add": Scenario(
-        command=f"{ADD} --results board", found=finding("plaza", "plaza-answers", "board")
-    ),
+    "leaderboard add": Scenario(command=f"{ADD} --results board", found=finding("plaza", "plaza-answers", "board")),
     "leaderboard add --overwrite": Scenario(
         command=f"{ADD} --results board --overwrite", found=finding("plaza", "plaza-answers", board="old-board")
     ),
