@@ -1,7 +1,6 @@
 # make demo   first result      make check   lint, types, import contracts, dependencies, results
 # make test   all but slow tests and pages; what is missing skips      make test-slow, test-kills   the slow ones
 # make test-extras   installs the extras and runs their tests          make test-all    every test
-# make test-under-load   make test ten times on a busy machine, every second time in reverse order
 # make bench  speed ratios
 # make golden  what the solvers score against the committed results; make leaderboard writes and checks them (minutes)
 # make core   the extension modules again, in place, with debug symbols     make sanitize   their tests under sanitizers
@@ -29,7 +28,7 @@ WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile
 QUICK := -m 'not slow' --ignore tests/browser $(PARALLEL)
 
-.PHONY: demo test test-slow test-kills test-extras test-all test-under-load check lint types contracts dependencies house results-check bench bench-summary golden leaderboard wheel-test site sequences packages browser chromium core sanitize format clean
+.PHONY: demo test test-slow test-kills test-extras test-all check lint types contracts dependencies house results-check bench bench-summary golden leaderboard wheel-test site sequences packages browser chromium core sanitize format clean
 
 demo: $(VENV)/.runtime
 	rm -rf $(DEMO)
@@ -46,9 +45,6 @@ test-kills: $(VENV)/.extras
 
 test-extras: $(VENV)/.extras
 	$(BIN)/python -m pytest -m extra --no-skips
-
-test-under-load: $(VENV)/.dev
-	$(BIN)/python -m tests.lib.under_load --runs 10 -- $(QUICK)
 
 test-all: $(VENV)/.extras chromium site
 	$(BIN)/python -m pytest

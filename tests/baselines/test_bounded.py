@@ -123,7 +123,7 @@ def test_extrapolations_say_when_they_have_gone_on_for_long(solver: type[Any]) -
     assert not estimate.converged[20:].any()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     seed=st.integers(0, 2**16),
     gaps=st.lists(st.tuples(st.integers(2, 55), st.integers(1, 40)), max_size=4),

@@ -14,7 +14,6 @@ from vbbench.protocol import get_protocol
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import frames_of, run_sequence
-from vbbench_baselines.common.cold_start import FAST, STANDING, standing
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.joint_map import MapBatch, MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
@@ -81,11 +80,10 @@ HARD: dict[str, Callable[[Truth], Truth]] = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
 @pytest.mark.parametrize("start", HARD)
 @pytest.mark.parametrize("make", SOLVERS)
-def test_no_start_is_too_hard(make: Callable[[], Any], start: str, camera: Camera) -> None:
-    truth = HARD[start](crossing(3))
+def test_no_start_is_too_hard(make: Callable[[], Any], start: str) -> None:
+    truth, camera = HARD[start](crossing(3)), CAMERAS[list(HARD).index(start) % 2]
     sequence = cold(truth, camera)
     estimate = answer(make, sequence, camera, covariances=True)
     seen = sequence.observed
@@ -177,9 +175,3 @@ def test_where_nobody_is_seen_the_observer_comes_to_rest(make: Callable[[], Any]
     sequence = cold(replace(truth, poses=poses, positions=positions), CAMERAS[0])
     steps = np.hypot(*np.diff(answer(make, sequence, CAMERAS[0]).poses[:, :2], axis=0).T)
     assert steps[-1] < 0.3 * steps[FRAMES - 2]
-
-
-def test_it_counts_more_that_the_observer_stands_the_slower_it_is() -> None:
-    counts = standing(np.array((0.0, FAST, 10.0)))
-    np.testing.assert_allclose(counts[:2], (STANDING, 0.5 * STANDING))
-    assert counts[2] < 0.05 * STANDING

@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 
 from tests.lib.solver_runs import CAMERAS, DT, problem_of, run, see, walk
-from vbbench import PerspectiveCamera, Session
-from vbbench.boxes import rectangles
 from vbbench.camera import Camera
-from vbbench.geometry import FloatArray, motion_between, relative_to_world, world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray, motion_between, relative_to_world, wrap_angle
 from vbbench.protocol import PROTOCOLS, get_protocol
-from vbbench.registry import make_solver, registered
 from vbbench.sequence import Odometry, Sequence, Truth
-from vbbench.solver import Estimate, ForgettingSolver, FrameEstimate
-from vbbench.solving.runner import frames_of, run_sequence
+from vbbench.solver import Estimate
+from vbbench.solving.runner import run_sequence
 from vbbench_baselines.ground_plane import ACCELERATION, FLOOR, SPEED, GroundPlane, rigid_fit
 
 MEAN = 1.7
@@ -46,13 +43,6 @@ def cold(truth: Truth, camera: Camera, odometry: Odometry | None = None) -> Sequ
 def answers(sequence: Sequence, camera: Camera, protocol: str = "cold-start", **facts: Any) -> Estimate:
     problem = replace(problem_of(sequence, camera, covariances=True), **facts)
     return run_sequence(GroundPlane(), problem, sequence, get_protocol(protocol), None)[0]
-
-
-def test_it_is_bundled() -> None:
-    if "ground-plane" not in registered("solver"):
-        pytest.skip("vbbench was installed before it had this solver")
-    assert isinstance(make_solver("ground-plane"), GroundPlane)
-    assert isinstance(GroundPlane(), ForgettingSolver)
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
@@ -96,13 +86,6 @@ def test_the_rigid_fit_minimises_the_weighted_squares() -> None:
     found, _ = rigid_fit(relative, places, weights, (expected, trust))
     around = found + rng.normal(0.0, 0.05, (200, 3))
     assert all(cost(pose) > cost(found) for pose in around)
-
-
-def test_nobody_known_leaves_what_is_expected() -> None:
-    expected = np.array((1.0, 2.0, -3.0))
-    found, covariance = rigid_fit(np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), (expected, 4.0))
-    np.testing.assert_allclose(found, expected)
-    np.testing.assert_allclose(np.diag(covariance), 0.25)
 
 
 @pytest.mark.parametrize("seen", [(1, 1, 1, 1), (1, 0, 0, 1), (1, 1, 0, 1)])
@@ -183,38 +166,3 @@ def test_covariances_hold_most_errors_of_people_with_odometry() -> None:
         spread = estimate.position_covariances[seen]
         squares.append(np.einsum("ni,nij,nj->n", off[seen], np.linalg.inv(spread), off[seen]))
     assert 0.8 < (np.concatenate(squares) < 6.18).mean() < 1.0
-
-
-def test_a_forgotten_column_is_a_new_one() -> None:
-    truth = walk(8, 10)
-    sequence = cold(truth, CAMERAS[0], measured(truth))
-    solvers = GroundPlane(), GroundPlane()
-    boxes = sequence.observations.copy()
-    boxes[:6, 0] = np.nan
-    shown = sequence, replace(sequence, observations=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
-    last: list[FrameEstimate] = []
-    for solver, one in zip(solvers, shown, strict=True):
-        solver.start(problem_of(one, CAMERAS[0]))
-        given = get_protocol("cold-start").select_given(one.given)
-        for frame in frames_of(one, given, given):
-            if frame.index == 6:
-                solver.forget(np.array([0]))
-            answer = solver.step(frame)
-        last.append(answer)
-    np.testing.assert_allclose(last[0].positions[0], last[1].positions[0])
-    np.testing.assert_allclose(last[0].pose, last[1].pose)
-
-
-def test_it_runs_in_a_session() -> None:
-    camera, truth = PerspectiveCamera(), alike(9, 30)
-    session = Session(GroundPlane(), camera, DT, origin=tuple(truth.poses[0]))
-    heights = np.full(len(truth.heights), 1.72)
-    for t, pose in enumerate(truth.poses):
-        shown = camera.project(world_to_relative(truth.positions[t], pose), heights)
-        ids = [k for k in range(len(shown)) if np.isfinite(shown[k, 2])]
-        motion = motion_between(truth.poses[t - 1], pose) if t else None
-        answer = session.step(
-            dict(zip(ids, rectangles(shown[ids]), strict=True)),
-            **({} if motion is None else {"odometry": (motion, 1e-6 * np.eye(3))}),
-        )
-    np.testing.assert_allclose(answer.pose[:2], truth.poses[-1, :2], atol=1e-6)

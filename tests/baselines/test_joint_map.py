@@ -369,33 +369,6 @@ def test_constants_that_cannot_be_are_refused(name: str, value: float, problem: 
         Estimator().set(name, value)
 
 
-@pytest.mark.parametrize("columns", [[3], [-1]])
-def test_columns_that_are_not_there_cannot_be_forgotten(columns: list[int]) -> None:
-    with pytest.raises(VbbenchError, match="columns must be from 0 to 2"):
-        Run(3).core.forget(np.array(columns, np.int32))
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "problem"),
-    [
-        ("frame", 6, "frame must be from 0 to 5"),
-        ("frame", -1, "frame must be from 0 to 5"),
-        ("pose", np.zeros(2), r"pose must have the shape \[3\], not \[2\]"),
-        ("pose_covariance", np.zeros(9), r"pose_covariance must have the shape \[3, 3\], not \[9\]"),
-        ("places", np.zeros((3, 2), np.float32), "places must be an array of float64 in C order that can be written"),
-        ("place_covariances", None, "place_covariances must be an array of float64"),
-    ],
-)
-def test_smoothed_refuses_frames_and_arrays_that_do_not_fit(name: str, value: Any, problem: str) -> None:
-    run = Run(3, size=6)
-    run.through(crowd(8, 3))
-    arrays = {key: run.arrays()[key] for key in ("pose", "pose_covariance", "places", "place_covariances")}
-    with pytest.raises(VbbenchError, match=problem):
-        run.core.smoothed(**{"frame": 0, **arrays, name: value})
-    with pytest.raises(VbbenchError, match="start comes before"):
-        Estimator().smoothed(0, **arrays)
-
-
 def hidden_scene() -> Crowd:
     """A crowd before a camera that stands, 2.2 m high.
 

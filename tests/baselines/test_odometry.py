@@ -57,14 +57,6 @@ def test_a_motion_leads_to_the_pose_that_it_was_measured_from() -> None:
     assert wrap_angle(told.pose[2] - now[2]) == pytest.approx(0.0)
 
 
-def test_what_is_not_finite_was_not_measured() -> None:
-    motions, covariances = np.ones((4, 3)), np.tile(np.eye(3), (4, 1, 1))
-    motions[1, 2], covariances[2, 0, 0] = np.nan, np.inf
-    odometry = Odometry(motions=motions, covariances=covariances)
-    rows = [replace(odometry, motions=motions[t : t + 1], covariances=covariances[t : t + 1]) for t in range(4)]
-    assert [told_by(row, np.zeros(3)) is not None for row in rows] == [True, False, False, True]
-
-
 @pytest.mark.parametrize("protocol", ["cold-start", "rollout"])
 @pytest.mark.parametrize("make", SOLVERS)
 def test_accurate_odometry_ends_the_drift(make: Callable[[], Any], protocol: str) -> None:

@@ -61,8 +61,3 @@ def test_crowds_that_do_not_fit_are_refused(changes: dict[str, Any], problem: st
     _core.march(**crowds)
     with pytest.raises(VbbenchError, match=problem):
         _core.march(**{**crowds, **changes})
-
-
-def test_places_of_boxes_that_are_not_there_are_refused() -> None:
-    with pytest.raises(VbbenchError, match="order must be from 0 to below 2"):
-        _core.remaining(np.ones((2, 4)), np.array([0, 2]), 0.5, 0.0)

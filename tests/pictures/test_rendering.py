@@ -115,15 +115,6 @@ def test_an_estimate_changes_the_map_and_the_title(panorama, submission):
     assert (one[:TITLE_HEIGHT] != other[:TITLE_HEIGHT]).any()
 
 
-def test_the_map_stands_still(panorama, submission):
-    film = a_film(panorama, 0, submission)
-    ends = film.bird.place(film.replay.known.poses[:, :2])
-    assert np.all((ends > 0) & (ends < [film.bird.width, film.bird.height]))
-    seen = film.replay.known.positions[film.replay.sequence.observed]
-    places = film.bird.place(seen)
-    assert np.all((places > 0) & (places < [film.bird.width, film.bird.height]))
-
-
 def test_frames_are_made_one_at_a_time_and_forgotten(panorama):
     film = a_film(panorama)
     renderer = FlatRenderer.made[-1]
@@ -157,13 +148,6 @@ def test_frames_of_another_command_are_made_anew(panorama, tmp_path, change):
     render_to_file(panorama, 0, tmp_path / "film", backend=Backend(name=FLAT, **change))
     assert len(FlatRenderer.made[-1].frames) == panorama.sequence(0).frames
     assert not (tmp_path / "film" / frame_name(9999)).exists()
-
-
-@pytest.mark.slow
-def test_an_estimate_makes_another_film(panorama, submission, tmp_path):
-    render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT)
-    render_to_file(panorama, 0, tmp_path / "film", backend=BY_FLAT, submission=submission)
-    assert len(FlatRenderer.made[-1].frames) == panorama.sequence(0).frames
 
 
 def test_a_folder_of_something_else_is_left_alone(panorama, tmp_path):
@@ -203,11 +187,6 @@ def test_an_interrupted_folder_has_whole_frames_only(tmp_path):
 def test_an_impossible_frame_rate_is_refused(tmp_path, fps):
     with pytest.raises(VbbenchError, match="fps must be above 0"):
         write_mp4(tmp_path / "film.mp4", failing_after(3), 9, fps)
-
-
-def test_other_kinds_of_film_are_refused(panorama, tmp_path):
-    with pytest.raises(VbbenchError, match=r"ends in \.mp4"):
-        render_to_file(panorama, 0, tmp_path / "film.avi", backend=BY_FLAT)
 
 
 def test_a_negative_seed_and_a_folder_for_text_are_refused(panorama, tmp_path):
@@ -315,12 +294,6 @@ def test_a_detector_that_finds_nobody_at_all_is_an_error(panorama, tmp_path):
     assert not out.exists()
 
 
-@pytest.mark.parametrize("every", [0, -1])
-def test_a_stride_that_cannot_be_is_refused(panorama, oracle, tmp_path, every):
-    with pytest.raises(VbbenchError, match="every must be at least 1"):
-        detect_to_file(panorama, 0, tmp_path / "det.txt", detector=oracle, every=every, backend=BY_FLAT)
-
-
 def test_an_unknown_tracker_is_found_before_anything_is_drawn(panorama, oracle, tmp_path):
     drawn = []
     with pytest.raises(VbbenchError, match="no tracker is called 'bite'; did you mean 'byte'"):
@@ -328,13 +301,6 @@ def test_an_unknown_tracker_is_found_before_anything_is_drawn(panorama, oracle, 
             panorama, 0, tmp_path / "out.txt", detector=oracle, tracker="bite", backend=BY_FLAT, announce=drawn.append
         )
     assert not drawn
-
-
-def test_hog_finds_nobody_where_nobody_is():
-    from vbbench_renderers.hog import HogDetector
-
-    found = HogDetector().detect(np.full((240, 320, 3), 127, np.uint8))
-    assert found.boxes.shape == (0, 4)
 
 
 def test_of_boxes_that_overlap_only_the_best_is_kept_round_the_seam_too():

@@ -32,8 +32,7 @@ def random_terms(seed: int, people: int = 5, depth_std: float = 1.0) -> Factors:
     return Factors(relative, covariance, expected, rng.uniform(0.05, 0.3, people), pose + rng.normal(0, 0.3, 3), 0.1)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(4))
 def test_the_pose_is_the_least_that_scipy_finds(seed: int) -> None:
     terms = random_terms(seed)
     pose = fit_pose(terms)
@@ -45,7 +44,7 @@ def test_the_pose_is_the_least_that_scipy_finds(seed: int) -> None:
     )
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(5))
 def test_the_gradient_vanishes_at_the_pose(seed: int) -> None:
     terms = random_terms(seed)
     pose, h = fit_pose(terms), 1e-5
@@ -65,7 +64,7 @@ def test_with_exact_heights_the_fit_is_the_closed_rigid_one() -> None:
     assert pose[2] == pytest.approx(yaw, abs=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize("seed", range(10))
 def test_the_yaw_is_the_least_of_the_circle(seed: int) -> None:
     """Of an observer whose place is known, among people who contradict one another."""
     terms = random_terms(seed, people=3, depth_std=3.0)

@@ -4,7 +4,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import pytest
 
 from tests.lib.numpy_operations import NumpyOperations
 from tests.lib.solver_runs import DT, run, walk
@@ -52,14 +51,6 @@ def before(truth: Truth, frame: int) -> tuple[complex, complex, float]:
     return smooth * turned, steps[-1] * DT * turned, yaw[frame] - yaw[frame - 1]
 
 
-@pytest.mark.parametrize("frame", [3, 10, 20])
-def test_a_head_that_looks_where_the_way_leads_strays_by_nothing(frame: int) -> None:
-    smooth, step, turn = before(winding(3), frame)
-    head = heads.head_of(XP, np.complex128(smooth), np.float64(0.0), SECONDS)
-    *_, weight, _, _, pull_of_turn = heads.head_equations(XP, head, np.complex128(step), np.float64(turn))
-    assert abs(pull_of_turn / weight) < 2e-4
-
-
 def test_derivatives_are_those_of_the_residual() -> None:
     head = heads.head_of(XP, np.complex128(1.1 + 0.2j), np.float64(1.0), SECONDS)
 
@@ -88,13 +79,6 @@ def test_odds_tell_heads_that_follow_from_others() -> None:
     for seed in range(5):
         assert odds(winding(seed)) == heads.MOST_ODDS
         assert odds(looking(winding(seed), seed)) < -5.0
-
-
-def test_who_stands_tells_nothing() -> None:
-    nothing = np.complex128(0.0)
-    assert heads.odds_after(XP, np.float64(0.3), nothing, np.float64(0.0), SECONDS) == 0.3
-    head = heads.head_of(XP, nothing, np.float64(10.0), SECONDS)
-    assert not np.any(heads.head_equations(XP, head, nothing, np.float64(0.1)))
 
 
 def test_a_head_that_follows_helps_and_one_that_does_not_costs_little() -> None:

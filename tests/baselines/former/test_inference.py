@@ -1,7 +1,6 @@
 """The learned solver's network in C++ computes what NumPy computes with the network that is trained."""
 
-import copy
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,6 @@ import pytest
 from tests.lib.numpy_operations import NumpyOperations
 from tests.lib.solver_runs import CAMERAS, problem_of, see, walk
 from vbbench.errors import VbbenchError
-from vbbench_baselines import _core
 from vbbench_baselines.former.inference import Inference, Remembered, nothing_remembered
 from vbbench_baselines.former.layers import Network, first_weights, is_pure
 from vbbench_baselines.former.network import Answer, Birdifier, Told
@@ -64,9 +62,8 @@ def assert_alike(found: Any, wanted: Any) -> None:
     np.testing.assert_allclose(found, wanted, rtol=1e-3, atol=2e-4)
 
 
-@pytest.mark.parametrize("pure", [False, True])
-@pytest.mark.parametrize("feet", [False, True])
-@pytest.mark.parametrize("people", [0, 1, 2, 9])
+@pytest.mark.parametrize(("pure", "feet"), [(False, True), (True, False)])
+@pytest.mark.parametrize("people", [0, 1, 9])
 @pytest.mark.parametrize("said", [None, measured(False), measured(True)], ids=["alone", "measured", "sure"])
 def test_frames_are_numpys(pure: bool, feet: bool, people: int, said: Measured | None) -> None:
     weights = some_weights(pure=pure)
@@ -91,12 +88,6 @@ def test_sequences_that_share_a_network_do_not_disturb_one_another() -> None:
         np.testing.assert_array_equal(found.places, wanted)
 
 
-@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy])
-def test_copies_answer_alike(copied: Callable[[Inference], Inference]) -> None:
-    network = Inference(some_weights(pure=False), feet=True)
-    np.testing.assert_array_equal(places(copied(network), 3), places(network, 3))
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -108,14 +99,6 @@ def test_weights_of_another_network_are_refused(changes: dict[str, Any], message
     weights = some_weights(pure=False) | changes
     with pytest.raises(VbbenchError, match=message):
         Inference({name: values for name, values in weights.items() if values is not None}, feet=True)
-
-
-def test_people_and_boxes_must_be_as_many() -> None:
-    network = _core.FormerNetwork(some_weights(pure=False), True, True)
-    shapes = (5, 49), (56,), (4, 15), (11,), (9,), (5, 4)
-    people, observer, sights, given, pose, found = (np.zeros(shape, np.float32) for shape in shapes)
-    with pytest.raises(VbbenchError, match=r"sights must have the shape \[5, 15\], not \[4, 15\]"):
-        network.advance(people, observer, sights, given, 0.4, 0.04, pose, found)
 
 
 def test_a_solver_takes_other_weights_at_its_next_start() -> None:

@@ -10,20 +10,16 @@ import pytest
 
 from tests.lib.make_dataset import Crowd, write_dataset
 from tests.lib.solver_runs import CAMERAS, problem_of, run, see, walk
-from vbbench import Session
-from vbbench.camera import PanoramaCamera
 from vbbench.estimate import is_credible
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.scoring import score
 from vbbench.sequence import Odometry, Sequence, Truth
-from vbbench.solver import Estimate, ForgettingSolver, FrameSolver
+from vbbench.solver import Estimate, FrameSolver
 from vbbench.solving import solve
-from vbbench.solving.runner import frames_of, run_sequence
-from vbbench_baselines.former.composing import moved, seen_from
+from vbbench.solving.runner import run_sequence
 from vbbench_baselines.former.layers import first_weights
-from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.solver import PureVbFormer, VbFormer
 
 GOLDEN = {
@@ -53,12 +49,9 @@ def first(*, pure: bool, **biases: float) -> dict[str, Any]:
     return made
 
 
-FIRST, FIRST_PURE = first(pure=False), first(pure=True)
 SOLVERS: list[Make] = [
     VbFormer,
-    lambda: VbFormer(weights=FIRST, feet=False),
     PureVbFormer,
-    lambda: PureVbFormer(weights=FIRST_PURE),
 ]
 
 
@@ -99,31 +92,19 @@ def test_the_order_of_people_does_not_matter(make: Make) -> None:
 
 
 @pytest.mark.parametrize("make", SOLVERS)
-@pytest.mark.parametrize("protocol", ["rollout", "one-step"])
 @pytest.mark.parametrize(("shift", "turn"), [((30.0, -20.0), 2.1), ((1e5, -1e5), 0.0)])
-def test_where_the_world_begins_does_not_matter(
-    make: Make, protocol: str, shift: tuple[float, float], turn: float
-) -> None:
+def test_where_the_world_begins_does_not_matter(make: Make, shift: tuple[float, float], turn: float) -> None:
     truth = walk(2, wobble=0.02)
     far = elsewhere(truth, np.array(shift), turn)
-    here, there = (run(make(), walks, protocol, pixel_std=1.0) for walks in (truth, far))
+    here, there = (run(make(), walks, "rollout", pixel_std=1.0) for walks in (truth, far))
     expected = elsewhere(replace(truth, poses=here.poses, positions=here.positions), np.array(shift), turn)
     np.testing.assert_allclose(there.poses[:, :2], expected.poses[:, :2], atol=1e-4)
     np.testing.assert_allclose(wrap_angle(there.poses[:, 2] - expected.poses[:, 2]), 0.0, atol=1e-4)
     np.testing.assert_allclose(there.positions, expected.positions, atol=1e-4)
 
 
-def test_poses_are_composed_in_float64() -> None:
-    pose = np.array((1e5 + 0.123456789, -1e5, 0.0))
-    place = seen_from(pose, pose[None, :2] + np.array([[1.0, 2.0]]))
-    np.testing.assert_allclose(place, [1.0 + 2.0j], atol=1e-6)
-    np.testing.assert_allclose(
-        moved(pose, Motion(np.complex64(0.25), np.float32(4.0))), (pose[0] + 0.25, -1e5, 4.0 - 2 * np.pi)
-    )
-
-
 @pytest.mark.parametrize("make", SOLVERS)
-@pytest.mark.parametrize("people", [0, 1, 2, 40])
+@pytest.mark.parametrize("people", [0, 1, 40])
 def test_any_number_of_people(make: Make, people: int) -> None:
     estimate = answer(make, see(walk(3, people=people), CAMERAS[0], 1.0), "cold-start")
     assert estimate.positions.shape == (8, people, 2)
@@ -157,16 +138,6 @@ def test_absurd_boxes_are_not_used(make: Make) -> None:
     np.testing.assert_array_equal(spoiled.poses, clean.poses)
     np.testing.assert_array_equal(spoiled.positions[~hidden], clean.positions[~hidden])
     assert is_credible(spoiled.positions).all()
-
-
-@pytest.mark.parametrize("box", [(700.0, 200.0, -50.0), (700.0, 200.0, 1e-9), (700.0, 200.0, 9e5), (-9e5, -9e5, 2.0)])
-def test_strange_boxes_have_answers(box: tuple[float, float, float]) -> None:
-    sequence = see(walk(5), CAMERAS[0], 1.0)
-    boxes = np.array(sequence.observations)
-    boxes[4, 1] = box
-    estimate = answer(VbFormer, replace(sequence, observations=boxes))
-    assert is_credible(estimate.poses).all()
-    assert is_credible(estimate.positions).all()
 
 
 def test_a_network_that_loses_its_mind_stays_where_it_is() -> None:
@@ -215,20 +186,6 @@ def test_odometry_holds_the_pose(make: Make) -> None:
     assert unsure(estimate)[-1] < 0.2 * unsure(alone)[-1]
 
 
-@pytest.mark.parametrize("make", SOLVERS)
-def test_odometry_that_measured_nothing_changes_nothing(make: Make) -> None:
-    sequence = see(walk(8), CAMERAS[0], 1.0)
-    empty = replace(sequence, given=replace(sequence.given, odometry=Odometry.unmeasured(8)))
-    np.testing.assert_array_equal(answer(make, empty).poses, answer(make, sequence).poses)
-
-
-def test_vague_odometry_counts_beside_what_is_expected() -> None:
-    truth = walk(8)
-    sequence = see(truth, CAMERAS[0], 1.0)
-    vague = replace(sequence, given=replace(sequence.given, odometry=measured(truth, 100.0)))
-    np.testing.assert_allclose(answer(VbFormer, vague).poses, answer(VbFormer, sequence).poses, atol=1e-3)
-
-
 def unsure(estimate: Estimate) -> FloatArray:
     """[T] standard deviations of the observer's place, in m."""
     assert estimate.pose_covariances is not None
@@ -260,22 +217,6 @@ def test_odometry_alone_says_how_sure_a_pose_is_after_a_cold_start(make: Make) -
 
 
 @pytest.mark.parametrize("make", SOLVERS)
-def test_odometry_that_tells_little_makes_nobody_less_sure(make: Make) -> None:
-    """Nor does it where it knows the turn alone."""
-    truth = walk(12, frames=40)
-    sequence = see(truth, CAMERAS[0], 1.0)
-    alone = unsure(answer(make, sequence, "cold-start"))[-1]
-    for std in (3.0, 300.0):
-        vague = replace(sequence, given=replace(sequence.given, odometry=measured(truth, std)))
-        assert unsure(answer(make, vague, "cold-start"))[-1] < 1.3 * alone
-    gyro = measured(truth, 300.0)
-    covariances = np.array(gyro.covariances)
-    covariances[:, 2, 2] = 1e-6
-    given = replace(sequence.given, odometry=replace(gyro, covariances=covariances))
-    assert unsure(answer(make, replace(sequence, given=given), "cold-start"))[-1] < 1.3 * alone
-
-
-@pytest.mark.parametrize("make", SOLVERS)
 def test_odometry_that_comes_and_goes_loses_no_more_than_its_gaps(make: Make) -> None:
     truth = walk(12, frames=60)
     sequence = see(truth, CAMERAS[0], 1.0)
@@ -293,56 +234,6 @@ def test_odometry_that_comes_and_goes_loses_no_more_than_its_gaps(make: Make) ->
 
     now_and_then, for_long = spread(slice(10, None, 10)), spread(slice(30, None))
     assert now_and_then[-1, :2].max() < 0.5 * for_long[-1, :2].max()
-
-
-def relayed(make: Make, *, own: bool) -> Estimate:
-    """Column 0 is forgotten at frame 5 and somebody else's from then on, who has a column of their ``own`` or not."""
-    truth, new = walk(9, frames=10), 6 if own else 0
-    sequence = see(truth, CAMERAS[0], 1.0)
-    boxes = np.concatenate((sequence.observations, np.full((10, 1, 3), np.nan)), axis=1)
-    later = see(walk(10, frames=10), CAMERAS[0], 1.0).observations[5:, 0]
-    boxes[5:, 0] = np.nan
-    boxes[5:, new] = later
-    given = np.concatenate((sequence.given.positions, np.full((10, 1, 2), np.nan)), axis=1)
-    sequence = replace(
-        sequence,
-        tracks=np.arange(7),
-        observations=boxes,
-        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
-        given=replace(sequence.given, positions=given),
-    )
-    solver, answers = make(), []
-    assert isinstance(solver, ForgettingSolver)
-    solver.start(problem_of(sequence, CAMERAS[0], 1.0))
-    for frame in frames_of(sequence, sequence.given, sequence.given):
-        if frame.index == 5 and not own:
-            solver.forget(np.array([0]))
-        answers.append(solver.step(frame))
-    return Estimate.of_frames(answers)
-
-
-@pytest.mark.parametrize("make", SOLVERS)
-def test_a_forgotten_column_is_as_good_as_a_new_one(make: Make) -> None:
-    reused, own = relayed(make, own=False), relayed(make, own=True)
-    np.testing.assert_allclose(reused.poses, own.poses, atol=1e-4)
-    np.testing.assert_allclose(reused.positions[5:, 0], own.positions[5:, 6], atol=1e-4)
-    np.testing.assert_allclose(reused.positions[:, 1:6], own.positions[:, 1:6], atol=1e-4)
-
-
-def test_a_session_with_comings_and_goings() -> None:
-    """More people over time than there are columns; somebody new each second, and frames with nobody."""
-    truth = walk(11, frames=30, people=12)
-    boxes = CAMERAS[0].project(world_to_relative(truth.positions, truth.poses), np.broadcast_to(1.7, (30, 12)))
-    session = Session(VbFormer(), PanoramaCamera(), 0.4, people=4, forget_after=1.0)
-    for t in range(30):
-        shown = [] if t in (7, 20) else [(t // 3 + n) % 12 for n in range(4)]
-        found = session.step_observations({f"{person} {t // 12}": boxes[t, person] for person in shown})
-        assert len(found.positions) == len(shown)
-        assert is_credible(found.pose).all()
-        assert all(np.linalg.eigvalsh(sigma)[0] > 0.0 for sigma in found.position_covariances.values())
-        assert found.pose_covariance is not None
-        assert t == 0 or np.linalg.eigvalsh(found.pose_covariance)[0] > 0.0
-        assert all(1.2 < height < 2.3 for height in found.heights.values())
 
 
 @pytest.mark.parametrize("solver", list(GOLDEN))

@@ -171,16 +171,6 @@ def test_the_title_states_what_is_shown_and_the_errors_of_the_frame():
         assert error in text
 
 
-def test_people_given_in_the_frame_are_not_in_its_errors():
-    stub = make(PanoramaCamera())
-    assert "Δx" not in words(plot_sequence(stub, 0, shifted(stub), frame=1))
-
-
-def test_one_step_says_that_more_is_revealed():
-    stub = make(PanoramaCamera())
-    assert "besides 2 frames before" in words(plot_sequence(stub, 0, shifted(stub), frame=FOCUS, protocol="one-step"))
-
-
 def test_without_truth_the_given_and_the_estimate_are_drawn():
     stub = make(PanoramaCamera(), truth=False)
     figure = plot_sequence(stub, 0, shifted(stub))
@@ -195,11 +185,6 @@ def test_with_nothing_but_what_is_given_its_last_frame_is_drawn(camera):
     figure = plot_sequence(make(camera, truth=False), 0)
     assert "frame 1 (0" in words(figure)
     assert np.isfinite(points(figure, "truth")).all()
-
-
-def test_a_caution_stands_on_the_picture():
-    figure = plot_sequence(make(PanoramaCamera(), caution="saturated: interpolated truth"), 0)
-    assert "Caution: saturated: interpolated truth" in words(figure)
 
 
 def test_false_alarms_and_gaps_in_an_estimate_are_drawn_around():
@@ -282,10 +267,6 @@ def test_spread_labels_keep_their_order_their_distance_and_the_frame(wanted, gap
     fits = gap if len(wanted) < 2 else min(gap, 100.0 / (len(wanted) - 1))
     assert np.all(np.diff(ordered) > fits - 1e-9)
     assert np.all((places > -1e-9) & (places < 100.0 + 1e-9))
-
-
-def test_labels_with_room_stay_where_they_are():
-    np.testing.assert_allclose(spread(np.array([10.0, 50.0, 30.0]), 5.0, 0.0, 100.0), [10.0, 50.0, 30.0])
 
 
 def test_labels_on_the_map_do_not_overlap():
