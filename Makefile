@@ -20,9 +20,11 @@ SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/
 CPP := $(shell find cpp */cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
-SANITIZED := $(addprefix tests/baselines/,test_joint_map.py former/test_inference.py cascade) \
+SANITIZED := $(patsubst %,tests/baselines/%.py,test_joint_map former/test_inference $(patsubst %,cascade/test_%,ego_motion crowd_graph uncertainty terms)) \
   $(patsubst %,tests/generators/test_%.py,social_force social_force_forces occlusion tracking_in_video field vehicle \
   robot_observer looking odometry_filter lifting) tests/renderers/test_raster.py tests/renderers/test_visibility.py
+# Figures of many seeds, which run the same lines again
+FIGURES := errors or later_frames or followed or half_a_minute
 KILLS := tests/cli/test_kills.py tests/folders/test_work_folder.py
 WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile
@@ -67,9 +69,9 @@ core: $(VENV)/.dev
 	@touch $(VENV)/.runtime
 
 sanitize: $(VENV)/.dev
-	$(CMAKE) -B build/sanitized -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_FLAGS=-O1 -D VBBENCH_SANITIZE=address,undefined
+	$(CMAKE) -B build/sanitized -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_FLAGS_DEBUG='-O1 -g1' -D VBBENCH_SANITIZE=address,undefined
 	$(BIN)/cmake --build build/sanitized
-	ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" $(BIN)/python -m tests.lib.sanitized build/sanitized $(SANITIZED)
+	ASAN_OPTIONS=detect_leaks=0 LD_PRELOAD="$$($${CXX:-c++} -print-file-name=libasan.so) $$($${CXX:-c++} -print-file-name=libstdc++.so)" $(BIN)/python -m tests.lib.sanitized build/sanitized -m 'not slow' -k 'not ($(FIGURES))' $(SANITIZED)
 
 types: $(VENV)/.dev
 	$(BIN)/mypy

@@ -12,17 +12,11 @@ import pytest
 from benchmarks.families.families import families
 from benchmarks.families.places import Places
 from benchmarks.families.robot import STEP, Drive, boxes_of, correlated, crowd, robot_path, wheels, write
-from benchmarks.families.table import HEAD, Row, brief, figure, lines, written
+from benchmarks.families.table import HEAD, Row, brief, lines, written
 from benchmarks.real_camera.measuring import Run, Runs
 from vbbench.errors import SourceMissingError
 
 SHORT = Drive(people=30, seconds=4.0, rate=5.0)
-
-
-def test_every_family_has_a_name_of_its_own() -> None:
-    names = [family.name for family in families()]
-    assert len(set(names)) == len(names)
-    assert {name.partition("-")[0] for name in names} >= {"hotel", "sim", "kitti", "jrdb", "robot", "gap", "walk"}
 
 
 def test_missing_recordings_are_named(tmp_path: Path) -> None:
@@ -93,11 +87,6 @@ def test_figures_of_a_row() -> None:
     assert cells[2:5] == ["3.00 (×0.50)", ".500 (×0.50)", ".200"]
     assert list(naive.cells(naive))[2] == "6.00"
     assert len(list(lines([cells]))) == 3
-
-
-@pytest.mark.parametrize(("value", "shown"), [(0.1234, ".123"), (1.234, "1.23"), (12.34, "12.3"), (np.nan, "–")])
-def test_figures_are_short(value: float, shown: str) -> None:
-    assert figure(value) == shown
 
 
 def test_the_page_gets_a_table_of_headlines_in_place_of_its_own() -> None:

@@ -11,7 +11,6 @@ import pytest
 
 from tests.extensions import fisheye
 from tests.leaderboards.board_results import ABOUT
-from tests.lib.commands import ended, start
 from tests.lib.flat_renderer import FlatRenderer
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera, camera_from_dict, camera_to_dict, make_camera
 from vbbench.files.dataset import Dataset
@@ -68,14 +67,6 @@ def test_it_is_registered_and_survives_files() -> None:
     assert camera_from_dict(camera_to_dict(camera)) == camera
 
 
-@pytest.mark.slow
-def test_the_command_line_takes_its_name(tmp_path: Path) -> None:
-    words = ["generate", "sim", "--camera", "fisheye", "--sequences", "1", "--people", "6", "--out", tmp_path / "sim"]
-    command = start(*words)
-    assert ended(command) == (0, "")
-    assert Dataset(tmp_path / "sim").info.camera == make_camera("fisheye")
-
-
 @pytest.mark.parametrize("tier", TIERS)
 def test_every_tier_is_made_sound(datasets: dict[str, Dataset], tier: str) -> None:
     dataset = datasets[tier]
@@ -118,16 +109,6 @@ def test_it_tells_where_people_are_by_their_feet(pitch: float) -> None:
     np.testing.assert_allclose(camera.unproject(boxes, heights), relative, atol=0.005)
     np.testing.assert_allclose(camera.unproject(camera.to_horizon(boxes), mount), relative, atol=0.005)
     np.testing.assert_allclose(camera.statures(boxes)[1], heights, atol=0.005)
-
-
-@pytest.mark.slow
-def test_isolated_solvers_get_it(datasets: dict[str, Dataset], tmp_path: Path) -> None:
-    free, isolated = (
-        solve(datasets["tracked"], "vb-sf", "sequential", tmp_path / str(alone), isolate=alone)
-        for alone in (False, True)
-    )
-    for table in ("poses", "positions"):
-        assert (free / f"{table}.parquet").read_bytes() == (isolated / f"{table}.parquet").read_bytes()
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.tum import import_tum
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.archives import open_archive
-from vbbench.generation.generator import Options, Simulation
+from vbbench.generation.generator import Options
 from vbbench.generation.options_file import parse_people
 from vbbench.parsing.numbers import Within
 from vbbench_generators.crowds.scenario import read_scenario
@@ -168,11 +168,6 @@ def test_absurd_settings(tmp_path: Path, content: bytes, said: str) -> None:
 def test_options_have_ranges(options: dict[str, float], said: str) -> None:
     with pytest.raises(VbbenchError, match=said):
         Options(**options)
-
-
-def test_an_unknown_engine_suggests_the_nearest() -> None:
-    with pytest.raises(VbbenchError, match=r"engine cannot be 'pysocialforces'; did you mean 'pysocialforce'\?"):
-        Simulation(engine="pysocialforces")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("text", ["2:2000000000", "2:" + "9" * 5000, "٢", "nan", "1e3", "10:50:0", ""])

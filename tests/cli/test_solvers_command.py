@@ -32,16 +32,6 @@ def made() -> Undocumented:
     return Undocumented()
 
 
-def made_of_nothing(colour: str) -> None:
-    """Wants an argument."""
-
-
-class Undecided:
-    """Neither."""
-
-    def start(self, problem: Any) -> None: ...
-
-
 @pytest.fixture
 def install(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """Registers solvers of another package beside those that are there."""
@@ -97,27 +87,3 @@ def test_those_of_other_packages_are_listed_too(install: Any, capsys: pytest.Cap
     assert main(["solvers"]) == 0
     text = capsys.readouterr().out
     assert "theirs: Answers what it was told. [whole sequence, theirs 3.1]\n" in text
-
-
-@pytest.mark.filterwarnings("default::vbbench.errors.VbbenchWarning")
-@pytest.mark.parametrize(
-    ("value", "reason"),
-    [
-        ("nowhere:Solver", "cannot be imported: ModuleNotFoundError"),
-        ("./mine.py:Solver", "name the module, not its file: mine:Solver, from the folder of the file"),
-        (f"{__name__}:NOTHING", "cannot be imported: AttributeError"),
-        (f"{__name__}:Undecided", "has neither start and step nor solve"),
-        (f"{__name__}:made_of_nothing", "not a class that can be called without arguments"),
-    ],
-)
-def test_a_broken_one_is_a_warning_that_names_it(
-    install: Any, capsys: pytest.CaptureFixture[str], value: str, reason: str
-) -> None:
-    install(broken=value)
-    assert main(["solvers", "--json"]) == 0
-    captured = capsys.readouterr()
-    assert "broken" not in captured.out
-    assert len(json.loads(captured.out)) >= 6
-    assert captured.err.count("\n") == 1
-    assert captured.err.startswith("vbbench: warning: solver 'broken'")
-    assert reason in captured.err

@@ -109,15 +109,3 @@ def test_what_is_not_a_tier_is_refused(install: Install) -> None:
     install("vbbench.tiers", "life", "tests.extensions.fragmented_tier:LIFE")
     with pytest.raises(VbbenchError, match="tier 'life' is 6; register an object of a subclass of Tier"):
         get_tier("life")
-
-
-def test_the_nearest_name_is_suggested(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert main(["generate", "sim", "--tier", "nosy", "--out", str(tmp_path / "out")]) == 2
-    assert "no tier is called 'nosy'; did you mean 'noisy'?" in capsys.readouterr().err
-
-
-def test_the_docs_explain_every_bundled_tier() -> None:
-    text = Path("docs/tiers.md").read_text("utf-8")
-    for tier in all_tiers():
-        assert f"`{tier.name}`" in text
-        assert tier.summary.endswith(".")

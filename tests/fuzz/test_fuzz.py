@@ -17,7 +17,7 @@ from tests.fuzz.property import Broken, Tally, check
 from tests.fuzz.running import KINDS, run
 from vbbench.errors import FileError
 
-CASES = int(os.environ.get("FUZZ_CASES", "10000"))
+CASES = int(os.environ.get("FUZZ_CASES", "2500"))
 QUICK = 8
 """Cases of every kind that run each time."""
 

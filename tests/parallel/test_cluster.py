@@ -331,37 +331,6 @@ def test_a_users_mistake_comes_back_as_itself(dask: Cluster) -> None:
         list(cluster.on_cluster(one_pose, [(0, 32)], dask.of(1)))
 
 
-def test_a_worker_that_leaves_while_it_is_asked_stops_nothing() -> None:
-    class Client:
-        def run(self, *_: object, **__: object) -> dict[str, object]:
-            return {"tcp://gone": ConnectionResetError("reset by peer"), "tcp://here": ""}
-
-    cluster._check_workers(Client())
-
-
-@pytest.mark.parametrize("error", [ValueError("the work failed"), None], ids=["after a failure", "after the work"])
-def test_a_worker_that_leaves_while_all_are_told_hides_nothing(error: Exception | None) -> None:
-    class Client:
-        status, told = "running", 0
-
-        def register_plugin(self, *_: object, **__: object) -> None:
-            self.told += 1
-            if self.told < 3:
-                raise ConnectionResetError("reset by peer")
-
-        def unregister_worker_plugin(self, _: str) -> None:
-            raise ConnectionResetError("reset by peer")
-
-    client, seen = Client(), None
-    try:
-        with cluster._published(client, one_pose):
-            if error:
-                raise error
-    except Exception as raised:
-        seen = raised
-    assert (client.told, seen) == (3, error)
-
-
 def test_workers_of_other_versions_are_refused(dask: Cluster, monkeypatch: pytest.MonkeyPatch) -> None:
     here = cluster.versions()
     monkeypatch.setattr(cluster, "versions", lambda: here | {"vbbench": "9.9", "Python": "3.99"})

@@ -111,10 +111,7 @@ def assert_nothing_left(process: "subprocess.Popen[str]") -> None:
     [
         (signal.SIGINT, "all", 3, 2),  # as a terminal sends ctrl-C, to every process
         (signal.SIGTERM, "one", 1, 1),
-        pytest.param(signal.SIGTERM, "one", 2, 2, marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, "all", 1, 2, marks=pytest.mark.slow),
-        pytest.param(signal.SIGINT, "all", 3, 1, marks=pytest.mark.slow),
-        pytest.param(signal.SIGHUP, "one", 1, 1, marks=pytest.mark.slow),
+        (signal.SIGHUP, "all", 1, 2),
     ],
 )
 def test_a_signal_is_one_line_and_the_end(

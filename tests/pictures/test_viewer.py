@@ -21,7 +21,6 @@ from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.pictures.rendering import Backend
-from vbbench.pictures.replay import load_replay
 from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
 from vbbench.protocol import scored_frames, scored_positions
 from vbbench.scoring import score
@@ -274,12 +273,6 @@ def test_mistakes_are_one_line(
     assert not list(tmp_path.iterdir())
 
 
-def test_switched_off_rerun_is_a_mistake(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("RERUN", "off")
-    with pytest.raises(VbbenchError, match="unset the environment variable RERUN"):
-        record_to_file(Dataset(folder), SEQUENCE, tmp_path / "x.rrd")
-
-
 def test_the_command_prints_the_file_and_how_to_open_it(
     folder: Path,
     submission: Path,
@@ -313,16 +306,6 @@ def test_the_viewer_opens_where_there_is_a_display(tmp_path: Path, monkeypatch: 
     monkeypatch.setattr("vbbench.pictures.viewer.rerun_sdk.viewer_program", lambda: None)
     assert open_viewer(tmp_path / "x.rrd") is Opened.NO_VIEWER
     assert len(started) == 1
-
-
-def test_who_is_seen_is_not_a_bystander(folder: Path) -> None:
-    dataset = Dataset(folder)
-    sequence = dataset.sequence(SEQUENCE)
-    _, positions, _ = dataset.scene(sequence.scene)
-    places, heights = load_replay(dataset, SEQUENCE).bystanders
-    assert places.shape == (sequence.frames, len(heights), 2)
-    present = np.isfinite(positions[sequence.first_frame :][: sequence.frames, :, 0]).sum(axis=1)
-    np.testing.assert_array_equal(np.isfinite(places[..., 0]).sum(axis=1), present - 1 - sequence.observed.sum(axis=1))
 
 
 def test_rerun_is_not_imported_before_it_is_needed() -> None:

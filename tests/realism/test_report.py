@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
-from matplotlib.image import imread
 from numpy.typing import ArrayLike
 
 from tests.cli.test_cli import run
@@ -17,18 +15,15 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray
-from vbbench.pictures.plotting import style
 from vbbench.realism.report import (
     BINS,
     Axis,
     Histogram,
-    Realism,
     Walking,
     dataset_scenes,
     describe_realism,
     measure_realism,
     plot_realism,
-    plot_realism_to_file,
     walking_statistics,
 )
 from vbbench.scene import Scene
@@ -100,11 +95,6 @@ def test_a_straight_walker_has_exactly_its_speed_and_wastes_no_way() -> None:
     assert walking.path_efficiency.mean == pytest.approx(1.0)
 
 
-def test_who_goes_and_returns_half_way_has_a_third_of_efficiency() -> None:
-    path = [[0, 0], [1, 0], [2, 0], [1, 0]]
-    assert walking_statistics([scene(path)]).path_efficiency.mean == pytest.approx(1 / 3)
-
-
 def test_a_parabola_has_its_acceleration() -> None:
     time = 0.5 * np.arange(8)
     walking = walking_statistics([scene(np.column_stack([0.5 * 0.3 * time**2, 0.5 * 0.4 * time**2]))])
@@ -123,12 +113,6 @@ def test_collisions_count_once_a_pair_and_frame() -> None:
     assert walking.nearest_distance.count == 30
     assert walking.nearest_distance.least == pytest.approx(0.3)
     assert walking.nearest_distance.most == pytest.approx(4.7)
-
-
-def test_three_in_one_place_are_three_pairs_and_the_limit_itself_is_none() -> None:
-    spot = [[1.0, 1.0]]
-    assert walking_statistics([scene(spot, spot, spot)]).collisions == 3
-    assert walking_statistics([scene([[0.0, 0.0]], [[0.4, 0.0]])]).collisions == 0
 
 
 def test_the_seconds_of_collision_do_not_depend_on_the_frame_rate() -> None:
@@ -206,19 +190,6 @@ def test_quantiles_are_exact_to_one_bin(share: float, count: int) -> None:
     assert (samples < 8).all()
     histogram = Histogram.of(Axis("x", "m", 8.0), samples)
     assert histogram.quantile(share) == pytest.approx(np.quantile(samples, share), abs=8.0 / BINS)
-
-
-def test_samples_beyond_the_axis_count() -> None:
-    histogram = Histogram.of(Axis("x", "m", 1.0), [0.0, 1.0, 3.0, 5.0])
-    assert (histogram.count, histogram.counts[-1], histogram.most) == (4, 2, 5.0)
-    assert 1.0 < histogram.quantile(0.95) <= 5.0
-    assert histogram.density(np.array([0.0, 1.0])) == pytest.approx([0.5])
-
-
-def test_the_densities_of_a_distribution_sum_to_one() -> None:
-    histogram = Histogram.of(Axis("x", "m", 2.0), np.random.default_rng(1).uniform(0, 2, 300))
-    edges = np.linspace(0, 2, 41)
-    assert np.sum(histogram.density(edges) * np.diff(edges)) == pytest.approx(1.0)
 
 
 def test_scenes_of_a_dataset_are_those_that_were_written(tmp_path: Path) -> None:
@@ -312,23 +283,3 @@ def test_the_picture_shows_every_source_in_four_panels(tiny: Path, data_folder: 
         "nearest distance"
     ]
     assert len(figure.legends) == 1
-
-
-def test_the_picture_is_not_blank(tiny: Path, no_data: Path) -> None:
-    report = measure_realism(Dataset(tiny))
-    pixels = imread(plot_realism_to_file(report, "p.png"))[..., :3]
-    line = np.abs(pixels - to_rgb(style.ESTIMATE)).max(axis=-1) < 0.05
-    half_height, half_width = line.shape[0] // 2, line.shape[1] // 2
-    for rows in (slice(half_height), slice(half_height, None)):
-        for columns in (slice(half_width), slice(half_width, None)):
-            assert line[rows, columns].sum() > 100
-
-
-def test_one_person_alone_is_drawn_without_neighbours(tiny: Path) -> None:
-    columns = {"this: tiny": walking_statistics([scene(line([0, 0], [1, 0]))])}
-    report = Realism(info=Dataset(tiny).info, columns=columns)
-    plot_realism_to_file(report, "p.png")
-    row = next(row for row in describe_realism(report).splitlines() if row.startswith("nearest distance"))
-    assert row.split()[-2:] == ["samples", "0"]
-    assert "–" in describe_realism(report)
-    assert "nan" not in describe_realism(report)

@@ -91,11 +91,6 @@ def test_a_kind_that_is_missing_is_named(room: Path, kind: str, problem: str) ->
     assert problem in complaint(room)
 
 
-def test_a_second_sdist_is_refused(room: Path) -> None:
-    sdist(room / "dist" / "other-0.4.0.tar.gz", FACTS.format("0.4.0"))
-    assert "2 files *.tar.gz; one is wanted" in complaint(room)
-
-
 def test_a_large_one_is_refused(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(artefacts, "LARGEST", 100)
     assert "bytes, more than 100; leave something out" in complaint(room)

@@ -10,8 +10,7 @@ import struct
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from threading import Thread
@@ -21,6 +20,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from tests.lib.commands import wait_until
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
@@ -350,13 +350,6 @@ def alive(process: int) -> bool:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except OSError:
         return False
-
-
-def wait_until(condition: Callable[[], object], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.02)
 
 
 @pytest.mark.slow

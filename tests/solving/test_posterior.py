@@ -17,11 +17,9 @@ from vbbench.geometry import world_to_relative
 from vbbench.pictures.plotting import plot_posterior
 from vbbench.pictures.plotting.posterior import density_level, spread
 from vbbench.protocol import PROTOCOLS
-from vbbench.solver import LocationPosterior
 from vbbench.solving.posterior import Posterior, find_posterior
 from vbbench_baselines._core import location_energies
 from vbbench_baselines.cascade.factors import Factors
-from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 SEQUENCE = 3
 """One of some twenty frames."""
@@ -99,10 +97,6 @@ def test_the_answers_are_those_of_the_runner(dataset: Dataset) -> None:
 def test_what_has_no_posterior_says_so(dataset: Dataset, frame: int, solver: str, message: str) -> None:
     with pytest.raises(VbbenchError, match=message):
         find_posterior(dataset, SEQUENCE, frame, solver=solver, protocol="one-step")
-
-
-def test_vb_cv_has_the_protocol() -> None:
-    assert isinstance(ConstantVelocityBirdifier(), LocationPosterior)
 
 
 def test_contours_and_spread_of_a_normal_density() -> None:

@@ -88,11 +88,6 @@ def test_nothing_is_run_to_find_out(folder: Path) -> None:
     assert not {"mine", "helper", "deep"} & sys.modules.keys()
 
 
-def test_registered_solvers_have_one_too() -> None:
-    assert source_digest("vb-cv") == source_digest("vb-sf")  # one package
-    assert source_digest("vb-cv") != source_digest("nobody:Home")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("isolate", [False, True])
 def test_a_changed_helper_starts_the_work_anew(folder: Path, monkeypatch: pytest.MonkeyPatch, isolate: bool) -> None:

@@ -7,14 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-import vbbench
 from tests.lib.session_solvers import Forgetful, SilentAfterTheOrigin, Watched, moved
 from vbbench import Session
 from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
-from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning
+from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.geometry import FloatArray, pose_levers, world_to_relative
-from vbbench.solver import ForgettingSolver
 from vbbench.solving.session.endless import SHOWN_AGAIN
 from vbbench.solving.session.measured import BoxWatch
 
@@ -38,13 +36,6 @@ def seen(*places: tuple[float, float], pose: tuple[float, ...] = (0.0, 0.0, 0.0)
 
 def as_boxes(observations: FloatArray, ids: list[Hashable]) -> dict[Hashable, FloatArray]:
     return dict(zip(ids, rectangles(observations), strict=True))
-
-
-def test_it_is_reached_lazily_from_the_package() -> None:
-    assert vbbench.Session is Session
-    assert vbbench.SessionAnswer.__name__ in vbbench.__all__
-    assert isinstance(Forgetful(), ForgettingSolver)
-    assert not isinstance(Watched(), ForgettingSolver)
 
 
 def test_the_first_frame_is_the_origin_and_ids_are_anything() -> None:
@@ -137,13 +128,6 @@ def test_a_camera_that_is_a_little_fast_slow_or_uneven_misses_nothing(rate: floa
         time += rate * DT
         running.step({}, time=time + rng.uniform(0.0, 0.1 * DT))
     assert len(solver.frames) == 300
-
-
-def test_a_late_frame_before_a_punctual_one_was_not_missed() -> None:
-    running, solver = session()
-    for time in (0.0, 0.1, 0.26, 0.3, 0.4):
-        running.step({}, time=time)
-    assert len(solver.frames) == 5
 
 
 def test_a_long_break_costs_no_more_than_forgetting() -> None:
@@ -415,17 +399,6 @@ def test_after_a_reset_the_next_frame_is_the_first_of_a_new_map() -> None:
     assert solver.frames[-1].index == 0
     assert np.count_nonzero(np.isfinite(solver.frames[-1].observations[:, 2])) == 1
     assert solver.frames[-1].given.odometry is None
-
-
-def test_an_unknown_solver_is_answered_with_the_nearest() -> None:
-    with pytest.raises(UnknownNameError, match="did you mean 'map-causal'"):
-        Session("map-casual", CAMERA, DT)
-
-
-def test_a_session_begins_with_256_columns() -> None:
-    running, solver = session()
-    running.step({1: BOX})
-    assert len(solver.problem.tracks) == 256
 
 
 @pytest.mark.parametrize("count", [1, 6])
