@@ -1,4 +1,4 @@
-"""How to cite vbbench: the files in the root are valid, and agree with the package and with the paper."""
+"""What a forge reads: the citation agrees with package and paper, forms are valid, contributors find their way."""
 
 import json
 import re
@@ -21,6 +21,24 @@ def test_the_citation_file_is_valid() -> None:
     schema = files("check_jsonschema") / "builtin_schemas" / "vendor" / "citation-file-format.json"
     faults = [error.message for error in Draft7Validator(json.loads(schema.read_text("utf-8"))).iter_errors(CITATION)]
     assert not faults
+
+
+@pytest.mark.parametrize("form", sorted((ROOT / ".github" / "ISSUE_TEMPLATE").iterdir()), ids=lambda path: path.stem)
+def test_issue_forms_are_valid(form: Path) -> None:
+    kind = "config" if form.stem == "config" else "forms"
+    schema = files("check_jsonschema") / "builtin_schemas" / "vendor" / f"github-issue-{kind}.json"
+    filled = yaml.safe_load(form.read_text("utf-8"))
+    assert not [error.message for error in Draft7Validator(json.loads(schema.read_text("utf-8"))).iter_errors(filled)]
+
+
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "CODE_OF_CONDUCT.md"])
+def test_what_contributors_are_sent_to_exists(page: str) -> None:
+    text = (ROOT / page).read_text("utf-8")
+    for target in re.findall(r"\]\((?!https:)([^)#]+)", text):
+        assert (ROOT / target).is_file(), target
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    for target in re.findall(r"(?m)\bmake ([\w-]+)`|^    make ([\w-]+)", text):
+        assert re.search(rf"(?m)^{''.join(target)}:", makefile), target
 
 
 def test_name_licence_and_words_are_the_packages() -> None:

@@ -18,7 +18,7 @@ def train_vb_former(
     """Train the solver vb-former on simulated crowds, or go on where that was stopped.
 
     Args:
-        out: Folder of the training; ends with weights.npz.
+        out: Folder of the training; curve.png shows how it goes, and it ends with weights.npz.
         seed: Of the first weights and of what is drawn from the crowds.
         recipe: TOML file that says what is trained on; default: that of the weights that come with vbbench.
         pure: Train a network that tells the pose by itself and fits nothing.

@@ -3,7 +3,7 @@
 OUT/training.json   what is trained: recipe, seed, versions; the mark of the folder
 OUT/crowds          the simulated sequences
 OUT/checkpoint.pt   from which it goes on
-OUT/log.csv         how it went
+OUT/log.csv         how it went, and curve.png, which shows it
 OUT/weights.npz     the result; training.json then has its SHA-256
 """
 
@@ -23,11 +23,13 @@ from vbbench.folders.replacing import replacing, write_text_atomically
 from vbbench.parallel.parts import processes_of, progress_bar
 from vbbench.table import csv_text
 from vbbench_baselines.former.training.crowds import make_crowds
+from vbbench_baselines.former.training.curve import draw_curve
 from vbbench_baselines.former.training.loop import Training, held_out_batches
 from vbbench_baselines.former.training.recipe import Recipe
 from vbbench_baselines.former.weights import read_weights
 
-MARK, CHECKPOINT, LOG, CROWDS = "training.json", "checkpoint.pt", "log.csv", "crowds"
+MARK, CHECKPOINT, CROWDS = "training.json", "checkpoint.pt", "crowds"
+LOG, CURVE = "log.csv", "curve.png"
 WEIGHTS, ABOUT = "weights.npz", "weights.toml"
 HELD_OUT_PART = 0.025
 """As many sequences as the recipe says, times this, are held out."""
@@ -91,6 +93,7 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
             def tell(row: dict[str, Any]) -> None:
                 bar.update(row["windows"] - bar.n)
                 _write_log(out / LOG, training.log)
+                draw_curve(training.log, len(learned), out / CURVE)
 
             weights = training.run(out / CHECKPOINT, tell)
         with replacing(out / WEIGHTS, ".npz") as draft:

@@ -7,12 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+from PIL import Image
 
 from tests.baselines.former.training.test_windows import TINY
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.solver import VbFormer
 from vbbench_baselines.former.training.crowds import Crowds, make_crowds
+from vbbench_baselines.former.training.curve import draw_curve
 from vbbench_baselines.former.weights import read_weights
 
 torch = pytest.importorskip("torch", reason="needs the extra torch")
@@ -75,6 +78,27 @@ def test_stopped_or_with_more_processes_a_training_ends_with_the_same_weights(fo
     log = (tmp_path / "whole" / "log.csv").read_text().splitlines()
     assert log[0].startswith("batches,windows,")
     assert len(log) == 2
+    with Image.open(tmp_path / "stopped" / "curve.png") as curve:
+        assert curve.size[0] > 500
+
+
+def test_the_curve_shows_the_whole_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Losses and held-out errors of every row, those before a stop included."""
+    figures: list[Figure] = []
+    monkeypatch.setattr(
+        "vbbench_baselines.former.training.curve.save_picture", lambda figure, _: figures.append(figure)
+    )
+    log = [
+        {"windows": 100 * n, "seconds": 2.0 * n, "loss": 1.0 / n, "rollout people": 0.9 / n, "one-step people": 0.1}
+        for n in range(1, 6)
+    ]
+    draw_curve(log, 740, tmp_path / "curve.png")
+    loss, held_out = figures[0].axes
+    assert loss.lines[0].get_xdata().tolist() == [100, 200, 300, 400, 500]
+    assert loss.lines[0].get_ydata().tolist() == [row["loss"] for row in log]
+    assert [text.get_text() for text in held_out.get_legend().get_texts()] == ["one-step", "rollout"]
+    assert held_out.lines[1].get_ydata().tolist() == [row["rollout people"] for row in log]
+    assert any("500 windows of 740 sequences, 10 s" in text.get_text() for text in figures[0].texts)
 
 
 @pytest.mark.parametrize("device", ["cpu", *["cuda"] * torch.cuda.is_available()])
