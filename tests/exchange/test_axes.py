@@ -142,6 +142,20 @@ def test_a_rotation_that_never_changes_gives_way_to_the_path(tmp_path, axes, wor
     same_motion(given.poses, places, 0.0 * yaw)
 
 
+@pytest.mark.parametrize(("degrees", "said"), [(10, False), (20, True), (40, True), (60, False)])
+def test_a_straight_path_aside_of_a_rotation_that_never_changes_is_said(tmp_path, degrees, said):
+    places, yaw = drive(0.0)
+    turn = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
+    notes = read(tmp_path, places @ turn.T, rotations_of(yaw)).notes
+    assert [f"leads {degrees}° to a side" in note for note in notes] == [True] * said
+
+
+def test_given_axes_in_which_a_body_climbs_are_said(tmp_path):
+    places, yaw = drive(0.3)
+    found = read(tmp_path, *changed(places, rotations_of(yaw), "camera", world=True), "body")
+    assert "99% of the way leads up or down: is it 'body'?" in found.notes[0]
+
+
 def test_places_alone_give_the_yaw_of_their_path_or_none(tmp_path):
     path, (places, yaw) = tmp_path / "t.txt", drive(1.0, still=10)
     path.write_text("".join(f"{0.1 * n} {x} {y}\n" for n, (x, y, _) in enumerate(places)))

@@ -312,9 +312,9 @@ def test_a_way_that_leads_sideways_is_a_note_with_figures(folder, walk):
     assert re.search(r"odometry.txt: 100% of the way leads 9\d° to the left of where the camera looks", note)
 
 
-def turning(amount: float, at: float | None = None) -> Walk:
+def turning(amount: float, at: float | None = None, frames: int = 60) -> Walk:
     """A camera that turns by ``amount`` rad among people who stand, all the time or within a second about ``at``."""
-    walk = make_walk()
+    walk = make_walk(frames)
     share = np.linspace(0.0, 1.0, len(walk.poses))
     share = share if at is None else np.clip(walk.dt * np.arange(len(walk.poses)) - at + 0.5, 0.0, 1.0)
     poses = np.column_stack([walk.poses[:, :2], amount * share])
@@ -323,8 +323,9 @@ def turning(amount: float, at: float | None = None) -> Walk:
     return replace(walk, poses=poses, people=places, heights=np.full(4, 1.72), boxes=rectangles(boxes))
 
 
-def test_turns_are_those_that_boxes_show(tmp_path):
-    walk = turning(0.4)
+@pytest.mark.parametrize("frames", [20, 60])
+def test_turns_are_those_that_boxes_show(tmp_path, frames):
+    walk = turning(0.4, frames=frames)
     folder = write_folder(tmp_path / "turn", walk)
     assert not read(written(folder, walk, lambda rows: rows)).notes
     mirrored = np.array([1, 1, -1, 1, 1, 1, -1, 1])
@@ -332,7 +333,7 @@ def test_turns_are_those_that_boxes_show(tmp_path):
         read(written(folder, walk, lambda rows: rows * mirrored))
     (folder / "camera.toml").write_text(CAMERA_TOML + '[odometry]\naxes = "ned"\n')
     assert read(written(folder, walk, lambda rows: rows * mirrored)).notes == ()
-    still = write_folder(tmp_path / "still", turning(0.0))
+    still = write_folder(tmp_path / "still", turning(0.0, frames=frames))
     (note,) = read(written(still, walk, lambda rows: rows)).notes
     assert re.search(r"of 23° that the camera turns by it, boxes show ", note)
 

@@ -83,8 +83,9 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     places, name = trajectory.places, trajectory.path.name
     if not orders:
         return _along_path(trajectory, axes, "there are no rotations")
-    still = next(iter(orders.values()))
-    if axes is None and np.abs(still - still[0]).max() < 1e-6 and _bends(places):
+    first = next(iter(orders.values()))
+    still = axes is None and np.abs(first - first[0]).max() < 1e-6
+    if still and _bends(places):
         return _along_path(trajectory, axes, "its rotation never changes, but its path bends")
     steps = _corners(places, STEP)
     kinds = _USUAL if axes is None else (axes,)
@@ -106,6 +107,14 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
         notes.append(words + ("; SLAM of one camera has no scale: are places in m?" if found.axes == "camera" else ""))
     if found.order != usual:
         notes.append(f"{name} is read as {found.order}, the order that its motion fits")
+    if axes is not None and found.climb > _CLIMB:
+        notes.append(f"{name}: in the axes of '{axes}' {found.climb:.0%} of the way leads up or down: is it '{axes}'?")
+    aside = phase(found.heading or 1.0)
+    if still and _BEND < abs(aside) <= _AHEAD:
+        way = (
+            f"its rotation never changes, and its path leads {np.degrees(abs(aside)):.0f}° to a side of where it looks"
+        )
+        notes.append(f"{name}: {way}; if nothing measured rotations, leave them out: time x y z")
     return Grounded(poses=found.poses, notes=tuple(notes))
 
 

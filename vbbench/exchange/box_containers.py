@@ -22,6 +22,7 @@ from vbbench.parsing.column_names import Header, name_columns
 
 Picture = tuple[float, float] | None
 _CSV = "write CSV with columns frame,id,left,top,width,height"
+_XML = "XML; export the boxes as MOT 1.1 or COCO from the annotation tool"
 _UNREAD = (
     (b"\x80", f"is a Python pickle, which is not safe to read; {_CSV}"),
     (b"\x93NUMPY", f"is an array of NumPy without names of columns; {_CSV}"),
@@ -31,7 +32,7 @@ _UNREAD = (
     (b"\xd0\xcf\x11\xe0", "is an Excel workbook; save the sheet as CSV"),
     (b"#ROSBAG", "is a ROS bag; write bag: before its name"),
     (b"- ", f"is YAML; {_CSV}"),
-    (b"<", "is XML; export the boxes as MOT 1.1 or COCO from the annotation tool"),
+    (b"<", f"is {_XML}"),
     (b"\x89PNG", "is a picture; name the file of its boxes"),
     (b"\xff\xd8\xff", "is a picture; name the file of its boxes"),
     (b"%PDF", "is a PDF; name the file of boxes"),
@@ -118,6 +119,8 @@ def _of_archive(path: Path, picture: Picture) -> BoxTable:
             table, first = _labels(path, {name: archive.read(name) for name in texts}, picture), 0
         else:
             found = [name for name in tables if name.endswith("gt/gt.txt")] or tables
+            if not found and any(name.endswith(".xml") for name in names):
+                raise FileError(path, f"holds {_XML}")
             if len(found) != 1:
                 listed = ", ".join(map(quoted, (found or names)[:4]))
                 what = "several tables" if found else "no table of boxes"
@@ -211,8 +214,8 @@ def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
 def _records(value: Any, outer: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """The boxes in JSON: objects in lists, with what the objects around them have, such as their frame."""
     if isinstance(value, list):
-        for one in value:
-            yield from _records(one, outer)
+        for number, one in enumerate(value):  # a list in a list is a frame
+            yield from _records(one, {"frame": number, **outer} if isinstance(one, list) else outer)
     elif isinstance(value, dict):
         inner = [part for part in value.values() if isinstance(part, dict)]
         lists = {k: part for one in (*inner, value) for k, part in one.items() if _are_objects(part)}

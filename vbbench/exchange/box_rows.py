@@ -184,7 +184,7 @@ def tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
     if wrong.any():
         row = int(wrong.argmax())
         problem = "the id is missing here, other boxes have one"
-        problem = problem if loose[row] else f"id {ids[row]:.19g} is not a whole number from 0 on"
+        problem = problem if loose[row] else f"id {ids[row]} is not a whole number from 0 on"
         raise table.table.fault(row, f"{problem}; give every box an id, or none")
     if len(ids) >= FEWEST_ALONE and len(np.unique(ids)) == len(ids) and len(np.unique(table.frame)) > 1:
         problem = f"no id occurs in two of {len(ids)} boxes: these are numbers of boxes, not of people"

@@ -51,19 +51,16 @@ def of_people(
     FileError
         If the classes do not show which one is of people; boxes are counted by class.
     """
-    if classes.dtype.kind in "if":
-        known = np.isfinite(classes) & (classes != UNKNOWN)
-        words = [(names or {}).get(int(one), f"{one:g}") for one in np.unique(classes[known])]
-        values = np.unique(classes[known])
-    else:
-        known = classes != ""
-        values = np.unique(classes[known])
-        words = [str(one) for one in values]
-    counts = {word: int((classes == value).sum()) for word, value in zip(words, values, strict=True)}
+    numbered = classes.dtype.kind in "if"
+    known = np.isfinite(classes) & (classes != UNKNOWN) if numbered else classes != ""
+    values, place, count = np.unique(classes[known], return_inverse=True, return_counts=True)
+    words = [(names or {}).get(int(one), f"{one:g}") if numbered else str(one) for one in values.tolist()]
+    counts = dict(zip(words, count.tolist(), strict=True))
+    kept = np.ones(len(classes), np.bool_)
     if not counts:
-        return np.ones(len(classes), np.bool_), ""
+        return kept, ""
     chosen = _chosen(path, counts, given)
-    kept = ~known | np.isin(classes, [value for word, value in zip(words, values, strict=True) if word in chosen])
+    kept[known] = np.array([word in chosen for word in words])[place]
     rest = {word: count for word, count in counts.items() if word not in chosen}
     return kept, f"{_listed(rest)} (people are class {' or '.join(sorted(chosen))})" if rest else ""
 
@@ -114,6 +111,7 @@ _SIDES = (
 _SIZES = ("left", "top", "width", "height")
 FEWEST_HIDDEN = 10
 """Where so many boxes, and all, have visibility 0, it is not known."""
+_DIGITS, _ENDING = re.compile(r"\d+"), re.compile(r"(\.rf\.\w+)?\.\w*$")
 LEAST_PER_CENT = 10.0
 """Scores of which one is above it are per cent; others above 1 are of a detector that is sure."""
 
@@ -259,15 +257,12 @@ def frame_numbers(table: NamedColumns) -> FloatArray:
     FileError
         If a name has no number, or two names have the same one.
     """
-    if table["frame"].dtype.kind in "if" or any(
-        parse_number(cell) is not None for cell in set(table["frame"].tolist())
-    ):
+    if table["frame"].dtype.kind in "if":
         return table.numbers("frame")
     names, row_of, inverse = np.unique(table["frame"], return_index=True, return_inverse=True)
-    found = [
-        re.findall(r"\d+", re.sub(r"(\.rf\.\w+)?\.\w*$", "", name)) or re.findall(r"\d+", name)
-        for name in names.tolist()
-    ]
+    if any(parse_number(name) is not None for name in names.tolist()):
+        return table.numbers("frame")
+    found = [_DIGITS.findall(_ENDING.sub("", name)) or _DIGITS.findall(name) for name in names.tolist()]
     for row, digits in sorted(zip(row_of.tolist(), found, strict=True)):
         if not digits:
             raise table.fault(row, f"frame is {quoted(str(table['frame'][row]))}; write a number")

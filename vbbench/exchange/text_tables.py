@@ -29,6 +29,7 @@ from vbbench.parsing.numbers import finite_number, parse_number
 WORDS = ("frame", "id", "film", "class", "class_name", "last")
 """Columns that may hold words, or whole numbers of 64 bits."""
 EMPTY = ("", "nan", "NaN", "None", "none", "null", "NULL", "NA", "N/A")
+_TEXTS = pa.dictionary(pa.int32(), pa.string())
 _SHOWN = 1000
 _DIGIT = re.compile(r"\d")
 
@@ -132,7 +133,8 @@ def read_table(
         called = {noun: header.names[column] for noun, column in places.items()}
     else:
         width, called, span = len(split_cells(sample)), dict(order), columns
-        places, required = {noun: column for column, noun in enumerate(order)}, set(order) - {"last"}
+        places = {noun: column for column, noun in enumerate(order) if noun in (*nouns, "last")}
+        required = set(places) - {"last"}
     layout = _Layout(path, places, called, width, mark, frozenset(required), span, first)
     body = body.rstrip() if body.endswith(b"\n\n") else body
     if mark != "," and b"," in body:
@@ -256,11 +258,13 @@ def _read_fast(body: bytes, layout: _Layout) -> Read | None:
     names = [str(column) for column in range(layout.width)]
     by_name = {names[column]: noun for noun, column in layout.places.items() if column < layout.width}
     parse = csv.ParseOptions(delimiter=layout.mark, ignore_empty_lines=False)
-    for words in (pa.int64(), pa.string()):
-        kinds = {name: words if noun in WORDS else pa.float64() for name, noun in by_name.items()}
-        kinds |= {name: pa.string() for name, noun in by_name.items() if noun == "class_name"}
+    kinds = {name: _TEXTS if noun in WORDS else pa.float64() for name, noun in by_name.items()}
+    first = dict(zip(names, split_cells(body.partition(b"\n")[0].decode("utf-8", "replace")), strict=False))
+    digits = [name for name in by_name if first.get(name, "").lstrip("+-").isdecimal()]
+    whole = [name for name in digits if by_name[name] in WORDS and by_name[name] != "class_name"]
+    for integers in (dict.fromkeys(whole, pa.int64()), {}):
         convert = csv.ConvertOptions(
-            column_types=kinds, include_columns=list(by_name), null_values=EMPTY, strings_can_be_null=True
+            column_types=kinds | integers, include_columns=list(by_name), null_values=EMPTY, strings_can_be_null=True
         )
         try:
             table = csv.read_csv(BytesIO(body), csv.ReadOptions(column_names=names), parse, convert)
@@ -318,7 +322,7 @@ def _typed(noun: str, cells: list[str | None], layout: _Layout, lines: IntArray)
     known = [cell if cell is not None and (noun in layout.required or cell not in EMPTY) else None for cell in cells]
     if noun in WORDS:
         empty = next((row for row, cell in enumerate(known) if cell in EMPTY), None)
-        column = _from_arrow(noun, pa.chunked_array([pa.array(known, pa.string())]))
+        column = _from_arrow(noun, _trimmed(pa.chunked_array([pa.array(known, pa.string()).dictionary_encode()])))
         if empty is None and (
             noun != "frame" or column.dtype.kind != "U" or all(map(_DIGIT.search, filter(None, known)))
         ):
@@ -335,26 +339,34 @@ def _typed(noun: str, cells: list[str | None], layout: _Layout, lines: IntArray)
 
 def _trimmed(column: pa.ChunkedArray) -> pa.ChunkedArray:
     """A column whose texts are without blanks and quotes around them; empty ones are none."""
-    if not pa.types.is_string(column.type):
+    if not pa.types.is_dictionary(column.type):
         return column
-    column = pc.utf8_trim(column, " \t\"'")
-    return pc.if_else(pc.equal(column, ""), pa.scalar(None, pa.string()), column)
+    column = column.unify_dictionaries()
+    words = pc.utf8_trim(column.chunk(0).dictionary if column.num_chunks else pa.array([], pa.string()), " \t\"'")
+    if pc.any(pc.equal(words, ""), min_count=0).as_py():
+        column = pc.if_else(pc.equal(words, ""), None, words).take(_indices(column)).dictionary_encode()
+        return pa.chunked_array([column])
+    return pa.chunked_array([pa.DictionaryArray.from_arrays(_indices(column), words)])
+
+
+def _indices(column: pa.ChunkedArray) -> pa.Array:
+    """Of each cell among the words of a dictionary."""
+    return pa.chunked_array([one.indices for one in column.chunks], pa.int32()).combine_chunks()
 
 
 def _from_arrow(noun: str, column: pa.ChunkedArray) -> NDArray[Any]:
     """A column as int64, floats or texts: the first that holds every cell."""
-    if pa.types.is_string(column.type):
-        column = _trimmed(column)
-        known = pc.drop_null(column)
+    if pa.types.is_dictionary(column.type):
+        (chunk,) = column.chunks
+        words = chunk.dictionary
         for pattern, kind in ((r"^[+-]?\d+$", pa.int64()), (r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$", pa.float64())):
-            if noun != "class_name" and pc.all(pc.match_substring_regex(known, pattern), min_count=0).as_py():
+            if noun != "class_name" and pc.all(pc.match_substring_regex(words, pattern), min_count=0).as_py():
                 try:
-                    return _from_arrow(noun, column.cast(kind))
+                    return _from_arrow(noun, pa.chunked_array([words.cast(kind).take(chunk.indices)]))
                 except pa.ArrowInvalid:
                     break
-        words = column.fill_null("").combine_chunks().dictionary_encode()
-        texts: NDArray[Any] = np.array(words.dictionary.to_pylist(), np.str_)
-        return np.asarray(texts[column_values(pa.chunked_array([words.indices]))])
+        texts: NDArray[Any] = np.array([*words.to_pylist(), ""], np.str_)
+        return np.asarray(texts[column_values(pa.chunked_array([chunk.indices.fill_null(len(words))]))])
     if column.null_count:
         column = pc.fill_null(column.cast(pa.float64()), np.nan)
     return np.array(column_values(column))

@@ -221,7 +221,7 @@ def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Ca
     problem = f"of {np.degrees(whole):.0f}° that the camera turns by it, boxes show {share:.0%}"
     if share < -0.5:
         advice = "does its y point right, or z down? Write axes = 'ned' (or 'unreal', left-handed) in [odometry]"
-        advice = f"{advice}; of a compass's heading write 90° - heading"
+        advice = f"{advice}; of a compass's heading write 90° - heading, of poses from world to camera their inverses"
         raise FileError(path, f"{problem}, the other way: {advice}")
     degrees = "; if its yaw is in degrees, name the column 'yaw [deg]'" if 0.5 < np.degrees(share) < 2.0 else ""
     return (f"{path.name}: {problem}: are its axes, clock and mount those of the camera?{degrees}",)
@@ -231,7 +231,8 @@ def _turns_late(turns: FloatArray, frame: IntArray, seen: FloatArray) -> int:
     """By how many frames turns ``seen`` [N] in boxes after a ``frame`` are late to ``turns`` [T - 1]; 0 if unclear."""
     count, size, off = np.bincount(frame, minlength=len(turns)), len(turns), dict[int, float]()
     shown = np.bincount(frame, np.clip(seen, -MOST_TURN, MOST_TURN), size) / np.where(count, count, np.nan)
-    for late in range(-MOST_LATE, MOST_LATE + 1):
+    most = min(MOST_LATE, size // 2)
+    for late in range(-most, most + 1):
         pairs = np.abs(shown[max(late, 0) : size + min(late, 0)] - turns[max(-late, 0) : size - max(late, 0)])
         if np.isfinite(pairs).sum() >= 0.5 * np.isfinite(shown).sum():
             off[late] = float(np.nanmean(pairs))
