@@ -114,7 +114,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
         way = (
             f"its rotation never changes, and its path leads {np.degrees(abs(aside)):.0f}° to a side of where it looks"
         )
-        notes.append(f"{name}: {way}; if nothing measured rotations, leave them out: time x y z")
+        notes.append(f"{name}: {way}; if nothing measured rotations, remove them: time x y z")
     return Grounded(poses=found.poses, notes=tuple(notes))
 
 
