@@ -108,6 +108,7 @@ wheel-test: $(VENV)/.dev
 	PYTHON=$(BIN)/python sh tests/wheel_test.sh
 
 site: $(VENV)/.docs
+	$(BIN)/python docs/site/notebooks.py --check
 	rm -rf $(SITE)
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -c docs/site -d out/doctrees docs $(SITE)
 	$(BIN)/vbbench leaderboard build --out $(SITE)/leaderboard --docs ../index.html $$(test ! -d $(WORK) || echo --work $(WORK))

@@ -66,6 +66,6 @@ axes.axis("off")
 plt.show()
 
 # %%
-# Whether one solver is better than the other, and not only luckier, is what ``compare`` tells: differences of the
-# errors, sequence by sequence, with intervals by a block bootstrap over time.
+# ``compare`` shows whether one solver is better than the other, and not only luckier: differences of the errors,
+# sequence by sequence, with intervals by a block bootstrap over time.
 print(vbbench.compare(answers["map-causal"], answers["cv"], dataset.folder).table())

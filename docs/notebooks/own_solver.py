@@ -9,8 +9,8 @@ where their boxes fit best to where they should be.
 # %%
 # The solver
 # ----------
-# ``start`` is told what is known of a sequence; ``step`` gets one frame at a time. ``frame.given`` has what the
-# protocol tells of this frame and the two before, with NaN for the rest. Nothing here can reach truth.
+# ``start`` gets what is known of a sequence; ``step`` gets one frame at a time. ``frame.given`` has what the protocol
+# gives of this frame and the two before, with NaN for the rest. Nothing here can reach truth.
 import numpy as np
 
 from vbbench import Frame, FrameEstimate, Problem
@@ -30,8 +30,8 @@ class KeepWalking:
         expected = self.places + self.speeds
         right, forward = self.problem.camera.unproject(frame.observations, self.heights).T
         seen = np.stack([forward, -right], axis=-1)  # from the camera: ahead and to the left, in m
-        told = frame.given.poses[-1]
-        self.pose = laid_onto(seen, expected, self.pose) if np.isnan(told).any() else told
+        given = frame.given.poses[-1]
+        self.pose = laid_onto(seen, expected, self.pose) if np.isnan(given).any() else given
         x, y, yaw = self.pose
         here = seen @ np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]) + [x, y]
         places = first_known(frame.given.positions[-1], (here + expected) / 2, here, expected)

@@ -2,8 +2,8 @@
 A dataset as tables
 ===================
 
-Every table of a dataset is a Parquet file with names and units that do not change (:doc:`/files`), so anything that
-reads Parquet reads it: pandas, Polars, DuckDB, R. Here with pandas.
+Every table of a dataset is a Parquet file with names and units that do not change, so anything that reads Parquet reads
+it: pandas, Polars, DuckDB, R. Here with pandas.
 """
 
 # %%
@@ -30,7 +30,7 @@ boxes = pandas.read_parquet(folder / "observations.parquet")
 boxes.head()
 
 # %%
-# What solvers are never told lies in ``truth``: the poses of the camera, and everybody's path in the scene.
+# What solvers never get lies in ``truth``: the poses of the camera, and everybody's path in the scene.
 # ``Dataset.to_pandas`` finds the tables also where the truth is kept somewhere else.
 dataset.to_pandas("truth/poses").head()
 

@@ -13,7 +13,9 @@ from typing import Any
 
 import vbbench
 
-sys.path.insert(0, str(Path(__file__).parent))  # docstrings and headline, beside this file
+sys.path.insert(0, str(Path(__file__).parent))  # docstrings, headline and notebooks, beside this file
+
+from notebooks import FIRST_CELL
 
 project = "vbbench"
 author = "the authors of vbbench"
@@ -59,6 +61,7 @@ sphinx_gallery_conf = {
     "filename_pattern": r"\.py$",
     "ignore_pattern": r"__init__\.py",
     "within_subsection_order": "FileNameSortKey",
+    "first_notebook_cell": FIRST_CELL,
     "abort_on_example_error": True,
     "run_stale_examples": True,
     "only_warn_on_example_error": False,
