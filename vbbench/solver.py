@@ -24,7 +24,6 @@ __all__ = [
     "Frame",
     "FrameEstimate",
     "FrameSolver",
-    "LocationPosterior",
     "PosePosterior",
     "Problem",
     "SequenceSolver",
@@ -137,19 +136,8 @@ class SequenceSolver(Protocol):
 
 
 @runtime_checkable
-class LocationPosterior(FrameSolver, Protocol):
-    """A solver that also reports the posterior of the observer's place, for pictures."""
-
-    def location_energy(self, places: FloatArray) -> FloatArray:
-        """−ln of the posterior density of the observer's place, up to a constant: places [N, 2] in m → [N].
-
-        It is that of the last frame stepped, with the yaw and all positions minimised or integrated out.
-        """
-
-
-@runtime_checkable
 class PosePosterior(FrameSolver, Protocol):
-    """A solver that also reports how probable other poses and places are, for studies of what a picture tells.
+    """A solver that also reports how probable other poses and places are, for studies of what a picture determines.
 
     Both are of the last frame stepped.
     """

@@ -149,13 +149,6 @@ nb::object localised(Object pose, Tuple terms) {
   return numpy(std::move(positions), {rows(factors.people), 2});
 }
 
-nb::object energies_of_places(Object places, Tuple terms) {
-  const int count = length(places, "places", {2});
-  std::vector<double> energies(rows(count));
-  location_energies(read(places, "places", {kAny, 2}), count, factors_of(terms), energies.data());
-  return numpy(std::move(energies), {rows(count)});
-}
-
 nb::object energies_of_poses(Object poses, Tuple terms, double softness, double facing) {
   const int count = length(poses, "poses", {3});
   std::vector<double> energies(rows(count));
@@ -259,7 +252,6 @@ void bind_cascade(nb::module_& m) {
       "fit_pose", [](Tuple factors, double facing) { return pose_array(fit_pose(factors_of(factors), facing)); },
       nb::arg("factors"), nb::arg("facing") = kVague);
   m.def("localise", &localised, array_arg("pose"), nb::arg("factors"));
-  m.def("location_energies", &energies_of_places, array_arg("places"), nb::arg("factors"));
   m.def(
       "pose_covariance",
       [](Object pose, Tuple factors, double facing) {

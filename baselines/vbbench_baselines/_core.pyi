@@ -204,9 +204,6 @@ def fit_pose(factors: Factors, facing: float = ...) -> FloatArray:
 def localise(pose: FloatArray, factors: Factors) -> FloatArray:
     """World positions [K, 2] in m of least energy given the pose [3], a Kalman update; NaN = not observed."""
 
-def location_energies(places: FloatArray, factors: Factors) -> FloatArray:
-    """−ln p of the observer at each of the places [N, 2] in m, up to a constant."""
-
 def pose_covariance(pose: FloatArray, factors: Factors, facing: float = ...) -> FloatArray:
     """[3, 3] of (x, y, yaw) in m, m·rad, rad², at the pose [3] that `fit_pose` found with that yaw information."""
 

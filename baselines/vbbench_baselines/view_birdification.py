@@ -17,7 +17,6 @@ from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines._core import (
     fit_pose,
     localise,
-    location_energies,
     measure,
     pose_covariance,
     position_covariances,
@@ -166,7 +165,7 @@ class Birdifier(ABC):
         positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
         factors = self._begin_anew(factors, answer.pose, positions)
-        self._tangent, self._task = answer.tangent, task
+        self._task = task
         certain = np.zeros_like(people.certain) if found else people.certain
         report = self._report(answer, factors, chosen, certain, bounded=bounded)
         return history.store(answer.pose, positions, fallback=fallback, **report)
@@ -233,10 +232,6 @@ class Birdifier(ABC):
         self._heights.forget(columns)
         for rows in (*self._seen, *self._confident):
             rows[columns] = np.nan
-
-    def location_energy(self, places: FloatArray) -> FloatArray:
-        """See `vbbench.solver.LocationPosterior.location_energy`; the yaw is minimised out."""
-        return location_energies(np.ascontiguousarray(places), self._tangent)
 
     def _report(
         self, answer: Answer, factors: Factors, chosen: BoolArray, certain: BoolArray, *, bounded: bool

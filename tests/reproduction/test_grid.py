@@ -16,8 +16,8 @@ from vbbench.errors import VbbenchError
 from vbbench.paper import BEST, COLUMNS, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.reproduction import readings, robot
 from vbbench.reproduction.grid import Making, Row, Study, row_at, rows_at
-from vbbench.reproduction.keypoints import FIVE_POINT, FROM_TRUTH, LEAST_SQUARES, KeypointsStudy, People
-from vbbench.reproduction.posterior import CLAIMS, FIGURES, REPORTED, SOLVER, PosteriorStudy, text_reading
+from vbbench.reproduction.keypoints import KeypointsStudy, People
+from vbbench.reproduction.posterior import CLAIMS, PosteriorStudy
 from vbbench.reproduction.readings import ReadingsStudy
 from vbbench.reproduction.report import Report, shown, write_report
 from vbbench.reproduction.robot import RobotStudy, default_entrants, with_and_without
@@ -70,7 +70,7 @@ STUDIES: dict[str, Callable[[Path], Study]] = {
         limit=3,
     ),
 }
-PICTURES = {"robot": ("simulated", "kitti"), "keypoints": ("", "readings"), "posterior": ("", "curves")}
+PICTURES = {"robot": ("simulated", "kitti")}
 NEEDS_RECORDINGS = ("hotel", "readings")
 
 
@@ -231,21 +231,15 @@ def test_figures_of_readings(report: Report) -> None:
 @of("keypoints")
 def test_figures_of_static_points(report: Report) -> None:
     """Golden: mean errors in m of 12 trials at 2, 6 and 20 m; OpenCV's versions may differ in which sample is best."""
-    golden = {
-        FIVE_POINT: (0.0235, 0.0584, 0.264),
-        LEAST_SQUARES: (0.00656, 0.01533, 0.0813),
-        FROM_TRUTH: (0.00492, 0.01533, 0.0812),
-    }
-    means = {name: own["translation"]["mean"] for name, own in report.values["estimators"].items()}
-    for name, figures in golden.items():
-        np.testing.assert_allclose(means[name], figures, rtol=0.02 if name == FROM_TRUTH else 0.1)
+    means = report.values["translation"]["mean"]
+    np.testing.assert_allclose(means, (0.0235, 0.0584, 0.264), rtol=0.1)
     assert report.values["unanswered"] == 0
-    assert [row[1] for row in report.tables[0].rows] == [f"{one:.3f}" for one in means[FIVE_POINT]]
+    assert [row[1] for row in report.tables[0].rows] == [f"{one:.3f}" for one in means]
     hotel, car = report.values["missing"]
     assert "vbbench fetch hotel" in hotel
     assert "kitti, footage: " in car
     assert report.facts[-1].splitlines() == [f"- missing: {hotel}", f"- missing: {car}"]
-    assert len(report.texts[".csv"].splitlines()) == 1 + 3 * 3 * 12
+    assert len(report.texts[".csv"].splitlines()) == 1 + 3 * 12
 
 
 @of("trajectories")
@@ -284,8 +278,6 @@ def test_figures_of_the_simulated_robot(report: Report) -> None:
 def test_the_report_has_every_claim_and_frame(report: Report) -> None:
     values = report.values
     assert [len(rows) for rows in values["claims"].values()] == [len(CLAIMS)] * 2
-    assert set(values["by_people"]) == {text_reading(), SOLVER, REPORTED}
-    assert set(values["by_people"][SOLVER]) == set(FIGURES)
     assert len(report.texts[".csv"].splitlines()) == 1 + 2 * values["frames"]
 
 
@@ -458,7 +450,6 @@ def test_commands_without_recordings(
     ("command", "message"),
     [
         ("table2 --split shibuya01", "split of the paper's Table 2"),
-        ("figure-keypoints --focal 0", "focal"),
         ("figure-posterior --every 0", "every must be 1 or more"),
         ("transfer --kitti nowhere --every 0", "every must be 1 to 1,000, not 0"),
         ("transfer --kitti nowhere --solver vb-fs", "did you mean 'vb-sf'"),

@@ -291,9 +291,6 @@ def figure_sigma(
 def figure_keypoints(
     out: Path = Path("figure-keypoints"),
     trials: int = 100,
-    width: int = 1280,
-    height: int = 720,
-    focal: float = 640.0,
     split: tuple[str, ...] = ("hotel", "eth"),
     tier: tuple[str, ...] = ("tracked", "field"),
     every: int = 6,
@@ -304,15 +301,12 @@ def figure_keypoints(
     work: Work = Work(),  # noqa: B008  frozen
     json: bool = False,
 ) -> None:
-    """Make tables and pictures of camera poses from static points at a distance, and of those from people.
+    """Make tables and a picture of camera poses from static points at a distance, and of those from people.
 
     Args:
-        out: Folder for figure-keypoints.md, .json, .csv and two pictures, and for datasets and submissions; what it
+        out: Folder for figure-keypoints.md, .json, .csv and a picture, and for datasets and submissions; what it
             holds is reused.
         trials: Number of trials of the five-point method at each distance.
-        width: Of the camera's picture, in px.
-        height: Of the camera's picture, in px.
-        focal: Focal length of the camera, in px.
         split: Whose people are solved.
         tier: How their boxes are corrupted; 'vbbench tiers' lists them.
         every: Only every so-many-th sequence of each split, in tier field a third of that.
@@ -324,10 +318,8 @@ def figure_keypoints(
         json: Print every number as JSON instead of the tables.
     """
     from vbbench.reproduction.keypoints import KeypointsStudy, People
-    from vbbench.reproduction.two_views import Setting, pinhole
 
     study = KeypointsStudy(
-        setting=Setting(camera=pinhole(width, height, focal)),
         trials=trials,
         people=People(splits=split, tiers=tier, solvers=solver, every=every, kitti=kitti, poses=poses, seed=seed),
         seed=seed,

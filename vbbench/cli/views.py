@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Literal
 
-from vbbench.cli.evaluation import ProtocolName
 from vbbench.cli.terminal import say
 from vbbench.errors import one_line
 
@@ -16,11 +15,8 @@ def plot(
     estimate: tuple[Path, ...] = (),
     frame: int | None = None,
     truth: Path | None = None,
-    posterior: bool = False,
-    solver: str = "vb-cv",
-    protocol: ProtocolName = "one-step",
 ) -> None:
-    """Draw a sequence: the bird's-eye view next to the observer's view, or to the posterior of its place.
+    """Draw a sequence: the bird's-eye view next to the observer's view.
 
     Args:
         folder: The dataset.
@@ -29,20 +25,10 @@ def plot(
         estimate: Submission to draw over the truth; or several, each in the colour of its solver.
         frame: Frame to show; default: one in the middle.
         truth: Folder with the truth tables, if they are not in the dataset.
-        posterior: Draw the posterior of the observer's place by --solver, instead of the observer's view.
-        solver: With --posterior: a registered name or module:attribute of your own.
-        protocol: With --posterior: which truth the solver is given.
     """
-    from vbbench.errors import VbbenchError
     from vbbench.files.dataset import Dataset
-    from vbbench.pictures.plotting import plot_posterior_to_file, plot_to_file
+    from vbbench.pictures.plotting import plot_to_file
 
-    if posterior:
-        if estimate:
-            raise VbbenchError("--posterior draws what --solver estimates; remove --estimate")
-        options = {"solver": solver, "protocol": protocol, "frame": frame}
-        print(plot_posterior_to_file(Dataset(folder, truth), sequence, out, **options))
-        return
     print(plot_to_file(Dataset(folder, truth), sequence, out, submissions=estimate, frame=frame))
 
 

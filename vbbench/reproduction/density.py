@@ -68,13 +68,10 @@ class GridDensity:
         mass = self.mass.sum(axis=tuple(range(2, self.mass.ndim)))
         return GridDensity(centre=self.centre[:2], factor=self.factor[:2, :2], steps=self.steps, mass=mass)
 
-    def share_above(self, point: FloatArray) -> float:
-        """Probability of what is more probable than a point [D]: the share of the region that just holds it."""
-        u = np.linalg.solve(self.factor, point - self.centre)
-        cell = np.round((u - self.steps[0]) / (self.steps[1] - self.steps[0])).astype(np.int64)
-        if (cell < 0).any() or (cell >= len(self.steps)).any():
-            return 1.0
-        return float(self.mass[self.mass > self.mass[tuple(cell)]].sum())
+    def level(self, share: float) -> float:
+        """The mass of a cell above which lies ``share`` of the probability."""
+        falling = np.sort(self.mass, axis=None)[::-1]
+        return float(falling[np.searchsorted(np.cumsum(falling), share).clip(max=len(falling) - 1)])
 
     def finer(self) -> "GridDensity":
         """A density in the plane on `_TIMES` as fine a grid, its logarithm interpolated by cubic splines."""
@@ -101,13 +98,6 @@ def discrete_entropy(mass: FloatArray) -> float:
     """−Σ p ln p of probabilities, any shape."""
     positive = mass[mass > 0.0]
     return float(-np.sum(positive * np.log(positive)))
-
-
-def gaussian_entropy(covariance: FloatArray) -> FloatArray:
-    """Differential entropy [...] in nats of normal densities with covariances [..., D, D]."""
-    dimensions = covariance.shape[-1]
-    logarithm = np.linalg.slogdet(covariance)[1]
-    return np.asarray(0.5 * (dimensions * np.log(2.0 * np.pi * np.e) + logarithm))
 
 
 def moments(points: FloatArray, mass: FloatArray) -> tuple[FloatArray, FloatArray]:

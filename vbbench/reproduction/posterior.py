@@ -16,19 +16,17 @@ from matplotlib.colors import Colormap, ListedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullFormatter
 
 from vbbench.errors import VbbenchError
 from vbbench.estimate import FrameEstimate
 from vbbench.files.dataset import Dataset
 from vbbench.generation.generator import Options
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.posterior import density_level
 from vbbench.protocol import START_FRAMES, get_protocol
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.agreement import Estimate
-from vbbench.reproduction.density import GridDensity, discrete_entropy, find_density, gaussian_entropy
+from vbbench.reproduction.density import GridDensity, find_density
 from vbbench.reproduction.grid import Making, Study, check_every, each, stride_of
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.reproduction.walking import (
@@ -36,8 +34,6 @@ from vbbench.reproduction.walking import (
     Columns,
     Example,
     FrameSample,
-    gradient_at_equal_number,
-    less_the_mean,
     pick_examples,
     rank_correlation,
     rank_correlation_at_equal_number,
@@ -49,38 +45,26 @@ from vbbench.solver import FrameSolver, PosePosterior
 from vbbench.solving.runner import frames_of, reveal
 from vbbench.table import Table, csv_text
 
-SOLVER, REPORTED = "vb-sf", "map-causal"
-"""The solver, whose class names in ``readings`` that of the paper's text; one whose reported covariance is drawn."""
+SOLVER = "vb-sf"
+"""The solver, whose class names in ``readings`` that of the paper's text."""
 PROTOCOL = "one-step"
 SAMPLES, SPACING = 41, 0.01
 """Places along a viewing ray, and how far apart they are in m of a person's height."""
 PART = 8
 """Sequences that a process measures at a time."""
-PEOPLE = ((2, 3), (4, 4), (5, 5), (6, 6), (7, 8), (9, 10), (11, 12), (13, 15), (16, 26))
-"""Numbers of people seen that are taken together."""
-FIGURES = ("pose", "gaussian", "place", "yaw", "beyond", "kurtosis", "people", "share", "error")
-"""Columns of a frame: entropies in nats of pose, of a normal density with its covariance, and of its place; σ of the
-yaw in rad; tails of the place; entropy of a person along its ray, NaN where all are certain; probability of places that
-are more probable than the true one; and error in m."""
-WALKING = ("people", "spread", "lines", "bearings", "standing")
+FIGURES = ("pose", "place", "beyond", "kurtosis", "error")
+"""Columns of a frame: entropies in nats of pose and of its place; tails of the place; and error in m."""
+WALKING = ("people", "spread", "bearings")
 _TAILS, _DIVERSE = "few people, heavier tails", "diverse, sharper"
 _POSE, _AROUND = "entropy of the pose", "not the paper's: people all around, sharper"
+_EQUAL = rank_correlation_at_equal_number
 CLAIMS: tuple[tuple[str, str, str, Callable[..., float], str, str], ...] = (
     (_TAILS, "kurtosis of the place", "ρ with people", rank_correlation, "people", "kurtosis"),
     (_TAILS, "mass beyond 3 σ", "ρ with people", rank_correlation, "people", "beyond"),
     ("few people, wider", _POSE, "ρ with people", rank_correlation, "people", "pose"),
     (_DIVERSE, _POSE, "ρ with the spread", rank_correlation, "spread", "pose"),
-    (_DIVERSE, _POSE, "ρ with the spread at equal number", rank_correlation_at_equal_number, "spread", "pose"),
-    (_DIVERSE, _POSE, "nats per unit of spread at equal number", gradient_at_equal_number, "spread", "pose"),
-    (_DIVERSE, _POSE, "ρ with the spread of lines at equal number", rank_correlation_at_equal_number, "lines", "pose"),
-    (
-        _AROUND,
-        _POSE,
-        "ρ with the spread of bearings at equal number",
-        rank_correlation_at_equal_number,
-        "bearings",
-        "pose",
-    ),
+    (_DIVERSE, _POSE, "ρ with the spread at equal number", _EQUAL, "spread", "pose"),
+    (_AROUND, _POSE, "ρ with the spread of bearings at equal number", _EQUAL, "bearings", "pose"),
 )
 """The paper's claims and one more: what each states, what is measured of what, how, and the two columns."""
 
@@ -103,7 +87,7 @@ class Instant(NamedTuple):
     """One frame's posteriors.
 
     Of the observer's pose (x, y, yaw), and of its place on a finer grid; and of the people seen, places [M, S, 2] in m
-    and probabilities [M, S] along their rays. The last two are as in `FIGURES`.
+    and probabilities [M, S] along their rays. The last is as in `FIGURES`.
     """
 
     frame: int
@@ -111,16 +95,11 @@ class Instant(NamedTuple):
     place: GridDensity
     places: FloatArray
     probabilities: FloatArray
-    share: float
     error: float
 
     def row(self, sequence: int) -> tuple[float, ...]:
         """Sequence, frame and `FIGURES`."""
-        _, covariance = self.density.moments()
-        entropies = self.density.entropy, float(gaussian_entropy(covariance)), self.place.entropy
-        people = ray_entropy(self.places, self.probabilities)
-        yaw = float(np.sqrt(covariance[-1, -1]))
-        return (sequence, self.frame, *entropies, yaw, *self.place.tails(), people, self.share, self.error)
+        return (sequence, self.frame, self.density.entropy, self.place.entropy, *self.place.tails(), self.error)
 
 
 class ShownExample(NamedTuple):
@@ -133,27 +112,13 @@ class ShownExample(NamedTuple):
 
 
 class Posteriors(NamedTuple):
-    """The results: number of sequences, and of the same frames [F] how people walk and, by solver, `FIGURES`.
-
-    ``reported`` [F] is the entropy of the pose by the covariance that `REPORTED` reports.
-    """
+    """The results: number of sequences, and of the same frames [F] how people walk and, by solver, `FIGURES`."""
 
     sequences: int
     walking: Columns
     sample: FrameSample
     tables: Mapping[str, Columns]
-    reported: FloatArray
     examples: list[ShownExample]
-
-    @property
-    def group(self) -> IntArray:
-        """The number in `PEOPLE` [F] of each frame, −1 for none."""
-        people = self.walking["people"]
-        return np.select([(people >= low) & (people <= high) for low, high in PEOPLE], range(len(PEOPLE)), -1)
-
-    def by_people(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Means of values [F] in each of `PEOPLE` and their intervals."""
-        return self.sample.means(values, self.group, len(PEOPLE))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,7 +140,6 @@ class PosteriorStudy(Study):
         dataset = making.dataset(self.split, out / "dataset", options)
         walk = walking_of(dataset)
         tables = {solver: _columns(dataset, solver, making.jobs) for solver in measured_solvers()}
-        reported = {row[:2]: row[2] for row in _measured(reported_rows, dataset, REPORTED, making.jobs)}
         frames = list(zip(*(tables[SOLVER][name].tolist() for name in ("sequence", "frame")), strict=True))
         if not frames:
             raise VbbenchError(
@@ -193,12 +157,11 @@ class PosteriorStudy(Study):
             walking=walking,
             sample=FrameSample(tables[SOLVER]["sequence"], walking["people"], timeline),
             tables=tables,
-            reported=np.array([reported.get(frame, np.nan) for frame in frames]),
             examples=[one for one in examples if one.instants],
         )
 
     def report(self, found: Posteriors) -> Report:
-        """Claims, figures by number of people, and examples; a picture of each but the claims; every frame as CSV."""
+        """Claims and examples, with a picture of these; every frame as CSV."""
         claims = {
             solver: [found.sample.estimate(how, found.walking[along], own[what]) for *_, how, along, what in CLAIMS]
             for solver, own in found.tables.items()
@@ -206,15 +169,11 @@ class PosteriorStudy(Study):
         some = "all sequences" if self.every == 1 else f"one in {self.every}"
         counts = {"frames": len(found.sample.people), "sequences": found.sequences}
         facts = paragraphs("posterior", some=some, solvers=measured_solvers(), **counts)
-        pictures = {"": self.plot_examples(found)} if found.examples else {}
-        by_people = {
-            solver: {name: _by_people(found, own[name]) for name in FIGURES} for solver, own in found.tables.items()
-        }
         return Report(
             name=self.name,
             title=f"Posteriors of observer and people: split {self.split}, one-step, seed {self.seed}",
             facts=facts,
-            tables=[_claims_table(claims), *_number_tables(found), _examples_table(found)],
+            tables=[_claims_table(claims), _examples_table(found)],
             values={
                 "split": self.split,
                 "every": self.every,
@@ -228,54 +187,11 @@ class PosteriorStudy(Study):
                     ]
                     for solver, estimates in claims.items()
                 },
-                "by_people": by_people | {REPORTED: {"pose": _by_people(found, found.reported)}},
                 "examples": [shown.example._asdict() for shown in found.examples],
             },
-            pictures=pictures | {"curves": self.plot_curves(found)},
+            pictures={"": self.plot_examples(found)} if found.examples else {},
             texts={".csv": _csv(found)},
         )
-
-    def plot_curves(self, found: Posteriors) -> Figure:
-        """Draw entropy and kurtosis over the number of people, and entropy at equal number over both spreads."""
-        figure = style.lay_out(_SIZE, _PANELS)
-        parts = {str(axes.get_label()): axes for axes in figure.axes}
-        people = found.walking["people"]
-        looks: dict[str, dict[str, Any]] = {
-            solver: {"color": style.GIVEN, "label": SOLVER}
-            if solver == SOLVER
-            else {"color": style.ESTIMATE, "label": _TEXT}
-            for solver in found.tables
-        }
-        curves = [(own["pose"], looks[solver]) for solver, own in found.tables.items()]
-        curves.append((found.reported, {"color": style.TRUTH, "label": f"{REPORTED}: its covariance", "marker": "s"}))
-        for solver, own in found.tables.items():
-            _curve(parts["kurtosis"], found, own["kurtosis"], found.group, people, **looks[solver])
-        for entropy, look in curves:
-            _curve(parts["entropy"], found, entropy, found.group, people, **look)
-            known, rest = ~np.isnan(entropy), np.full(len(entropy), np.nan)
-            rest[known] = less_the_mean(entropy[known], found.sample.people[known])
-            for name in _SPREADS_OF:
-                spread = found.walking[name]
-                group = np.where(np.isnan(spread), -1, np.searchsorted(_SPREADS, spread, side="right") - 1)
-                _curve(parts[name], found, rest, group, spread, **look)
-        for name in ("entropy", "kurtosis"):
-            parts[name].set_xscale("log")
-            parts[name].set_xticks(_TICKS, [f"{tick}" for tick in _TICKS])
-            parts[name].xaxis.set_minor_formatter(NullFormatter())
-        for name in ("kurtosis", *_SPREADS_OF):
-            parts[name].axhline(0.0, color=style.INK, linewidth=0.8, linestyle=":")
-        for name, (title, along, up) in _TITLES.items():
-            style.name_axes(parts[name], along, up, title)
-            style.draw_grid(parts[name])
-            _keep_to_the_means(parts[name])
-        low, high = zip(*(parts[name].get_ylim() for name in _SPREADS_OF), strict=True)
-        for name in _SPREADS_OF:
-            parts[name].set_ylim(min(low), max(high))
-        title = "How sure the observer's pose is, by how many people are seen and how they walk"
-        facts = f"split {self.split}, one-step, seed {self.seed}, {len(found.sample.people)} frames of "
-        facts += f"{found.sequences} sequences; means over sequences with 95 % intervals by blocks of time"
-        style.draw_heading(figure, _PANELS["entropy"][0], title, facts, parts["entropy"])
-        return figure
 
     def plot_examples(self, found: Posteriors) -> Figure:
         """Draw every example: a map with people's posteriors along their rays, and the observer's in ten frames."""
@@ -316,16 +232,16 @@ class PosteriorStudy(Study):
 
 def _columns(dataset: Dataset, solver: str, jobs: int) -> dict[str, Any]:
     """Sequence, frame and `FIGURES` [F] of all sequences."""
-    rows = np.array(_measured(posterior_rows, dataset, solver, jobs), dtype=np.float64).reshape(-1, 2 + len(FIGURES)).T
+    rows = np.array(_measured(dataset, solver, jobs), dtype=np.float64).reshape(-1, 2 + len(FIGURES)).T
     sequence, frame = rows[:2].astype(np.int64)
     return {"sequence": sequence, "frame": frame, **dict(zip(FIGURES, rows[2:], strict=True))}
 
 
-def _measured(measure: Callable[..., list[Any]], dataset: Dataset, solver: str, jobs: int) -> list[Any]:
-    """What ``measure`` gives for all sequences, in their order."""
+def _measured(dataset: Dataset, solver: str, jobs: int) -> list[tuple[float, ...]]:
+    """`posterior_rows` of all sequences, in their order."""
     calls = [(dataset, solver, first, min(first + PART, len(dataset))) for first in range(0, len(dataset), PART)]
     label = f"posteriors of {solver.rpartition(':')[2]}"
-    return [row for part in each(measure, calls, jobs, label, "part") for row in part]
+    return [row for part in each(posterior_rows, calls, jobs, label, "part") for row in part]
 
 
 def posterior_rows(dataset: Dataset, solver: str, first: int, last: int) -> list[tuple[float, ...]]:
@@ -334,16 +250,6 @@ def posterior_rows(dataset: Dataset, solver: str, first: int, last: int) -> list
         instant.row(sequence.index)
         for sequence in dataset.sequences(first, last)
         for instant in instants(dataset, sequence, solver)
-    ]
-
-
-def reported_rows(dataset: Dataset, solver: str, first: int, last: int) -> list[tuple[float, ...]]:
-    """Sequence, frame and entropy of the pose's reported covariance, of the sequences first ≤ index < last."""
-    return [
-        (sequence.index, frame, float(gaussian_entropy(answer.pose_covariance)))
-        for sequence in dataset.sequences(first, last)
-        for frame, answer in _answers(dataset, sequence, _made(solver))
-        if answer.pose_covariance is not None and not answer.fallback
     ]
 
 
@@ -365,8 +271,8 @@ def instants(dataset: Dataset, sequence: Sequence, solver: str, only: range | No
         energy = one_turn(source.pose_energy, answer.pose[2])
         density = find_density(energy, answer.pose, answer.pose_covariance)
         place = density.marginal().finer()
-        share, error = place.share_above(poses[frame, :2]), float(np.hypot(*(answer.pose - poses[frame])[:2]))
-        yield Instant(frame, density, place, *source.ray_posterior(SAMPLES, SPACING), share, error)
+        error = float(np.hypot(*(answer.pose - poses[frame])[:2]))
+        yield Instant(frame, density, place, *source.ray_posterior(SAMPLES, SPACING), error)
 
 
 def one_turn(energy: Callable[[FloatArray], FloatArray], yaw: float) -> Callable[[FloatArray], FloatArray]:
@@ -390,16 +296,6 @@ def _answers(dataset: Dataset, sequence: Sequence, solver: FrameSolver) -> Itera
         answer = solver.step(shown)
         if shown.index >= START_FRAMES:
             yield shown.index, answer
-
-
-def ray_entropy(places: FloatArray, probabilities: FloatArray) -> float:
-    """Mean differential entropy in nats of people's places [M, S, 2] along their rays; NaN where all are certain."""
-    undecided = probabilities.max(axis=1, initial=0.0) < 1.0
-    if not undecided.any():
-        return float("nan")
-    middle = places.shape[1] // 2
-    apart = np.hypot(*(places[undecided, middle + 1] - places[undecided, middle]).T)
-    return float(np.mean(list(map(discrete_entropy, probabilities[undecided])) + np.log(apart)))
 
 
 def _shown(dataset: Dataset, example: Example) -> ShownExample:
@@ -427,33 +323,6 @@ def _claims_table(claims: Mapping[str, list[Estimate]]) -> Table:
     )
 
 
-def _number_tables(found: Posteriors) -> Iterator[Table]:
-    head = ["people seen", "frames", "pose (nats)", "normal", f"`{REPORTED}`", "place", "σ of the yaw (°)", "a person"]
-    head += ["beyond 3 σ", "kurtosis", "true place", "Δt (m)"]
-    formats = (
-        "{pose:.2f} {gaussian:.2f} {reported:.2f} {place:.2f} {degrees:.2f} {people:.2f} {beyond:.2%} {kurtosis:.2f} "
-    )
-    formats += "{inside:.0%} {error:.3f}"
-    for solver, own in found.tables.items():
-        columns = {name: own[name] for name in FIGURES}
-        columns |= {"reported": found.reported, "inside": (own["share"] <= 0.95).astype(float)}
-        means = {name: found.by_people(column)[0] for name, column in columns.items()}
-        means["degrees"] = np.degrees(means["yaw"])
-        rows = []
-        for n, (least, most) in enumerate(PEOPLE):
-            frames = int((found.group == n).sum())
-            cells = formats.format(**{name: mean[n] for name, mean in means.items()}).split()
-            if frames:
-                people = f"{least}" if least == most else f"{least}–{most}"
-                rows.append([people, f"{frames}", *("–" if "nan" in cell else cell for cell in cells)])
-        yield Table(
-            title=f"By number of people: {_short(solver)}",
-            facts=paragraphs("posterior_by_number"),
-            head=head,
-            rows=rows,
-        )
-
-
 def _examples_table(found: Posteriors) -> Table:
     rows = []
     for one, shown, *_ in found.examples:
@@ -466,18 +335,10 @@ def _examples_table(found: Posteriors) -> Table:
     return Table(title="The examples", facts=paragraphs("posterior_examples"), head=head, rows=rows)
 
 
-def _by_people(found: Posteriors, values: FloatArray) -> list[dict[str, float]]:
-    mean, interval = found.by_people(values)
-    return [
-        {"least": least, "most": most, "mean": m, "low": low, "high": high}
-        for (least, most), m, (low, high) in zip(PEOPLE, mean.tolist(), interval.tolist(), strict=True)
-    ]
-
-
 def _csv(found: Posteriors) -> str:
-    """A row for each solver and frame; "people" of the walking is a number, of the figures an entropy."""
+    """A row for each solver and frame."""
     names = ["sequence", "frame", *FIGURES]
-    head = ["solver", *("entropy_of_people" if name == "people" else name for name in names), *WALKING]
+    head = ["solver", *names, *WALKING]
     walking = [found.walking[name].astype(float).tolist() for name in WALKING]
     rows = (
         [solver, *row]
@@ -485,46 +346,6 @@ def _csv(found: Posteriors) -> str:
         for row in zip(*(own[name].tolist() for name in names), *walking, strict=True)
     )
     return csv_text(head, rows)
-
-
-_SPREADS = (0.0, 0.05, 0.2, 0.4, 0.6, 0.8, 1.001)
-"""Ends of the spreads that are taken together."""
-_SPREADS_OF = ("spread", "bearings")
-_TICKS = (3, 4, 5, 7, 10, 15, 25)
-_TEXT = "the paper's text"
-_SIZE = (13.9, 4.75)
-_PANELS: style.Rectangles = {
-    "entropy": (0.65, 0.55, 2.72, 2.95),
-    "kurtosis": (4.05, 0.55, 2.72, 2.95),
-    "spread": (7.5, 0.55, 2.72, 2.95),
-    "bearings": (10.95, 0.55, 2.72, 2.95),
-}
-_TITLES = {
-    "entropy": ("entropy of the observer's pose", "people seen", "nats of m² rad"),
-    "kurtosis": ("tails of its place", "people seen", "kurtosis less that of a normal density"),
-    "spread": ("at equal number of people", "spread of directions", "nats above the mean at that number"),
-    "bearings": ("at equal number of people", "spread of bearings", "nats above the mean at that number"),
-}
-
-
-def _curve(axes: Axes, found: Posteriors, values: FloatArray, group: IntArray, along: FloatArray, **look: Any) -> None:
-    """Means over sequences with their intervals; each group stands at the mean of what it groups."""
-    count = int(group.max()) + 1
-    mean, interval = found.sample.means(values, group, count)
-    inside = [~np.isnan(values) & (group == n) for n in range(count)]
-    x = np.array([along[there].mean() if there.any() else np.nan for there in inside])
-    known = ~np.isnan(mean) & ~np.isnan(x)
-    axes.fill_between(x[known], *interval[known].T, color=look["color"], alpha=0.12, linewidth=0)
-    axes.plot(x[known], mean[known], **{"linewidth": 1.6, "marker": "o", "markersize": 4.0, **look})
-
-
-def _keep_to_the_means(axes: Axes) -> None:
-    """Let means, and not the widest of their intervals, determine how far an axis goes."""
-    heights = np.concatenate([np.asarray(line.get_ydata(), np.float64) for line in axes.lines])
-    heights = heights[~np.isnan(heights)]
-    if len(heights) and np.ptp(heights):
-        margin = 0.25 * float(np.ptp(heights))
-        axes.set_ylim(heights.min() - margin, heights.max() + margin)
 
 
 _SHARES = (0.99, 0.95, 0.8, 0.5)
@@ -606,7 +427,7 @@ def _draw_instant(axes: Axes, shown: ShownExample, n: int, half: float, colours:
     place = found[0].place
     turned = style.along_path(shown.poses[np.array(shown.example.frames), :2])
     points = turned(place.points()) - turned(shown.poses[frame, :2])
-    levels: Any = [*(density_level(place.mass, share) for share in _SHARES), float(place.mass.max()) * 1.01]
+    levels: Any = [*(place.level(share) for share in _SHARES), float(place.mass.max()) * 1.01]
     axes.contourf(points[..., 0], points[..., 1], place.mass, levels, colors=list(map(tuple, _FILLED)))
     axes.plot(0.0, 0.0, "+", color=style.INK, markersize=7)
     people = int((~np.isnan(shown.positions[frame, :, 0])).sum())

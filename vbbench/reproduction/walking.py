@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import START_FRAMES
 from vbbench.reproduction.agreement import LEVEL, SEED, Errors, Estimate
-from vbbench.scoring.block_bootstrap import Timeline, block_means
+from vbbench.scoring.block_bootstrap import Timeline
 
 STANDING = 0.3
 """In m/s; a slower person has no direction."""
@@ -35,8 +35,8 @@ Columns = Mapping[str, Any]
 def walking_of(dataset: Dataset) -> dict[str, Any]:
     """How people truly walk in the frames [F] of all sequences, from the third on.
 
-    Columns are sequence and frame, the people seen, the spreads of directions, of lines and of bearings, NaN where they
-    are of nobody, and the share of the walkers who stand.
+    Columns are sequence and frame, the people seen, and the spreads of directions, of lines and of bearings, NaN where
+    they are of nobody.
     """
     found = []
     for sequence in dataset.sequences():
@@ -46,26 +46,19 @@ def walking_of(dataset: Dataset) -> dict[str, Any]:
         velocity = np.diff(np.concatenate([people, places], axis=1), axis=0)[START_FRAMES - 1 :] / dataset.info.dt
         off = (people - places)[START_FRAMES:]
         bearings = directional_spread(np.arctan2(off[..., 1], off[..., 0]))
-        spread, lines, standing = spreads(velocity)
+        spread, lines = spreads(velocity)
         frames = np.arange(START_FRAMES, sequence.frames)
         numbers = np.full(len(frames), sequence.index), frames, observed[START_FRAMES:].sum(axis=1)
-        found.append((*numbers, spread, lines, bearings, standing))
-    names = ("sequence", "frame", "people", "spread", "lines", "bearings", "standing")
+        found.append((*numbers, spread, lines, bearings))
+    names = ("sequence", "frame", "people", "spread", "lines", "bearings")
     return {name: np.concatenate(parts) for name, parts in zip(names, zip(*found, strict=True), strict=True)}
 
 
-def spreads(velocity: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Spread of directions, spread of lines and share of those who stand, [F] each.
-
-    Parameters
-    ----------
-    velocity : [F, K, 2] in m/s, NaN = not known.
-    """
+def spreads(velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Spreads of directions and of lines, [F] each, of velocities [F, K, 2] in m/s, NaN = not known."""
     speed, angle = np.hypot(velocity[..., 0], velocity[..., 1]), np.arctan2(velocity[..., 1], velocity[..., 0])
-    moving: BoolArray = speed >= STANDING
-    count, known = moving.sum(axis=-1), (~np.isnan(speed)).sum(axis=-1)
-    angle = np.where(moving, angle, np.nan)
-    return directional_spread(angle), directional_spread(2.0 * angle), (known - count) / np.maximum(known, 1)
+    angle = np.where(speed >= STANDING, angle, np.nan)
+    return directional_spread(angle), directional_spread(2.0 * angle)
 
 
 def directional_spread(angle: FloatArray) -> FloatArray:
@@ -132,19 +125,6 @@ class FrameSample(NamedTuple):
     people: IntArray
     timeline: Timeline
 
-    def means(self, values: FloatArray, groups: IntArray, count: int) -> tuple[FloatArray, FloatArray]:
-        """Means over sequences of their mean in each of ``count`` groups [count], and 95 % intervals [count, 2].
-
-        Values [F] are removed where NaN; ``groups`` [F] are numbers from 0 on, others in no group.
-        """
-        there = ~np.isnan(values) & (groups >= 0) & (groups < count)
-        size = len(self.timeline.middle)
-        cell = self.sequence[there] * count + groups[there]
-        total, number = np.bincount(cell, values[there], size * count), np.bincount(cell, minlength=size * count)
-        table = np.where(number > 0, total / np.maximum(number, 1), np.nan).reshape(size, count)
-        found = block_means(self.timeline, table)
-        return found.mean, found.interval()
-
     def estimate(self, statistic: Callable[..., float], *columns: FloatArray) -> Estimate:
         """A statistic of columns [F] and the number of people, with its interval; frames with a NaN are removed.
 
@@ -174,12 +154,6 @@ def rank_correlation(one: FloatArray, other: FloatArray, _people: IntArray) -> f
 def rank_correlation_at_equal_number(one: FloatArray, other: FloatArray, people: IntArray) -> float:
     """Spearman's ρ among frames with the same number of people: of ranks within each number, over its frames."""
     return correlation(ranks_within(one, people), ranks_within(other, people))
-
-
-def gradient_at_equal_number(one: FloatArray, other: FloatArray, people: IntArray) -> float:
-    """By how much ``other`` changes per unit of ``one`` among frames with the same number of people: least squares."""
-    x, y = less_the_mean(one, people), less_the_mean(other, people)
-    return float(x @ y / (x @ x)) if x.any() else float("nan")
 
 
 def correlation(one: FloatArray, other: FloatArray) -> float:

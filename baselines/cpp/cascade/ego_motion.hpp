@@ -179,19 +179,6 @@ inline Pose fit_pose(const Factors& factors, double facing) {
   return {walk[0] - sin * q_r - cos * q_f, walk[1] + cos * q_r - sin * q_f, yaw};
 }
 
-/// −ln p of the observer at each of the places [N, 2] in m, up to a constant.
-inline void location_energies(const double* places, int count, const Factors& factors, double* energies) {
-  const Pose& walk = factors.walk;
-  const double prior = walk_information(factors);
-  for (int n = 0; n < count; ++n) {
-    const double x = places[2 * n], y = places[2 * n + 1];
-    const Vector start{kVague * std::cos(walk[2]), kVague * std::sin(walk[2])};
-    const Polynomial circle = sums_about(factors, x, y, 0.0, start).circle;
-    const double moved = square(x - walk[0]) + square(y - walk[1]);
-    energies[n] = 0.5 * (circle(least_angle(circle)) + prior * moved);
-  }
-}
-
 /// Positions [K, 2] in m of least energy given the pose, the same as a Kalman update; NaN = not observed.
 ///
 ///     Rᵀ(x_k − c) = e_k + σ_k² (σ_k² I + N_k)⁻¹ (z_k − e_k),   e_k = Rᵀ(p_k − c).
