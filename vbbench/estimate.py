@@ -114,7 +114,7 @@ Answer = TypeVar("Answer", FrameEstimate, Estimate)
 
 
 def copy_of(answer: Answer) -> Answer:
-    """The same answer in memory of its own: whatever its solver writes into its arrays later changes nothing."""
+    """The same answer in its own memory: whatever its solver writes into its arrays later changes nothing."""
     kind = FrameEstimate if isinstance(answer, FrameEstimate) else Estimate
     values: dict[str, Any] = {field.name: getattr(answer, field.name) for field in fields(kind)}
     own: dict[str, Any] = {

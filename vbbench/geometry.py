@@ -96,7 +96,7 @@ def motion_levers(axes: NDArray[np.complex128], rest: NDArray[np.complex128]) ->
 
     Parameters
     ----------
-    axes : [N] direction of the axes in which each motion is told, as exp(i · angle).
+    axes : [N] direction of the axes in which each motion is given, as exp(i · angle).
     rest : [N] the way that is left after each, in m, forward + i · left.
     """
     levers = np.zeros((len(axes), 3, 3))

@@ -86,7 +86,7 @@ def arrivals_given(truth: Truth, observed: BoolArray) -> Given:
 
 
 def scored_frames(observed: BoolArray) -> BoolArray:
-    """[T] frames whose pose is scored: from the third on, if anybody is observed ([T, K])."""
+    """[T] frames whose pose is scored: from the third on, if a person is observed ([T, K])."""
     return observed.any(axis=1) & (np.arange(len(observed)) >= START_FRAMES)
 
 

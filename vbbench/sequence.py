@@ -54,7 +54,7 @@ class Odometry:
 
 @dataclass(frozen=True, kw_only=True)
 class Given:
-    """Poses and positions that a solver is given as known, and what the observer measures of its own motion.
+    """Poses and positions that a solver is given as known, and what the observer measures of its motion.
 
     Parameters
     ----------

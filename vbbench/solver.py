@@ -48,7 +48,7 @@ class Problem:
     height_mean, height_std : prior N(μ_h, σ_h²) of a person's height, in m.
     pixel_std : standard deviation in px of u and of box top and bottom (0 in the ideal tier).
     covariances : whether covariances are wanted; otherwise they are ignored.
-    box_std : standard deviation of column, top and bottom as a share of the box's height, beside ``pixel_std``.
+    box_std : standard deviation of column, top and bottom as a share of the box's height, next to ``pixel_std``.
     tilt_std : standard deviation in rad by which the camera's pitch and roll are off those of ``camera``.
     mount_height_std : standard deviation in m by which its mount height is.
     carried_by : what carries the camera, one of `CARRIERS`.

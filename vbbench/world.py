@@ -1,4 +1,4 @@
-"""Where a scene lies in the world of its own that a sequence has, so that no sequence tells of another."""
+"""Where a scene lies in a sequence's own world, so that no sequence has information on another."""
 
 from dataclasses import dataclass
 from math import cos, sin

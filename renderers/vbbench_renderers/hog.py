@@ -18,7 +18,7 @@ EVEN_MARGIN, MARGIN_STEEPNESS = 0.65, 3.5
 SAME = 0.4
 """Of two windows that overlap by more than this (intersection over union), only the better is kept."""
 _STEP, _MARGIN, _SCALES = (8, 8), (16, 16), 1.05
-_BESIDE, _ABOVE = 16.0 / 64.0, 16.0 / 128.0
+_SIDES, _ABOVE = 16.0 / 64.0, 16.0 / 128.0
 """The margin around the person in the training pictures, as shares of the window."""
 
 
@@ -62,5 +62,5 @@ def _inside(windows: FloatArray) -> FloatArray:
     """The people [N, 4] in windows [N, 4], without the margin around them."""
     left, top, width, height = windows.T
     return np.stack(
-        [left + _BESIDE * width, top + _ABOVE * height, (1 - 2 * _BESIDE) * width, (1 - 2 * _ABOVE) * height], axis=-1
+        [left + _SIDES * width, top + _ABOVE * height, (1 - 2 * _SIDES) * width, (1 - 2 * _ABOVE) * height], axis=-1
     )

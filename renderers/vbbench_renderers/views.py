@@ -123,7 +123,7 @@ class View:
 
 
 def drawn_natively(camera: Camera) -> bool:
-    """Whether a camera is a pinhole or an upright cylinder: backends may have a way of their own for these."""
+    """Whether a camera is a pinhole or an upright cylinder: backends may have their own way for these."""
     return camera.intrinsics is not None or camera.cylinder is not None
 
 

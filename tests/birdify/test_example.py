@@ -31,7 +31,7 @@ def test_it_is_small() -> None:
     ("arguments", "problem"),
     [
         ([], "name a file of boxes, a film or a bag; or try --example"),
-        (["boxes.csv", "--example"], "leave out boxes.csv"),
+        (["boxes.csv", "--example"], "remove boxes.csv"),
     ],
 )
 def test_either_a_recording_or_the_example_is_named(

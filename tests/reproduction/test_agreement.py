@@ -54,7 +54,7 @@ def test_pairs_are_separated_where_the_whole_interval_is_on_one_side() -> None:
 def test_a_dataset_agrees_with_itself() -> None:
     values = np.random.default_rng(0).uniform(0.1, 1.0, (4, 12)) * np.array([[1.0], [2.0], [4.0], [8.0]])
     found = agreement(errors(values), errors(values), NOBODY)
-    assert found["spearman"].value == found["spearman_without_feet"].value == found["alike"].value == 1.0
+    assert found["spearman"].value == found["spearman_without_feet"].value == found["pairs"].value == 1.0
     assert found["ratio"].value == found["regret"].value == pytest.approx(1.0)
     assert found["ratio"].low < 1.0 < found["ratio"].high
     assert errors(values).blocks > 2
@@ -87,7 +87,7 @@ def test_feet_are_left_out() -> None:
     assert found["spearman"].value == pytest.approx(-0.2)
     assert found["spearman_without_feet"].value == 1.0
     assert separated(errors(real)).sum() == 6
-    assert (found["alike"].value, found["alike_without_feet"].value) == (0.5, 1.0)
+    assert (found["pairs"].value, found["pairs_without_feet"].value) == (0.5, 1.0)
 
 
 def test_blocks_hold_what_follows_in_time_and_all_sequences_alike() -> None:

@@ -1,6 +1,5 @@
 """Figures of errors: what is drawn is what the score counts, and nothing that is missing is hidden."""
 
-import csv
 import json
 import subprocess
 import sys
@@ -71,17 +70,15 @@ def words(figure: Figure) -> str:
     return " ".join(text.get_text() for text in figure.findobj(Text))
 
 
-def test_the_shares_and_the_diamonds_are_those_of_the_score(folder: Path, answers: list[Path], figure: Figure):
+def test_the_shares_and_the_table_are_those_of_the_score(folder: Path, answers: list[Path], figure: Figure):
     for n, answer in enumerate(answers):
         own = score(answer, folder / "data")
         for metric in ("dx_rel", "dx", "dr", "dt"):
             line = drawn(part(figure, f"{metric} cumulative"), f"line-{n}")
             np.testing.assert_allclose(line.get_xdata(), np.sort(known(own.per_sequence.figures[metric])))
             assert line.get_ydata()[-1] == 1.0
-            spread = part(figure, f"{metric} spread")
-            assert drawn(spread, f"capped-{n}").get_xdata()[0] == pytest.approx(own.summaries[metric].capped)
-            ends = drawn(spread, f"interval-{n}").get_xdata()
-            np.testing.assert_allclose(ends, own.summaries[metric].capped_ci95)
+    cell = drawn(part(figure, "table"), "cell-1-3").get_text()
+    assert cell.startswith(f"{score(answers[0], folder / 'data').summaries['dx'].capped:.3f}")
 
 
 def test_medians_over_time_are_those_of_the_frames(folder: Path, answers: list[Path], figure: Figure):
@@ -109,10 +106,9 @@ def test_the_frames_of_one_sequence_average_to_its_figure(folder: Path, answers:
 
 def test_cap_and_failure_limit_are_marked(tables: ErrorTables, figure: Figure):
     rules = tables.errors[0].protocol
-    for kind in ("cumulative", "spread"):
-        assert drawn(part(figure, f"dx {kind}"), "cap").get_xdata()[0] == rules.caps["dx"]
-        assert drawn(part(figure, f"dx {kind}"), "failed").get_xdata()[0] == rules.failures["dx"]
-    assert "failed" not in {artist.get_gid() for artist in part(figure, "dr spread").get_children()}
+    assert drawn(part(figure, "dx cumulative"), "cap").get_xdata()[0] == rules.caps["dx"]
+    assert drawn(part(figure, "dx cumulative"), "failed").get_xdata()[0] == rules.failures["dx"]
+    assert "failed" not in {artist.get_gid() for artist in part(figure, "dr cumulative").get_children()}
 
 
 def test_missing_rows_are_told_and_marked(folder: Path, answers: list[Path], figure: Figure):
@@ -156,7 +152,7 @@ def test_a_long_caution_is_whole_and_inside(figure: Figure):
 def test_formats_by_ending_have_the_same_bytes_each_time(
     tables: ErrorTables, tmp_path: Path, ending: str, begin: bytes
 ):
-    small = ErrorTables(names=tables.names, errors=tables.errors, metrics=("dx",), kinds=("cumulative",))
+    small = ErrorTables(names=tables.names, errors=tables.errors, metrics=("dx",))
     first, second = (plot_errors_to_file(small, tmp_path / f"{n}.{ending}").read_bytes() for n in (1, 2))
     assert first == second
     assert first.startswith(begin)
@@ -168,34 +164,26 @@ def test_formats_by_ending_have_the_same_bytes_each_time(
         assert "<dc:date>" not in first.decode()
 
 
-def test_json_and_csv_hold_what_is_drawn(tables: ErrorTables, figure: Figure):
+def test_json_holds_what_is_drawn(tables: ErrorTables, figure: Figure):
     values = json.loads(tables.to_json())
     assert values["unit"] == "sequences"
     own = values["submissions"][0]["metrics"]["dx"]
     line = drawn(part(figure, "dx cumulative"), "line-0")
     np.testing.assert_allclose(own["cumulative"]["error"], line.get_xdata())
-    rows = list(csv.DictReader(tables.to_csv().splitlines()))
-    name = values["submissions"][0]["name"]
-    mine = [row for row in rows if (row["submission"], row["metric"]) == (name, "dx")]
-    shares = [float(row["y"]) for row in mine if row["curve"] == "cumulative"]
-    np.testing.assert_allclose(shares, own["cumulative"]["share"])
-    assert {row["curve"] for row in mine} >= {"over-time", "cumulative", "spread median"}
 
 
 def test_the_command(folder: Path, answers: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     estimates = ["--estimate", *map(str, answers)]
     out = ["--out", str(tmp_path / "x.png")]
-    options = ["--metric", "dt", "--kind", "spread", "--json", "--csv", str(tmp_path / "x.csv")]
+    options = ["--metric", "dt", "--json"]
     assert main(["plot-errors", str(folder / "data"), *estimates, *out, *options]) == 0
     values = json.loads(capsys.readouterr().out)
     assert list(values["submissions"][0]["metrics"]) == ["dt"]
     assert (tmp_path / "x.png").stat().st_size > 5000
-    assert (tmp_path / "x.csv").read_text().startswith("submission,protocol,metric")
     for wrong, message in (
         ([*estimates, "--out", "x.bmp"], "PNG, PDF or SVG"),
         ([*estimates, *out, "--metric", "dy"], "no metric is called 'dy'"),
         ([*estimates, *out, "--sequence", "999"], "999"),
-        ([*estimates, *out, "--kind", "violin"], "violin"),
         (["--estimate", *out], "at least one submission"),
     ):
         assert main(["plot-errors", str(folder / "data"), *wrong]) == 2

@@ -12,7 +12,7 @@ NEAREST = 0.01
 """People nearer than this (m) are not observed: their box would be larger than any picture."""
 
 NEWTON_STEPS, EXACT, DIFFERENCE, RIDGE = 30, 1e-9, 1e-6, 1e-9
-"""Most steps to find a vertical that is curved in the picture; px that need none; rad by which slopes are taken; px
+"""Most steps to find a vertical that is curved in the picture; px that need none; rad of differences; px
 per rad that keep them invertible where a box says nothing."""
 
 Size = Annotated[int, Within(1, 1e6, "px")]
@@ -188,7 +188,7 @@ class CentralCamera:
         return self.cylinder is not None or (self.level and self.intrinsics is not None)
 
     def _sightlines(self, observations: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Way along the ground [..., 2], a unit vector, to people, and the slopes [...] down to their feet and heads.
+        """Way along the ground [..., 2], a unit vector, to people, and the tangents [...] down to their feet and heads.
 
         The vertical through the box's centre is taken to be straight in the picture, as a pinhole's is; where verticals
         bend, Newton's method goes on from there.
@@ -209,8 +209,8 @@ class CentralCamera:
             far = np.abs(off).max(axis=-1, keepdims=True) > EXACT
             if not far.any():
                 break
-            slopes = [(off - self._off(observations, vertical + DIFFERENCE * axis)) / DIFFERENCE for axis in np.eye(3)]
-            jacobian: FloatArray = np.where(far[..., None], np.stack(slopes, axis=-1), 0.0) + RIDGE * np.eye(3)
+            columns = [(off - self._off(observations, vertical + DIFFERENCE * axis)) / DIFFERENCE for axis in np.eye(3)]
+            jacobian: FloatArray = np.where(far[..., None], np.stack(columns, axis=-1), 0.0) + RIDGE * np.eye(3)
             moved = vertical + share * np.linalg.solve(jacobian, np.where(far, off, 0.0)[..., None])[..., 0]
             left = self._off(observations, moved)
             better = np.linalg.norm(left, axis=-1, keepdims=True) < np.linalg.norm(off, axis=-1, keepdims=True)
@@ -220,7 +220,7 @@ class CentralCamera:
         return np.stack([np.sin(azimuth), np.cos(azimuth)], axis=-1), foot, head
 
     def _off(self, boxes: FloatArray, verticals: FloatArray) -> FloatArray:
-        """How far boxes [..., 3] are from those of verticals [..., 3] (azimuth, slopes to feet and head), in px."""
+        """How far boxes [..., 3] are from those of verticals [..., 3] (azimuth, tangents to feet and head), in px."""
         way = np.stack([np.sin(verticals[..., 0]), np.cos(verticals[..., 0])], axis=-1)
         seen = self._box(*(self._pixels_of(way, verticals[..., end]) for end in (1, 2)))
         off = boxes - seen

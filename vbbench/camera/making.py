@@ -8,7 +8,7 @@ from vbbench.errors import VbbenchError
 from vbbench.registry import load_registered
 
 _LATER = ("pitch", "roll", "vertical_focal")
-"""Parameters that files leave out where they are a model's defaults, as files from before there were any do."""
+"""Parameters that files omit where they are a model's defaults, as files from before there were any do."""
 
 
 def make_camera(kind: str, **parameters: Any) -> Camera:
@@ -33,8 +33,8 @@ def camera_to_dict(camera: Camera) -> dict[str, Any]:
     """The camera as it stands in ``dataset.json``."""
     model = cast(Any, camera)
     usual = {field.name: field.default for field in fields(model) if field.name in _LATER}
-    told = {name: value for name, value in asdict(model).items() if name not in usual or value != usual[name]}
-    return {"kind": camera.kind, **told}
+    stated = {name: value for name, value in asdict(model).items() if name not in usual or value != usual[name]}
+    return {"kind": camera.kind, **stated}
 
 
 def camera_from_dict(values: dict[str, Any]) -> Camera:

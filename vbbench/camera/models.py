@@ -41,7 +41,7 @@ class PerspectiveCamera(CentralCamera):
 
     @property
     def view(self) -> tuple[float, float]:
-        """See `Camera.view`; roll and pitch are left out."""
+        """See `Camera.view`; without roll and pitch."""
         return float(-np.arctan(self.cx / self.focal)), float(np.arctan((self.width - self.cx) / self.focal))
 
     @property

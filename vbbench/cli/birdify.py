@@ -163,7 +163,7 @@ def _example(recording: Path | None, example: bool, out: Path, **options: Any) -
     if not example:
         raise VbbenchError("name a file of boxes, a film or a bag; or try --example")
     if recording is not None:
-        raise VbbenchError(f"--example has boxes of its own; leave out {recording}, or --example")
+        raise VbbenchError(f"--example has its own boxes; remove {recording} or --example")
     from vbbench.birdify.example import birdify_example
 
     print(birdify_example(out, **options))

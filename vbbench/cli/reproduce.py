@@ -144,7 +144,7 @@ def table2(
 
     Args:
         out: Folder for table2.md, .json and .png, and for datasets and submissions; what it holds is reused.
-        split: Of the paper's Table 2; one whose source is missing is left out.
+        split: Of the paper's Table 2; one whose source is missing is omitted.
         solver: Registered names or module:attribute; default: the paper's, here, and map-causal and map-batch.
         every: Only every so-many-th sequence of each split.
         seed: Seed of all random numbers.

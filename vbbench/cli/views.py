@@ -39,23 +39,19 @@ def plot_errors(
     out: Path,
     sequence: int | None = None,
     metric: tuple[str, ...] = (),
-    kind: tuple[Literal["over-time", "cumulative", "spread"], ...] = (),
     truth: Path | None = None,
     json: bool = False,
-    csv: Path | None = None,
 ) -> None:
-    """Draw the errors of submissions: over time, how often they stay below a bound, and their spread.
+    """Draw the errors of submissions: over time, and how often they stay below a bound.
 
     Args:
         folder: The dataset.
         estimate: Submissions to compare.
         out: File to write: .png, .pdf or .svg.
-        sequence: Only this sequence; default: medians, shares and spread over all.
+        sequence: Only this sequence; default: medians and shares over all.
         metric: Which errors, such as dx or dt; default: dx_rel dx dr dt.
-        kind: Which kinds of panels; default: all, with --sequence over-time and cumulative.
         truth: Folder with the truth tables, if they are not in the dataset.
         json: Print every number of the figure.
-        csv: CSV file for every point of the figure.
     """
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.plotting.error_figure import plot_errors_to_file
@@ -63,9 +59,7 @@ def plot_errors(
     from vbbench.scoring.error_tables import error_tables
 
     check_ending(out)
-    tables = error_tables(Dataset(folder, truth), estimate, only=sequence, metrics=metric, kinds=kind)
-    if csv is not None:
-        tables.write_csv(csv)
+    tables = error_tables(Dataset(folder, truth), estimate, only=sequence, metrics=metric)
     path = plot_errors_to_file(tables, out)
     print(tables.to_json() if json else path)
 

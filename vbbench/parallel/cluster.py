@@ -33,7 +33,7 @@ PARTS_A_CORE = 16
 """Parts per core that are sent at a time: the most results, of about 1 MB each, that wait here to be written."""
 
 TELLINGS = 5
-"""Times that all workers are told what to do, if some leave meanwhile."""
+"""Times that the work is sent to all workers, if some leave meanwhile."""
 
 PACKAGES = ("vbbench", "numpy", "scipy")
 """Packages that results may depend on: all workers must have the same versions."""
@@ -87,7 +87,7 @@ def versions() -> dict[str, str]:
 
 
 class _Backend(DaskDistributedBackend):  # type: ignore[misc]
-    """joblib's own backend waits for ever for a part that the cluster gave up; this one is told of the failure.
+    """joblib's own backend waits for ever for a part that the cluster gave up; this one learns of the failure.
 
     It also uses a cluster of one core, whose work joblib would do in this process.
     """
@@ -204,7 +204,7 @@ def _plain_errors(scheduler: str) -> Iterator[None]:
 def _published(client: Any, work: Work) -> Iterator[str]:
     """Send the work to every worker once, also to those that join later; tasks refer to it by this name.
 
-    A worker that leaves while all are told makes Dask's call fail: the others are told again.
+    A worker that leaves meanwhile makes Dask's call fail: the work is sent to the others again.
     """
     from distributed import WorkerPlugin
     from distributed.protocol.pickle import dumps

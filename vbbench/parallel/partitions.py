@@ -1,6 +1,6 @@
 """Partitioned datasets and submissions: a folder per table, a Parquet file per part, as a cluster writes them.
 
-Beside the tables' folders is the folder ``partitioned``: one JSON file per part, written after all its tables, the
+Next to the tables' folders is the folder ``partitioned``: one JSON file per part, written after all its tables, the
 facts of the whole (``dataset.json`` or ``submission.json``), and last of all ``layout.json``.
 """
 
@@ -188,12 +188,12 @@ def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool 
 
     Parameters
     ----------
-    overwrite : replace the dataset or submission that is in ``out``, and the truth beside it.
+    overwrite : replace the dataset or submission that is in ``out``, and the truth next to it.
 
     Raises
     ------
     VbbenchError
-        If ``folder`` is not partitioned, one of its files is missing or damaged, or ``out`` or the truth beside it
+        If ``folder`` is not partitioned, one of its files is missing or damaged, or ``out`` or the truth next to it
         exists and may not be replaced.
     """
     folder = Path(folder)

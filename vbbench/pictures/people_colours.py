@@ -1,4 +1,4 @@
-"""Colours that tell people apart: a few that stay different for colour-blind eyes, and who has which of them.
+"""Colours that distinguish people: a few that stay different for colour-blind eyes, and who has which of them.
 
 Found by exchange: no two of a palette come closer than `LEAST_APART` in Oklab (Ottosson 2020), for eyes that see all
 colours and for those without red, green or blue cones (Machado, Oliveira and Fernandes 2009), and each has a contrast

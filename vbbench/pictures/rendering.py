@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from vbbench.pictures.replay import Replay
     from vbbench.pictures.video import Codec
 
-_WIDEST_BELOW, _WIDEST_BESIDE = 1920, 1280
-"""Width in px to which a film makes recorded pictures smaller, with the map below and beside them."""
+_WIDEST_BELOW, _WIDEST_NEXT = 1920, 1280
+"""Width in px to which a film makes recorded pictures smaller, with the map below and next to them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,7 +217,7 @@ def render_to_file(
     codec: "Codec | None" = None,
     announce: Callable[[str], object] = silent,
 ) -> Path:
-    """Film a sequence: what the observer sees, with boxes and ids, beside the map of truth and estimate.
+    """Film a sequence: what the observer sees, with boxes and ids, next to the map of truth and estimate.
 
     Frames are written as they are made, so that memory does not grow with their number. In a folder of PNG files, an
     interrupted call continues where it stopped.
@@ -276,7 +276,7 @@ def _opened_view(
 
     dataset, sequence = replay.dataset, replay.sequence
     if backend is None:
-        shown = Backdrop(dataset, sequence, widest=_WIDEST_BELOW if is_wide(replay.camera) else _WIDEST_BESIDE)
+        shown = Backdrop(dataset, sequence, widest=_WIDEST_BELOW if is_wide(replay.camera) else _WIDEST_NEXT)
         if not dataset.info.pictures:
             announce("no pictures came with this dataset; boxes are drawn on a plain ground")
         yield shown, {"footage": shown.identity}

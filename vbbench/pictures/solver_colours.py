@@ -1,4 +1,4 @@
-"""One colour per solver, the same in every picture and on every page, whatever is shown beside it.
+"""One colour per solver, the same in every picture and on every page, whatever is shown with it.
 
 Those for white are at least 2.7 times as dark as paper. The nearest two of the bundled solvers stay apart for readers
 who see no red, no green or no blue (by 0.06 of OKLab on white and 0.09 on dark paper, after Machado et al., IEEE TVCG
@@ -22,7 +22,7 @@ _BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-ba
 
 
 def solver_number(name: str) -> int:
-    """The place of a solver's colour in a palette: its own if it is bundled, else one that its name tells."""
+    """The place of a solver's colour in a palette: its own if it is bundled, else one that follows from its name."""
     if name in _BUNDLED:
         return _BUNDLED.index(name)
     return len(_BUNDLED) + crc32(name.encode()) % (len(ON_LIGHT) - len(_BUNDLED))

@@ -91,8 +91,8 @@ def agreement(made: Errors, real: Errors, feet: BoolArray, resamples: int = RESA
     figures: dict[str, Callable[[FloatArray, FloatArray], FloatArray]] = {
         "spearman": spearman,
         "spearman_without_feet": lambda f, r: spearman(f[:, rest], r[:, rest]),
-        "alike": lambda f, r: ordered_equally(f, r, apart),
-        "alike_without_feet": lambda f, r: ordered_equally(f, r, apart & np.outer(rest, rest)),
+        "pairs": lambda f, r: ordered_equally(f, r, apart),
+        "pairs_without_feet": lambda f, r: ordered_equally(f, r, apart & np.outer(rest, rest)),
         "ratio": lambda f, r: np.exp(np.log(f / r).mean(axis=1)),
         "regret": regret,
     }

@@ -78,7 +78,7 @@ def _scores(dataset: Dataset, out: Path, jobs: int) -> list[Score]:
 
 
 def _solve(dataset: Dataset, solver: str, protocol: str, out: Path) -> Path:
-    """A submission, without a progress bar of its own."""
+    """A submission, without its own progress bar."""
     with without_bars():
         return solve(dataset, solver, protocol, out / f"{protocol}-{solver}", overwrite=True)
 

@@ -1,7 +1,7 @@
 """The grid of a study: datasets, protocols and solvers. Each dataset and submission is made unless it exists already.
 
 Long work therefore continues where it stopped. Where a recording of Shibuya is missing, a simulated crowd, annotated as
-CroHD is, takes its place under a name of its own (docs/heads.md).
+CroHD is, takes its place under its own name (docs/heads.md).
 """
 
 import json

@@ -212,7 +212,7 @@ class KeypointsStudy(Study):
         """Tables by distance and by line; every error of every trial as CSV."""
         return Report(
             name=self.name,
-            title="Poses from static points by the five-point method, beside those from people",
+            title="Poses from static points by the five-point method, next to those from people",
             facts=self._facts(found),
             tables=[_by_distance(found), _by_line(found)],
             values=self._values(found),

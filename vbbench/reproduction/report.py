@@ -147,7 +147,7 @@ class _Study(Protocol):
 
 
 def reproduce_all(studies: Mapping[str, _Study], out: Path | str, making: Work) -> Path:
-    """Make every study in a folder of its own in ``out``, and the page; its path.
+    """Make every study in its own folder in ``out``, and the page; its path.
 
     A study that is done is kept, unless ``making`` overwrites, or part of it waits for a source. If one cannot be made
     because its source is missing, a warning and the page say so, and the others are made.

@@ -293,7 +293,7 @@ class RobotStudy(Study):
                 split="jrdb",
                 options=jrdb,
                 reference="odometry of the wheels alone",
-                about="Truth is what an extended Kalman filter makes of wheels and gyro, with an error of its own of "
+                about="Truth is what an extended Kalman filter makes of wheels and gyro, with its own error of "
                 "about 1 % of the way; odometry comes from the same wheels, so that its drift shows turns alone.",
             ),
         ]

@@ -150,7 +150,7 @@ def _table(solver: str, found: SigmaFigure) -> Table:
     if counts:
         facts.append(f"- frames decided by the observer's own prior, at each σ_h: {', '.join(map(str, counts))}")
     if (coverage := min(row["coverage"] for row in own)) < 1.0:
-        facts.append(f"- coverage: {coverage:.1%} at least; missing answers are held, not left out")
+        facts.append(f"- coverage: {coverage:.1%} at least; missing answers are held, not removed")
     return Table(
         title=compared_solvers().get(solver, solver),
         facts=["\n".join(facts)],

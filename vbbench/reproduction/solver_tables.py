@@ -113,7 +113,7 @@ class SolverTableStudy(Study):
         check_grid(self.solvers, self.protocols)
 
     def measure(self, out: Path, making: Making) -> SolverTable:
-        """A dataset for each split and σ_h; recordings that are missing are simulated, or left out."""
+        """A dataset for each split and σ_h; recordings that are missing are simulated, or omitted."""
         found = SolverTable({}, {}, [])
         for split in dict.fromkeys(self.splits):
             cells = list[Cell]()

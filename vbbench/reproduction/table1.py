@@ -36,7 +36,7 @@ class Tally:
     ----------
     info : the split's facts, without counts.
     spans : [N] frames of each sequence from its first to its last.
-    frames : [N] those in which anybody is seen: only they count.
+    frames : [N] those in which a person is seen: only they count.
     seen : [F] people seen in each frame that counts, without the observer.
     passing : [N] people seen at any time in each sequence.
     crowd : [N] people of each sequence's own scene, the observer included; ``None`` where sequences share scenes.
@@ -284,9 +284,9 @@ def plot_table1(rows: Sequence[Counted]) -> Figure:
         _finish(people, "people" if last else "")
         _finish(frames, "frames of a sequence" if last else "")
     legend = next((axes for row, axes in zip(shown, drawn.axes[::2], strict=True) if row.tally), drawn.axes[0])
-    title = "How many people, and how many frames: the splits beside the paper's Table 1"
+    title = "How many people, and how many frames: the splits next to the paper's Table 1"
     facts = (
-        "figures: least / mean / most people, and mean frames; heights within a panel are shares, on a scale of its own"
+        "figures: least / mean / most people, and mean frames; heights within a panel are shares, each on its own scale"
     )
     style.draw_heading(drawn, _LEFT, title, facts, legend)
     return drawn

@@ -190,7 +190,7 @@ class Table4Study(Study):
         return Table4(len(lines), inputs, rows, lines, datasets[KEPT])
 
     def report(self, found: Table4) -> Report:
-        """The rows of both protocols, their ratios, and what the rule of tracks leaves out."""
+        """The rows of both protocols, their ratios, and what the rule of tracks removes."""
         names = {"cline": "ideal", "tracked": "tracked"}
         rows = {name: the_paper().select(SPLIT, tier) for name, tier in names.items()}
         paper = {name: {metric: row.figures[metric] for metric in COLUMNS} for name, (row,) in rows.items()}

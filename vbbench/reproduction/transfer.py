@@ -34,8 +34,8 @@ REAL, TIER, DT = "kitti", "field", 0.1
 TARGETS = {
     "spearman": ("Spearman", "≥ .80"),
     "spearman_without_feet": ("without feet", "≥ .70"),
-    "alike": ("pairs alike", "≥ .90"),
-    "alike_without_feet": ("without feet", ""),
+    "pairs": ("equal pairs", "≥ .90"),
+    "pairs_without_feet": ("without feet", ""),
     "ratio": ("error ratio", ".67 to 1.50"),
     "regret": ("regret", "≤ 1.15"),
 }
@@ -133,7 +133,7 @@ class TransferStudy(Study):
     def report(self, found: Sequence[Comparison]) -> Report:
         """How equally they rank, a row a case, and below every variant's errors."""
         ranks = Table(
-            title="How alike they rank",
+            title="How equally they rank",
             facts=[
                 "In brackets: 95 % intervals by blocks of time of both datasets. "
                 "KITTI's halves: Spearman of its odd runs with its even ones."

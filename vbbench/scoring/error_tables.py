@@ -1,12 +1,12 @@
-"""The numbers behind figures of errors: of several submissions, over time, cumulative and spread, as JSON and CSV."""
+"""The numbers behind figures of errors of several submissions, over time and cumulative, as JSON."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from collections.abc import Sequence as Several
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo
 from vbbench.files.submission_tables import info_of_answer, unique_names
-from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.json_text import finite_or_none
 from vbbench.protocol import START_FRAMES, Protocol
@@ -24,7 +23,6 @@ from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import PerSequence, Summary, interval_note, interval_text, join_figures, known, summarise
 from vbbench.scoring.scored_rows import TruthRows
 from vbbench.scoring.scores import scored_parts
-from vbbench.table import csv_text
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,25 +138,6 @@ def cumulative(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.sort(samples), np.arange(1, len(samples) + 1) / max(len(samples), 1)
 
 
-QUANTILES = {"p5": 0.05, "q25": 0.25, "median": 0.5, "q75": 0.75, "p95": 0.95}
-"""What a box and its whiskers show."""
-
-
-def spread(samples: FloatArray) -> dict[str, float]:
-    """The `QUANTILES` of samples [N]; NaN without any."""
-    if not len(samples):
-        return dict.fromkeys(QUANTILES, float("nan"))
-    return dict(zip(QUANTILES, np.quantile(samples, list(QUANTILES.values())).tolist(), strict=True))
-
-
-def outside_whiskers(samples: FloatArray) -> FloatArray:
-    """The samples [M] of [N] that lie beyond the whiskers of `spread`, ascending."""
-    box = spread(samples)
-    return np.sort(samples[(samples < box["p5"]) | (samples > box["p95"])])
-
-
-Kind = Literal["over-time", "cumulative", "spread"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
 FEW, FEWEST = 0.1, 0.05
 """Shares of the sequences: medians over time are drawn thin over fewer than the one, and end at the other."""
 
@@ -171,13 +150,12 @@ class ErrorTables:
     ----------
     names : of the submissions, no two equal.
     errors : of each.
-    metrics, kinds : which of them are wanted.
+    metrics : which of them are wanted.
     """
 
     names: tuple[str, ...]
     errors: tuple[ErrorsInTime, ...]
     metrics: tuple[str, ...]
-    kinds: tuple[Kind, ...]
 
     @property
     def only(self) -> int | None:
@@ -230,13 +208,10 @@ class ErrorTables:
         count = f"{len(own.sequence)} sequences, {own.frames.sum()} frames"
         if self.only is not None:
             marks = [f"{own.frames[0]} scored frames, dt = {self.dataset.dt:g} s"]
-            marks += ["box: quartiles, whiskers 5–95 %, ◆ mean"] if "spread" in self.kinds else []
             marks += ["× filled, not answered"] if any(not each.answered.all() for each in self.errors) else []
             return ";  ".join(marks)
         time = f"lines: medians and middle half over sequences, thin where under {FEW:.0%} last, to {FEWEST:.0%}"
-        box = "box: quartiles, whiskers 5–95 %, ◆ capped mean with 95 % interval"
-        wanted = {"over-time": time, "spread": box}
-        return ";  ".join([count, *(text for kind, text in wanted.items() if kind in self.kinds)])
+        return f"{count};  {time}"
 
     def notes(self) -> list[str]:
         """What a reader must not overlook."""
@@ -247,7 +222,7 @@ class ErrorTables:
             if own.coverage < 1.0:
                 missing = f"{1.0 - own.coverage:.1%} of the rows of {name} are missing"
                 notes.append(f"Caution: {missing}; they count as the last place known of the same person.")
-        if self.only is None and "spread" in self.kinds and np.isnan(self.capped(0, self.metrics[0])[1][0]):
+        if self.only is None and np.isnan(self.capped(0, self.metrics[0])[1][0]):
             notes.append(interval_note(self.errors[0].per_sequence.timeline, self._blocks))
         if unknown := [METRICS[key].symbol for key in section("metrics") if not self._is_known(key)]:
             notes.append(f"Not known of this dataset: {', '.join(unknown)}.")
@@ -307,8 +282,8 @@ class ErrorTables:
         samples, line = own.samples(metric), over_time(own, metric)
         error, share = cumulative(samples)
         mean, ends = self.capped(number, metric)
-        curves: dict[Kind, dict[str, Any]] = {
-            "over-time": {
+        curves: dict[str, dict[str, Any]] = {
+            "over_time": {
                 "seconds": line.seconds.tolist(),
                 "median": line.median.tolist(),
                 "q25": line.low.tolist(),
@@ -316,10 +291,6 @@ class ErrorTables:
                 "sequences": line.sequences.tolist(),
             },
             "cumulative": {"error": error.tolist(), "share": share.tolist()},
-            "spread": {
-                **{name: finite_or_none(value) for name, value in spread(samples).items()},
-                "beyond": outside_whiskers(samples).tolist(),
-            },
         }
         figures: dict[str, Any] = {"unit": METRICS[metric].unit}
         if self.only is None:
@@ -329,36 +300,11 @@ class ErrorTables:
             figures |= {"failure_rate": finite_or_none(summary.failure_rate)}
         else:
             figures["mean"] = finite_or_none(mean)
-        return figures | {kind.replace("-", "_"): curves[kind] for kind in self.kinds}
+        return figures | curves
 
     def to_json(self) -> str:
         """`values` as text."""
         return json.dumps(self.values(), indent=1, ensure_ascii=False, allow_nan=False)
-
-    def to_csv(self) -> str:
-        """Every point of every curve as a row of CSV; ``low`` and ``high`` are the ends of the band over time."""
-        head = ("submission", "protocol", "metric", "unit", "curve", "x", "y", "low", "high", "sequences")
-        return csv_text(head, self._points())
-
-    def _points(self) -> Iterator[list[Any]]:
-        for n, (name, own) in enumerate(zip(self.names, self.errors, strict=True)):
-            for metric in self.metrics:
-                head, curves = [name, own.protocol.name, metric, METRICS[metric].unit], self._curves(n, metric)
-                if line := curves.get("over_time"):
-                    names = ("seconds", "median", "q25", "q75", "sequences")
-                    for point in zip(*(line[name] for name in names), strict=True):
-                        yield [*head, "over-time", *point]
-                if line := curves.get("cumulative"):
-                    for error, share in zip(line["error"], line["share"], strict=True):
-                        yield [*head, "cumulative", error, share, "", "", ""]
-                box = curves.get("spread", {})
-                for mark in box:
-                    errors = box[mark] if mark == "beyond" else [box[mark]]
-                    yield from ([*head, f"spread {mark}", error, "", "", "", ""] for error in errors)
-
-    def write_csv(self, path: Path | str) -> None:
-        """Write `to_csv` to a file, whole or not at all."""
-        write_text_atomically(Path(path), self.to_csv())
 
 
 def error_tables(
@@ -367,7 +313,6 @@ def error_tables(
     *,
     only: int | None = None,
     metrics: Several[str] = (),
-    kinds: Several[Kind] = (),
 ) -> ErrorTables:
     """The errors of submissions, scored as `vbbench.scoring.score` does.
 
@@ -377,7 +322,6 @@ def error_tables(
     submissions : folders that answer it, at least one.
     only : number of the one sequence that is wanted.
     metrics : keys of `METRICS`; by default Δx̃, Δx, Δr and Δt, as far as they are known.
-    kinds : of figures; by default all, of one sequence only those over time and cumulative.
 
     Raises
     ------
@@ -397,7 +341,5 @@ def error_tables(
     if not shown:
         raise VbbenchError(f"{dataset.folder}: of its truth too little is known for {', '.join(wanted)}")
     errors = tuple(errors_in_time(folder, dataset, only) for folder in submissions)
-    usual = KINDS if only is None else KINDS[:2]
-    ordered = tuple(kind for kind in KINDS if kind in (kinds or usual))
     names = unique_names(infos, submissions)
-    return ErrorTables(names=tuple(names), errors=errors, metrics=shown, kinds=ordered)
+    return ErrorTables(names=tuple(names), errors=errors, metrics=shown)

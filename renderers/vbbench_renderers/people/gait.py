@@ -502,11 +502,11 @@ def _skirt(bones: FloatArray, centre: FloatArray, facing: FloatArray, size: Floa
     knee = bones[:, Bone.SHIN : Bone.SHIN + 2, :, 3]
     ankle = bones[:, Bone.FOOT : Bone.FOOT + 2, :, 3]
     waist = (0.06 * size)[:, None] * facing[:, :, 2] + centre
-    slopes = []
+    gradients = []
     for joint, share in ((knee, 1.0), (ankle, 0.72)):
         offset = joint - waist[:, None]
-        slopes.append(share * np.einsum("nsi,ni->ns", offset, facing[:, :, 0]) / offset[..., 2])
-    slope = np.concatenate(slopes, axis=1)
+        gradients.append(share * np.einsum("nsi,ni->ns", offset, facing[:, :, 0]) / offset[..., 2])
+    slope = np.concatenate(gradients, axis=1)
     low, high = slope.min(axis=1), slope.max(axis=1)
     for number in range(4):
         lean = low + number / 3.0 * (high - low)

@@ -1,4 +1,4 @@
-"""Houses in a frame of their own: the front faces −y, x to the right, with its lower left corner at (0, 0, 0)."""
+"""Houses each in its own frame: the front faces −y, x to the right, with its lower left corner at (0, 0, 0)."""
 
 from dataclasses import dataclass
 

@@ -1,6 +1,6 @@
 """The elements of streets: round objects as meshes, quadrilaterals as arrays, and how objects are moved to their place.
 
-Quadrilaterals are divided for the panorama and made a mesh at the end. Objects are built in a frame of their own (x to
+Quadrilaterals are divided for the panorama and made a mesh at the end. Objects are built in their own frame (x to
 the right and y away as seen from the front, z up) and then placed.
 """
 

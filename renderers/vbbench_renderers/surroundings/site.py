@@ -1,6 +1,6 @@
 """The place of everything by seed, and the ground under it: paving, roadways with kerbs, a park.
 
-The site has a frame of its own: the walking area is centred, u runs along its longer side and v across.
+The site has its own frame: the walking area is centred, u runs along its longer side and v across.
 Rows of houses line the long sides; a street crosses beyond the end at positive u and a park lies beyond the other.
 """
 

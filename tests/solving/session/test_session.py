@@ -257,7 +257,7 @@ WRONG_TIMES = [
     (np.nan, "must be a finite number of seconds"),
     (10.0, "not later than the one before at 10.000 s"),
     (9.9, "not later than the one before"),
-    (10.01, r"0.010 s later than the one before, and frames are 0.1 s apart; leave frames out"),
+    (10.01, r"0.010 s later than the one before, and frames are 0.1 s apart; give fewer frames"),
     (1.7e9, "a new session has to begin"),
 ]
 
@@ -305,7 +305,7 @@ def test_after_a_failure_of_the_solver_the_session_goes_on_as_if_the_frame_had_n
         odometry = ((0.1, 0.02, 0.1), SURE) if frame else None
         if frame == at:
             solver.fail_next = True
-            with pytest.raises(VbbenchError, match="Watched failed, and the frame is left out: LinAlgError: Singular"):
+            with pytest.raises(VbbenchError, match="Watched failed, and the frame is omitted: LinAlgError: Singular"):
                 running.step({99: BOX}, None, time=0.1 * frame + 0.5)
         answer, expected = running.step(boxes, odometry), untroubled.step(boxes, odometry)
         np.testing.assert_allclose(answer.pose, expected.pose, atol=1e-12)

@@ -1,1 +1,1 @@
-"""Films of a sequence: what the observer sees beside the map of what is so and what was estimated."""
+"""Films of a sequence: what the observer sees, next to the map of truth and estimate."""

@@ -28,7 +28,7 @@ _STEPS = (0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 class BirdsEyeView:
     """Draws frames on a map of ``width`` x ``height`` px.
 
-    The window is the same in all frames, unless the sequence is so long that nobody could be told from another.
+    The window is the same in all frames, unless the sequence is so long that people could not be distinguished.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ class BirdsEyeView:
         return tail, tail + _ARROW * np.array([np.cos(pose[2]), -np.sin(pose[2])])
 
     def _draw_labels(self, canvas: Canvas, frame: int) -> None:
-        """Ids beside people, the nearest first; an id without a free place is left out."""
+        """Ids next to people, the nearest first; an id without a free place is omitted."""
         replay = self._replay
         known, estimated = replay.known.positions[frame], replay.estimated[frame]
         places = self.place(np.where(np.isnan(estimated), known, estimated))
@@ -153,7 +153,7 @@ class BirdsEyeView:
         bar = np.array([40.0, self.height - 20.0]) + np.linspace(0.0, 1.0, 8)[:, None] * np.array([110.0, 0.0])
         arrow = tail + np.linspace(0.0, 1.0, 6)[:, None] * (tip - tail)
         taken = np.vstack([places[order], self.place(known[order]), arrow, bar])
-        offsets = labels.beside(places[order], labels.text_extent(texts, _LABEL), taken, clearance=5.0)
+        offsets = labels.free_offsets(places[order], labels.text_extent(texts, _LABEL), taken, clearance=5.0)
         for text, place, offset in zip(texts, places[order], offsets, strict=True):
             if np.isfinite(offset[0]):
                 paint.draw_text(canvas, text, place + offset, _LABEL, paint.INK, halo=paint.WHITE, align="centre")

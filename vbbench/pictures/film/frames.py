@@ -62,7 +62,7 @@ def draw_ego(canvas: Canvas, replay: Replay, frame: int, colours: list[Colour], 
 
 
 def _draw_labels(canvas: Canvas, boxes: FloatArray, replay: Replay, order: IntArray) -> None:
-    """Ids over the heads, the nearest person's first; one that finds no free place within five lines is left out."""
+    """Ids over the heads, the nearest person's first; one that finds no free place within five lines is omitted."""
     height, width = canvas.shape[:2]
     taken: list[tuple[float, float, float]] = []
     texts: list[str] = []
@@ -98,7 +98,7 @@ _WIDE = 2.0
 
 
 def is_wide(camera: Camera) -> bool:
-    """Whether the map goes below a camera's picture, and not beside it."""
+    """Whether the map goes below a camera's picture, and not next to it."""
     width, height = camera.picture_size
     return camera.period is not None or width >= _WIDE * height
 
@@ -106,7 +106,7 @@ def is_wide(camera: Camera) -> bool:
 class Film:
     """The frames of a sequence as pictures of one size; none is kept in memory.
 
-    A picture with borders has the map beside it; a panorama or another wide picture has it below.
+    A picture with borders has the map next to it; a panorama or another wide picture has it below.
 
     Parameters
     ----------
@@ -118,8 +118,8 @@ class Film:
         self.replay, self.view = replay, view
         self.farthest = float(np.clip(np.ceil(np.nanmax(replay.distances, initial=1.0)), 1.0, _FARTHEST))
         """Distance in m at the light end of the colours."""
-        self._beside = not is_wide(replay.camera)
-        if self._beside:
+        self._abreast = not is_wide(replay.camera)
+        if self._abreast:
             middle = max(view.height, _MAP)
             self.bird = BirdsEyeView(replay, self.farthest, max(middle, _LEAST_WIDTH - view.width), middle)
             self.width = view.width + self.bird.width
@@ -144,7 +144,7 @@ class Film:
         canvas[:TITLE_HEIGHT] = draw_title(self.width, self.replay, frame)
         rows, columns = ego.shape[:2]
         canvas[TITLE_HEIGHT : TITLE_HEIGHT + rows, :columns] = ego
-        top, left = (TITLE_HEIGHT, columns) if self._beside else (TITLE_HEIGHT + rows, 0)
+        top, left = (TITLE_HEIGHT, columns) if self._abreast else (TITLE_HEIGHT + rows, 0)
         bottom = top + self.bird.height
         canvas[top:bottom, left : left + self.bird.width] = bird
         canvas[bottom : bottom + len(self._legend)] = self._legend

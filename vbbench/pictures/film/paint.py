@@ -43,7 +43,7 @@ UNSEEN, FIELD, FIELD_EDGE = rgb(style.UNSEEN), rgb(style.FIELD), rgb(style.FIELD
 
 
 def draw_lines(canvas: Canvas, ends: FloatArray, colour: Colour, width: int = 1) -> None:
-    """Draw segments [N, 2, 2] of (column, row); those with a NaN end are left out."""
+    """Draw segments [N, 2, 2] of (column, row); those with a NaN end are omitted."""
     whole = ends[np.isfinite(ends).all(axis=(1, 2))]
     if len(whole):
         cv2.polylines(canvas, list(_fixed(whole)), False, colour, width, cv2.LINE_AA, _BITS)
@@ -120,7 +120,7 @@ def distance_hues(distances: FloatArray, farthest: float) -> list[Colour]:
 
 
 def contrast(colour: Colour) -> Colour:
-    """White or ink, whichever shows beside ``colour`` (luminance as in Rec. 601)."""
+    """White or ink, whichever shows next to ``colour`` (luminance as in Rec. 601)."""
     red, green, blue = colour
     return WHITE if 0.299 * red + 0.587 * green + 0.114 * blue < 140.0 else INK
 

@@ -1,4 +1,4 @@
-"""Pictures of a sequence: the bird's-eye view beside what the camera saw. Nothing here touches pyplot."""
+"""Pictures of a sequence: the bird's-eye view next to what the camera saw. Nothing here touches pyplot."""
 
 from vbbench.pictures.plotting.figure import plot_sequence, plot_to_file
 from vbbench.pictures.plotting.saving import save_picture

@@ -1,7 +1,7 @@
 """Several answers to one sequence in one picture: truth in grey, every solver in its own colour, errors in a table.
 
 One map has the observer's paths of all of them. People are on it, too, while few lines cross; in larger crowds every
-answer has a map of its own beside it.
+answer has its own map next to it.
 """
 
 from collections.abc import Sequence as Several
@@ -25,7 +25,7 @@ from vbbench.scoring.metrics import section
 
 _MOST_PATHS = 16  # of people in all answers together that one map can hold
 _WIDTH = {1: 7.4, 2: 6.2, 3: 4.3, 4: 3.5}
-"""Inches of a map, by how many are beside one another."""
+"""Inches of a map, by how many are side by side."""
 _COLUMNS = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3}
 _SHAPES = 0.5, 0.95  # least and greatest height of a map over its width
 _MARGIN, _OUTLIER, _REACH = 0.8, 2.0, 30.0  # m around what is drawn, around the truth, and from the observer

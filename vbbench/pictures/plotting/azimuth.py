@@ -1,4 +1,4 @@
-"""Which part of a picture that closes on itself is worth showing: the columns where somebody is.
+"""Which part of a picture that closes on itself is worth showing: the columns where people are.
 
 Columns count on beyond the seam: with a turn of ``period`` px, column ``period`` + 10 is column 10 again.
 """
@@ -15,7 +15,7 @@ _MOST = 0.85  # of a turn, from which on all of it is shown
 def window(left: FloatArray, width: FloatArray, period: float) -> tuple[float, float]:
     """The narrowest columns (low, high) that hold all boxes with left sides [N] and widths [N] in px.
 
-    All of the turn, (0, period), where that leaves out little. ``low`` is in [0, period), ``high`` may be beyond it.
+    All of the turn, (0, period), where that omits little. ``low`` is in [0, period), ``high`` may be beyond it.
     """
     if not len(left):
         return 0.0, period

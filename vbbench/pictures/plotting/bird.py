@@ -142,7 +142,7 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int) -> None:
     texts = [str(track) for track in replay.sequence.tracks[order]]
     pose = (replay.viewpoints if replay.answer is None else replay.answer.estimate.poses)[frame]
     along_arrow = pose[:2] + np.linspace(0.0, 1.0, 6)[:, None] * _arrow(axes, pose)
-    offsets = style.beside(
+    offsets = style.free_offsets(
         _in_points(axes, places[order]),
         style.text_extent(texts, style.LABEL_SIZE),
         _in_points(axes, np.vstack([places[order], known[order], along_arrow])),

@@ -1,4 +1,4 @@
-"""The texts of the figure: title, legend, distance scale and the facts beside them."""
+"""The texts of the figure: title, legend, distance scale and the facts next to them."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -36,7 +36,7 @@ def draw_scale(axes: Axes, colours: ScalarMappable) -> None:
     bar = axes.figure.colorbar(colours, cax=axes, orientation="horizontal")
     bar.outline.set_linewidth(0.5)
     axes.tick_params(labelsize=style.TEXT_SIZE)
-    axes.set_title("distance told by the box (m)", fontsize=style.TEXT_SIZE, loc="left")
+    axes.set_title("distance by the box (m)", fontsize=style.TEXT_SIZE, loc="left")
 
 
 def draw_legend(axes: Axes, replay: Replay, frame: int, more: Sequence[Line2D] = ()) -> None:

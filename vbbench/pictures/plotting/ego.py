@@ -24,7 +24,7 @@ _TICKS = 8  # at most
 
 
 def shown_columns(replay: Replay, frame: int) -> tuple[float, float]:
-    """The columns of the picture in px that a frame shows: all of them, of a panorama those where somebody is."""
+    """The columns of the picture in px that a frame shows: all of them, of a panorama those where people are."""
     period = replay.camera.period
     if period is None:
         return 0.0, float(replay.camera.picture_size[0])

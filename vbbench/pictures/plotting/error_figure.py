@@ -1,6 +1,6 @@
-"""Errors of submissions in one figure: over time, how often they stay below a bound, and their spread.
+"""Errors of submissions in one figure: over time, and how often they stay below a bound.
 
-Every number drawn is one that `vbbench.scoring.error_tables` counts; `vbbench.scoring.error_tables` writes them.
+Every number drawn is one that `vbbench.scoring.error_tables` counts.
 """
 
 from collections.abc import Sequence as Several
@@ -18,18 +18,13 @@ from vbbench.pictures.plotting.looks import Look, solver_looks
 from vbbench.pictures.plotting.saving import check_ending, save_picture
 from vbbench.pictures.plotting.style import Rectangles, lay_out
 from vbbench.pictures.plotting.table import ROW, draw_table
-from vbbench.scoring.error_tables import FEW, ErrorTables, Kind, cumulative, outside_whiskers, over_time, spread
+from vbbench.scoring.error_tables import FEW, ErrorTables, cumulative, over_time
 from vbbench.scoring.metrics import METRICS
 
-_WIDTHS: dict[Kind, float] = {"over-time": 4.6, "cumulative": 3.0, "spread": 3.0}  # inches, several kinds side by side
-_ALONE, _APART, _HIGH = 5.4, 1.1, 2.0  # inches: panels of one kind, wide and apart; the height of every panel
-_LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 0.95, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
-_NAMES = 0.35  # inches that the names beside a spread add to the gap
-_TITLES: dict[Kind, str] = {
-    "over-time": "over time",
-    "cumulative": "share not above",
-    "spread": "spread",
-}
+_WIDTHS = {"over-time": 4.6, "cumulative": 3.0}
+"""Inches of the two panels of a metric; `_HIGH` is their height."""
+_HIGH, _LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 2.0, 0.95, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
+_TITLES = {"over-time": "over time", "cumulative": "share not above"}
 _BAND = 1.6  # of the largest median: how far a band may widen the scale
 _FLAT = 25.0
 """Where the largest error is so many times the middle of the smallest solver's, a scale of errors is logarithmic."""
@@ -43,21 +38,16 @@ def plot_errors_to_file(tables: ErrorTables, out: Path | str) -> Path:
 
 
 def plot_errors(tables: ErrorTables) -> Figure:
-    """Draw every kind of panel for every metric; a row is a metric, unless only one kind is wanted.
-
-    Parameters
-    ----------
-    tables : the submissions' errors, and which metrics and kinds of them are wanted.
-    """
+    """Draw both panels of every metric of the submissions' errors; a row is a metric."""
     looks = solver_looks([own.info.solver for own in tables.errors])
     figure = _laid_out(tables)
     parts = {axes.get_label(): axes for axes in figure.axes}
     for metric in tables.metrics:
-        for kind in tables.kinds:
+        for kind, title in _TITLES.items():
             axes = parts[f"{metric} {kind}"]
             _DRAW[kind](axes, tables, metric, looks)
-            title = _TITLES[kind] if len(tables.kinds) > 1 and metric == tables.metrics[0] else ""
-            axes.set_title(title, fontsize=style.TEXT_SIZE, loc="left", color=style.INK, pad=14)
+            shown = title if metric == tables.metrics[0] else ""
+            axes.set_title(shown, fontsize=style.TEXT_SIZE, loc="left", color=style.INK, pad=14)
             axes.set_axisbelow(True)
     draw_table(parts["table"], *tables.summary(), looks)
     style.write_heading(figure, _LEFT, tables.title, tables.facts)
@@ -65,34 +55,16 @@ def plot_errors(tables: ErrorTables) -> Figure:
 
 
 def _laid_out(tables: ErrorTables) -> Figure:
-    metrics, kinds = tables.metrics, tables.kinds
-    names = 0.0 if kinds[0] != "spread" else _NAMES
+    rows, across = len(tables.metrics), sum(_WIDTHS.values()) + _GAP[0]
     parts: Rectangles = {}
-    if len(kinds) == 1:
-        columns = min(2, len(metrics))
-        rows = -(-len(metrics) // columns)
-        places = [(n // columns, (n % columns) * (_ALONE + _APART + names), _ALONE) for n in range(len(metrics))]
-        cells = list(zip([f"{metric} {kinds[0]}" for metric in metrics], places, strict=True))
-        across = columns * (_ALONE + _APART + names) - _APART
-    else:
-        rows, lefts, across = len(metrics), {}, 0.0
-        for kind in kinds:
-            across += _NAMES if kind == "spread" else 0.0
-            lefts[kind] = across
-            across += _WIDTHS[kind] + _GAP[0]
-        across -= _GAP[0]
-        cells = [
-            (f"{metric} {kind}", (row, lefts[kind], _WIDTHS[kind]))
-            for row, metric in enumerate(metrics)
-            for kind in kinds
-        ]
-    for name, (row, left, width) in cells:
+    for row, metric in enumerate(tables.metrics):
         bottom = _BOTTOM + (rows - 1 - row) * (_HIGH + _GAP[1])
-        parts[name] = _LEFT + (names if len(kinds) == 1 else 0.0) + left, bottom, width, _HIGH
+        parts[f"{metric} over-time"] = _LEFT, bottom, _WIDTHS["over-time"], _HIGH
+        parts[f"{metric} cumulative"] = _LEFT + across - _WIDTHS["cumulative"], bottom, _WIDTHS["cumulative"], _HIGH
     above = _BOTTOM + rows * (_HIGH + _GAP[1]) - _GAP[1] + _ABOVE
     table = ROW * (len(tables.errors) + 1) + 0.1
-    parts["table"] = _LEFT, above, max(across, 7.0), table
-    return lay_out((max(across, 7.0) + _LEFT + _RIGHT, above + table + _TITLE), parts, tables.notes(), _LEFT)
+    parts["table"] = _LEFT, above, across, table
+    return lay_out((across + _LEFT + _RIGHT, above + table + _TITLE), parts, tables.notes(), _LEFT)
 
 
 def _draw_over_time(axes: Axes, tables: ErrorTables, metric: str, looks: Several[Look]) -> None:
@@ -148,37 +120,7 @@ def _draw_cumulative(axes: Axes, tables: ErrorTables, metric: str, looks: Severa
     axes.grid(color=style.FAINT, linewidth=0.6)
 
 
-def _draw_spread(axes: Axes, tables: ErrorTables, metric: str, looks: Several[Look]) -> None:
-    """Boxes of the quartiles with whiskers from 5 to 95 %, what lies beyond, and the capped mean with its interval."""
-    samples = [own.samples(metric) for own in tables.errors]
-    for n, (values, look) in enumerate(zip(samples, looks, strict=True)):
-        box = spread(values)
-        axes.plot([box["p5"], box["p95"]], [n, n], color=look.colour, linewidth=1.1, solid_capstyle="butt")
-        axes.barh(
-            n, box["q75"] - box["q25"], 0.56, box["q25"], facecolor=(*_rgb(look.colour), 0.25), edgecolor=look.colour,
-            linestyle=look.dashes, gid=f"box-{n}",
-        )  # fmt: skip
-        axes.plot([box["median"]] * 2, [n - 0.28, n + 0.28], color=look.colour, linewidth=2.0, solid_capstyle="butt")
-        beyond = outside_whiskers(values)
-        dots: dict[str, Any] = {"marker": "o", "markersize": 2.2, "linestyle": "none", "markeredgewidth": 0}
-        axes.plot(beyond, np.full(len(beyond), n), color=look.colour, alpha=0.5, **dots)
-        capped, (low, high) = tables.capped(n, metric)
-        diamond: dict[str, Any] = {"marker": "D", "markersize": 4.2, "color": style.INK, "markeredgecolor": "white"}
-        axes.plot([low, high], [n, n], color=style.INK, linewidth=1.6, zorder=4, gid=f"interval-{n}")
-        axes.plot([capped], [n], zorder=5, linestyle="none", gid=f"capped-{n}", **diamond)
-    _error_axis(axes, tables, metric, samples)
-    axes.set_yticks(range(len(samples)), tables.names)
-    axes.set_ylim(len(samples) - 0.4, -0.6)
-    axes.tick_params(axis="y", length=0)
-    axes.grid(axis="x", color=style.FAINT, linewidth=0.6)
-
-
-def _rgb(colour: str) -> tuple[float, float, float]:
-    red, green, blue = bytes.fromhex(colour[1:])
-    return red / 255.0, green / 255.0, blue / 255.0
-
-
-_DRAW = {"over-time": _draw_over_time, "cumulative": _draw_cumulative, "spread": _draw_spread}
+_DRAW = {"over-time": _draw_over_time, "cumulative": _draw_cumulative}
 
 
 def _error_axis(axes: Axes, tables: ErrorTables, metric: str, samples: Several[FloatArray]) -> None:

@@ -34,8 +34,8 @@ _STACKED: Rectangles = {
 }
 """The map over a wide picture, which has no height yet."""
 _WIDE = 2.0  # width of a picture over its height from which on it is wide
-_BESIDE_SIZE = (13.0, 6.3)
-_BESIDE: Rectangles = {
+_ABREAST_SIZE = (13.0, 6.3)
+_ABREAST: Rectangles = {
     "bird": (0.6, 0.55, 5.6, 5.1),
     "ego": (6.9, 2.3, 5.95, 3.35),
     "scale": (6.9, 1.4, 2.4, 0.14),
@@ -53,7 +53,7 @@ def plot_sequence(
     solver: str = "",
     protocol: str = "sequential",
 ) -> Figure:
-    """Draw one frame of a sequence from above, with all tracks, beside what the camera saw.
+    """Draw one frame of a sequence from above, with all tracks, next to what the camera saw.
 
     Parameters
     ----------
@@ -93,9 +93,9 @@ def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
 
 
 def _laid_out(replay: Replay, backdrop: Backdrop, columns: tuple[float, float]) -> Figure:
-    """The map over a wide picture and beside another."""
+    """The map over a wide picture and next to another."""
     if replay.camera.period is None and backdrop.width < _WIDE * backdrop.height:
-        return lay_out(_BESIDE_SIZE, _BESIDE, cautions(replay))
+        return lay_out(_ABREAST_SIZE, _ABREAST, cautions(replay))
     height = _STACKED["ego"][2] * strip_aspect(replay, backdrop, columns)
     raised: Rectangles = {
         name: (left, bottom, width, height) if name == "ego" else (left, bottom + height, width, high)
@@ -134,7 +134,7 @@ def plot_to_file(
     """Draw a sequence, and submissions' answers to it, into a PNG, PDF or SVG file.
 
     Of one answer it is the picture of `plot_sequence`, of several that of `plot_answers`. An answer with faults is
-    drawn as far as it goes, and its faults are told on the picture.
+    drawn as far as it goes, and its faults stand on the picture.
 
     Raises
     ------

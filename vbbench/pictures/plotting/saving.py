@@ -16,7 +16,7 @@ _NO_DATES: dict[str, dict[str, Any]] = {
     ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
     ".svg": {"Date": None, "Creator": None},
 }
-"""By the endings of files: which facts about their making are left out."""
+"""By the endings of files: facts about their making that are not written."""
 
 _TEXT_AS_TEXT = {"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "vbbench"}
 """Fonts are TrueType, embedded in a PDF; names in an SVG follow from its shapes, not from chance."""

@@ -46,7 +46,7 @@ Rectangles = dict[str, tuple[float, float, float, float]]
 
 
 def distance_colours() -> Colormap:
-    """Near is dark, far is light; the palest end is left out because it does not show on white."""
+    """Near is dark, far is light; the palest end is omitted because it does not show on white."""
     return ListedColormap(colormaps["viridis"](range(225)), "distance")
 
 
@@ -155,7 +155,7 @@ def fit(axes: Axes, low: FloatArray, high: FloatArray) -> FloatArray:
 def along_path(path: FloatArray) -> Callable[[FloatArray], FloatArray]:
     """A function from places [..., 2] in m to those along, and to the left of, a path's [T, 2] way to its last place.
 
-    The origin is its first place. Each sequence has a world of its own, turned at random; in these axes pictures of
+    The origin is its first place. Each sequence has its own world, turned at random; in these axes pictures of
     several can be compared.
     """
     known = path[np.isfinite(path[:, 0])]
@@ -215,7 +215,7 @@ def _rising(values: FloatArray) -> FloatArray:
     return rising
 
 
-def beside(points: FloatArray, extents: FloatArray, obstacles: FloatArray, clearance: float) -> FloatArray:
+def free_offsets(points: FloatArray, extents: FloatArray, obstacles: FloatArray, clearance: float) -> FloatArray:
     """Offsets [N, 2] from points [N, 2] to the centres of their labels; NaN where no free place was found.
 
     Labels are placed in order. Each avoids the labels before it and all obstacles [M, 2].

@@ -23,7 +23,7 @@ _SIGMAS = 2.0
 _AREA, _LONGEST, _LEAST = 46.0, 11.0, (6.8, 2.6)
 """Square inches of the map, its longest side in inches, and its least width and height."""
 _LEFT, _BOTTOM, _LINE, _HANDLE = 0.25, 0.36, 0.175, 40.0
-"""Inches beside and below the map and from line to line, and points that a mark takes in the legend."""
+"""Inches left of and below the map and from line to line, and points that a mark takes in the legend."""
 _DOTS: Any = (0, (0.6, 1.2))
 _MARGIN, _LEAST_MARGIN = 0.06, 1.0
 """Around what is drawn, as a share of it, and in m."""
@@ -197,13 +197,13 @@ def _marks(frames: int, dt: float) -> NDArray[np.int64]:
 
 
 def _label_times(axes: Axes, path: FloatArray, marks: NDArray[np.int64], dt: float) -> None:
-    """Seconds beside the marks, where there is room."""
+    """Seconds next to the marks, where there is room."""
     texts = [f"{frame * dt:.0f} s" for frame in marks]
     points = axes.transData.transform(path[marks]) * 72.0 / axes.figure.dpi
     dense, frames = np.linspace(0.0, len(path) - 1.0, 500), np.arange(len(path))
     line = np.column_stack([np.interp(dense, frames, along) for along in path.T])
     along = axes.transData.transform(line) * 72.0 / axes.figure.dpi
-    offsets = style.beside(points, style.text_extent(texts, style.TEXT_SIZE), along, clearance=4.0)
+    offsets = style.free_offsets(points, style.text_extent(texts, style.TEXT_SIZE), along, clearance=4.0)
     halo = [withStroke(linewidth=2.5, foreground="white")]
     look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": style.TEXT_SIZE, "color": style.INK}
     for text, place, (right, up) in zip(texts, path[marks], offsets, strict=True):

@@ -23,7 +23,7 @@ _HORIZON_POINTS = 181
 
 
 def ego_root(replay: Replay) -> str:
-    """The parent of the picture: a pinhole camera whose pose is known, else a plane of its own."""
+    """The parent of the picture: a pinhole camera whose pose is known, else its own plane."""
     return CAMERA if replay.camera.intrinsics is not None and replay.poses_known else "ego"
 
 

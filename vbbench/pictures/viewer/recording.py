@@ -56,7 +56,7 @@ def record_to_file(
     ------
     VbbenchError
         If rerun is not installed, there is no such sequence or backend, a submission answers another dataset,
-        a renderer lacks truth or is named beside ``footage``, or ``out`` is not an ``.rrd`` file.
+        a renderer lacks truth or is named with ``footage``, or ``out`` is not an ``.rrd`` file.
     """
     package = rerun()
     if footage and backend is not None:

@@ -11,7 +11,7 @@ from vbbench.sequence import Given
 FACTS, NOW = "facts", "now"
 
 _READING = """\
-**How to read it.** Solid bodies are people at their true places, in colours of their own; grey wire frames are people
+**How to read it.** Solid bodies are people at their true places, each in its own colour; grey wire frames are people
 without a box. Wire frames in a submission's colour are its estimates, red lines join the two, blue rings are given
 positions. The map shows world (x, y) at (x, −y), since rows count downwards there. Only heights are known: widths of
 bodies and boxes are made up."""

@@ -30,9 +30,9 @@ class Columns:
         self._left: list[int] = []
 
     def expire(self, frame: int) -> None:
-        """Let go of those who were last seen ``patience`` or more frames before this one: they come back as others."""
+        """Forget those who were last seen ``patience`` or more frames before this one: they come back as others."""
         for column in np.flatnonzero((self._seen != NOBODY) & (frame - self._seen >= self._patience)).tolist():
-            self._let_go(column)
+            self._forget(column)
 
     def clear_for(self, tracks: Sequence[Hashable]) -> IntArray:
         """Make columns free for those of these tracks that are new, as far as that is right.
@@ -48,7 +48,7 @@ class Columns:
             away = [column for column in self._of.values() if column not in seen]
             away.sort(key=lambda column: int(self._seen[column]))
             for column in away[: max(self._lacking(tracks) - len(self._left), 0)]:
-                self._let_go(column)
+                self._forget(column)
         cleared, self._left = self._left, []
         self._free += cleared
         return np.array(cleared, np.int64)
@@ -81,7 +81,7 @@ class Columns:
         of = self._of
         return sum(track not in of for track in tracks) - len(self._free)
 
-    def _let_go(self, column: int) -> None:
+    def _forget(self, column: int) -> None:
         del self._of[self._tracks[column]]
         self._tracks[column] = None
         self._seen[column] = NOBODY

@@ -1,8 +1,8 @@
 """A frame-by-frame solver over frames that never end, in columns that are used again for new people.
 
-A `vbbench.solver.ForgettingSolver` is told which people are gone. Every other solver starts anew then, and so does each
+A `vbbench.solver.ForgettingSolver` learns which people are gone. Every other solver starts again then, and so does each
 that is to get more columns, and one that failed. It is shown the last `SHOWN_AGAIN` frames once more, with the pose
-that it answered in the first of them as the origin. No more is given: two whole frames of its own answers, taken as
+that it answered in the first of them as the origin. No more is given: two whole frames of its answers, taken as
 certain, would make velocities of their errors, and it would run away. What it was unsure of at that pose is added to
 its covariances:
 
@@ -22,7 +22,7 @@ from vbbench.sequence import Given, Odometry
 from vbbench.solver import ForgettingSolver, Frame, FrameSolver, Problem
 
 SHOWN_AGAIN = 12
-"""Frames from which a solver starts anew: about as many as solvers look back."""
+"""Frames from which a solver starts again: about as many as solvers look back."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +36,7 @@ class _Answered:
 
     @property
     def base(self) -> tuple[FloatArray, FloatArray] | None:
-        """Pose 0 and Σ_0 for a start from here; ``None`` if the solver did not tell how unsure it was."""
+        """Pose 0 and Σ_0 for a start from here; ``None`` if the solver did not report how unsure it was."""
         known = self.covariance is not None and np.isfinite(self.covariance).all()
         return (self.pose, np.asarray(self.covariance)) if known else None
 
@@ -61,7 +61,7 @@ class EndlessRun:
     Parameters
     ----------
     solver : what answers.
-    problem : what it is told; its tracks are the numbers of the columns.
+    problem : what it is given; its tracks are the numbers of the columns.
     origin : [3] the pose of the first frame: the only one that is given.
     """
 
@@ -111,11 +111,11 @@ class EndlessRun:
             self._past, self._must_start = past, True
             why = str(error) if isinstance(error, VbbenchError) else f"{type(error).__name__}: {error}"
             raise VbbenchError(
-                f"{type(self._solver).__name__} failed, and the frame is left out: {why}; the session goes on"
+                f"{type(self._solver).__name__} failed, and the frame is omitted: {why}; the session goes on"
             ) from error
 
     def _prepare(self) -> None:
-        """Make the solver forget those who are gone, or start anew."""
+        """Make the solver forget those who are gone, or start again."""
         if self._forgotten and not self._must_start:
             if isinstance(self._solver, ForgettingSolver):
                 self._solver.forget(np.array(self._forgotten, np.int64))
@@ -173,7 +173,7 @@ class EndlessRun:
         return answer
 
     def _with_base(self, answer: FrameEstimate) -> FrameEstimate:
-        """The answer, as unsure as the pose from which the solver started anew."""
+        """The answer, as unsure as the pose from which the solver started again."""
         if self._base is None or answer.pose_covariance is None:
             return answer
         start, sigma = self._base

@@ -25,7 +25,7 @@ EARLIEST = 0.5
 """Frames that come earlier than after so many dt are too many."""
 
 TALLEST = 4.0
-"""In heights of the picture: no box is believed to reach farther beyond it."""
+"""In heights of the picture: no box is taken to reach farther beyond it."""
 
 SAMPLED, FIRST_LOOK = 512, 10
 """Boxes of a session of which a sample is kept, and after how many it is looked at first."""
@@ -86,9 +86,7 @@ def _is_row(value: ArrayLike, length: int) -> bool:
 def _check_tracks(tracks: list[Hashable]) -> None:
     for track in tracks:
         if track != track:  # NaN, as a table has it that knows no ids
-            raise VbbenchError(
-                f"the id {quoted(track)} of a track is not equal to itself; give each track one of its own"
-            )
+            raise VbbenchError(f"the id {quoted(track)} of a track is not equal to itself; give each track its own")
     try:
         distinct = len(set(tracks)) == len(tracks)
     except TypeError as error:
@@ -179,12 +177,12 @@ def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
     if moved.shape != (3,) or sigma.shape != (3, 3):
         raise VbbenchError(f"{wanted}, not {list(moved.shape)} and {list(sigma.shape)}")
     if not (np.isfinite(moved).all() and np.isfinite(sigma).all()):
-        raise VbbenchError("odometry must be finite; leave it out (None) where nothing was measured")
+        raise VbbenchError("odometry must be finite; give None where nothing was measured")
     variances = sigma.diagonal()
     if not (variances > 0.0).all():
         raise VbbenchError(
             f"the odometry's variances must be above 0, not {quoted(variances.tolist())}: zeros often stand for "
-            "unknown; give what is known of the wheels, or leave odometry out (None)"
+            "unknown; give what is known of the wheels, or give None"
         )
     scale = np.sqrt(variances)
     correlations = sigma / np.outer(scale, scale)
@@ -257,7 +255,7 @@ class FrameClock:
         if due < EARLIEST * self.dt:
             raise VbbenchError(
                 f"the frame at {time:.3f} s is {elapsed:.3f} s later than the one before, and frames are {self.dt:g} s "
-                "apart; leave frames out, or give the session the camera's dt"
+                "apart; give fewer frames, or give the session the camera's dt"
             )
         frames = max(1, int(np.ceil(due / self.dt - LATE)))
         return frames, replace(self, last=time, behind=0.5 * (due - frames * self.dt))

@@ -1,4 +1,4 @@
-"""`Session`: a solver that gets what a robot measures, frame by frame, and tells where everybody is (docs/robot.md)."""
+"""`Session`: a solver that gets what a robot measures frame by frame, and answers where people are (docs/robot.md)."""
 
 import math
 from collections.abc import Hashable, Sequence
@@ -67,10 +67,10 @@ class Session:
 
     The first frame fixes the map: its pose is ``origin``, and nothing else is ever given (protocol `cold-start`).
     Tracks come and go; one that was not seen for ``forget_after`` seconds is forgotten, and its id then stands for
-    somebody new. Memory is bounded by the most people ever seen at once. Boxes that cannot be people in this picture,
+    a new person. Memory is bounded by the most people ever seen at once. Boxes that cannot be people in this picture,
     such as corners, shares or px of another size, are a VbbenchWarning, once for each map.
 
-    A frame that cannot be used raises VbbenchError and is left out: it is as if it had never come, and the odometry
+    A frame that cannot be used raises VbbenchError and is omitted: it is as if it had never come, and the odometry
     of the next one must reach back to the last frame that was answered.
 
     Parameters
@@ -83,7 +83,7 @@ class Session:
     pixel_std : standard deviation in px of a box's column, top and bottom.
     tilt_std, mount_height_std : of the camera's tilt in rad and mount height in m about what ``camera`` says; 0 where
         they are exact.
-    box_std : of a box's borders, as a share of its height, beside ``pixel_std``.
+    box_std : of a box's borders, as a share of its height, next to ``pixel_std``.
     carried_by : what carries the camera: ``person``, ``vehicle``, ``robot`` or ``unknown``.
     box_edge : distance in m from a person's axis to the plane in which top and bottom of a box lie, such as .45 for
         projections of cuboids; ``None`` where it is not known.
@@ -215,7 +215,7 @@ class Session:
     ) -> SessionAnswer:
         check_in_picture(tracks, observations, self.camera)
         passed, clock = self._clock.advanced(time)
-        passed = min(passed, self._patience)  # by then everybody is forgotten, and more frames would tell no more
+        passed = min(passed, self._patience)  # by then everybody is forgotten, and more frames would add nothing
         moved = Odometry.unmeasured(passed) if odometry is None else shared_out(read_odometry(odometry), passed)
         columns = self._columns_of(tracks, self._frame + passed)
         shown = np.full((self._columns.count, 3), np.nan)
@@ -247,7 +247,7 @@ def _frame_solver(solver: str | FrameSolver) -> FrameSolver:
 
 
 def _numbers(values: ArrayLike) -> FloatArray:
-    """As an array of its own; an empty one if they are no numbers."""
+    """As its own array; an empty one if they are no numbers."""
     try:
         return np.array(values, np.float64)
     except (TypeError, ValueError):
