@@ -19,9 +19,8 @@ from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.pictures.plotting.error_figure import plot_errors, plot_errors_to_file
 from vbbench.pictures.plotting.figure import plot_to_file
-from vbbench.pictures.plotting.looks import solver_looks
 from vbbench.pictures.replay import load_replay
-from vbbench.pictures.solver_colours import ON_LIGHT, solver_colour
+from vbbench.pictures.solver_colours import ON_LIGHT, solver_colour, solver_looks
 from vbbench.scoring import score
 from vbbench.scoring.error_tables import ErrorTables, error_tables, errors_in_time
 from vbbench.scoring.scorecard import known

@@ -15,7 +15,6 @@ import pyarrow.csv as pa_csv
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from vbbench import __version__
 from vbbench.birdify.cues import Cues
 from vbbench.birdify.verdict import Verdict
 from vbbench.estimate import Estimate
@@ -27,6 +26,7 @@ from vbbench.geometry import FloatArray
 from vbbench.parsing.json_text import without_nan
 from vbbench.sequence import Sequence
 from vbbench.table import Table
+from vbbench.version import __version__
 
 
 def write_tables(

@@ -12,12 +12,12 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from vbbench import __version__
 from vbbench.cli import birdify, data, evaluation, exchange, reproduce, views
 from vbbench.cli.parsing import columns, first_sentence, in_options, parse
 from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, one_line
+from vbbench.version import __version__
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "splits": data.splits,

@@ -55,7 +55,7 @@ def plot_errors(
     """
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.plotting.error_figure import plot_errors_to_file
-    from vbbench.pictures.plotting.saving import check_ending
+    from vbbench.pictures.plotting.style import check_ending
     from vbbench.scoring.error_tables import error_tables
 
     check_ending(out)

@@ -16,7 +16,6 @@ from typing import IO
 
 import numpy as np
 
-from vbbench import __version__
 from vbbench.errors import FileError, VbbenchError, plain_errors
 from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.detection import NOBODY, Detections, Detector, TrackerFactory, make_detector, rows_of_tracks
@@ -28,6 +27,7 @@ from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.reading import Film
 from vbbench.registry import load
 from vbbench.solving.provenance import source_digest
+from vbbench.version import __version__
 
 _KIND = "vbbench detections"
 

@@ -21,11 +21,11 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Self
 
-from vbbench import __version__
 from vbbench.errors import VbbenchError, plain_errors
 from vbbench.folders.locks import HOLDS_OPEN_FILES, LOCK, locked
 from vbbench.folders.replacing import is_temporary, is_unused, write_text_atomically
 from vbbench.folders.swapping import MARK, NEW, NEW_TRUTH, WORK, go_on, is_decided, is_done, next_to, real, swap
+from vbbench.version import __version__
 
 PARTS = "parts"
 NO_KEY = "0" * 16

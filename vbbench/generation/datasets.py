@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from vbbench import __version__
 from vbbench.files.cards.writing import write_cards
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
@@ -41,6 +40,7 @@ from vbbench.parallel.parts import Part, check_jobs, pack, part_name, write_in_p
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY, Odometry, SequenceData
+from vbbench.version import __version__
 from vbbench.world import World
 
 

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench import __version__
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
@@ -24,6 +23,7 @@ from vbbench.parallel.parts import progress_bar
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import Sequence
+from vbbench.version import __version__
 
 if TYPE_CHECKING:
     from vbbench.pictures.film.frames import View

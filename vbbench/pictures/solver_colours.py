@@ -6,6 +6,8 @@ who see no red, no green or no blue (by 0.06 of OKLab on white and 0.09 on dark 
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
 from zlib import crc32
 
 ON_LIGHT = (
@@ -41,3 +43,23 @@ def numbers_apart(names: Sequence[str]) -> list[int]:
         order = [(own + step) % len(ON_LIGHT) for step in range(len(ON_LIGHT))]
         found.append(next((number for number in order if number not in found), own))
     return found
+
+
+_DASHES: tuple[Any, ...] = ("-", (0, (4, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """How a solver's lines are drawn: their colour, and their dashes as matplotlib has them."""
+
+    colour: str
+    dashes: Any
+
+
+def solver_looks(solvers: Sequence[str]) -> list[Look]:
+    """The looks of several answers in one picture; answers that share a colour differ by dashes."""
+    colours = [solver_colour(name) for name in solvers]
+    return [
+        Look(colour=colour, dashes=_DASHES[colours[:n].count(colour) % len(_DASHES)])
+        for n, colour in enumerate(colours)
+    ]

@@ -21,8 +21,7 @@ from vbbench.generation.generator import Generator, Options
 from vbbench.generation.sources import is_here
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.saving import save_picture
-from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_picture
 from vbbench.registry import load
 from vbbench.scene import Scene
 

@@ -26,7 +26,6 @@ from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.report import Report
-from vbbench.reproduction.work import Work
 from vbbench.scoring import score
 from vbbench.scoring.scorecard import Score, Summary
 from vbbench.solving import solve, solver_version
@@ -63,8 +62,16 @@ class Cell:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Making(Work):
-    """Makes what is missing where the work is done."""
+class Making:
+    """Makes what is missing: by ``jobs`` processes, or on the Dask cluster at ``scheduler`` with certificates ``tls``.
+
+    With ``overwrite`` all is made again.
+    """
+
+    jobs: int = 1
+    scheduler: str | None = None
+    tls: Path | None = None
+    overwrite: bool = False
 
     def dataset(self, split: str, folder: Path, options: Options) -> Dataset:
         """The dataset in ``folder``, generated unless it exists with the id that these options give.

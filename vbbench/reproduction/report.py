@@ -19,7 +19,6 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vbbench import __version__
 from vbbench.errors import VbbenchError, VbbenchWarning, one_line
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
@@ -27,9 +26,9 @@ from vbbench.paper import the_paper
 from vbbench.parallel.parts import progress_bar
 from vbbench.parsing.json_text import read_json, without_nan
 from vbbench.pictures.plotting import save_picture
-from vbbench.reproduction.work import Work
 from vbbench.scoring.scorecard import Summary
 from vbbench.table import Table, rewritten
+from vbbench.version import __version__
 
 PAGE = "index.html"
 DONE = "done.json"
@@ -140,13 +139,20 @@ def _marked(text: str) -> Markup:
     return Markup(html)  # noqa: S704  every part is escaped
 
 
+class _Making(Protocol):
+    """See `vbbench.reproduction.grid.Making`."""
+
+    @property
+    def overwrite(self) -> bool: ...
+
+
 class _Study(Protocol):
     """See `vbbench.reproduction.grid.Study`."""
 
     def run(self, out: Path | str, making: Any) -> Report: ...
 
 
-def reproduce_all(studies: Mapping[str, _Study], out: Path | str, making: Work) -> Path:
+def reproduce_all(studies: Mapping[str, _Study], out: Path | str, making: _Making) -> Path:
     """Make every study in its own folder in ``out``, and the page; its path.
 
     A study that is done is kept, unless ``making`` overwrites, or part of it waits for a source. If one cannot be made
@@ -168,7 +174,7 @@ def reproduce_all(studies: Mapping[str, _Study], out: Path | str, making: Work) 
     return path
 
 
-def _made_or_kept(name: str, study: _Study, folder: Path, making: Work) -> dict[str, Any]:
+def _made_or_kept(name: str, study: _Study, folder: Path, making: _Making) -> dict[str, Any]:
     """The content of `DONE`, or why the study is missing."""
     done, wanted, seconds = folder / DONE, f"{__version__} {study!r}", 0.0
     if not making.overwrite and done.is_file():

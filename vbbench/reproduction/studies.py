@@ -1,8 +1,6 @@
 """All studies of the paper, as `vbbench reproduce all` makes them: of parts of the recordings, within half an hour."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 from vbbench.errors import UnknownNameError
 from vbbench.paper import SPLITS
@@ -16,21 +14,15 @@ from vbbench.reproduction.solver_tables import SolverTableStudy
 from vbbench.reproduction.table1 import Table1Study
 from vbbench.reproduction.table4 import Table4Study
 from vbbench.reproduction.trajectories import TrajectoriesStudy
-
-
-@dataclass(frozen=True, kw_only=True)
-class Downloads:
-    """Where the user's own downloads are, as the commands of the studies name them; ``None`` for the usual places."""
-
-    kitti: Path | None = None
-    poses: Path | None = None
-    jrdb: Path | None = None
-    bags: Path | None = None
-    motsynth: Path | None = None
+from vbbench.reproduction.work import Downloads
 
 
 def paper_studies(
-    *, every: int = 10, seed: int = 0, only: Sequence[str] = (), downloads: Downloads = Downloads()
+    *,
+    every: int = 10,
+    seed: int = 0,
+    only: Sequence[str] = (),
+    downloads: Downloads = Downloads(),  # noqa: B008  frozen
 ) -> dict[str, Study]:
     """The studies by name, in the paper's order.
 

@@ -10,7 +10,6 @@ import numpy as np
 import pyarrow as pa
 from threadpoolctl import threadpool_limits
 
-from vbbench import __version__
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import Ranges, part_ranges
@@ -31,6 +30,7 @@ from vbbench.solving.isolation.confinement import folders_with
 from vbbench.solving.isolation.remote import IsolatedSolver, Remote, warn_of_open_files
 from vbbench.solving.provenance import hardware, solver_version, source_digest
 from vbbench.solving.runner import ranges_of_groups, run_sequence, separate_groups
+from vbbench.version import __version__
 
 FACTS = ("authors", "code", "trained_on", "tuned_on")
 """Keys of ``facts``: those of ``submission.json`` that only the solver's makers know."""

@@ -8,12 +8,12 @@ from typing import Any
 
 import yaml
 
-from vbbench import __version__
 from vbbench.files.cards.origin import Origin, citations, hub_identifier, licence_address, said_licence
 from vbbench.files.cards.statements import TASK, Statements
 from vbbench.files.cards.subject import Subject
 from vbbench.files.dataset_info import DatasetInfo, summary
 from vbbench.files.generate_command import generate_command
+from vbbench.version import __version__
 
 FENCE = "---"
 _SIZES = ((10**3, "n<1K"), (10**4, "1K<n<10K"), (10**5, "10K<n<100K"), (10**6, "100K<n<1M"), (10**7, "1M<n<10M"))

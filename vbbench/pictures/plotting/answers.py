@@ -15,11 +15,10 @@ from matplotlib.lines import Line2D
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.bird import draw_pose, fill_map
-from vbbench.pictures.plotting.captions import cautions
-from vbbench.pictures.plotting.looks import Look, solver_looks
+from vbbench.pictures.plotting.captions import ROW, cautions, draw_table
 from vbbench.pictures.plotting.style import Rectangles, draw_lines, draw_points, lay_out
-from vbbench.pictures.plotting.table import ROW, draw_table
 from vbbench.pictures.replay import Answer, Replay
+from vbbench.pictures.solver_colours import Look, solver_looks
 from vbbench.scoring.error_tables import ErrorsInTime
 from vbbench.scoring.metrics import section
 

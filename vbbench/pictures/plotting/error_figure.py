@@ -14,10 +14,9 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting.looks import Look, solver_looks
-from vbbench.pictures.plotting.saving import check_ending, save_picture
-from vbbench.pictures.plotting.style import Rectangles, lay_out
-from vbbench.pictures.plotting.table import ROW, draw_table
+from vbbench.pictures.plotting.captions import ROW, draw_table
+from vbbench.pictures.plotting.style import Rectangles, check_ending, lay_out, save_picture
+from vbbench.pictures.solver_colours import Look, solver_looks
 from vbbench.scoring.error_tables import FEW, ErrorTables, cumulative, over_time
 from vbbench.scoring.metrics import METRICS
 

@@ -17,8 +17,7 @@ from vbbench.pictures.plotting.answers import plot_answers
 from vbbench.pictures.plotting.bird import draw_bird
 from vbbench.pictures.plotting.captions import cautions, draw_facts, draw_legend, draw_scale, draw_title
 from vbbench.pictures.plotting.ego import draw_ego, shown_columns, strip_aspect
-from vbbench.pictures.plotting.saving import check_ending, save_picture
-from vbbench.pictures.plotting.style import Rectangles, distance_colours, lay_out
+from vbbench.pictures.plotting.style import Rectangles, check_ending, distance_colours, lay_out, save_picture
 from vbbench.pictures.replay import Replay, load_replay
 from vbbench.protocol import START_FRAMES
 from vbbench.scoring.error_tables import ErrorsInTime, errors_in_time
