@@ -1,7 +1,7 @@
 """The paper's Table 4: split `street` with centre lines drawn by hand, and with boxes of a tracker.
 
-The inputs are centre lines with jitter, boxes of a tracker with and without the paper's rule of tracks, and these boxes
-under the ids of the people.
+The inputs are centre lines with jitter, boxes of a tracker by the paper's rule of tracks, and these boxes under the ids
+of the people.
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,19 +38,11 @@ from vbbench.table import Table
 SPLIT = "street"
 LEAST_TRACK = 4
 """The paper keeps who is tracked in more than three frames."""
-KEPT, EVERY, LINKED = f"tracked-{LEAST_TRACK}", "tracked", f"linked-{LEAST_TRACK}"
-"""Boxes of the tracker by the paper's rule, by the tracker's own, and by the paper's under true ids."""
+KEPT, LINKED = f"tracked-{LEAST_TRACK}", f"linked-{LEAST_TRACK}"
+"""Boxes of the tracker by the paper's rule, and the same under true ids."""
 LABELS = {
     KEPT: f"tracked, {LEAST_TRACK} frames or more",
-    EVERY: "tracked",
     LINKED: "tracked, true ids",
-}
-_COUNTED = {
-    "boxes": "boxes",
-    "tracks": "tracks",
-    "people": "people, summed over sequences",
-    "switches": "identity switches",
-    "nobody": "boxes of nobody",
 }
 
 
@@ -99,20 +91,8 @@ def linked_by_truth(data: SequenceData) -> SequenceData:
     return replace(data, sequence=sequence, truth=truth, persons=persons)
 
 
-def count(dataset: Dataset) -> dict[str, int]:
-    """Boxes, tracks, people, identity switches and boxes of nobody, over all sequences."""
-    total = np.zeros(len(_COUNTED), np.int64)
-    for sequence in dataset.sequences():
-        observed, persons = sequence.observed, dataset.track_persons(sequence)
-        behind = [column[seen & (column != NOBODY)] for column, seen in zip(persons.T, observed.T, strict=True)]
-        switches = sum(int(np.count_nonzero(np.diff(column))) for column in behind)
-        people = len(np.unique(np.concatenate(behind)))
-        total += observed.sum(), len(sequence.tracks), people, switches, (observed & (persons == NOBODY)).sum()
-    return dict(zip(_COUNTED, total.tolist(), strict=True))
-
-
 class Table4(NamedTuple):
-    """Number of sequences, what each input has, a row for each protocol, input and solver, and the frame to draw."""
+    """Number of sequences, what each input is, a row for each protocol, input and solver, and the frame to draw."""
 
     sequences: int
     inputs: list[Row]
@@ -159,7 +139,7 @@ class Table4Study(Study):
         """A dataset for each input."""
         simulation = None if self.sequences is None else Simulation(sequences=self.sequences)
         plain = Options(seed=self.seed, simulation=simulation)
-        least_tracks = {**dict.fromkeys(self.lines), KEPT: LEAST_TRACK, EVERY: None, LINKED: LEAST_TRACK}
+        least_tracks = {**dict.fromkeys(self.lines), KEPT: LEAST_TRACK, LINKED: LEAST_TRACK}
         inputs: list[Row] = [
             {"kind": name.partition("-")[0], "jitter": self.lines.get(name, 0.0), "least_track": least, "name": name}
             for name, least in least_tracks.items()
@@ -175,7 +155,6 @@ class Table4Study(Study):
                 datasets[one["name"]] = making.planned(plan, folder)
             else:
                 datasets[one["name"]] = making.dataset(SPLIT, folder, options)
-            one |= count(datasets[one["name"]])
         rows = [
             {
                 "protocol": protocol,
@@ -190,7 +169,7 @@ class Table4Study(Study):
         return Table4(len(lines), inputs, rows, lines, datasets[KEPT])
 
     def report(self, found: Table4) -> Report:
-        """The rows of both protocols, their ratios, and what the rule of tracks removes."""
+        """The rows of both protocols, and their ratios."""
         names = {"cline": "ideal", "tracked": "tracked"}
         rows = {name: the_paper().select(SPLIT, tier) for name, tier in names.items()}
         paper = {name: {metric: row.figures[metric] for metric in COLUMNS} for name, (row,) in rows.items()}
@@ -203,7 +182,6 @@ class Table4Study(Study):
             tables=[
                 *(self._errors(found, protocol, paper) for protocol in PROTOCOLS),
                 _ratio_table(ratios, paper["ratio"]),
-                self._rule(found),
             ],
             values={
                 "sequences": found.sequences,
@@ -241,20 +219,6 @@ class Table4Study(Study):
                 for kind, source in (("tracked", KEPT), ("linked", LINKED))
             }
             yield {"protocol": protocol, "solver": solver, "jitter": jitter, **times}
-
-    def _rule(self, found: Table4) -> Table:
-        """What tracks there are with the paper's rule and without, and what that changes."""
-        kept, every = (row_at(found.inputs, name=name) for name in (KEPT, EVERY))
-        rows = [
-            [text, f"{kept[name]:,}", f"{every[name]:,}", _change(kept[name], every[name])]
-            for name, text in _COUNTED.items()
-        ]
-        for protocol, solver in product(PROTOCOLS, dict.fromkeys(self.solvers)):
-            with_rule, without = (found.figures(protocol, solver, name)["dx"].mean for name in (KEPT, EVERY))
-            title = f"{METRICS['dx'].label}, {protocol}, `{solver}`"
-            rows.append([title, f"{with_rule:.4f}", f"{without:.4f}", _change(with_rule, without)])
-        head = ["", f"{LEAST_TRACK} frames or more", "3 frames or more", "change"]
-        return Table(title="The paper's rule of tracks", head=head, rows=rows)
 
     def plot(self, found: Table4, paper: dict[str, dict[str, float]]) -> Figure:
         """Draw a frame with both inputs, and the errors that come of them, with the paper's."""
@@ -326,10 +290,6 @@ def _ratio_table(ratios: Sequence[Row], paper: dict[str, float]) -> Table:
         rows.append([f"`{one['solver']}`", one["protocol"], jitter, *cells])
     head = ["solver", "protocol", "cline", *plain, *(f"{label}, true ids" for label in plain[:2])]
     return Table(title="The ratio of the two rows", facts=paragraphs("table4_ratios"), head=head, rows=rows, names=3)
-
-
-def _change(kept: float, before: float) -> str:
-    return f"{kept / before - 1.0:+.1%}" if before else ""
 
 
 COLOURS = (style.GIVEN, style.ESTIMATE, "#009e73", "#cc79a7", "#56b4e9", "#e69f00")

@@ -19,7 +19,7 @@ from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.geometry import relative_to_world
 from vbbench.pictures.plotting import azimuth, plot_sequence, plot_to_file, save_picture, style
-from vbbench.pictures.plotting.style import beside, spread, text_extent
+from vbbench.pictures.plotting.style import free_offsets, spread, text_extent
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
 
@@ -272,7 +272,7 @@ def test_spread_labels_keep_their_order_their_distance_and_the_frame(wanted, gap
 def test_labels_on_the_map_do_not_overlap():
     places = np.random.default_rng(0).uniform(0, 200, (60, 2))
     extents = text_extent(["123"] * 60, 6.5)
-    offsets = beside(places, extents, places, 3.0)
+    offsets = free_offsets(places, extents, places, 3.0)
     placed = np.isfinite(offsets[:, 0])
     assert placed.sum() > 30
     centres = (places + offsets)[placed]
