@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike
 from scipy.spatial.distance import cdist
 
 from vbbench.errors import VbbenchError
@@ -19,120 +18,49 @@ from vbbench.files.dataset_info import DatasetInfo, describe, summary
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.generation.generator import Generator, Options
 from vbbench.generation.sources import is_here
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_picture
 from vbbench.registry import load
 from vbbench.scene import Scene
 
-BINS = 1000
-"""Bins per axis: a quantile is off by at most one of them, 0.1 % of the axis."""
-
 
 @dataclass(frozen=True)
-class Axis:
-    """What is counted: its name, its unit ("" for none), and the upper end of its bins, which start at 0."""
+class Samples:
+    """Samples [N] of one statistic: its name, its unit ("" for none), and its values."""
 
     name: str
     unit: str
-    upper: float
+    values: FloatArray
 
-    @property
-    def edges(self) -> FloatArray:
-        """[BINS + 1] edges of the bins."""
-        return np.linspace(0.0, self.upper, BINS + 1)
+    def __add__(self, other: "Samples") -> "Samples":
+        return Samples(self.name, self.unit, np.concatenate([self.values, other.values]))
 
     @property
     def title(self) -> str:
         """The name with its unit."""
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
-
-@dataclass(frozen=True, kw_only=True)
-class Histogram:
-    """Counts of samples ≥ 0.
-
-    Parameters
-    ----------
-    axis : what the samples are.
-    counts : [BINS + 1] samples in each bin, the last one for all beyond the axis.
-    total : sum of the samples.
-    least, most : the extreme samples; ∞ and −∞ without any.
-    """
-
-    axis: Axis
-    counts: IntArray
-    total: float = 0.0
-    least: float = np.inf
-    most: float = -np.inf
-
-    @staticmethod
-    def of(axis: Axis, samples: ArrayLike = ()) -> "Histogram":
-        """Count samples ≥ 0 of any shape."""
-        values = np.asarray(samples, dtype=np.float64).ravel()
-        inside = np.histogram(values, bins=BINS, range=(0.0, axis.upper))[0]
-        return Histogram(
-            axis=axis,
-            counts=np.append(inside, len(values) - inside.sum()),
-            total=float(values.sum()),
-            least=float(values.min(initial=np.inf)),
-            most=float(values.max(initial=-np.inf)),
-        )
-
-    def __add__(self, other: "Histogram") -> "Histogram":
-        return Histogram(
-            axis=self.axis,
-            counts=self.counts + other.counts,
-            total=self.total + other.total,
-            least=min(self.least, other.least),
-            most=max(self.most, other.most),
-        )
-
-    @property
-    def count(self) -> int:
-        """Number of samples."""
-        return int(self.counts.sum())
-
     @property
     def mean(self) -> float:
-        """Exact mean of the samples; NaN without any."""
-        return self.total / self.count if self.count else np.nan
+        """Of the samples; NaN without any."""
+        return float(self.values.mean()) if len(self.values) else np.nan
 
     def quantile(self, share: float) -> float:
-        """The value below which lies that share of the samples, to one bin; NaN without any.
-
-        Ranks between two samples are interpolated, as `numpy.quantile` does. Samples are spread evenly over their bin.
-        """
-        if not self.count:
-            return np.nan
-        rank = share * (self.count - 1)
-        below, above = self._at_rank(int(rank)), self._at_rank(int(np.ceil(rank)))
-        return below + (rank - int(rank)) * (above - below)
+        """The value below which lies that share of the samples; NaN without any."""
+        return float(np.quantile(self.values, share)) if len(self.values) else np.nan
 
     def density(self, edges: FloatArray) -> FloatArray:
-        """[M − 1] share of all samples per unit of the axis, between ascending edges [M]."""
-        below = np.interp(edges, self.axis.edges, np.append(0, np.cumsum(self.counts[:-1])))
-        return np.asarray(np.diff(below) / np.diff(edges) / max(self.count, 1))
+        """[M − 1] share of all samples per unit, between ascending edges [M]."""
+        return np.asarray(np.histogram(self.values, edges)[0] / np.diff(edges) / max(len(self.values), 1))
 
     def to_json(self) -> dict[str, Any]:
-        """Figures and bins; without samples figures are null."""
-        quantiles = {name: self.quantile(share) for name, share in (("median", 0.5), ("p5", 0.05), ("p95", 0.95))}
-        return {
-            "unit": self.axis.unit,
-            "count": self.count,
-            **{name: value if self.count else None for name, value in {"mean": self.mean, **quantiles}.items()},
-            "bin_width": self.axis.upper / BINS,
-            "bins": self.counts[:-1].tolist(),
-            "beyond": int(self.counts[-1]),
-        }
-
-    def _at_rank(self, rank: int) -> float:
-        """The sample of that rank from 0, if the samples of a bin are spread evenly over it."""
-        upto = np.cumsum(self.counts)
-        place = int(np.searchsorted(upto, rank, side="right"))
-        edges = np.append(self.axis.edges, max(self.most, self.axis.upper))
-        share = (rank - (upto[place] - self.counts[place]) + 0.5) / self.counts[place]
-        return float(np.clip(edges[place] + share * (edges[place + 1] - edges[place]), self.least, self.most))
+        """Figures; null without samples."""
+        shares = {"median": 0.5, "p5": 0.05, "p95": 0.95}
+        figures = {"mean": self.mean, **{name: self.quantile(share) for name, share in shares.items()}}
+        known = {name: finite_or_none(value) for name, value in figures.items()}
+        return {"unit": self.unit, "count": len(self.values), **known}
 
 
 COLLISION = 0.4
@@ -140,10 +68,8 @@ COLLISION = 0.4
 SHORTEST_PATH = 1.0
 """Walks along a shorter path, in m, have no efficiency: for people who stand, jitter decides it."""
 
-SPEED = Axis("speed", "m/s", 5.0)
-NEAREST = Axis("nearest distance", "m", 20.0)
-ACCELERATION = Axis("acceleration", "m/s²", 10.0)
-EFFICIENCY = Axis("path efficiency", "", 1.0)
+SPEED, NEAREST = Samples("speed", "m/s", np.empty(0)), Samples("nearest distance", "m", np.empty(0))
+ACCELERATION, EFFICIENCY = Samples("acceleration", "m/s²", np.empty(0)), Samples("path efficiency", "", np.empty(0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,10 +96,10 @@ class Walking:
     collisions: int = 0
     collision_seconds: float = 0.0
     short_walks: int = 0
-    speed: Histogram = field(default_factory=lambda: Histogram.of(SPEED))
-    nearest_distance: Histogram = field(default_factory=lambda: Histogram.of(NEAREST))
-    acceleration: Histogram = field(default_factory=lambda: Histogram.of(ACCELERATION))
-    path_efficiency: Histogram = field(default_factory=lambda: Histogram.of(EFFICIENCY))
+    speed: Samples = SPEED
+    nearest_distance: Samples = NEAREST
+    acceleration: Samples = ACCELERATION
+    path_efficiency: Samples = EFFICIENCY
 
     def __add__(self, other: "Walking") -> "Walking":
         return Walking(**{name: value + getattr(other, name) for name, value in vars(self).items()})
@@ -194,12 +120,12 @@ class Walking:
         return 60.0 * self.collision_seconds / self.person_seconds if self.person_seconds else np.nan
 
     @property
-    def distributions(self) -> tuple[Histogram, ...]:
-        """The four histograms."""
+    def distributions(self) -> tuple[Samples, ...]:
+        """The four statistics."""
         return self.speed, self.nearest_distance, self.acceleration, self.path_efficiency
 
     def to_json(self) -> dict[str, Any]:
-        """All figures and bins."""
+        """All figures."""
         there = self.person_frames > 0
         return {
             "dt": self.dt if there else None,
@@ -213,12 +139,12 @@ class Walking:
                 "seconds_per_person_minute": self.collision_seconds_a_minute if there else None,
             },
             "short_walks": self.short_walks,
-            **{h.axis.name.replace(" ", "_"): h.to_json() for h in self.distributions},
+            **{one.name.replace(" ", "_"): one.to_json() for one in self.distributions},
         }
 
 
 def walking_statistics(scenes: Iterable[Scene]) -> Walking:
-    """Measure scenes one by one; memory does not grow with their number."""
+    """Measure scenes one by one."""
     return sum((_of_scene(scene) for scene in scenes), Walking())
 
 
@@ -235,10 +161,10 @@ def _of_scene(scene: Scene) -> Walking:
         collisions=collisions,
         collision_seconds=collisions * scene.dt,
         short_walks=short,
-        speed=Histogram.of(SPEED, _lengths(velocity)),
-        nearest_distance=Histogram.of(NEAREST, nearest),
-        acceleration=Histogram.of(ACCELERATION, _lengths(acceleration)),
-        path_efficiency=Histogram.of(EFFICIENCY, efficiency),
+        speed=replace(SPEED, values=_lengths(velocity)),
+        nearest_distance=replace(NEAREST, values=nearest),
+        acceleration=replace(ACCELERATION, values=_lengths(acceleration)),
+        path_efficiency=replace(EFFICIENCY, values=efficiency),
     )
 
 
@@ -369,7 +295,7 @@ def describe_realism(report: Realism) -> str:
 
 
 def realism_json(report: Realism, picture: Path) -> str:
-    """The dataset's summary as JSON, with all figures and bins of the report under ``realism``, on one line."""
+    """The dataset's summary as JSON, with all figures of the report under ``realism``, on one line."""
     realism = {
         "dataset": next(iter(report.columns)),
         "sources": {heading: walking.to_json() for heading, walking in report.columns.items()},
@@ -385,11 +311,11 @@ def _rows(walkings: list[Walking]) -> Iterator[tuple[str, list[str]]]:
     yield "dt (s)", [f"{w.dt:.3g}" for w in walkings]
     yield "scenes", [f"{w.scenes}" for w in walkings]
     yield "person-minutes", [f"{w.person_seconds / 60.0:.1f}" for w in walkings]
-    for histograms in zip(*(w.distributions for w in walkings), strict=True):
-        yield f"{histograms[0].axis.title:<25}samples", [f"{h.count}" for h in histograms]
-        yield f"{'':<25}mean", [_number(h.mean) for h in histograms]
+    for samples in zip(*(w.distributions for w in walkings), strict=True):
+        yield f"{samples[0].title:<25}samples", [f"{len(one.values)}" for one in samples]
+        yield f"{'':<25}mean", [_number(one.mean) for one in samples]
         for name, share in (("5 %", 0.05), ("median", 0.5), ("95 %", 0.95)):
-            yield f"{'':<25}{name}", [_number(h.quantile(share)) for h in histograms]
+            yield f"{'':<25}{name}", [_number(one.quantile(share)) for one in samples]
     yield f"walks under {SHORTEST_PATH:g} m, not counted", [f"{w.short_walks}" for w in walkings]
     yield f"collisions (pairs < {COLLISION:g} m, each frame)", [f"{w.collisions}" for w in walkings]
     yield "  per person-minute", [_number(w.collisions_a_minute) for w in walkings]
@@ -409,10 +335,8 @@ _PARTS: Rectangles = {
 }
 _COLOURS = (style.ESTIMATE, style.GIVEN, style.INK, style.TRUTH)
 _LINES = ("-", "--", ":", "-.")
-_STEPS = 60
-"""Most steps of a line over its panel."""
-_WALK_STEPS = 25
-"""The same for path efficiency: there are few walks."""
+_STEPS, _WALK_STEPS = 60, 25
+"""Steps of a line over its panel, and of path efficiency's, as there are few walks."""
 _REACH = 0.95
 """Share of the samples of every source that a panel holds at least."""
 _FLOOR = 0.01
@@ -423,8 +347,8 @@ def plot_realism(report: Realism) -> Figure:
     """Draw the four distributions of every source of the report."""
     figure = lay_out(_SIZE, _PARTS)
     columns = zip(*(walking.distributions for walking in report.columns.values()), strict=True)
-    for axes, histograms in zip(figure.axes, columns, strict=True):
-        _draw_panel(axes, histograms, list(report.columns))
+    for axes, samples in zip(figure.axes, columns, strict=True):
+        _draw_panel(axes, samples, list(report.columns))
     facts = [f"every panel holds {_REACH:.0%} of each source, or more"]
     facts += [f"{name} not available" for name in report.missing]
     legend = next(axes for axes in figure.axes if axes.get_label() == NEAREST.name)
@@ -439,28 +363,28 @@ def plot_realism_to_file(report: Realism, out: Path | str) -> Path:
     return Path(out)
 
 
-def _draw_panel(axes: Axes, histograms: tuple[Histogram, ...], headings: list[str]) -> None:
-    axis, edges = histograms[0].axis, _edges(histograms)
-    if axis is NEAREST:
+def _draw_panel(axes: Axes, samples: tuple[Samples, ...], headings: list[str]) -> None:
+    shown, edges = samples[0], _edges(samples)
+    if shown.name == NEAREST.name:
         label = f"collision: under {COLLISION:g} m"
         axes.axvspan(0.0, COLLISION, color=style.TRUTH_FAINT, label=label, gid="collision")
-    for histogram, heading, colour, line in zip(histograms, headings, cycle(_COLOURS), cycle(_LINES), strict=False):
+    for one, heading, colour, line in zip(samples, headings, cycle(_COLOURS), cycle(_LINES), strict=False):
         look: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.4, "label": heading, "gid": heading}
-        axes.stairs(histogram.density(edges), edges, baseline=None, **look)
+        axes.stairs(one.density(edges), edges, baseline=None, **look)
     axes.set_xlim(0.0, edges[-1])
-    axes.set_xlabel(axis.title, fontsize=style.TEXT_SIZE)
-    axes.set_ylabel(f"share of samples per {axis.unit}" if axis.unit else "density of walks", fontsize=style.TEXT_SIZE)
-    if axis in (ACCELERATION, EFFICIENCY):  # a linear scale would show the peak alone
+    axes.set_xlabel(shown.title, fontsize=style.TEXT_SIZE)
+    axes.set_ylabel(
+        f"share of samples per {shown.unit}" if shown.unit else "density of walks", fontsize=style.TEXT_SIZE
+    )
+    if shown.name in (ACCELERATION.name, EFFICIENCY.name):  # a linear scale would show the peak alone
         axes.set_yscale("log", nonpositive="clip")
         axes.set_ylim(bottom=_FLOOR)
     else:
         axes.set_ylim(bottom=0.0)
 
 
-def _edges(histograms: tuple[Histogram, ...]) -> FloatArray:
-    """Edges of the steps, which are edges of bins, as far as the panel reaches."""
-    axis, bin_width = histograms[0].axis, histograms[0].axis.upper / BINS
-    far = max((h.quantile(_REACH) for h in histograms if h.count), default=axis.upper)
-    bins = BINS if axis is EFFICIENCY else min(max(int(np.ceil(far / bin_width)), _STEPS), BINS)
-    step = -(-bins // (_WALK_STEPS if axis is EFFICIENCY else _STEPS))
-    return np.arange(0, bins + step, step).clip(max=BINS) * bin_width
+def _edges(samples: tuple[Samples, ...]) -> FloatArray:
+    """Edges of the steps, as far as the panel reaches."""
+    if samples[0].name == EFFICIENCY.name:
+        return np.linspace(0.0, 1.0, _WALK_STEPS + 1)
+    return np.linspace(0.0, max((one.quantile(_REACH) for one in samples if len(one.values)), default=1.0), _STEPS + 1)

@@ -22,10 +22,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 from matplotlib.ticker import FixedLocator, NullFormatter
 
-from vbbench.boxes import rectangles, with_seam_copies
 from vbbench.camera import Camera
 from vbbench.errors import SourceMissingError, VbbenchError
 from vbbench.estimate import Estimate
@@ -38,7 +36,6 @@ from vbbench.generation.generator import Options, Simulation, tables_of
 from vbbench.generation.planning import DerivedPlan
 from vbbench.generation.sources import data_folders
 from vbbench.geometry import FloatArray, IntArray, motion_between, moved_as_one, wrap_angle
-from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.plotting import style
 from vbbench.registry import load
 from vbbench.reproduction.grid import Making, Study, check_grid
@@ -414,81 +411,58 @@ def _values(course: Course) -> dict[str, Any]:
     return {**facts, "rows": rows}
 
 
-INSTANTS = 5
 MOST_MAPS = 3
 """Solvers that have a map: the first of the study."""
-MOST_STEPS = 500
-"""Steps of people on a map; with more than that nothing can be found."""
+STEPS = 500
+"""Steps of people on a map, about the middle of its way; with more than that nothing can be found."""
 _HUES = (style.ESTIMATE, style.GIVEN, "#009e73", "#e69f00", "#56b4e9")
 """Of solvers in their order; the reference is purple (Okabe and Ito)."""
 _REFERENCE = "#a4508b"
-_LEFT, _MAP, _GAP, _DRIFT, _HEAD, _BETWEEN = 0.55, 4.0, 0.2, 3.0, 1.1, 0.12  # inches
+_LEFT, _MAP, _GAP, _DRIFT, _HEAD, _FOOT = 0.55, 4.0, 0.2, 3.0, 1.1, 0.5  # inches
 
 
 def plot_course(course: Course, protocols: Sequence[str]) -> Figure:
-    """Draw the sequence in which the camera went farthest, the drift over all sequences, and boxes at five instants."""
-    observed, camera = course.sequence.observed, course.dataset.camera(course.sequence)
-    seen = np.flatnonzero(observed.any(axis=1))
-    frames: IntArray = seen[np.rint(np.linspace(0.06, 0.94, INSTANTS) * (len(seen) - 1)).astype(int)]
+    """Draw the sequence in which the camera went farthest, and the drift over all sequences."""
+    observed = course.sequence.observed
     solvers = list(dict.fromkeys(path.title for path in course.paths if path.protocol))
     hues = {title: _HUES[n % len(_HUES)] for n, title in enumerate(solvers)} | {course.recording.reference: _REFERENCE}
     mapped = [path for path in course.paths if path.protocol == protocols[0]][:MOST_MAPS]
-    drawn = style.lay_out(*_layout(camera, [path.title for path in mapped]))
+    width = _LEFT + len(mapped) * (_MAP + _GAP) + 0.4 + _DRIFT + 0.3
+    panels: style.Rectangles = {
+        path.title: (_LEFT + n * (_MAP + _GAP), _FOOT, _MAP, _MAP) for n, path in enumerate(mapped)
+    }
+    panels["drift"] = (width - _DRIFT - 0.3, _FOOT, _DRIFT, _MAP)
+    drawn = style.lay_out((width, _FOOT + _MAP + _HEAD), panels)
     parts = {str(axes.get_label()): axes for axes in drawn.axes}
-    around = steps_around(observed.sum(axis=1), int(frames[len(frames) // 2]))
-    reference = [path for path in course.paths if not path.protocol]
+    seen = np.flatnonzero(observed.any(axis=1))
+    around = steps_around(observed.sum(axis=1), int(seen[len(seen) // 2]))
+    start = course.dataset.truth(course.sequence).poses[0, :2]
     for path in mapped:
-        _draw_map(parts[path.title], course, path, hues[path.title], frames, around)
+        _draw_map(parts[path.title], course, path, hues[path.title], around)
         parts[path.title].tick_params(labelleft=path is mapped[0])
-        for other in reference:
-            moved = (other.poses[:, :2] - course.dataset.truth(course.sequence).poses[0, :2]).T
+        for other in [path for path in course.paths if not path.protocol]:
+            moved = (other.poses[:, :2] - start).T
             parts[path.title].plot(*moved, color=_REFERENCE, linewidth=1.3, linestyle=(0, (3, 2)), zorder=3.4)
     _draw_drift(parts["drift"], course, protocols, hues)
-    backdrop = Backdrop(course.dataset, course.sequence, frames.tolist())
-    for number, frame in enumerate(frames.tolist(), 1):
-        _draw_boxes(parts[f"instant {number}"], course, number, frame, backdrop)
-    if camera.period is not None:
-        azimuth = np.radians([-179.999, -90.0, 0.0, 90.0, 179.999])
-        level = np.stack([np.sin(azimuth), np.zeros(5), np.cos(azimuth)], axis=-1)
-        columns = camera.pixels(camera.to_camera(level))[:, 0]
-        names = ["behind", "left", "ahead", "right", "behind"]
-        parts[f"instant {INSTANTS}"].set_xticks(columns, names, fontsize=style.TEXT_SIZE)
     dt = course.dataset.info.dt
     facts = (
         f"maps: {protocols[0]}, sequence {course.sequence.index}, {course.metres.max():.0f} m in "
-        f"{course.sequence.frames * dt:.0f} s; people for {(around.stop - around.start) * dt:.0f} s about place 3, "
-        "grey where they truly were.  Below: the boxes that the camera sees at the numbered places, dark = near"
+        f"{course.sequence.frames * dt:.0f} s; people for {(around.stop - around.start) * dt:.0f} s half-way, grey "
+        "where they truly were"
     )
     style.draw_heading(drawn, _LEFT, course.recording.title, facts, parts["drift"])
     return drawn
 
 
 def steps_around(people: IntArray, frame: int) -> slice:
-    """The frames about a frame in which people [T] make `MOST_STEPS` steps, or all of them."""
+    """The frames about a frame in which people [T] make `STEPS` steps, or all of them."""
     reach = 1
-    while people[max(frame - reach, 0) : frame + reach + 1].sum() < MOST_STEPS and reach < len(people):
+    while people[max(frame - reach, 0) : frame + reach + 1].sum() < STEPS and reach < len(people):
         reach += 1
     return slice(max(frame - reach, 0), min(frame + reach + 1, len(people)))
 
 
-def _layout(camera: Camera, shown: list[str]) -> tuple[tuple[float, float], style.Rectangles]:
-    """Maps and drift in a row; below them boxes, in a row or, of pictures that see all around, one over the other."""
-    width = _LEFT + len(shown) * (_MAP + _GAP) + 0.4 + _DRIFT + 0.3
-    wide, (columns, rows) = width - _LEFT - 0.3, camera.picture_size
-    stacked = camera.period is not None
-    own = wide if stacked else (wide - (INSTANTS - 1) * _BETWEEN) / INSTANTS
-    tall = own * rows / columns
-    right, down = (0.0, tall + _BETWEEN) if stacked else (own + _BETWEEN, 0.0)
-    panels: style.Rectangles = {
-        f"instant {n + 1}": (_LEFT + n * right, 0.4 + (INSTANTS - 1 - n) * down, own, tall) for n in range(INSTANTS)
-    }
-    top = 0.4 + (INSTANTS - 1) * down + tall + 0.75
-    panels |= {title: (_LEFT + n * (_MAP + _GAP), top, _MAP, _MAP) for n, title in enumerate(shown)}
-    panels["drift"] = (width - _DRIFT - 0.3, top, _DRIFT, _MAP)
-    return (width, top + _MAP + _HEAD), panels
-
-
-def _draw_map(axes: Axes, course: Course, path: Way, hue: str, frames: IntArray, around: slice) -> None:
+def _draw_map(axes: Axes, course: Course, path: Way, hue: str, around: slice) -> None:
     """One solver's map in m from where the camera truly began, with what lies up to 25 m from its true path."""
     truth, observed = course.dataset.truth(course.sequence), course.sequence.observed
     true, start = truth.poses[:, :2], truth.poses[0, :2]
@@ -505,11 +479,6 @@ def _draw_map(axes: Axes, course: Course, path: Way, hue: str, frames: IntArray,
     axes.plot(*(true - start).T, color=style.INK, linewidth=2.4, zorder=3.0)
     way = path.poses[:, :2] - start
     axes.plot(*way[np.isfinite(way).all(axis=1)].T, color=hue, linewidth=1.8, zorder=3.2)
-    for number, frame in enumerate(frames.tolist(), 1):
-        x, y = true[frame] - start
-        axes.plot(x, y, marker="o", markersize=11, color=style.INK, markeredgecolor="white", zorder=4.0)
-        look: dict[str, Any] = {"fontsize": 7.5, "weight": "bold", "ha": "center", "va": "center_baseline"}
-        axes.text(x, y, str(number), color="white", zorder=4.1, **look)
     axes.set_title(path.title, fontsize=10.0, loc="left", color=hue, weight="bold")
 
 
@@ -534,29 +503,3 @@ def _draw_drift(axes: Axes, course: Course, protocols: Sequence[str], hues: Mapp
     style.draw_grid(axes)
     style.name_axes(axes, "distance gone (m)")
     axes.set_title("drift, % of the distance", fontsize=10.0, loc="left", color=style.INK, weight="bold")
-
-
-def _draw_boxes(axes: Axes, course: Course, number: int, frame: int, backdrop: Backdrop) -> None:
-    """The image plane of one frame with its boxes, over its picture if there is one."""
-    camera, picture = course.dataset.camera(course.sequence), backdrop.recorded(frame)
-    width, height = camera.picture_size
-    if picture is not None:
-        axes.imshow(
-            picture, extent=(0.0, backdrop.width / backdrop.zoom, backdrop.height / backdrop.zoom, 0.0), zorder=0.2
-        )
-    columns = np.linspace(0.0, width, 200)
-    axes.plot(columns, camera.horizon(columns), color="#b0b0b0", linewidth=0.7, linestyle=(0, (6, 3)), zorder=0.5)
-    boxes = course.sequence.observations[frame]
-    boxes = boxes[~np.isnan(boxes[:, 2])]
-    boxes = boxes[np.argsort(-boxes[:, 2])]  # small ones lie on top
-    hues = style.distance_colours()(1.0 - np.clip(2.0 * boxes[:, 2] / height, 0.0, 1.0))[:, :3]
-    for box, row in zip(*with_seam_copies(rectangles(boxes), camera.period), strict=True):
-        look: dict[str, Any] = {"facecolor": (*hues[row], 0.07), "edgecolor": hues[row], "linewidth": 1.1}
-        axes.add_patch(Rectangle(box[:2], box[2], box[3], zorder=2.0 + row / 1000.0, **look))
-    axes.set(xlim=(0, width), ylim=(height, 0), xticks=[], yticks=[])
-    axes.set_aspect("equal")
-    look = {"textcoords": "offset points", "fontsize": 8.0, "weight": "bold", "va": "top", "zorder": 5.0}
-    look["xycoords"] = "axes fraction"
-    frame_of_text = {"boxstyle": "round,pad=0.25", "facecolor": style.INK, "edgecolor": "none"}
-    axes.annotate(str(number), (0.0, 1.0), (6.0, -6.0), color="white", bbox=frame_of_text, **look)
-    axes.annotate(f"{frame * course.dataset.info.dt:.1f} s", (0.0, 1.0), (20.0, -6.0), color=style.INK, **look)

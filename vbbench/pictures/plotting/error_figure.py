@@ -20,8 +20,8 @@ from vbbench.pictures.solver_colours import Look, solver_looks
 from vbbench.scoring.error_tables import FEW, ErrorTables, cumulative, over_time
 from vbbench.scoring.metrics import METRICS
 
-_WIDTHS = {"over-time": 4.6, "cumulative": 3.0}
-"""Inches of the two panels of a metric; `_HIGH` is their height."""
+_WIDTHS = {"over-time": 5.8, "cumulative": 4.2}
+"""Inches of the two panels of a metric, together as wide as the table; `_HIGH` is their height."""
 _HIGH, _LEFT, _RIGHT, _BOTTOM, _GAP, _ABOVE, _TITLE = 2.0, 0.95, 0.3, 0.5, (0.75, 0.68), 0.32, 0.72
 _TITLES = {"over-time": "over time", "cumulative": "share not above"}
 _BAND = 1.6  # of the largest median: how far a band may widen the scale
