@@ -165,7 +165,7 @@ SCENARIOS: dict[str, Scenario] = {
         command="score answers --dataset data --per-sequence rows.csv", found=finding("data", "answers")
     ),
     "plot-errors": Scenario(
-        command="plot-errors data --estimate answers --metric dx --kind cumulative --out errors.pdf",
+        command="plot-errors data --estimate answers --metric dx --out errors.pdf",
         found=finding("data", "answers"),
     ),
     "fetch": Scenario(command=f"fetch {__name__}:SERVED", found={}),
