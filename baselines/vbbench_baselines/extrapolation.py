@@ -28,7 +28,7 @@ EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)
 class ConstantVelocity:
     """x = 2x' − x''; people with one known past position stay there; the observer's yaw is held.
 
-    After a cold start boxes also show, once, how everybody moves: in the first frame in which somebody is seen again.
+    After a cold start boxes also show, once, how everybody moves: in the first frame in which a person is seen again.
     """
 
     facts: ClassVar[Mapping[str, str]] = UNTUNED

@@ -38,7 +38,7 @@ class SocialForceBirdifier(Birdifier):
     relaxation, radius, implicit : of the force, see `vbbench_baselines.motion_models.SocialForceWalk`.
     softness : ε, below which a deviation counts as its square, in standard deviations.
     samples, spacing : S, odd, and δ in m of height: places along a ray that message passing chooses from.
-    strength, sigma : of the pairwise potential: its weight beside D_k, both in m/s², and its σ in m.
+    strength, sigma : of the pairwise potential: its weight next to D_k, both in m/s², and its σ in m.
     reach, neighbours : people interact within this distance in m, each with this number of nearest neighbours.
     most_interacting : at most this number of people interact, the nearest; the others keep their own optimum.
     rounds, damping : of message passing.
@@ -75,7 +75,7 @@ class SocialForceBirdifier(Birdifier):
         "prior": (f"{__name__}:PriorHeights", f"{__name__}:PriorHeightsFreeObserver"),
     }
     """By what is known of heights: the solver that expects the observer to walk like the others, and the one that
-    expects nothing of the observer. With heights that are all alike, the prior is the height."""
+    expects nothing of the observer. With equal heights, the prior is the height."""
 
     literal: ClassVar[str] = "vb-sf-literal"
     """The paper's text, word for word."""

@@ -1,4 +1,4 @@
-"""The solvers with one thing changed each: what a study needs that asks whether two datasets rank solvers alike.
+"""The solvers with one thing changed each: what a study needs that asks whether two datasets rank solvers equally.
 
 `vbbench reproduce transfer` ranks them. Each is named on the command line as ``vbbench_baselines.variants:NAME``, such
 as ``vbbench_baselines.variants:map-causal-window-6``. No constant is changed, only what a solver is given or may use:

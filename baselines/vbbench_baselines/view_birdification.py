@@ -29,7 +29,7 @@ from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drif
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.facts import CASCADE
 from vbbench_baselines.common.motion import History, Spreads
-from vbbench_baselines.common.odometry import SURE, Told, told_by
+from vbbench_baselines.common.odometry import SURE, Told, newest_measured
 from vbbench_baselines.common.sightings import sight, usable
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect, kept_shares
 
@@ -127,7 +127,7 @@ class Birdifier(ABC):
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
         self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
         self._drift, self._astray = Drift(), Astray()
-        self._told: Told | None = None
+        self._odometry: Told | None = None
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -142,9 +142,9 @@ class Birdifier(ABC):
         self._doubt_speed()
         chosen = select(observations, self.most_people, self.smallest_box)
         factors = self._expected(*measure(self._seen, heights.mean, heights.variance), chosen)
-        told = told_by(frame.given.odometry, history.poses[1])
+        told = newest_measured(frame.given.odometry, history.poses[1])
         sure = told is not None and told.std < SURE
-        self._told = told
+        self._odometry = told
         self._drift.advance(history, kept_shares(history, self._dt)[1], self._dt, measured=sure)
         helpful = factors.helpful & chosen
         few = bool(np.count_nonzero(helpful) < FEWEST)
@@ -164,7 +164,7 @@ class Birdifier(ABC):
             answer, bounded = self._within_reach(answer, task, own_std)
         positions = localise(answer.pose, factors)
         positions[chosen] = answer.positions
-        factors = self._begin_anew(factors, answer.pose, positions)
+        factors = self._begin_again(factors, answer.pose, positions)
         self._task = task
         certain = np.zeros_like(people.certain) if found else people.certain
         report = self._report(answer, factors, chosen, certain, bounded=bounded)
@@ -185,7 +185,7 @@ class Birdifier(ABC):
 
     def _alone(self) -> tuple[float, float]:
         """Variances in m² and rad² of what the observer does within a frame while nobody is of use."""
-        told, turns = self._told, 1.0 / (TURN**2 * self._dt)
+        told, turns = self._odometry, 1.0 / (TURN**2 * self._dt)
         if told is None:
             return self._spreads.motion**2, 1.0 / turns
         return told.std**2 if told.std < SURE else self._spreads.motion**2, 1.0 / (turns + told.facing)
@@ -207,7 +207,7 @@ class Birdifier(ABC):
         return renewed._replace(walk=found, walk_std=drift.std), 1.0 / drift.common.yaw, True
 
     def _within_reach(self, answer: Answer, task: Task, own_std: float) -> tuple[Answer, bool]:
-        """The answer, bound to the observer's own walk if it is further away than anybody gets, and whether it was."""
+        """The answer, bound to the observer's own walk if it is further away than a person gets, and whether it was."""
         last, reach = self._history.poses[1], self._drift.top_speed * self._dt
         if not np.isnan(task.pose[2]) or not np.hypot(*(answer.pose - last)[:2]) > reach:
             return answer, False
@@ -217,8 +217,8 @@ class Birdifier(ABC):
         self._drift.add(float(np.sum((answer.pose[:2] - place) ** 2)) + reach**2, TURN**2 * self._dt)
         return self._minimise(task._replace(pose=np.append(place, answer.pose[2]))), True
 
-    def _begin_anew(self, factors: Factors, pose: FloatArray, positions: FloatArray) -> Factors:
-        """Place whoever would be faster than anybody runs by the box alone; the terms without their walks."""
+    def _begin_again(self, factors: Factors, pose: FloatArray, positions: FloatArray) -> Factors:
+        """Place whoever would be faster than people run by the box alone; the terms without their walks."""
         leaping = jumped(positions, self._history, self._spreads.reach)
         if leaping.any():
             self._history.forget(np.flatnonzero(leaping))
@@ -251,7 +251,7 @@ class Birdifier(ABC):
         if not history.pose_given[2]:
             pose = pose_covariance(answer.pose, curved.of(chosen)) if helpful else self._walked(curved)
         if certain.any():
-            drift.settle(pose @ np.linalg.inv(pose_covariance(answer.pose, curved.of(chosen & ~certain))))
+            drift.reduce(pose @ np.linalg.inv(pose_covariance(answer.pose, curved.of(chosen & ~certain))))
         sure = not bounded and variances(pose)[0] + drift.std**2 <= UNRELIABLE**2
         known = {"heights": self._heights.mean.copy(), "height_variances": self._heights.variance.copy()}
         covariances = self._spread(answer, pose, curved) if self._covariances else {}
@@ -276,7 +276,7 @@ class Birdifier(ABC):
 
 
 def _with_odometry(factors: Factors, told: Told | None, facing: float) -> tuple[Factors, float]:
-    """The terms with what odometry tells, if surely, in place of the walk, and the information in 1/rad² on the yaw.
+    """The terms with what odometry measured, if surely, in place of the walk, and the information in 1/rad² on the yaw.
 
     ``facing``: that without odometry.
     """

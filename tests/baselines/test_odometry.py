@@ -16,7 +16,7 @@ from vbbench.protocol import get_protocol
 from vbbench.sequence import Odometry, Sequence, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import run_sequence
-from vbbench_baselines.common.odometry import told_by
+from vbbench_baselines.common.odometry import newest_measured
 from vbbench_baselines.joint_map import MapBatch, MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
@@ -51,7 +51,7 @@ def error(estimate: Estimate, truth: Truth) -> float:
 def test_a_motion_leads_to_the_pose_that_it_was_measured_from() -> None:
     before, now = np.array((1.0, -2.0, 3.0)), np.array((1.4, -1.7, -3.1))
     odometry = Odometry(motions=motion_between(before, now)[None], covariances=PRECISE[None])
-    told = told_by(odometry, before)
+    told = newest_measured(odometry, before)
     assert told is not None
     np.testing.assert_allclose(told.pose[:2], now[:2])
     assert wrap_angle(told.pose[2] - now[2]) == pytest.approx(0.0)

@@ -24,11 +24,11 @@ from vbbench_baselines.common.drift import ASTRAY, Drift, variances
 from vbbench_baselines.common.motion import History
 
 CONTRADICTED = 3.0
-"""How far, beside `ASTRAY`, the pose must be off for a correction, in standard deviations of what is then left."""
+"""How far, next to `ASTRAY`, the pose must be off for a correction, in standard deviations of what is then left."""
 
 
 class Company(NamedTuple):
-    """Who is seen, expected and takes part: [K] whether somebody is certain, or expected by the solver's own places."""
+    """Who is seen, expected and takes part: [K] whether a person is certain, or expected by the solver's own places."""
 
     certain: BoolArray
     others: BoolArray
@@ -44,8 +44,8 @@ def company(history: History, helpful: BoolArray) -> Company:
 def can_anchor(people: Company) -> bool:
     """Whether those who are certain find the observer: they are alone, or two or more and not outnumbered.
 
-    One person tells the observer's distance alone, and others, though they have drifted, tell its yaw better. Where
-    others are the most, the energy of all is left as it is.
+    One person determines the observer's distance alone, and others, though they have drifted, determine its yaw better.
+    Where others are the most, the energy of all is left as it is.
     """
     certain, others = int(people.certain.sum()), int(people.others.sum())
     return bool(certain > 0 and (others == 0 or certain >= max(others, 2)))

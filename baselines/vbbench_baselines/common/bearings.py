@@ -1,4 +1,4 @@
-"""Boxes of any camera as directions and slopes, the measurements of people on the ground.
+"""Boxes of any camera as directions and tangents, the measurements of people on the ground.
 
 Of a person at the distance r in the direction a, who is h tall and seen from the height c, a box measures
 
@@ -27,12 +27,12 @@ FEET_CUT, HEAD_CUT, SIDE_CUT = 1, 2, 4
 
 
 class Bearings(NamedTuple):
-    """Boxes [...] as directions and slopes; NaN = none.
+    """Boxes [...] as directions and tangents; NaN = none.
 
     Attributes
     ----------
     azimuth : a in rad, clockwise from forward.
-    foot, length : slopes c/r to the feet and h/r from head to feet, in m per m.
+    foot, length : tangents c/r to the feet and h/r from head to feet, in m per m.
     size : height of the box in px.
     width : a in rad of a box height's length along the row.
     cut : which of `FEET_CUT`, `HEAD_CUT` and `SIDE_CUT` hold, as a sum.
@@ -56,8 +56,8 @@ def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
         rays = camera.unproject(both, np.ones(()))
         length = 1.0 / np.hypot(rays[0, ..., 0], rays[0, ..., 1])
         foot = camera.mount_height * length / camera.statures(boxes)[1]
-    azimuth, beside = np.arctan2(rays[..., 0], rays[..., 1])
-    width = np.abs(shorter_way(beside - azimuth, 2.0 * np.pi)) * boxes[..., 2]
+    azimuth, right = np.arctan2(rays[..., 0], rays[..., 1])
+    width = np.abs(shorter_way(right - azimuth, 2.0 * np.pi)) * boxes[..., 2]
     nobody = ~(np.isfinite(azimuth + foot + length + width) & (length > 0.0))
     azimuth, foot, length, size, width = np.where(nobody, np.nan, (azimuth, foot, length, boxes[..., 2], width))
     return Bearings(azimuth, foot, length, size, width, _cut(camera, boxes))

@@ -1,7 +1,7 @@
 """What all solvers share when nothing is given but the observer's pose in frame 0 (protocol ``cold-start``).
 
-People are first placed where the heights of their boxes say. How fast anybody moves is not known then, and how fast all
-move together never becomes quite certain: nothing in a picture of people tells a crowd that walks past from an observer
+People are first placed where the heights of their boxes say. How fast people move is not known then, and how fast all
+move together never becomes quite certain: no picture of people distinguishes a crowd that walks past from an observer
 who walks the other way. Only what is likely helps: people are slow, and so their velocities count as drawn from N(0,
 `PEOPLE_SPEED`²) about once every `FADE` seconds; what is expected of the next frame fades towards a standstill as
 quickly. The observer may drive.
@@ -21,11 +21,11 @@ OBSERVER_SPEED = 4.0
 """The same of the observer, who may be a vehicle."""
 
 FADE, OBSERVER_FADE = 4.0, 16.0
-"""In s: how long a velocity that nothing confirms is believed of people, and of the observer."""
+"""In s: how long a velocity that nothing confirms counts of people, and of the observer."""
 
 
 STANDING, FAST = 0.35, 2.0
-"""How much it counts that the observer stands, beside that each of those seen does; half as much at this m/s."""
+"""How much it counts that the observer stands, next to that each of those seen does; half as much at this m/s."""
 
 FLOW_SPEED = 0.6
 """In m/s, standard deviation of each component of the velocity that a crowd has in common."""
@@ -34,7 +34,7 @@ FLOW_SPEED = 0.6
 def begins_cold(given: Given, frame: int) -> bool:
     """Whether ``given`` of the frames up to ``frame`` (the last rows) shows that the sequence began cold.
 
-    Only frame 1 can tell: every other protocol gives its pose.
+    Only frame 1 shows it: every other protocol gives its pose.
     """
     return frame == 1 and math.isnan(given.poses[-1, 0])
 
@@ -42,15 +42,15 @@ def begins_cold(given: Given, frame: int) -> bool:
 def kept_velocities(dt: float, watched: bool) -> tuple[float, float]:
     """The shares of the velocities of people and of the observer that are still expected ``dt`` seconds later.
 
-    ``watched``: whether anybody is seen; else the observer's velocity fades as people's does.
+    ``watched``: whether a person is seen; else the observer's velocity fades as people's does.
     """
     return math.exp(-dt / FADE), math.exp(-dt / (OBSERVER_FADE if watched else FADE))
 
 
 def standing(speed: FloatArray) -> FloatArray:
-    """How much it counts that an observer at a ``speed`` in m/s stands, beside that each of those seen does.
+    """How much it counts that an observer at a ``speed`` in m/s stands, next to that each of those seen does.
 
-    Each of the people seen is slow by a prior of their own. Against a single one of the observer, the more people walk
+    Each of the people seen is slow by a separate prior. Against a single one of the observer, the more people walk
     past the surer it would seem that it is the observer who moves. What all have in common is one unknown, and so the
     observer's prior grows with their number. It fades with speed: the fast are vehicles.
     """
@@ -67,7 +67,7 @@ def drift_variance(seconds: FloatArray) -> FloatArray:
 
 
 class Astray:
-    """How far all may have drifted together since a cold start; each stretch without odometry begins anew.
+    """How far all may have drifted together since a cold start; each stretch without odometry begins again.
 
     Attributes
     ----------
@@ -94,7 +94,7 @@ def add_drift(poses: FloatArray, places: FloatArray, variance: FloatArray) -> No
     """Add what nobody can know of a crowd's common velocity to covariances, a ``variance`` [...] in each direction.
 
     Those of poses are [..., 3, 3], those of places [..., K, 2, 2]. A solver takes velocities of different people for
-    independent, and its covariances leave out that all may walk one way.
+    independent, and its covariances do not have that all may walk one way.
     """
     poses[..., :2, :2] += variance[..., None, None] * np.eye(2)
     places += variance[..., None, None, None] * np.eye(2)

@@ -45,7 +45,7 @@ UNKNOWN_PLACE, UNKNOWN_YAW = 1e5, math.pi / math.sqrt(3.0)
 
 
 class Common(NamedTuple):
-    """Covariance of (e_t, e_{t−1}), alike in both directions, and the yaw's variance.
+    """Covariance of (e_t, e_{t−1}), equal in both directions, and the yaw's variance.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Drift:
         ----------
         kept : κ, the share of the observer's velocity that is expected to last.
         dt : in s.
-        measured : whether odometry tells of the motion; then no error of a velocity is carried on.
+        measured : whether odometry measured the motion; then no error of a velocity is carried on.
         """
         self._know(history, dt)
         now, across, before, yaw = self.common
@@ -125,7 +125,7 @@ class Drift:
         gain = 1.0 - place / now
         self.common = self._limited(place, (1.0 - gain) * across, before - gain * across**2 / now, yaw)
 
-    def settle(self, kept: FloatArray) -> None:
+    def reduce(self, kept: FloatArray) -> None:
         """After people who are certain took away some of the error: ``kept`` [3, 3] of (x, y, yaw) is left."""
         now, across, before, yaw = self.common
         place, turned = variances(kept @ np.diag((now, now, yaw)) @ kept.T)
@@ -140,7 +140,7 @@ class Drift:
         people += now * np.eye(2) + yaw * lever[:, :, None] * lever[:, None, :]
 
     def _know(self, history: History, dt: float) -> None:
-        """Poses of t−2 and t−1 that are given have no error, and tell how fast the observer is."""
+        """Poses of t−2 and t−1 that are given have no error, and show how fast the observer is."""
         before_given, last_given = history.pose_given[:2]
         if last_given:
             self._seconds, self.common = 0.0, Common(0.0, 0.0, self.common.before, 0.0)
@@ -159,7 +159,7 @@ class Drift:
 
 
 def held(place: FloatArray, last: FloatArray, reach: float) -> FloatArray:
-    """The place [2] in m, or as near to it as somebody gets who was at ``last`` [2] and moves ``reach`` m at most."""
+    """The place [2] in m, or as near to it as a person gets who was at ``last`` [2] and moves ``reach`` m at most."""
     step = place - last
     length = float(np.hypot(*step))
     return place if not length > reach else np.asarray(last + step * (reach / length))

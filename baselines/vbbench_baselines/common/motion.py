@@ -29,9 +29,9 @@ class History:
     cold : whether nothing but the pose of frame 0 is given (`common.cold_start`).
     age : frames since frame 0.
     unmeasured : whether odometry says nothing of the step into the newest frame.
-    seen : [K] who has a box at t; the solver tells.
-    moving : whether anybody seen twice has shown how the observer moves; the solver tells.
-    blind : frames since somebody was of use for the pose; the solver tells.
+    seen : [K] who has a box at t; set by the solver.
+    moving : whether a person seen twice has shown how the observer moves; set by the solver.
+    blind : frames since a person was of use for the pose; set by the solver.
     """
 
     def __init__(self, people: int) -> None:
@@ -113,7 +113,7 @@ class Spreads(NamedTuple):
     motion : σ_m, about the expectation of a model.
     stay : about the one known past position, for each frame since.
     estimate : σ_e, of the solver's own past positions.
-    reach : how far anybody gets in a frame; whoever moved further became somebody else (a track that jumped).
+    reach : how far a person gets in a frame; whoever moved further became another one (a track that jumped).
     """
 
     motion: float

@@ -1,8 +1,8 @@
-"""What the observer measures of its own motion, beside or in place of what is expected of its walk.
+"""What the observer measures of its motion, next to or in place of what is expected of its walk.
 
 Odometry says that the observer moved by m = (forward, left, turn) in the axes of the frame before, with covariance C.
 Where C is small (`SURE`) the pose to which that leads stands in place of the priors of the observer's walk and head,
-which know far less and, of a robot, nothing that is right; elsewhere beside them.
+which know far less and, of a robot, nothing that is right; elsewhere next to them.
 """
 
 import math
@@ -21,12 +21,12 @@ SURE = 0.3
 
 
 class Told(NamedTuple):
-    """What odometry tells of the newest pose, where the pose before is known.
+    """What odometry measured of the newest pose, where the pose before is known.
 
     Attributes
     ----------
     pose : [3] where it leads to.
-    std : in m, of its place, alike in all directions.
+    std : in m, of its place, equal in all directions.
     facing : information in 1/rad² on its yaw.
     """
 
@@ -35,8 +35,8 @@ class Told(NamedTuple):
     facing: float
 
 
-def told_by(odometry: Odometry | None, before: FloatArray) -> Told | None:
-    """What the newest row of ``odometry`` tells after the pose ``before`` [3]; ``None`` if nothing."""
+def newest_measured(odometry: Odometry | None, before: FloatArray) -> Told | None:
+    """What the newest row of ``odometry`` says after the pose ``before`` [3]; ``None`` if nothing."""
     if odometry is None:
         return None
     moved, spread = odometry.motions[-1], odometry.covariances[-1]

@@ -48,7 +48,7 @@ class Certainty:
     ) -> None:
         """A frame leads from the pose ``before`` to ``now`` [3], of which the network says the ``spread`` [3].
 
-        ``motion`` [3, 3] is the covariance of what odometry measured, and ``sure`` whether that is believed.
+        ``motion`` [3, 3] is the covariance of what odometry measured, and ``sure`` whether that is trusted.
         """
         told = _turned(_variances(spread), now)
         if sure:

@@ -12,7 +12,7 @@ from vbbench_baselines.common.odometry import SMALLEST, SURE
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Measured, Motion
 
-BELIEVED = 10.0
+TRUSTED = 10.0
 """Odometry that is sure counts as so many times its information: what is wrong with a box is so for several frames, and
 the network, which learned without odometry, takes it for new in each."""
 
@@ -54,4 +54,4 @@ def measured_motion(odometry: Odometry | None) -> Measured | None:
     forward, left, turn = odometry.motions[-1].tolist()
     motion = Motion(np.complex64(complex(forward, left)), np.float32(math.remainder(turn, math.tau)))
     sure = bool(variances.max() < SURE**2)
-    return Measured(motion, ((BELIEVED if sure else 1.0) / variances).astype(np.float32), np.float32(sure))
+    return Measured(motion, ((TRUSTED if sure else 1.0) / variances).astype(np.float32), np.float32(sure))

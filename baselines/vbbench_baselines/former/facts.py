@@ -1,4 +1,4 @@
-"""What the network is told, as numbers of about 1, in the order in which its weights were learned."""
+"""What the network is given, as numbers of about 1, in the order in which its weights were learned."""
 
 from vbbench_baselines.former.operations import Array, Operations
 from vbbench_baselines.former.pose_fit import Motion, view
@@ -95,13 +95,13 @@ def second_look(xp: Operations, scene: Scene, off: Array, offset: Array) -> Arra
 
 
 def surprise(xp: Operations, scene: Scene, off: Array, offset: Array) -> Array:
-    """Of people once all is settled, for their memories: [..., K, 4]."""
+    """Of people once all is found, for their memories: [..., K, 4]."""
     misses = xp.join([xp.pairs(off), xp.pairs(offset)])
     return scene.known[..., None] * xp.asinh(misses / scene.scale[..., None])
 
 
 def own_change(xp: Operations, scene: Scene, motion: Motion) -> Array:
-    """Of the observer once all is settled, for its memory: [..., 6]."""
+    """Of the observer once all is found, for its memory: [..., 6]."""
     dt, expected = scene.dt, scene.expected
     pace, beyond = motion.step / dt, (motion.step - expected.step) / dt
     turned = 3.0 * (motion.turn - expected.turn) / dt

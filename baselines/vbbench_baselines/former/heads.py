@@ -1,4 +1,4 @@
-"""What the observer's head tells of its step: who walks looks where the way leads, and comes round with a lag.
+"""What the observer's head shows of its step: who walks looks where the way leads, and comes round with a lag.
 
 With the velocity v = d/dt of a step and the mean velocity s of late, both from the last pose, a head that turned by ψ
 is off its way by
@@ -6,7 +6,7 @@ is off its way by
     e = ψ − arg w,   w = s + g (v − s),   g = 1 − exp(−dt/τ),   ∂e/∂ψ = 1,   ∂e/∂d = −(g/dt)·(−Im w, Re w)/|w|²,
 
 which is one more residual of the pose's fit (`pose_fit`), e ~ Cauchy(γ). Other heads follow loosely, e ~ Cauchy(γ₁),
-or turn whatever their bearer does, ψ ~ Cauchy(γ₀ dt). One head does the same all the time: all frames so far tell how
+or turn whatever their bearer does, ψ ~ Cauchy(γ₀ dt). One head does the same all the time: all frames so far show how
 probable each is, and the residual counts with the probability of the first. Nothing of this is learned: g and τ are
 those of ``look = motion``, γ's were chosen on simulated crowds with three kinds of heads, and docs/learned-solver.md
 says what the first odds trade.
@@ -20,7 +20,7 @@ from vbbench_baselines.former.operations import Array, Operations
 LAG = 0.8
 """τ in s: about one stride."""
 STANDING = 0.3
-"""In m/s; the heads of those who are slower tell nothing."""
+"""In m/s; the heads of those who are slower show nothing."""
 FOLLOWING, LOOSE, WANDERING = 0.005, 0.03, 0.4
 """γ and γ₁ in rad, γ₀ in rad/s."""
 FIRST_ODDS, MOST_ODDS = math.log(1.0 / 3.0), 10.0
@@ -54,7 +54,7 @@ def smoothed(xp: Operations, smooth: Array, step: Array, dt: Array) -> Array:
 
 
 def odds_after(xp: Operations, odds: Array, smooth: Array, turn: Array, dt: Array) -> Array:
-    """What frames tell of the odds [...], in logarithms, after one that turned the head by ``turn`` in rad/s.
+    """What frames say of the odds [...], in logarithms, after one that turned the head by ``turn`` in rad/s.
 
     ``smooth`` is the mean velocity of late, that of the frame included, from where the head looks now.
     """
@@ -85,6 +85,6 @@ def _facing(xp: Operations, way: Array) -> Array:
 
 
 def _walks(way: Array) -> Array:
-    """How much somebody walks at a velocity [...], from 0 to 1."""
+    """How much a person walks at a velocity [...], from 0 to 1."""
     square = (way.real**2 + way.imag**2) ** 2
     return square / (square + STANDING**4)

@@ -1,6 +1,6 @@
 """The network at run time: in C++ (``baselines/cpp/former``), frame by frame, of one sequence.
 
-What is remembered and what boxes tell lie in records, one a person, whose fields are those of `Walkers`, `Observer`,
+What is remembered and what boxes measure lie in records, one a person, whose fields are those of `Walkers`, `Observer`,
 `Sights` and `Told`, and those of the structs of ``network.hpp``.
 """
 
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench_baselines import _core
-from vbbench_baselines.former.network import Answer, Told
+from vbbench_baselines.former.network import Answer
 from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.scene import Told
 from vbbench_baselines.former.sights import Sights
 from vbbench_baselines.former.state import Observer, Walkers, nothing_seen
 from vbbench_baselines.former.weights import Weights

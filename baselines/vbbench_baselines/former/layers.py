@@ -12,7 +12,7 @@ Weights = Mapping[str, Array]
 WIDTH, HEADS, HIDDEN, BLOCKS = 48, 3, 96, 2
 """Numbers of each person in attention, its heads, numbers between, and how often people attend to one another."""
 WALK_FACTS, EGO_FACTS, PERSON_FACTS, OBSERVER_FACTS = 14, 9, 45, 29
-"""Numbers that the network is told of a walk, of the observer's, of a person seen, and of the observer."""
+"""Numbers that the network is given of a walk, of the observer's, of a person seen, and of the observer."""
 
 
 class Network:
@@ -70,7 +70,7 @@ class Network:
 
 
 def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
-    """The shape of each array of weights; ``pure``: the pose is told by the network, and not fitted."""
+    """The shape of each array of weights; ``pure``: the pose is output by the network, and not fitted."""
     found: dict[str, tuple[int, ...]] = {}
 
     def linear(name: str, of: int, to: int) -> None:
@@ -114,7 +114,7 @@ def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
 
 
 def is_pure(weights: Weights) -> bool:
-    """Whether weights are those of a network that tells the pose, and does not fit it."""
+    """Whether weights are those of a network that outputs the pose, and does not fit it."""
     return bool(weights["own_trust.bias"].shape == shapes(pure=True)["own_trust.bias"])
 
 

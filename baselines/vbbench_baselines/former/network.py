@@ -1,11 +1,11 @@
-"""One frame through the network: what walks did, what is expected, who is believed, the pose, and what is remembered.
+"""One frame through the network: what walks did, what is expected, who is trusted, the pose, and what is remembered.
 
-People are seen from the last pose and told apart by nothing but what they do: the answer does not depend on their
+People are seen from the last pose and distinguished by nothing but what they do: the answer does not depend on their
 order, or on where the world begins. In turn,
 
 1. each walk's velocity takes in a share of what the last frame showed that was not expected (`walking`),
-2. everybody is expected to walk on, and a plain robust fit of the pose tells roughly how the camera moved (`scene`),
-3. people and observer look at one another (attention), and tell where else they expect each, and how far they trust it,
+2. everybody is expected to walk on, and a plain robust fit of the pose shows roughly how the camera moved (`scene`),
+3. people and observer look at one another (attention), and output where else they expect each and how far,
 4. the pose is fitted with these weights, looked at again, and fitted again,
 5. people are moved a share of the way to where their boxes show them, and memories take in what was left over
    (`remembering`).
@@ -23,8 +23,6 @@ from vbbench_baselines.former.remembering import Found, memories, spreads, state
 from vbbench_baselines.former.scene import Scene, Told, foresee, rough_motion
 from vbbench_baselines.former.sights import Sights, without_feet
 from vbbench_baselines.former.state import State
-
-__all__ = ["Answer", "Birdifier", "Told"]
 
 FAR = 1e4
 """As good as infinite, for a logarithm."""
@@ -55,7 +53,7 @@ class Birdifier:
     Parameters
     ----------
     network : its layers.
-    pure : whether the pose is told by the network, and not fitted.
+    pure : whether the pose is output by the network, and not fitted.
     feet : whether it may see where feet stand.
     heads : whether the fit counts on heads that follow their ways.
     """
@@ -76,7 +74,7 @@ class Birdifier:
         rough = rough_motion(network.operations, scene)
         rows, own_row = self._attend(state, scene, rough)
         weighing, motion = self._first_pose(scene, rough, self.network.linear("trust", rows), own_row)
-        found = self._settle(scene, weighing, motion, rows, own_row)
+        found = self._find(scene, weighing, motion, rows, own_row)
         memory = memories(network, state, scene, found)
         answer = Answer(found.motion, rough, found.places, *spreads(network, scene, found, memory.doubt))
         return state_after(network, state, scene, found, memory), answer
@@ -120,7 +118,7 @@ class Birdifier:
             said = Motion(said.step + xp.point(trust[..., 6], trust[..., 7]) * dt, said.turn + trust[..., 8] * dt)
         return with_measured(xp, inertia, said, scene.told.measured)
 
-    def _settle(self, scene: Scene, weighing: Weighing, motion: Motion, rows: Array, own_row: Array) -> Found:
+    def _find(self, scene: Scene, weighing: Weighing, motion: Motion, rows: Array, own_row: Array) -> Found:
         """Steps 4 and 5: a second look, the pose, and everybody's place."""
         xp, placed = self.network.operations, scene.told.placed
         again = self._look_again(scene, weighing, motion, rows)

@@ -6,7 +6,7 @@ along the ray ρ, |ρ| = 1. The residuals along and across it are the parts of r
     ∂r/∂d = ū, i·ū  (ahead, to the left),  u = ρ·exp(iψ),    ∂r/∂ψ = i·q·ρ̄.
 
 What is minimised is Σ w_a (Re r − o_a)² + w_c (Im r − o_c)² + Σ λ_j (x_j − x⁰_j)², x = (Re d, Im d, ψ), about an
-offset o and an expected motion x⁰, and what the head tells of the step (`heads`).
+offset o and an expected motion x⁰, and what the head shows of the step (`heads`).
 """
 
 from typing import NamedTuple
@@ -47,7 +47,7 @@ class Weighing(NamedTuple):
     offset : o [..., K] in m, complex along and across the ray.
     inertia : λ [..., 3] in 1/m² and 1/rad².
     motion : x⁰.
-    head : what it tells; ``None`` if nothing.
+    head : what it shows; ``None`` if nothing.
     """
 
     along: Array
@@ -65,7 +65,7 @@ class Measured(NamedTuple):
     ----------
     motion : in m and rad.
     information : [..., 3] 1/variance of forward, left and turn.
-    sure : [...] 1 where it stands in place of what else is expected, and not beside it.
+    sure : [...] 1 where it stands in place of what else is expected, and not next to it.
     """
 
     motion: Motion
@@ -97,7 +97,7 @@ def view(operations: Operations, views: Views, motion: Motion) -> tuple[Array, A
 
 
 def align(operations: Operations, views: Views, weighing: Weighing) -> Motion:
-    """The motion that is best if people count alike along and across their rays: closed form, whatever the turn.
+    """The motion that is best if people count equally along and across their rays: closed form, whatever the turn.
 
     The observer is one more point, seen at 0, and the expected turn counts as cos(ψ − ψ⁰) (Umeyama 1991, in the plane).
     """

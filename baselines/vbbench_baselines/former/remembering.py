@@ -21,7 +21,7 @@ class Found(NamedTuple):
     motion, places : of the observer since the last pose, and [..., K] of people from the new one.
     kept : [..., K] their distances in m.
     off, offset : [..., K] in m, along and across rays: where boxes show people, and where the network expects them,
-        beside where their walks lead.
+        next to where their walks lead.
     thoughts, own_thought : [..., K, N] and [..., N] what the network made of people and observer.
     uncertain : [..., 3] ln of the fit's variances.
     """
@@ -71,7 +71,7 @@ def spreads(network: Network, scene: Scene, found: Found, doubt: Array) -> tuple
 
 
 def state_after(network: Network, state: State, scene: Scene, found: Found, memory: Memories) -> State:
-    """All that the next frame is told, from the new pose."""
+    """All that the next frame is given, from the new pose."""
     back = network.operations.direction(-found.motion.turn)
     return State(
         _people(network, state, scene, found, memory, back), _observer(network, state, scene, found, memory, back)

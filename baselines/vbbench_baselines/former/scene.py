@@ -1,6 +1,6 @@
 """A frame before its pose is fitted: where everybody is expected, where boxes show them, and how surely.
 
-A plain robust fit of it tells roughly how the observer moved, before the network looks.
+A plain robust fit of it shows roughly how the observer moved, before the network looks.
 """
 
 from typing import NamedTuple
@@ -43,7 +43,7 @@ class Scene(NamedTuple):
     sights, told, dt, spread : as given to `foresee`.
     walks : of people and observer, up to now.
     given : [..., K] whose place is given.
-    known : [..., K] 1 for people who are seen where somebody is expected.
+    known : [..., K] 1 for people who are seen where a person is expected.
     distance, distance_std : [..., K] ln of the distance in m by height and feet together, and its standard deviation.
     views : what is expected, and what is seen.
     box_along, box_across : [..., K] standard deviations in m of boxes along and across their rays.

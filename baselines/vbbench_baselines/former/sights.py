@@ -1,4 +1,4 @@
-"""What the boxes of a frame tell of where people are: rays, and two distances along each with their noise."""
+"""What the boxes of a frame measure of where people are: rays, and two distances along each with their noise."""
 
 from typing import Any, NamedTuple
 
@@ -11,11 +11,11 @@ from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, bear
 from vbbench_baselines.former.operations import Array, Operations
 
 LOWEST, HIGHEST = -1.6, 4.8
-"""ln of the nearest and farthest distance in m that is believed."""
+"""ln of the nearest and farthest distance in m that counts."""
 SMALLEST_SLOPE = 1e-3
-"""Feet nearer to the horizon than this, in m per m, tell nothing."""
+"""Feet nearer to the horizon than this, in m per m, have no information."""
 LEAST_STD, MOST_STD, UNKNOWN_STD = 1e-4, 3.0, 0.1
-"""Bounds of what is believed of noise, and what stands where there is no box."""
+"""Bounds of noise, and what stands where there is no box."""
 _CUTS = np.array((FEET_CUT, HEAD_CUT, SIDE_CUT))
 
 
@@ -27,7 +27,7 @@ class Sights(NamedTuple):
     seen : 1 where there is a box.
     ray : towards the person, forward + i·left of the camera; 1 where there is no box.
     by_height, by_feet : ln of the distance in m, for a person of mean height, and for feet on level ground.
-    has_feet : 1 where the feet tell anything.
+    has_feet : 1 where the feet have information.
     noise : [..., K, 3] standard deviations in rad of the ray, and of the two logarithms.
     cut : [..., K, 3] 1 where the picture's border may cut off feet, head or a side.
     """
@@ -42,7 +42,7 @@ class Sights(NamedTuple):
 
 
 def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
-    """What boxes [..., K, 3] in px tell; NaN = none."""
+    """What boxes [..., K, 3] in px measure; NaN = none."""
     camera, found = problem.camera, bearings_of(problem.camera, boxes)
     with np.errstate(divide="ignore", invalid="ignore"):
         edge = np.hypot(problem.pixel_std, problem.box_std * found.size)
@@ -56,14 +56,14 @@ def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
     seen, stands = known = ~np.isnan(far)
     by_height, by_feet = _single(np.where(known, np.minimum(np.maximum(far, LOWEST), HIGHEST), 0.0))
     there = seen[..., None]
-    believed = np.minimum(np.maximum(noise, LEAST_STD), MOST_STD)
+    bounded = np.minimum(np.maximum(noise, LEAST_STD), MOST_STD)
     return Sights(
         seen=_single(seen),
         ray=np.exp(-1j * np.where(seen, found.azimuth, 0.0)).astype(np.complex64),
         by_height=by_height,
         by_feet=by_feet,
         has_feet=_single(seen & stands & (found.cut & FEET_CUT == 0)),
-        noise=_single(np.where(there & ~np.isnan(noise), believed, UNKNOWN_STD)),
+        noise=_single(np.where(there & ~np.isnan(noise), bounded, UNKNOWN_STD)),
         cut=_single(there & (found.cut[..., None] & _CUTS > 0)),
     )
 

@@ -19,8 +19,9 @@ from vbbench_baselines.common.sightings import usable
 from vbbench_baselines.former.certainty import Certainty
 from vbbench_baselines.former.composing import in_world, measured_motion, motion_between, moved, seen_from
 from vbbench_baselines.former.inference import Inference, Records, nothing_remembered
-from vbbench_baselines.former.network import Answer, Told
+from vbbench_baselines.former.network import Answer
 from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.scene import Told
 from vbbench_baselines.former.sights import Sights, sights_of
 from vbbench_baselines.former.weights import Weights, bundled_weights
 
@@ -85,7 +86,7 @@ class VbFormer:
         given = frame.given
         self._take_in_past(given)
         sights = sights_of(self._problem, usable(frame.observations))
-        told = self._told(given, sights)
+        told = self._given(given, sights)
         expected = ((self._remembered.people["seen"] > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
         fallback = not told.moved and int(np.count_nonzero(expected)) < FEWEST
         answer = self._advance(sights, told)
@@ -130,7 +131,7 @@ class VbFormer:
                 people[exact][known] = 1.0
         own["step"], own["turn"], own["told"] = motion.step * back / self._dt, motion.turn / self._dt, 1.0
 
-    def _told(self, given: Given, sights: Sights) -> Told:
+    def _given(self, given: Given, sights: Sights) -> Told:
         """What is given of this frame, from the last pose; the first frame's pose is the origin of all others."""
         pose = given.poses[2]
         unknown = bool(np.isnan(pose).any())
@@ -149,7 +150,7 @@ class VbFormer:
         )
 
     def _advance(self, sights: Sights, told: Told) -> Answer:
-        """The network's answer; where there is none, the pose stays, boxes alone tell places, and nothing is kept."""
+        """The network's answer; where there is none, the pose stays, boxes alone give places, and nothing is kept."""
         answer = self._network.advance(self._remembered, sights, told, self._dt, self._stature_spread)
         _keep_as_trained(self._remembered.people)
         if self._is_sane(answer):
@@ -193,7 +194,7 @@ class VbFormer:
 
 @dataclass(kw_only=True)
 class PureVbFormer(VbFormer):
-    """For comparison: a learned solver that tells the pose by attention alone, and fits nothing."""
+    """For comparison: a learned solver that outputs the pose by attention alone, and fits nothing."""
 
     bundled: ClassVar[str] = "vb-former-pure"
 

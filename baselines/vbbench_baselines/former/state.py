@@ -6,7 +6,7 @@ from typing import NamedTuple
 from vbbench_baselines.former.operations import Array
 
 TRACES = 4
-"""Directions that each walk remembers: sums of what it did unexpectedly, each forgotten at a pace of its own."""
+"""Directions that each walk remembers: sums of what it did unexpectedly, each forgotten at its own pace."""
 MEMORY, DOUBT = 24, 12
 """Numbers that are remembered of each person and of the observer, and of how unsure the pose is."""
 
@@ -25,7 +25,7 @@ class Walkers(NamedTuple):
     away : for how many s not.
     shown, traceable : 1 if the last frame showed them, and if there was a place before that.
     exact, exact_before : 1 if place and place before were given.
-    by_height, by_feet, has_feet : what the last frame's boxes told, see `vbbench_baselines.former.sights.Sights`.
+    by_height, by_feet, has_feet : what the last frame's boxes measured, see `vbbench_baselines.former.sights.Sights`.
     """
 
     place: Array

@@ -31,7 +31,7 @@ class Recipe:
     Parameters
     ----------
     sha256 : of the file of weights.
-    pure : whether the network tells the pose, and does not fit it.
+    pure : whether the network outputs the pose, and does not fit it.
     training : what else is worth knowing: data, steps, seeds, seconds.
     """
 
@@ -48,7 +48,7 @@ def bundled_weights(solver: str) -> Weights:
 
 
 def read_weights(path: Path) -> Weights:
-    """The weights of a file, float32 and read-only, whose recipe is beside it.
+    """The weights of a file, float32 and read-only, whose recipe is next to it.
 
     Raises
     ------

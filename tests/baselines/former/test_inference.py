@@ -11,8 +11,9 @@ from tests.lib.solver_runs import CAMERAS, problem_of, see, walk
 from vbbench.errors import VbbenchError
 from vbbench_baselines.former.inference import Inference, Remembered, nothing_remembered
 from vbbench_baselines.former.layers import Network, first_weights, is_pure
-from vbbench_baselines.former.network import Answer, Birdifier, Told
+from vbbench_baselines.former.network import Answer, Birdifier
 from vbbench_baselines.former.pose_fit import Measured, Motion
+from vbbench_baselines.former.scene import Told
 from vbbench_baselines.former.sights import Sights, sights_of
 from vbbench_baselines.former.solver import VbFormer, bundled_inference
 from vbbench_baselines.former.state import State, nothing_seen

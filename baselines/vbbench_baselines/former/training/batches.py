@@ -25,7 +25,7 @@ class Batch:
 
     Parameters
     ----------
-    sights : what boxes tell, tensors [B, L, K].
+    sights : what boxes measure, tensors [B, L, K].
     positions : [B, L, K] x + i·y in m.
     place, yaw : [B, L] of the camera.
     true, given, scored : [B, L, K] 1 where truth is known, where it is given in that frame, where it counts.
@@ -68,12 +68,12 @@ def draw_size(rng: np.random.Generator, recipe: Recipe) -> Size:
 def batch_of(
     rng: np.random.Generator, crowds: Crowds, recipe: Recipe, phase: Phase, size: Size, *, filled: bool = False
 ) -> Batch:
-    """A batch of windows of one size, drawn anew for each step of the training.
+    """A batch of windows of one size, drawn again for each step of the training.
 
     Parameters
     ----------
     filled : whether there is room for as many people as the size allows, though no window has that many, so that all
-        batches of a size are alike.
+        batches of a size are equal.
 
     Raises
     ------

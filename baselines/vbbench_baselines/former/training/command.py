@@ -21,10 +21,10 @@ def train_vb_former(
         out: Folder of the training; curve.png shows how it goes, and it ends with weights.npz.
         seed: Of the first weights and of what is drawn from the crowds.
         recipe: TOML file that says what is trained on; default: that of the weights that come with vbbench.
-        pure: Train a network that tells the pose by itself and fits nothing.
-        feet: The network sees where feet stand; without, heights of boxes alone tell distances.
+        pure: Train a network that outputs the pose by itself and fits nothing.
+        feet: The network sees where feet stand; without, heights of boxes alone give distances.
         sequences: Learn from only about so many of the sequences.
-        part: Make so many sequences, and learn from so many windows, beside what the recipe says: .01 tries it out.
+        part: Make so many sequences, and learn from so many windows, next to what the recipe says: .01 tries it out.
         crowds: Folder of the simulated sequences, which several trainings can share; default: one in the training's.
         device: Of PyTorch, such as cuda; only on cpu are the weights the same each time.
         jobs: Processes that make crowds, then draw from them ahead of the training; nothing depends on it.

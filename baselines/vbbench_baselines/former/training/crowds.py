@@ -36,7 +36,7 @@ class Watched(NamedTuple):
     ----------
     positions : [T, K] true places in m, x + i·y; NaN where nobody is.
     poses : [T, 3] true poses of the camera.
-    sights : what boxes tell, arrays [T, K].
+    sights : what boxes measure, arrays [T, K].
     dt : s per frame.
     spread : of heights, as a share of their mean.
     """

@@ -1,4 +1,4 @@
-"""The network follows a batch of windows on its own estimates, and is told how far off it is.
+"""The network follows a batch of windows on its own estimates, and learns how far off it is.
 
 The loss of an error e is ln(1 + 4 e)/4, e in m (rad count twice): metres of a sequence that went astray do not drown
 the centimetres of the others.
@@ -10,8 +10,9 @@ import torch
 
 from vbbench.protocol import START_FRAMES
 from vbbench_baselines.former.certainty import NARROWEST, WIDEST
-from vbbench_baselines.former.network import Answer, Birdifier, Told
+from vbbench_baselines.former.network import Answer, Birdifier
 from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.scene import Told
 from vbbench_baselines.former.sights import Sights
 from vbbench_baselines.former.state import State, nothing_seen
 from vbbench_baselines.former.training.batches import COLD_START, ONE_STEP, Batch
@@ -19,11 +20,11 @@ from vbbench_baselines.former.training.batches import COLD_START, ONE_STEP, Batc
 SHARPNESS = 4.0
 """In 1/m: errors below 1/4 m count in full, larger ones as their logarithm."""
 RELATIVE, TURN = 0.4, 2.0
-"""What errors of people from the camera count, and a rad, beside errors of places in m."""
+"""What errors of people from the camera count, and a rad, next to errors of places in m."""
 BLIND = 0.3
 """What the camera's errors count while nobody is seen, when no score counts them."""
 MOST_WRONG = 4.0
-"""In m and rad: how far off an answer is at most, for what it says of its own spread."""
+"""In m and rad: how far off an answer is at most, for what it says of its spread."""
 
 
 class Errors(NamedTuple):
@@ -32,7 +33,7 @@ class Errors(NamedTuple):
     Attributes
     ----------
     people, relative : [K] in m, in the world and from the camera; ``counted`` 1 where they count.
-    place, yaw : of the camera, in m and rad; ``shown`` 1 where anybody is seen.
+    place, yaw : of the camera, in m and rad; ``shown`` 1 where a person is seen.
     pose_surprise, place_surprise : [3] and [K, 2] squared errors over what was said of them.
     spread_loss : −ln of how likely the errors are by what was said of them, up to a constant.
     """
@@ -69,14 +70,14 @@ def follow(birdifier: Birdifier, batch: Batch) -> Errors:
         if t >= START_FRAMES:
             state, place, yaw = _reveal(state, batch, t, place, yaw)
         sights = Sights(*(values[:, t] for values in batch.sights))
-        state, answer = birdifier.advance(state, sights, _told(batch, t, place, yaw), batch.dt, batch.spread)
+        state, answer = birdifier.advance(state, sights, _given(batch, t, place, yaw), batch.dt, batch.spread)
         place, yaw = _after(place, yaw, answer.motion)
         if t >= START_FRAMES:
             found.append(_errors(batch, t, place, yaw, answer))
     return Errors(*(torch.stack(values, 1) for values in zip(*found, strict=True)))
 
 
-def _told(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor) -> Told:
+def _given(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor) -> Told:
     """What is given of frame ``t``: the pose of frames 0 and 1, and people as the protocol has it."""
     moved = torch.zeros_like(yaw) if t >= START_FRAMES else torch.ones_like(yaw)
     if t == 1:

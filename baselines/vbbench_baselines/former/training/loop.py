@@ -25,7 +25,7 @@ from vbbench_baselines.former.training.replaying import Learn, Replaying
 from vbbench_baselines.former.training.tensors import TensorOperations
 
 SPREAD_WEIGHT = 0.03
-"""What the likelihood of the spreads counts beside the errors."""
+"""What the likelihood of the spreads counts next to the errors."""
 LONGEST_GRADIENT = 1.0
 """Longer gradients are cut to this length."""
 LEAST_RATE, WARM_UP = 0.03, 50
@@ -107,7 +107,7 @@ class Training:
             betas=(0.9, 0.98),
         )
 
-    def run(self, checkpoint: Path, tell: Callable[[dict[str, Any]], None]) -> Arrays:
+    def run(self, checkpoint: Path, report: Callable[[dict[str, Any]], None]) -> Arrays:
         """Train to the end, with a checkpoint now and then; the weights, averaged over the last part."""
         started = process_time()
         for batch in self._feed.drawn(self.batches, self.jobs):
@@ -118,7 +118,7 @@ class Training:
             if self.batches % CHECK_EVERY == 0 or self._over:
                 self.log.append({**self._progress(errors), **self.look(self.weights)})
                 self.save(checkpoint)
-                tell(self.log[-1])
+                report(self.log[-1])
             started = process_time()
         return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
 
@@ -214,7 +214,7 @@ class Training:
         try:
             state = torch.load(checkpoint, weights_only=True, map_location=self.device)
         except Exception as error:  # whatever PyTorch raises on damaged bytes
-            raise FileError(checkpoint, "is damaged; remove it, and the training begins anew") from error
+            raise FileError(checkpoint, "is damaged; remove it, and the training begins again") from error
         for name, value in json.loads(state["facts"]).items():
             setattr(self, name, value)
         with torch.no_grad():

@@ -1,4 +1,4 @@
-"""What the network is trained on, and how: a file that anybody can change."""
+"""What the network is trained on, and how: a file that users can change."""
 
 from bisect import bisect_right
 from collections.abc import Mapping
@@ -25,8 +25,8 @@ class Stream:
     name : what the stream is called.
     split, tier, camera, look, observer, detector : what ``vbbench generate`` is asked for.
     scenarios : where crowds walk; the stream has ``sequences`` of each.
-    fewest : crowds of fewer people are left out.
-    share : how much of the training is cut out of this stream, beside the shares of the others.
+    fewest : crowds of fewer people are removed.
+    share : how much of the training is cut out of this stream, next to the shares of the others.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Phase:
     ----------
     frames : of its windows.
     share : how much of the stage it is.
-    dense : of n ways to leave frames out, the k-th is as likely as k^−dense.
+    dense : of n ways to omit frames, the k-th is as likely as k^−dense.
     passing : in how many of the windows everybody passes by.
     """
 
@@ -108,7 +108,7 @@ class Phase:
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """A training of its own, which begins with the weights of the one before.
+    """A separate training, which begins with the weights of the one before.
 
     Parameters
     ----------
@@ -158,13 +158,13 @@ class Recipe:
     def __post_init__(self) -> None:
         check_ranges(self)
         if self.seed == self.held_out_seed:
-            raise ValueError(f"seed and held_out_seed are both {self.seed}; what is held out needs crowds of its own")
+            raise ValueError(f"seed and held_out_seed are both {self.seed}; what is held out needs its own crowds")
         _check_shares("[[size]]", [size.share for size in self.size])
         _check_shares("[[stream]]", [stream.share for stream in self.stream])
         names = [stream.name for stream in self.stream]
         if len(set(names)) < len(names):
             again = next(name for name in names if names.count(name) > 1)
-            raise ValueError(f"two [[stream]] are called '{again}'; give each a name of its own")
+            raise ValueError(f"two [[stream]] are called '{again}'; give each its own name")
         if not self.stage:
             raise ValueError("[[stage]] is missing; a recipe has one or more")
         for stage in self.stage:

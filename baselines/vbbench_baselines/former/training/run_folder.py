@@ -45,7 +45,7 @@ class Asked:
     seed : of the first weights and of the windows.
     pure, feet : see `vbbench_baselines.former.network.Birdifier`.
     sequences : about how many of the sequences are learned from; ``None`` for all.
-    part : how many sequences and windows there are, beside what the recipe says.
+    part : how many sequences and windows there are, next to what the recipe says.
     """
 
     recipe: Recipe
@@ -90,12 +90,12 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
             training.resume(out / CHECKPOINT)
         with progress_bar(recipe.windows, "windows", done=training.windows, unit="window") as bar:
 
-            def tell(row: dict[str, Any]) -> None:
+            def report(row: dict[str, Any]) -> None:
                 bar.update(row["windows"] - bar.n)
                 _write_log(out / LOG, training.log)
                 draw_curve(training.log, len(learned), out / CURVE)
 
-            weights = training.run(out / CHECKPOINT, tell)
+            weights = training.run(out / CHECKPOINT, report)
         with replacing(out / WEIGHTS, ".npz") as draft:
             np.savez(draft, **weights)  # type: ignore[arg-type]
         learned_from = {"windows": training.windows, "sequences": len(learned), "seconds": round(training.seconds)}
@@ -130,7 +130,7 @@ def _begin(out: Path, facts: dict[str, Any]) -> None:
     try:
         known: dict[str, Any] = json.loads((out / MARK).read_text("utf-8"))
     except ValueError as error:
-        raise FileError(out / MARK, "is damaged: nothing tells what is trained here; choose another folder") from error
+        raise FileError(out / MARK, "is damaged: nothing says what is trained here; choose another folder") from error
     asked = json.loads(json.dumps(facts))
     other = [name for name in asked if known.get(name) != asked[name]]
     if other:

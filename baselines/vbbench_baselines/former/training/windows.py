@@ -1,4 +1,4 @@
-"""Windows of a few people and frames, cut out of sequences and altered: no two are alike.
+"""Windows of a few people and frames, cut out of sequences and altered: no two are equal.
 
 What is altered is the truth: how fast and steadily people and observer walk, where heads turn, who is there when. Boxes
 keep what they are wrong by, in the direction and in the logarithm of the distance.
@@ -15,15 +15,15 @@ from vbbench_baselines.former.training.crowds import Watched
 from vbbench_baselines.former.training.recipe import Phase, Size
 
 LONGEST_STEP = 0.85
-"""In s: frames are left out as long as one then takes no longer."""
+"""In s: frames are removed as long as one then takes no longer."""
 LONGEST_FRAME = 0.9
 """In s: how long a frame is at most when all walk more slowly than they did."""
 NEAREST = 0.4
 """In m: whoever comes nearer is not seen."""
 STOP_TIME = 0.8
-"""In s, in which somebody comes to a stop or sets off."""
+"""In s, in which a person comes to a stop or sets off."""
 LEAST_STAY = 6
-"""Frames for which somebody who passes by is there at least."""
+"""Frames for which a person who passes by is there at least."""
 
 
 @dataclass(frozen=True)
@@ -32,13 +32,13 @@ class Window:
 
     Parameters
     ----------
-    positions : [L, K] x + i·y in m; where nobody is, where the box shows somebody.
+    positions : [L, K] x + i·y in m; where nobody is, where the box shows a person.
     place, yaw : [L] of the camera, in m (complex) and rad, without jumps of 2π.
-    true : [L, K] whether somebody is there.
+    true : [L, K] whether a person is there.
     seen : [L, K] whether there is a box.
     error : [L, K] by which unit complex number the box's direction is off.
     height_error, foot_error : [L, K] by what its logarithms of the distance are.
-    sights : what boxes told before anything was altered.
+    sights : what boxes measured before anything was altered.
     dt, spread : see `vbbench_baselines.former.training.crowds.Watched`.
     """
 
@@ -61,7 +61,7 @@ class Window:
         return found
 
     def shown(self) -> Sights:
-        """What boxes tell now."""
+        """What boxes measure now."""
         relative = self.relative
         distance = np.maximum(np.abs(relative), 1e-6)
         range_of = np.log(distance)
