@@ -1,7 +1,6 @@
 """Rows that say the same twice, such as two boxes of a track in a frame."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,10 +23,3 @@ def test_it_is_the_one_that_a_reader_from_top_to_bottom_meets_first(keys: list[t
     frame, track = np.array(keys, np.int64).reshape(-1, 2).T
     assert first_repetition(frame, track) == first_repetition(track, frame) == by_hand(keys)
     assert first_repetition(frame) == by_hand([key[:1] for key in keys])
-
-
-@pytest.mark.parametrize(
-    ("keys", "expected"), [([], None), ([(1, 2)], None), ([(2, 1), (1, 1), (2, 1), (1, 1), (2, 1)], (0, 2))]
-)
-def test_few_rows_and_many_alike(keys: list[tuple[int, int]], expected: tuple[int, int] | None) -> None:
-    assert first_repetition(*np.array(keys, np.int64).reshape(-1, 2).T) == expected

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.leaderboards.tiny_board import FILE, tiny_board
 from tests.lib.stopping import contents, names, stopped_at_every_step
 from vbbench import __version__
 from vbbench.cli import main
@@ -20,10 +19,7 @@ from vbbench.folders.locks import lock_file
 from vbbench.folders.replacing import is_temporary, replacing, write_bytes_atomically, write_text_atomically
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.pictures.video import write_png_folder
 from vbbench.solving import solve
-from vbbench_leaderboards.checks.checking import check
-from vbbench_leaderboards.submitting import add
 
 
 @pytest.fixture(scope="module")
@@ -178,47 +174,3 @@ def test_an_error_leaves_what_was_there(tmp_path: Path) -> None:
 def test_a_disk_that_fills_up_is_said_with_the_files_name(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"x: No space left on device"), replacing(tmp_path / "x"):
         raise OSError(28, "No space left on device")
-
-
-@pytest.mark.slow
-def test_frames_and_template_go_on_after_a_kill_at_every_step(tmp_path: Path) -> None:
-    import numpy as np
-
-    from vbbench_leaderboards.submitting import copy_template
-
-    picture = np.zeros((2, 2, 3), np.uint8)
-    for number, command in enumerate(
-        (
-            lambda out: write_png_folder(out, lambda wanted: (picture for _ in wanted), 2, "key"),
-            copy_template,
-        )
-    ):
-        out, whole = tmp_path / f"{number}" / "out", tmp_path / f"{number}" / "whole"
-        command(whole)
-        for _ in stopped_at_every_step(lambda: command(out), lambda: None):  # noqa: B023
-            pass
-        assert contents(out) == contents(whole)
-
-
-@pytest.mark.slow
-def test_adding_to_the_board_goes_on_after_a_kill_at_every_step(tmp_path: Path) -> None:
-    tiny_board(tmp_path / "board")
-    submission = tmp_path / "board" / "work/submissions" / FILE.with_suffix("")
-    results = tmp_path / "results"
-    command = partial(add, submission, tmp_path / "board/work/datasets/tiny-ideal", results)
-
-    def prepare() -> None:
-        for path in sorted(results.rglob("*"), reverse=True):
-            path.unlink() if path.is_file() else path.rmdir()
-
-    records = 0
-    for _ in stopped_at_every_step(command, prepare):
-        found = {path.suffix for path in results.rglob("*.json")} if results.is_dir() else set()
-        if found:
-            records += 1
-            assert "checked" in check(results)
-        if not list(results.glob("*/*/*.json")):
-            command()
-        assert "1 result on 1 board checked" in check(results)
-        module._remove_stale.cache_clear()
-    assert records > 0

@@ -16,7 +16,7 @@ import pytest
 
 from tests.lib.make_dataset import Crowd
 from tests.lib.make_dataset import write_dataset as write_made
-from tests.lib.stopping import contents, names, stopped_at, stopped_at_every_step
+from tests.lib.stopping import contents, names, stopped_at_every_step
 from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
@@ -226,7 +226,7 @@ def test_a_link_to_nothing_is_filled_and_one_to_itself_is_a_mistake(
     assert capsys.readouterr().err.count("\n") == 1
 
 
-@pytest.mark.parametrize("place", ["x" * 300, "x" * 250, "/proc/out", "/proc/self/out", "/dev/null/out", "/sys/out"])
+@pytest.mark.parametrize("place", ["x" * 300, "x" * 250, "/proc/out", "/dev/null/out"])
 @pytest.mark.parametrize("command", ["generate demo --limit 2", "solve {} --solver cv", "export csv {}", "import {}"])
 def test_places_where_nothing_can_be_made_are_one_line(
     room: Path,
@@ -290,8 +290,7 @@ def fill(disk: Path, left: int) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("left", [0, 4096, 40_000, 100_000])
-@pytest.mark.parametrize("patience", [-1.0, 5.0])
+@pytest.mark.parametrize(("left", "patience"), [(0, 5.0), (4096, -1.0), (100_000, 5.0)])
 def test_a_full_disk_costs_nothing_that_was_there(
     room: Path,
     small_disk: Path,
@@ -315,7 +314,7 @@ def test_a_full_disk_costs_nothing_that_was_there(
     assert len(Dataset(out)) == 60
 
 
-@pytest.mark.parametrize("left", [0, 4096, 8192])
+@pytest.mark.parametrize("left", [0, 8192])
 def test_a_submission_stays_when_the_disk_is_full(
     room: Path, small_disk: Path, capsys: pytest.CaptureFixture[str], left: int
 ) -> None:
@@ -368,19 +367,6 @@ def test_parts_that_were_cut_short_are_made_again(tmp_path: Path) -> None:
         second.write_bytes(second.read_bytes()[:-1])
         write_in_parts(work, ranges, place.parts, tables, label="test")
     assert made == [0, 1, 2, 0, 1]
-
-
-@pytest.mark.slow
-def test_what_a_kill_leaves_of_partitions_is_not_published(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    command = partial(generate_partitioned, "demo", out, OPTIONS, scheduler="tcp://nowhere")
-    seen = 0
-    for step in range(1000):
-        if not stopped_at(step, command):
-            break
-        seen += bool(list(tmp_path.rglob(".part-*")))
-    assert seen > 0
-    assert not [path for path in out.rglob("*") if path.name.startswith(".")]
 
 
 def test_a_film_on_a_full_disk_is_a_mistake_and_the_old_one_stays(small_disk: Path) -> None:

@@ -12,13 +12,10 @@ from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import PART_SIZE, ROWS_A_PART, part_ranges
-from vbbench.files.tables import to_arrow
 from vbbench.files.verification import verify
-from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import world_to_relative
-from vbbench.parallel.parts import Part, write_in_parts
 from vbbench.registry import load
 from vbbench.solving import solve
 
@@ -101,19 +98,6 @@ def test_wandering_look_turns_the_head_and_nothing_else(made: Dataset, tmp_path:
     assert 0.3 < np.concatenate(turns).std() < 0.7
 
 
-def test_withheld_truth_lies_beside_and_serves_from_there(tmp_path: Path) -> None:
-    generate("demo", tmp_path / "d", options(limit=4), withhold_truth=True)
-    bare = Dataset(tmp_path / "d")
-    assert not bare.has_truth
-    assert not list((tmp_path / "d").rglob("poses*"))
-    with pytest.raises(VbbenchError, match="has no truth; name the folder"):
-        bare.truth(bare.sequence(0))
-    whole = Dataset(tmp_path / "d", truth=tmp_path / "d.truth")
-    assert np.isfinite(whole.truth(whole.sequence(0)).poses).all()
-    assert "truth is withheld" in verify(tmp_path / "d")
-    assert "truth is withheld" not in verify(tmp_path / "d", tmp_path / "d.truth")
-
-
 def test_what_is_in_the_way_is_left_alone(copy: Path, tmp_path: Path) -> None:
     with pytest.raises(VbbenchError, match=r"set .overwrite"):
         generate("demo", copy, options())
@@ -131,7 +115,7 @@ def test_a_whole_dataset_is_verified(made: Dataset) -> None:
     assert f"{LIMIT} sequences" in verify(made.folder)
 
 
-@pytest.mark.parametrize("table", ["observations", "given", "sequences", "truth/poses", "truth/scenes"])
+@pytest.mark.parametrize("table", ["observations", "truth/poses"])
 def test_one_changed_byte_is_found(copy: Path, table: str) -> None:
     path = copy / f"{table}.parquet"
     data = bytearray(path.read_bytes())
@@ -168,42 +152,6 @@ def test_an_empty_folder_says_how_to_make_one(tmp_path: Path) -> None:
         Dataset(tmp_path)
 
 
-class InterruptedWorkError(Exception):
-    """Stands for a key press."""
-
-
-def test_interrupted_work_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", -1.0)
-    made: list[int] = []
-    stops = [64]
-
-    def work(first: int, last: int) -> Part:
-        if first in stops:
-            stops.clear()
-            raise InterruptedWorkError
-        made.append(first)
-        rows = [{"sequence": [i], "frame": [0], "x": [0.5 * i], "y": [0.0], "yaw": [0.0]} for i in range(first, last)]
-        return Part(groups={"poses": [to_arrow("poses", row) for row in rows]}, facts={"first": first})  # type: ignore[arg-type]
-
-    def run(key: str) -> list[int]:
-        with WorkFolder(tmp_path / "out") as place:
-            place.begin(key)
-            tables = {"poses": place.new / "poses.parquet"}
-            facts = write_in_parts(work, part_ranges(80), place.parts, tables, label="test")
-            assert tables["poses"].is_file()
-            return [fact["first"] for fact in facts]
-
-    with pytest.raises(InterruptedWorkError):
-        run("key")
-    assert not list(tmp_path.rglob("poses.parquet"))
-    (cut, *_) = sorted(tmp_path.rglob("*.arrows"))
-    cut.write_bytes(cut.read_bytes()[:-8])
-    assert run("key") == [0, 32, 64]
-    assert made == [0, 32, 0, 64]
-    run("another key")
-    assert len(made) == 7
-
-
 @pytest.mark.parametrize("rows", [None, np.ones(70, int), np.r_[np.full(40, 400_000), np.ones(30, int)]])
 def test_parts_cover_the_work_once_and_hold_no_more_than_they_may(rows: np.ndarray | None) -> None:
     ranges = part_ranges(70, rows)
@@ -213,24 +161,18 @@ def test_parts_cover_the_work_once_and_hold_no_more_than_they_may(rows: np.ndarr
         assert max(rows[first:last].sum() for first, last in ranges) <= ROWS_A_PART
 
 
-def test_a_sequence_larger_than_a_part_is_a_part() -> None:
-    assert part_ranges(3, [5_000_000, 1, 5_000_000]) == [(0, 1), (1, 2), (2, 3)]
-    assert part_ranges(0, []) == []
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("jobs", [1, 2])
 def test_how_the_work_is_cut_shows_in_no_table_of_rows(
-    made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: int
+    made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("vbbench.files.sequence_tables.ROWS_A_PART", 500)
     monkeypatch.setattr("vbbench.parallel.parts.BYTES_IN_MEMORY", 1)
     assert len(part_ranges(LIMIT, load("generator", "demo").plan(options()).expected_rows)) > LIMIT // 2
-    again = generate("demo", tmp_path / "again", options(), jobs=jobs)
+    again = generate("demo", tmp_path / "again", options(), jobs=2)
     cut, whole = digests(again.folder), digests(made.folder)
     with_its_sum = {"dataset.json", "README.md", "croissant.json"}
     assert {name for name in whole if cut[name] != whole[name]} == {"sequences.parquet", *with_its_sum}
-    solve(made, "cv", "sequential", tmp_path / "cut", jobs=jobs)
+    solve(made, "cv", "sequential", tmp_path / "cut", jobs=2)
     monkeypatch.undo()
     solve(made, "cv", "sequential", tmp_path / "whole")
     for table in ("poses", "positions"):

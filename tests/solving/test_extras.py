@@ -13,7 +13,6 @@ from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.errors import VbbenchError
 from vbbench.estimate import Estimate, FrameEstimate
 from vbbench.files.dataset import Dataset
-from vbbench.files.sequence_tables import PART_SIZE
 from vbbench.scoring import score
 from vbbench.sequence import Given
 from vbbench.solver import Frame, Problem
@@ -149,18 +148,6 @@ def test_covariances_that_nobody_reports_are_refused(dataset: Dataset, tmp_path:
     with pytest.raises(VbbenchError, match=r"reports no covariances; remove .covariance."):
         solve(dataset, f"{__name__}:Plain", "sequential", tmp_path / "out", covariance=True)
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("patience", [0.0, 5.0])
-def test_a_column_that_only_late_parts_have_is_false_before(
-    dataset: Dataset, tmp_path: Path, patience: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("vbbench.parallel.parts.PATIENCE", patience)
-    monkeypatch.setattr(Moody, "made", 0)
-    assert len(dataset) > PART_SIZE
-    out = solve(dataset, f"{__name__}:Moody", "rollout", tmp_path / "out")
-    poses = pd.read_parquet(out / "poses.parquet")
-    assert (poses.fallback == (poses.sequence >= PART_SIZE)).all()
 
 
 @pytest.mark.parametrize("protocol", ["one-step", "sequential"])

@@ -1,6 +1,5 @@
 """A session: people come and go, frames are missed and wrong, and a solver's answers stay those of the protocol."""
 
-from collections import deque
 from collections.abc import Hashable
 from typing import Any
 
@@ -14,7 +13,6 @@ from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.geometry import FloatArray, pose_levers, world_to_relative
 from vbbench.solving.session.endless import SHOWN_AGAIN
-from vbbench.solving.session.measured import BoxWatch
 
 CAMERA = PanoramaCamera()
 DT = 0.1
@@ -429,14 +427,3 @@ def test_observations_of_another_picture_are_a_warning() -> None:
         running.step_observations(enumerate(observations / [37.6, 4.8, 4.8]))
     with pytest.warns(VbbenchWarning, match="per cent of the picture"):
         running.step_observations(enumerate(observations / [37.6, 4.8, 4.8]))
-
-
-def test_a_session_keeps_a_sample_of_its_boxes() -> None:
-    """A picture of another size is found although it comes after thousands of boxes."""
-    watch = BoxWatch(CAMERA, 1.72)
-    right = rectangles(seen((4.0, 3.0), (1.0, 9.0), (-2.0, 5.0)))
-    for _ in range(1000):
-        watch.see(right)
-    many = np.repeat(0.5 * right, 100, axis=0)
-    with pytest.warns(VbbenchWarning, match="horizon at row 120, the camera at row 240"):
-        deque(map(watch.see, [many] * 6000), maxlen=0)
