@@ -22,11 +22,3 @@ def test_intervals_hold_what_they_say(crowd: str, kind: str) -> None:
         assert 0.36 <= found.neighbours <= 0.65
         assert found.independent < 0.7
         assert found.width < 2.2
-
-
-@pytest.mark.slow
-def test_a_quick_look_at_coverage() -> None:
-    random = np.random.default_rng(4)
-    found = coverage(drawn(CROWDS["hotel"], random), KINDS["people"], 40, random)
-    assert found.mean >= 0.85
-    assert found.independent < 0.8
