@@ -335,7 +335,7 @@ def paths_of(report: Report) -> list[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["transfer", "posterior", "keypoints"])
+@pytest.mark.parametrize("name", ["transfer", "keypoints"])
 def test_numbers_do_not_depend_on_the_number_of_processes(runs: Runs, name: str) -> None:
     assert runs.again(name, jobs=2).json == runs.report(name).json
 
