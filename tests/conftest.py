@@ -2,6 +2,7 @@
 
 import gc
 import os
+import re
 import signal
 from collections.abc import Callable, Generator
 from importlib.util import find_spec
@@ -18,6 +19,17 @@ settings.load_profile("ci")  # the same examples in every run, however long one 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--no-skips", action="store_true", help="a test that is skipped fails: all it needs must be here")
     parser.addoption("--reverse", action="store_true", help="the last test first: none may need another before it")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """A file that lacks a mark which is wanted, or has for all of it one which is not, is not imported."""
+    wanted = config.option.markexpr
+    if not wanted or not collection_path.name.startswith("test_"):
+        return None
+    text = collection_path.read_text("utf-8")
+    lacks = any(f"mark.{name}" not in text for name in re.findall(r"(?<!not )\b(slow|extra)\b", wanted))
+    spared = "not extra" in wanted and "\npytestmark = pytest.mark.extra" in text
+    return True if lacks or spared else None
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -528,6 +528,7 @@ def test_people_who_all_run_faster_than_they_can_are_not_converged(known: bool) 
     assert not any(answer["converged"] for answer in answers[2:])
 
 
+@pytest.mark.slow
 def test_errors_of_a_drive_hardly_depend_on_the_frame_rate() -> None:
     errors = np.zeros((4, 2))
     for row, rate in enumerate((5, 10, 15, 30)):
@@ -551,6 +552,7 @@ def square(seed: int, frames: int = 40, people: int = 10) -> Truth:
     return Truth(poses=poses, positions=positions, heights=rng.normal(1.7, 0.07, people))
 
 
+@pytest.mark.slow
 def test_boxes_of_later_frames_help_and_come_with_covariances() -> None:
     protocol, errors, squares = get_protocol("rollout"), np.zeros((2, 2)), []
     for seed in range(6):

@@ -90,7 +90,8 @@ def test_its_potential_is_the_slope_of_a_normal_density(d: float) -> None:
     assert weight * potential(d * d, solver.sigma) == pytest.approx((density[0] - density[1]) / 2e-6, rel=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(1))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(2))
 def test_the_pose_has_the_least_printed_energy(seed: int) -> None:
     truth = crowd(seed)
     printed, pose = Printed(truth), run(LiteralBirdifier(), truth, "one-step").poses[LAST]

@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from tests.lib.numpy_operations import NumpyOperations
 from tests.lib.solver_runs import DT, run, walk
@@ -81,6 +82,7 @@ def test_odds_tell_heads_that_follow_from_others() -> None:
         assert odds(looking(winding(seed), seed)) < -5.0
 
 
+@pytest.mark.slow
 def test_a_head_that_follows_helps_and_one_that_does_not_costs_little() -> None:
     following = [winding(seed) for seed in range(12)]
     others = [looking(truth, seed) for seed, truth in enumerate(following)]
