@@ -11,7 +11,7 @@ from vbbench.scene import Scene
 from vbbench_renderers.meshes import Mesh, Sky, Surroundings, join_meshes
 from vbbench_renderers.surroundings.furniture import THINGS, tree
 from vbbench_renderers.surroundings.houses import house_meshes
-from vbbench_renderers.surroundings.shapes import SPREAD, Quads, place, turned
+from vbbench_renderers.surroundings.shapes import place, turned
 from vbbench_renderers.surroundings.site import FAR_PAVEMENT, PAVEMENT, ROADWAY, TO_PARK, Area, Site, ground_mesh, plan
 from vbbench_renderers.surroundings.textures import textures
 
@@ -32,14 +32,10 @@ class Spot:
 
 def _thing(site: Site, spot: Spot, rng: np.random.Generator) -> Mesh:
     """A thing at its place in the site's frame."""
-    distance = site.distance(spot.u, spot.v)
     if spot.kind == "tree":
-        mesh = tree(spot.size, distance, rng)
+        mesh = tree(spot.size, site.distance(spot.u, spot.v), rng)
     else:
-        parts = THINGS[spot.kind](rng)
-        mesh = join_meshes(
-            [part.divide(SPREAD * distance).mesh() if isinstance(part, Quads) else part for part in parts]
-        )
+        mesh = join_meshes(THINGS[spot.kind](rng))
     return place(mesh, spot.u, spot.v, spot.yaw)
 
 

@@ -8,7 +8,6 @@ from vbbench.geometry import FloatArray
 from vbbench_renderers.meshes import Mesh, join_meshes
 from vbbench_renderers.surroundings.shapes import (
     STREET,
-    Quads,
     boxes,
     icosphere,
     one_of,
@@ -133,13 +132,11 @@ def _bough(start: FloatArray, end: FloatArray, size: float) -> Mesh:
     )
 
 
-Parts = list[Mesh | Quads]
-"""What a thing is made of; only quadrilaterals need be divided."""
 IRON = np.array([0.035, 0.04, 0.042])
 OAK = np.array([0.42, 0.27, 0.15])
 
 
-def lamp(rng: np.random.Generator) -> Parts:
+def lamp(rng: np.random.Generator) -> list[Mesh]:
     """A lamp post about 4 m high with a lantern."""
     shades = np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [1.0]])
     top = rng.uniform(3.4, 3.9)
@@ -149,7 +146,7 @@ def lamp(rng: np.random.Generator) -> Parts:
     return [tube(profile, IRON * shades, sides=7), glass, cap]
 
 
-def bench(rng: np.random.Generator) -> Parts:
+def bench(rng: np.random.Generator) -> list[Mesh]:
     """A wooden bench on iron legs, 1.8 m long."""
     half, tint = 0.9, OAK * rng.uniform(0.8, 1.15)
     rows = np.array([[-0.25, 0.42], [-0.09, 0.42], [0.07, 0.42], [0.28, 0.58], [0.32, 0.76]])
@@ -174,7 +171,7 @@ def bench(rng: np.random.Generator) -> Parts:
     return [*slats, *legs]
 
 
-def litter_bin(rng: np.random.Generator) -> Parts:
+def litter_bin(rng: np.random.Generator) -> list[Mesh]:
     """A litter bin."""
     colour = np.array([[0.05, 0.10, 0.07], [0.16, 0.16, 0.17], [0.30, 0.16, 0.08]][rng.integers(3)])
     body = tube([[0.20, 0.0], [0.22, 0.06], [0.24, 0.80]], colour * np.array([[0.5], [0.9], [1.0]]), sides=10)
@@ -182,14 +179,14 @@ def litter_bin(rng: np.random.Generator) -> Parts:
     return [body, rim]
 
 
-def bollard(rng: np.random.Generator) -> Parts:
+def bollard(rng: np.random.Generator) -> list[Mesh]:
     """An iron bollard."""
     shades = rng.uniform(1.1, 1.5) * np.array([[0.6], [1.0], [1.0], [1.6], [1.0], [1.2]])
     profile = [[0.10, 0.0], [0.085, 0.08], [0.065, 0.70], [0.085, 0.74], [0.06, 0.84], [0.0, 0.90]]
     return [tube(profile, IRON * shades, sides=7)]
 
 
-def planter(rng: np.random.Generator) -> Parts:
+def planter(rng: np.random.Generator) -> list[Mesh]:
     """A stone tub with a bush."""
     stone = np.array([0.42, 0.40, 0.37]) * rng.uniform(0.8, 1.1)
     shades = np.array([[0.5], [0.8], [1.0], [1.0], [0.8], [0.3]])
@@ -198,7 +195,7 @@ def planter(rng: np.random.Generator) -> Parts:
     return [tub, place(bush(rng.uniform(0.42, 0.55), rng), 0.0, 0.0, 0.0, 0.52)]
 
 
-THINGS: dict[str, Callable[[np.random.Generator], Parts]] = {
+THINGS: dict[str, Callable[[np.random.Generator], list[Mesh]]] = {
     "lamp": lamp,
     "bench": bench,
     "bin": litter_bin,

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vbbench.geometry import FloatArray, IntArray
-from vbbench_renderers.meshes import Mesh
-from vbbench_renderers.surroundings.shapes import SPREAD, STREET, Quads, boxes, join, one_of, place, points, quads
+from vbbench_renderers.meshes import Mesh, join_meshes
+from vbbench_renderers.surroundings.shapes import STREET, boxes, one_of, place, points, quads
 from vbbench_renderers.surroundings.site import Plot
 from vbbench_renderers.surroundings.textures import DOOR, TILE, Layer, quarters
 
@@ -68,7 +68,7 @@ class Opening:
     tint: FloatArray
 
 
-def pierced_wall(front: Front, openings: Opening) -> Quads:
+def pierced_wall(front: Front, openings: Opening) -> Mesh:
     """Rectangles of wall, what is set into their openings, and the reveals in between."""
     x0, x1, z0, z1 = openings.around
     a, b, low, high = openings.edges
@@ -78,7 +78,7 @@ def pierced_wall(front: Front, openings: Opening) -> Quads:
     right = [points(b, y, z) for y, z in ((DEEP, low), (0.0, low), (0.0, high), (DEEP, high))]
     lid = [points(x, y, high) for x, y in ((a, 0.0), (a, DEEP), (b, DEEP), (b, 0.0))]
     pane = openings.tint * np.array([0.95, 0.95, 0.72, 0.72])[:, None]
-    return join(
+    return join_meshes(
         [
             quads(np.concatenate(faces), front.colour, layer=front.wall, tile=TILE[front.wall]),
             quads(upright(a, b, low, high, DEEP), pane, layer=Layer.OPENINGS, uv=quarters(openings.picture)),
@@ -88,7 +88,7 @@ def pierced_wall(front: Front, openings: Opening) -> Quads:
     )
 
 
-def upper_floors(front: Front, rng: np.random.Generator) -> Quads:
+def upper_floors(front: Front, rng: np.random.Generator) -> Mesh:
     """Walls and windows above the ground floor, with their sills and, on some houses, lintels."""
     bay, floor = (n.ravel() for n in np.meshgrid(np.arange(len(front.bays) - 1), np.arange(len(front.floors) - 1)))
     (left, right), sill = (column[bay] for column in _columns(front)), front.floors[floor] + SILL
@@ -103,10 +103,10 @@ def upper_floors(front: Front, rng: np.random.Generator) -> Quads:
     if rng.random() < 0.65:
         lintel = points(left - 0.12, -0.06, head), points(right + 0.12, 0.0, head + 0.16)
         parts.append(boxes(*lintel, front.trim, faces=("left", "right", "front")))
-    return join(parts)
+    return join_meshes(parts)
 
 
-def ground_floor(front: Front, rng: np.random.Generator) -> Quads:
+def ground_floor(front: Front, rng: np.random.Generator) -> Mesh:
     """The ground floor, a window in each bay but one, which has the door of the house, and a stone foot."""
     count = len(front.bays) - 1
     entrance = int(rng.integers(count))
@@ -129,10 +129,12 @@ def ground_floor(front: Front, rng: np.random.Generator) -> Quads:
         tile=TILE[Layer.ASHLAR],
         foot=0.55,
     )
-    return join([pierced_wall(front, openings), _sills(front, left[~door], right[~door], sill[~door]), step, foot])
+    return join_meshes(
+        [pierced_wall(front, openings), _sills(front, left[~door], right[~door], sill[~door]), step, foot]
+    )
 
 
-def balconies(front: Front, rng: np.random.Generator) -> list[Quads]:
+def balconies(front: Front, rng: np.random.Generator) -> list[Mesh]:
     """Balconies with railings in front of some windows of four houses in ten."""
     if rng.random() >= 0.4:
         return []
@@ -147,12 +149,12 @@ def _columns(front: Front) -> tuple[FloatArray, FloatArray]:
     return middle - 0.5 * front.window[0], middle + 0.5 * front.window[0]
 
 
-def _sills(front: Front, left: FloatArray, right: FloatArray, height: FloatArray) -> Quads:
+def _sills(front: Front, left: FloatArray, right: FloatArray, height: FloatArray) -> Mesh:
     low, high = points(left - 0.08, -0.1, height - 0.09), points(right + 0.08, DEEP, height)
     return boxes(low, high, front.trim, faces=("front", "top", "bottom"))
 
 
-def _bands(front: Front, rng: np.random.Generator) -> list[Quads]:
+def _bands(front: Front, rng: np.random.Generator) -> list[Mesh]:
     """String courses between floors; always one over the ground floor."""
     heights = front.floors[:-1] if rng.random() < 0.4 else front.floors[:1]
     wide = front.bays[-1]
@@ -162,7 +164,7 @@ def _bands(front: Front, rng: np.random.Generator) -> list[Quads]:
     ]
 
 
-def _balcony(front: Front, x: float, z: float) -> Quads:
+def _balcony(front: Front, x: float, z: float) -> Mesh:
     iron = [0.05, 0.05, 0.055]
     half, out = 0.5 * front.window[0] + 0.25, 0.75
     slab = boxes(
@@ -176,11 +178,9 @@ def _balcony(front: Front, x: float, z: float) -> Quads:
         boxes([x - half, -out, z + 0.92], [x - half + 0.04, 0.0, z + 0.98], iron, faces=("left", "right")),
         boxes([x + half - 0.04, -out, z + 0.92], [x + half, 0.0, z + 0.98], iron, faces=("left", "right")),
     ]
-    return join([slab, posts, *rails])
+    return join_meshes([slab, posts, *rails])
 
 
-EYE = 2.0
-"""Things nearer than their height minus this, in m, are outside the picture, which reaches about 45° upwards."""
 RELIEF, RELIEF_WIDTH = 19.5, 60.0
 """Houses nearer than the first, m, have windows set into the wall, as long as their total width is at most the second,
 m; the windows of others are painted."""
@@ -203,9 +203,7 @@ def house_mesh(plot: Plot, rng: np.random.Generator, before: float) -> Mesh:
         parts += balconies(front, rng)
     else:
         parts.append(_painted(plot, front))
-    whole = join(parts)
-    seen_from = np.maximum(plot.distance, whole.corners[..., 2].min(axis=1) - EYE)
-    return place(whole.divide(SPREAD * seen_from).mesh(), plot.u, plot.v, plot.yaw)
+    return place(join_meshes(parts), plot.u, plot.v, plot.yaw)
 
 
 def _front(plot: Plot, rng: np.random.Generator) -> Front:
@@ -224,20 +222,19 @@ def _front(plot: Plot, rng: np.random.Generator) -> Front:
     )
 
 
-def _painted(plot: Plot, front: Front) -> Quads:
+def _painted(plot: Plot, front: Front) -> Mesh:
     """A distant house: walls with painted windows, one per bay and storey."""
     up = np.round(plot.height / 3.3) / 4.0
     deep = np.round(plot.depth / 3.0)
-    parts = []
+    size, sides = [plot.width, plot.depth, plot.height], []
     for face, windows in (("front", len(front.bays) - 1), ("left", deep), ("right", deep)):
-        side = boxes([0, 0, 0], [plot.width, plot.depth, plot.height], front.colour, faces=(face,), foot=0.7)
         wide = float(windows) / 4.0
         uv = np.array([[[0.0, 0.0], [wide, 0.0], [wide, up], [0.0, up]]])
-        parts.append(quads(side.corners, side.colours, layer=Layer.DISTANT, uv=uv))
-    return join(parts)
+        sides.append(boxes([0, 0, 0], size, front.colour, layer=Layer.DISTANT, uv=uv, faces=(face,), foot=0.7))
+    return join_meshes(sides)
 
 
-def _gables(plot: Plot, front: Front) -> Quads:
+def _gables(plot: Plot, front: Front) -> Mesh:
     """The side walls, darker at the foot, and the support of the roof."""
     return boxes(
         [0.0, 0.0, 0.0],
@@ -250,16 +247,16 @@ def _gables(plot: Plot, front: Front) -> Quads:
     )
 
 
-def _cornice(plot: Plot, front: Front, rng: np.random.Generator) -> Quads:
+def _cornice(plot: Plot, front: Front, rng: np.random.Generator) -> Mesh:
     """Mouldings under the eaves."""
     top, reach = plot.height, rng.uniform(0.25, 0.45)
     faces = ("left", "right", "front", "bottom")
     lower = [-0.05, -0.5 * reach, top - 0.45], [plot.width + 0.05, 0.1, top - 0.2]
     upper = [-0.1, -reach, top - 0.2], [plot.width + 0.1, 0.1, top]
-    return join([boxes(*lower, front.trim * 0.8, faces=faces), boxes(*upper, front.trim, faces=(*faces, "top"))])
+    return join_meshes([boxes(*lower, front.trim * 0.8, faces=faces), boxes(*upper, front.trim, faces=(*faces, "top"))])
 
 
-def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator) -> Quads:
+def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator) -> Mesh:
     """A pitched roof with gables and a chimney."""
     top, wide, deep = plot.height, plot.width, plot.depth
     rise = rng.uniform(0.3, 0.5) * deep
@@ -278,8 +275,8 @@ def _roof(plot: Plot, colour: FloatArray, front: Front, rng: np.random.Generator
                    faces=("front", "bottom"))  # fmt: skip
     gables = quads(ends, front.colour * 0.9, layer=front.wall, tile=TILE[front.wall])
     if plot.distance > RELIEF:
-        return join([tiles, gables])
+        return join_meshes([tiles, gables])
     x = rng.uniform(0.5, wide - 1.5)
     chimney = [x, ridge - 0.6, top + 0.6 * rise], [x + 0.9, ridge, top + rise + rng.uniform(0.8, 1.5)]
     stack = boxes(*chimney, [0.45, 0.26, 0.19], layer=Layer.BRICK, tile=TILE[Layer.BRICK])
-    return join([tiles, gutter, gables, stack])
+    return join_meshes([tiles, gutter, gables, stack])

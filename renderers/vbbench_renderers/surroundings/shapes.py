@@ -1,11 +1,10 @@
-"""The elements of streets: round objects as meshes, quadrilaterals as arrays, and how objects are moved to their place.
+"""The elements of streets: round objects, quadrilaterals and boxes as meshes, and how they are moved to their place.
 
-Quadrilaterals are divided for the panorama and made a mesh at the end. Objects are built in their own frame (x to
-the right and y away as seen from the front, z up) and then placed.
+Objects are built in their own frame (x to the right and y away as seen from the front, z up) and then placed.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -18,8 +17,6 @@ from vbbench.parsing.toml_text import bundled_table
 from vbbench_renderers.meshes import PLAIN, Mesh
 
 STREET: dict[str, Any] = bundled_table(__package__, "street.toml")
-SPREAD = 0.104
-"""The largest width of a part of an object over its distance, rad: its corners may be projected on a cylinder."""
 
 
 def one_of(colours: list[list[float]], rng: np.random.Generator) -> FloatArray:
@@ -86,7 +83,7 @@ def smooth_mesh(
         colours=np.clip(colours, 0.0, 1.0).reshape(-1, 3).astype(np.float32),
         uv=np.zeros((len(flat), 2), np.float32) if uv is None else uv.reshape(-1, 2).astype(np.float32),
         layers=np.full(len(flat), layer, np.int32),
-        triangles=triangles.astype(np.int32),
+        triangles=triangles.reshape(-1, 3).astype(np.int32),
     )
 
 
@@ -117,48 +114,6 @@ SEEN = ("left", "right", "front", "back", "top")
 """The faces of an object that stands on the ground."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Quads:
-    """N quadrilaterals.
-
-    Parameters
-    ----------
-    corners : [N, 4, 3] in m, counter-clockwise seen from outside.
-    colours : [N, 4, 3] linear RGB.
-    uv : [N, 4, 2] texture coordinates.
-    layers : [N] texture layer.
-    """
-
-    corners: FloatArray
-    colours: FloatArray
-    uv: FloatArray
-    layers: IntArray
-
-    def mesh(self) -> Mesh:
-        """As a mesh, with flat shading."""
-        count = len(self.corners)
-        first = 4 * np.arange(count)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])
-        return Mesh(
-            vertices=self.corners.reshape(-1, 3).astype(np.float32),
-            normals=np.repeat(flat_normals(self.corners), 4, axis=0).astype(np.float32),
-            colours=np.clip(self.colours, 0.0, 1.0).reshape(-1, 3).astype(np.float32),
-            uv=self.uv.reshape(-1, 2).astype(np.float32),
-            layers=np.repeat(self.layers, 4).astype(np.int32),
-            triangles=first.reshape(-1, 3).astype(np.int32),
-        )
-
-    def divide(self, step: ArrayLike) -> "Quads":
-        """The same surface in pieces no wider than `step`, m, one or [N], in either horizontal direction."""
-        values = np.concatenate([self.corners, self.colours, self.uv], axis=2)
-        layers = self.layers
-        steps = np.broadcast_to(np.asarray(step, dtype=np.float64), layers.shape)
-        for _ in range(2):
-            values, owner = _cut(values, steps)
-            values, layers, steps = np.roll(values, -1, axis=1), layers[owner], steps[owner]
-        values = np.roll(values, 2, axis=1)
-        return Quads(corners=values[..., :3], colours=values[..., 3:6], uv=values[..., 6:], layers=layers)
-
-
 def flat_normals(corners: FloatArray) -> FloatArray:
     """[N, 3] unit normals of quadrilaterals [N, 4, 3], by their diagonals."""
     normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
@@ -167,24 +122,29 @@ def flat_normals(corners: FloatArray) -> FloatArray:
 
 def quads(
     corners: ArrayLike, colours: ArrayLike, *, layer: int = PLAIN, uv: ArrayLike | None = None, tile: float = 1.0
-) -> Quads:
-    """Quadrilaterals [N, 4, 3] of one layer, by default with the texture projected along the main axis.
+) -> Mesh:
+    """Quadrilaterals of one layer with flat shading, by default with the texture projected along the main axis.
 
     Parameters
     ----------
-    corners : [N, 4, 3] in m.
-    colours : broadcast to [N, 4, 3].
+    corners : [N, 4, 3] in m, counter-clockwise seen from outside.
+    colours : linear RGB, broadcast to [N, 4, 3].
     layer : texture layer.
     uv : [N, 4, 2]; by default two of the coordinates over `tile`.
     tile : width of a texture layer, m.
     """
     points = np.asarray(corners, dtype=np.float64).reshape(-1, 4, 3)
-    mapped = _planar(points) / tile if uv is None else np.asarray(uv, dtype=np.float64)
-    return Quads(
-        corners=points,
-        colours=np.broadcast_to(np.asarray(colours, dtype=np.float64), points.shape),
-        uv=np.broadcast_to(mapped, (*points.shape[:2], 2)),
-        layers=np.full(len(points), layer),
+    normals = flat_normals(points)
+    if uv is None:
+        kept = np.array([[1, 2], [0, 2], [0, 1]])[np.argmax(np.abs(normals), axis=1)]
+        uv = np.take_along_axis(points, kept[:, None, :].repeat(4, axis=1), axis=2) / tile
+    return smooth_mesh(
+        points,
+        np.repeat(normals, 4, axis=0),
+        np.broadcast_to(np.asarray(colours, dtype=np.float64), points.shape),
+        4 * np.arange(len(points))[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]]),
+        uv=np.broadcast_to(np.asarray(uv, dtype=np.float64), (*points.shape[:2], 2)),
+        layer=layer,
     )
 
 
@@ -199,38 +159,15 @@ def boxes(
     colours: ArrayLike,
     *,
     layer: int = PLAIN,
+    uv: ArrayLike | None = None,
     tile: float = 1.0,
     faces: Sequence[str] = SEEN,
     foot: float = 1.0,
-) -> Quads:
+) -> Mesh:
     """Upright boxes between the corners low and high, [N, 3] or [3]; `foot` darkens the lower edge of the sides."""
     ends = np.stack(np.broadcast_arrays(np.atleast_2d(low), np.atleast_2d(high)), axis=1).astype(np.float64)
     bits = (np.arange(8)[:, None] >> np.arange(3)) & 1
     corners = ends[:, bits, np.arange(3)][:, [FACES[face] for face in faces]]
     shades = np.where(np.asarray([FACES[face] for face in faces])[..., None] < 4, foot, 1.0)
     tints = np.broadcast_to(np.asarray(colours, dtype=np.float64), (len(ends), 3))[:, None, None, :] * shades
-    return quads(corners.reshape(-1, 4, 3), tints.reshape(-1, 4, 3), layer=layer, tile=tile)
-
-
-def join(parts: Sequence[Quads]) -> Quads:
-    """All quadrilaterals of several."""
-    names = ("corners", "colours", "uv", "layers")
-    return Quads(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
-
-
-def _cut(values: FloatArray, steps: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Pieces along the first edge, and the quadrilateral that each is from."""
-    edges = values[:, [1, 2], :2] - values[:, [0, 3], :2]
-    counts = np.maximum(np.ceil(np.linalg.norm(edges, axis=2).max(axis=1) / steps - 1e-9).astype(int), 1)
-    owner = np.repeat(np.arange(len(values)), counts)
-    number = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-    near, far = (number / counts[owner])[:, None], ((number + 1) / counts[owner])[:, None]
-    a, b, c, d = (values[owner, corner] for corner in range(4))
-    pieces = [a + (b - a) * near, a + (b - a) * far, d + (c - d) * far, d + (c - d) * near]
-    return np.stack(pieces, axis=1), owner
-
-
-def _planar(corners: FloatArray) -> FloatArray:
-    axis = np.argmax(np.abs(flat_normals(corners)), axis=1)
-    kept = np.array([[1, 2], [0, 2], [0, 1]])[axis]
-    return np.asarray(np.take_along_axis(corners, kept[:, None, :].repeat(4, axis=1), axis=2))
+    return quads(corners.reshape(-1, 4, 3), tints.reshape(-1, 4, 3), layer=layer, uv=uv, tile=tile)

@@ -253,7 +253,7 @@ def _kerbs(points: FloatArray, depths: FloatArray) -> Mesh:
         low, high = np.full((len(left), 1), -KERB), np.zeros((len(left), 1))
         faces.append(np.stack([np.hstack([left, low]), np.hstack([right, low]), np.hstack([right, high]),
                                np.hstack([left, high])], axis=1))  # fmt: skip
-    return quads(np.concatenate(faces), [0.55, 0.54, 0.52], layer=Layer.ASHLAR, tile=TILE[Layer.ASHLAR]).mesh()
+    return quads(np.concatenate(faces), [0.55, 0.54, 0.52], layer=Layer.ASHLAR, tile=TILE[Layer.ASHLAR])
 
 
 def wall_shade(points: FloatArray, plots: tuple[Plot, ...]) -> FloatArray:
