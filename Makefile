@@ -145,7 +145,7 @@ $(VENV)/.dev: $(VENV)/.installed
 	touch $@
 
 $(VENV)/.extras: $(VENV)/.dev
-	$(PIP) install --quiet 'vbbench[dask,onnx,pyrender,pysocialforce,robot,torch,viewer]'
+	$(PIP) install --quiet 'vbbench[dask,onnx,pyrender,robot,torch,viewer]' 'pysocialforce>=1.1.2'
 	touch $@
 
 $(VENV)/.docs: $(VENV)/.runtime

@@ -12,10 +12,12 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 
+from tests.lib.library_crowd import walk_by_library
 from vbbench_generators.social_force import Crowd, Model, simulate, simulate_many
 
 DT = 0.1  # seconds a step
@@ -46,16 +48,13 @@ print(best)
 FIRST_USE = """
 from time import perf_counter, process_time
 started, busy = perf_counter(), process_time()
-from benchmarks.bench_simulation import MODELS, crowd
-from vbbench_generators.social_force import simulate, simulate_many
-for model in MODELS.values():
-    for people in (10, 300):
-        simulate(crowd(people), model, frames=2, dt=0.1, substeps=1)
-        simulate_many([crowd(people)] * 2, model, frames=2, dt=0.1, substeps=1)
+from benchmarks.bench_simulation import crowd
+from vbbench_generators.social_force import Model, simulate, simulate_many
+for people in (10, 300):
+    simulate(crowd(people), Model(), frames=2, dt=0.1, substeps=1)
+    simulate_many([crowd(people)] * 2, Model(), frames=2, dt=0.1, substeps=1)
 print(perf_counter() - started, process_time() - busy)
 """
-
-MODELS = {"Moussaïd": Model(), "strict": Model(strict=True)}
 
 
 def crowd(people: int, seed: int = 0) -> Crowd:
@@ -78,24 +77,21 @@ def quickest(*runs: Callable[[], object], repeats: int = REPEATS) -> list[float]
     return best
 
 
-def steps(people: int, count: int, model: Model, engine: str = "vbbench") -> Callable[[], object]:
+def steps(people: int, count: int) -> Callable[[], object]:
     """A run of ``count`` steps on one thread."""
     one = crowd(people)
-    return lambda: simulate(one, model, frames=count + 1, dt=DT, substeps=1, engine=engine, threads=1)  # type: ignore[arg-type]
+    return lambda: simulate(one, Model(), frames=count + 1, dt=DT, substeps=1, threads=1)
 
 
 def beside_pysocialforce() -> None:
-    print("agent-steps a second a core    pysocialforce     vbbench    ratio  target      strict")
+    print("agent-steps a second a core    pysocialforce     vbbench    ratio  target")
     for people, (ours, theirs, target) in SIZES.items():
-        runs = [steps(people, ours, model) for model in MODELS.values()]
-        seconds = quickest(
-            *runs, steps(people, theirs, Model(), "pysocialforce"), repeats=REPEATS if people < 800 else 3
-        )
-        ours_a_second, strict = (people * ours / spent for spent in seconds[:2])
-        library = people * theirs / seconds[2]
-        ratio = f"{ours_a_second / library:7.1f}x  ≥ {target}x"
-        rest = f"{strict:11,.0f}"
-        print(f"  K = {people:3}                   {library:13,.0f} {ours_a_second:11,.0f} {ratio} {rest}")
+        one = crowd(people)
+        library = partial(walk_by_library, one, Model(), frames=theirs + 1, dt=DT)
+        seconds = quickest(steps(people, ours), library, repeats=REPEATS if people < 800 else 3)
+        ours_a_second, library_a_second = people * ours / seconds[0], people * theirs / seconds[1]
+        ratio = f"{ours_a_second / library_a_second:7.1f}x  ≥ {target}x"
+        print(f"  K = {people:3}                   {library_a_second:13,.0f} {ours_a_second:11,.0f} {ratio}")
 
 
 def threads() -> None:
@@ -136,7 +132,7 @@ def beside_jupedsim() -> None:
             print(f"  JuPedSim at {step} s: failed: {done.stderr.strip().splitlines()[-1]}")
             continue
         theirs = 50 * step / float(done.stdout)
-        (seconds,) = quickest(steps(50, 100, Model()), repeats=10 * REPEATS)
+        (seconds,) = quickest(steps(50, 100), repeats=10 * REPEATS)
         ours = 50 * 100 * DT / seconds
         both = f"vbbench at steps of {DT} s {ours:,.0f}, JuPedSim at steps of {step} s {theirs:,.0f}"
         print(f"  {both}; ratio {ours / theirs:.1f}x")

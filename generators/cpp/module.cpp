@@ -58,8 +58,7 @@ void check_indices(const Array<const Int>& found, std::size_t count, const char*
 
 social_force::Settings settings_of(const nb::dict& numbers) {
   using social_force::Settings;
-  const std::pair<const char*, double Settings::*> names[] = {{"desired_factor", &Settings::desired_factor},
-                                                              {"relaxation_time", &Settings::relaxation_time},
+  const std::pair<const char*, double Settings::*> names[] = {{"relaxation_time", &Settings::relaxation_time},
                                                               {"top_speed", &Settings::top_speed},
                                                               {"arrival_radius", &Settings::arrival_radius},
                                                               {"stop_radius", &Settings::stop_radius},
@@ -78,9 +77,6 @@ social_force::Settings settings_of(const nb::dict& numbers) {
                                                               {"personal_space", &Settings::personal_space}};
   Settings settings;
   for (const auto& [name, number] : names) settings.*number = finite(numbers, name);
-  const double kind = finite(numbers, "kind");
-  if (kind != 0.0 && kind != 1.0) refuse("kind must be 0 or 1");
-  settings.kind = static_cast<social_force::Repulsion>(static_cast<int>(kind));
   return settings;
 }
 

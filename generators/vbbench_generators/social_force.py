@@ -1,28 +1,15 @@
-"""Crowds that walk under the social force model: the engine, its model, and the library pysocialforce as an oracle.
+"""Crowds that walk under the social force model: the engine and its model.
 
-The engine walks one crowd or many, on one thread or more, to the same numbers. The library is pysocialforce 1.1.2 with
-its side effects contained: importing it opens ``file.log`` in the working directory, sets the root logger to DEBUG and
-adds two handlers; it ignores its configured step width and keeps a copy of every state.
+The engine walks one crowd or many, on one thread or more, to the same numbers.
 """
 
-import logging
-import os
-import sys
-import tempfile
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from importlib import import_module
-from io import StringIO
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vbbench.errors import needs_extra
-from vbbench.generation.generator import Engine
 from vbbench.geometry import FloatArray, IntArray, frozen_array
 from vbbench_generators import _core
 
@@ -172,8 +159,6 @@ class Model:
     relaxation_time : τ in s, to regain the desired velocity.
     top_speed : maximum speed, relative to the desired speed.
     arrival_radius : distance in m from a goal at which a person turns to the next one; at least 0.5.
-    strict : compute what pysocialforce 1.1.2 computes: angles between directions are not wrapped, and both the desired
-        and the top speed are ``top_speed`` times the speed at the start; ``Crowd.speeds`` is not looked at.
     """
 
     repulsion: Moussaid = field(default_factory=Moussaid)
@@ -182,7 +167,6 @@ class Model:
     relaxation_time: float = 0.5
     top_speed: float = 1.3
     arrival_radius: float = 1.0
-    strict: bool = False
 
     def __post_init__(self) -> None:
         _check(self)
@@ -193,15 +177,12 @@ class Model:
 
 
 NUMBERS = (
-    *("desired_factor", "relaxation_time", "top_speed", "arrival_radius", "stop_radius"),
+    *("relaxation_time", "top_speed", "arrival_radius", "stop_radius"),
     *("factor", "velocity_weight", "reach", "side_sharpness", "brake_sharpness"),
     *("wall_factor", "wall_fall_off", "wall_reach", "body_radius"),
     *("cohesion", "gaze", "separation", "personal_space"),
 )
 """Names of a model's numbers; lengths are in m, times in s."""
-
-MOUSSAID, PYSOCIALFORCE = range(2)
-"""The kinds of repulsion."""
 
 LARGE = 256
 """Crowds of this size or larger are simulated one at a time, with each step spread over threads."""
@@ -217,7 +198,6 @@ def simulate(
     dt: float,
     substeps: int,
     walls: ArrayLike = NO_WALLS,
-    engine: Engine = "vbbench",
     threads: int | None = None,
 ) -> FloatArray:
     """Walk one crowd.
@@ -229,7 +209,6 @@ def simulate(
     dt : seconds per frame.
     substeps : integration steps per frame.
     walls : [M, 4] line segments x0, y0, x1, y1 in m.
-    engine : ``vbbench``, or ``pysocialforce`` for the library of that name.
     threads : maximum number, by default that of the processors; the result does not depend on it.
 
     Returns
@@ -239,13 +218,8 @@ def simulate(
     Raises
     ------
     ValueError
-        If a number is out of range, or the engine cannot do what the model says.
+        If a number is out of range.
     """
-    if engine == "pysocialforce":
-        segments = _checked(frames, dt, substeps, walls)
-        return walk_by_library(crowd, model, frames=frames, dt=dt, substeps=substeps, walls=segments)
-    if engine != "vbbench":
-        raise ValueError(f"engine must be 'vbbench' or 'pysocialforce', not {engine!r}")
     return simulate_many([crowd], model, frames=frames, dt=dt, substeps=substeps, walls=walls, threads=threads)[0]
 
 
@@ -302,12 +276,10 @@ def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, s
     )
     bounds = np.stack((np.vstack((np.zeros((1, 3), np.int64), ends[:-1])), ends), axis=2)
     states = np.concatenate([np.column_stack((crowd.positions, crowd.velocities)) for crowd in crowds]).T
-    # pysocialforce takes the speed at the start, 1.3 times, for the desired one.
-    speeds = [np.hypot(*crowd.velocities.T) if model.strict else crowd.speeds for crowd in crowds]
     return {
         "scenes": bounds.reshape(len(crowds), 6).astype(np.int64),
         "states": np.ascontiguousarray(states),
-        "speeds": np.concatenate(speeds),
+        "speeds": np.concatenate([crowd.speeds for crowd in crowds]),
         "goals": np.concatenate([crowd.goals.reshape(-1, 2) for crowd in crowds]),
         "members": np.concatenate([np.empty(0, np.int64), *groups]),
         "groups": np.cumsum([0, *map(len, groups)], dtype=np.int64),
@@ -319,131 +291,8 @@ def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, s
 
 
 def model_numbers(model: Model) -> dict[str, float]:
-    """The model's numbers; 0 for those that it has not."""
+    """The model's numbers by the names of `NUMBERS`."""
     walls = vars(model.walls)
-    own = {**vars(model), **vars(model.groups), **vars(model.repulsion), "desired_factor": 1.0}
-    own |= {"stop_radius": STOP_RADIUS, "kind": MOUSSAID}
+    own = {**vars(model), **vars(model.groups), **vars(model.repulsion), "stop_radius": STOP_RADIUS}
     own |= {f"wall_{name}": value for name, value in walls.items()} | {"body_radius": walls["body_radius"]}
-    if model.strict:
-        own |= {"kind": PYSOCIALFORCE, "desired_factor": model.top_speed}
-    return {name: float(own.get(name, 0.0)) for name in ("kind", *NUMBERS)}
-
-
-RESOLUTION = 10.0
-"""Points a metre of wall in the library."""
-
-
-def walk_by_library(
-    crowd: Crowd, model: Model, *, frames: int, dt: float, substeps: int, walls: FloatArray
-) -> FloatArray:
-    """Walk one crowd with the library; parameters and result are those of `simulate`.
-
-    Raises
-    ------
-    ValueError
-        If a number is zero, which the library takes for "default".
-    """
-    numbers = [*vars(model.repulsion).values(), *vars(model.walls).values(), *vars(model.groups).values()]
-    if 0 in numbers:
-        raise ValueError("engine='pysocialforce' takes a parameter of 0 for its default; use the engine vbbench")
-    with _contained():
-        simulator = _simulator(crowd, model, walls, dt / substeps)
-        paths = np.empty((frames, crowd.people, 2))
-        current = np.zeros(crowd.people, dtype=np.int64)
-        paths[0] = crowd.positions
-        for frame in range(1, frames):
-            for _ in range(substeps):
-                _aim(simulator.peds, crowd, current, model.arrival_radius)
-                simulator.step_once()
-                simulator.peds.ped_states.clear()
-                simulator.peds.group_states.clear()
-            paths[frame] = simulator.peds.pos()
-    return paths
-
-
-@contextmanager
-def _contained() -> Iterator[None]:
-    """Keep prints and warnings in; the first time, import the library where its log file does no harm."""
-    with redirect_stdout(StringIO()), redirect_stderr(StringIO()), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with np.errstate(all="ignore"):
-            if "pysocialforce" not in sys.modules:
-                _import_quietly()
-            yield
-
-
-def _import_quietly() -> None:
-    """Import from within an empty folder, then give the root logger back its level and handlers."""
-    root, home = logging.getLogger(), Path.cwd()
-    level, handlers = root.level, list(root.handlers)
-    named = logging.getLogger("root")
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        try:
-            with needs_extra("pysocialforce", "engine 'pysocialforce'"):
-                import_module("pysocialforce")
-        finally:
-            os.chdir(home)
-            for logger in {root, named}:
-                for handler in [h for h in logger.handlers if h not in handlers]:
-                    logger.removeHandler(handler)
-                    handler.close()
-            root.setLevel(level)
-
-
-def _simulator(crowd: Crowd, model: Model, walls: FloatArray, step: float) -> Any:
-    """The library's simulator with its parameters set."""
-    library = import_module("pysocialforce")
-    current = crowd.goals[:, 0]
-    state = np.column_stack((crowd.positions, crowd.velocities, current))
-    # It wants x0, x1, y0, y1, and breaks on walls too short for a point.
-    long_enough = np.hypot(*(walls[:, 2:] - walls[:, :2]).T) * RESOLUTION >= 1
-    obstacles = walls[long_enough][:, [0, 2, 1, 3]].tolist()
-    simulator = library.Simulator(state, groups=[list(group) for group in crowd.members()], obstacles=obstacles)
-    simulator.config.from_dict(_configuration(model))
-    simulator.forces = simulator.make_forces(simulator.config)
-    people = simulator.peds
-    people.step_width, people.agent_radius = step, model.walls.body_radius
-    people.max_speed_multiplier = model.top_speed
-    if not model.strict:
-        people.initial_speeds = np.array(crowd.speeds)
-        people.max_speed_multiplier = 1.0
-        cap = people.capped_velocity
-        people.capped_velocity = lambda velocity, top: cap(velocity, top * model.top_speed)
-    people.max_speeds = people.max_speed_multiplier * people.initial_speeds
-    return simulator
-
-
-def _configuration(model: Model) -> dict[str, dict[str, float]]:
-    """The model in the words of the library."""
-    repulsion, walls, groups = model.repulsion, model.walls, model.groups
-    return {
-        "desired_force": {"factor": 1.0, "relaxation_time": model.relaxation_time, "goal_threshold": 0.2},
-        "social_force": {
-            "factor": repulsion.factor,
-            "lambda_importance": repulsion.velocity_weight,
-            "gamma": repulsion.reach,
-            "n": repulsion.side_sharpness,
-            "n_prime": repulsion.brake_sharpness,
-        },
-        "obstacle_force": {
-            "factor": walls.factor,
-            "sigma": walls.fall_off,
-            "threshold": walls.reach - walls.body_radius,
-        },
-        "group_coherence_force_alt": {"factor": groups.cohesion},
-        "group_repulsive_force": {"factor": groups.separation, "threshold": groups.personal_space},
-        "group_gaze_force_alt": {"factor": groups.gaze},
-    }
-
-
-def _aim(people: Any, crowd: Crowd, current: np.ndarray[Any, Any], arrival_radius: float) -> None:
-    """Turn people who have arrived to their next goal."""
-    everyone, last = np.arange(crowd.people), crowd.goals.shape[1] - 1
-    while True:
-        goals = crowd.goals[everyone, current]
-        near = np.hypot(*(goals - people.pos()).T) <= arrival_radius
-        if not np.any(turning := near & (current < last)):
-            break
-        current[turning] += 1
-    people.state[:, 4:6] = goals
+    return {name: float(own[name]) for name in NUMBERS}

@@ -14,7 +14,6 @@ OPTIONAL = (
     "cv2",
     "trimesh",
     "pyrender",
-    "pysocialforce",
     "pandas",
     "distributed",
     "torch",
@@ -57,7 +56,6 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("trimesh", "render", ["detect", "DATA", "--sequence", "0", "--out", "OUT.txt"]),
         ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "raster"]),
         ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
-        ("pysocialforce", "pysocialforce", ["generate", "sim", "--options", "OPTIONS", "--out", "OUT"]),
         ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),
         ("rerun", "viewer", ["live", "BOXES", "--camera", "CAMERA", "--out", "OUT.rrd"]),
         ("cv2", "render", ["reproduce", "figure-keypoints", "--out", "OUT"]),
@@ -67,9 +65,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_is_missing_is_one_line_that_names_the_extra(
     dataset: Path, tmp_path: Path, missing: str, extra: str, command: list[str]
 ) -> None:
-    options = tmp_path / "options.toml"
-    options.write_text('engine = "pysocialforce"')
-    places = {"DATA": str(dataset), "OUT": str(tmp_path / "out"), "OPTIONS": str(options)}
+    places = {"DATA": str(dataset), "OUT": str(tmp_path / "out")}
     places |= {"BOXES": str(EXAMPLE / "boxes.csv"), "CAMERA": str(EXAMPLE / "camera.toml")}
     done = run_without((missing,), [places.get(word, word.replace("OUT", places["OUT"])) for word in command])
     assert done.returncode == 2, done.stderr

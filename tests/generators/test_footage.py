@@ -298,7 +298,7 @@ def test_the_options_are_all_known_here():
 
 @pytest.mark.parametrize(("split", "name"), NOT_READ)
 def test_an_option_that_a_split_does_not_read_is_refused(tmp_path, split, name):
-    said = "`scenario`, `people` or `engine`" if name == "simulation" else f"`{name}`"
+    said = "`scenario` or `people`" if name == "simulation" else f"`{name}`"
     with pytest.raises(VbbenchError, match=f"^{split} is footage and does not read {said}; it reads `seed`, .* and `"):
         SPLITS[split].plan(asked(name, tmp_path))
 
@@ -319,7 +319,7 @@ def test_an_option_that_a_split_reads_is_not(tmp_path, split, name):
         (["--sigma-h", "0.2"], "--sigma-h"),
         ("interpolated = false", "`interpolated`"),
         ("detector = false", "`detector`"),
-        ('engine = "vbbench"', "--scenario, --people or `engine`"),
+        (["--scenario", "plaza"], "--scenario or --people"),
     ],
 )
 def test_the_command_says_so_in_one_line(tmp_path, capsys, option, said):

@@ -86,9 +86,8 @@ def test_action_is_reaction_to_the_bit(values: tuple[float, float, float, float]
     assert np.all(np.isfinite(forces))
 
 
-@pytest.mark.parametrize("model", [Model(), Model(strict=True)])
-def test_people_who_stand_in_one_place_feel_nothing_and_no_nan(model: Model) -> None:
-    assert np.all(row_forces(np.zeros((7, 2)), NO_WALLS, model_numbers(model)) == 0.0)
+def test_people_who_stand_in_one_place_feel_nothing_and_no_nan() -> None:
+    assert np.all(row_forces(np.zeros((7, 2)), NO_WALLS, model_numbers(Model())) == 0.0)
 
 
 @settings(max_examples=100, deadline=None)
@@ -121,7 +120,6 @@ def test_parameters_reach_the_forces() -> None:
         (np.zeros((7, 2)), np.zeros((1, 3)), {}, r"walls must have the shape \[any, 4\]"),
         (None, NO_WALLS, {}, "people must be an array"),
         (np.zeros((7, 2)), NO_WALLS, {"reach": np.nan}, "reach must be a finite number"),
-        (np.zeros((7, 2)), NO_WALLS, {"kind": 2}, "kind must be"),
     ],
 )
 def test_what_is_no_crowd_is_refused(people: FloatArray, walls: FloatArray, numbers: object, problem: str) -> None:

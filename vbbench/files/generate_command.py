@@ -10,7 +10,7 @@ from vbbench.errors import VbbenchError
 LEAST_TRACK = 3
 """Frames of the shortest tracks where ``least_track`` is not given."""
 OWN_ENGINE = "numba"
-"""What definitions call vbbench's own crowd engine, after what first ran it: ids of datasets stay as they are."""
+"""What definitions call the crowd engine, after what first ran it: ids of datasets stay as they are."""
 FOOTAGE_FILES = {"poses": "poses", "boxes": "boxes", "bag": "bags"}
 """The options that name files of footage which its own folder does not hold, by what they hold."""
 _PLACES = {"source", *FOOTAGE_FILES.values()}
@@ -81,7 +81,6 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
         "scenario": None if scenario.get("name") == usual else scenario.get("name"),
         "sequences": scenario.get("sequences"),
         "people": _people(people) if isinstance(people, list) else None,
-        "engine": None if definition.get("engine") == OWN_ENGINE else definition.get("engine"),
     }
 
 

@@ -15,7 +15,6 @@ from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 
-Engine = Literal["vbbench", "pysocialforce"]
 MOST_PEOPLE = 10_000
 """People of the largest crowd."""
 
@@ -34,21 +33,11 @@ class Simulation:
     scenario : name of a scenario, or path of a scenario file.
     sequences : number of sequences.
     people : numbers of people K; the sequences take them in turn.
-    engine : which implementation of the social force walks the crowd.
-
-    Raises
-    ------
-    VbbenchError
-        If there is no such engine; the nearest is suggested.
     """
 
     scenario: str | None = None
     sequences: int | None = None
     people: tuple[int, ...] | None = None
-    engine: Engine = "vbbench"
-
-    def __post_init__(self) -> None:
-        _check_ranges(self)
 
 
 Look = Literal["motion", "wander", "natural", "follow", "ahead", "glance", "sway"]

@@ -11,14 +11,14 @@ from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.generate_command import options_of
 from vbbench.generation.footage import FootageOptions
-from vbbench.generation.generator import MOST_PEOPLE, Engine, FootageGenerator, Look, Observer, Options, Simulation
+from vbbench.generation.generator import MOST_PEOPLE, FootageGenerator, Look, Observer, Options, Simulation
 from vbbench.parsing.json_text import read_object
 from vbbench.parsing.toml_text import from_table, read_toml
 from vbbench.registry import load
 
 AS_THEY_ARE = ("tier", "look", "observer", "detector", "noise", "least_track", "seed", "limit", "stride", "dt")
 """Options that `Options` has under the same names."""
-SIMULATED = ("scenario", "sequences", "people", "engine")
+SIMULATED = ("scenario", "sequences", "people")
 """Options of a simulated crowd."""
 OF_FOOTAGE = ("sequences", "every", "longest", "person_class", "cyclists", "interpolated")
 """Options of footage that a file may have; ``poses``, ``boxes`` and ``bags`` are paths, for the command line."""
@@ -55,7 +55,6 @@ class WrittenOptions:
     scenario: str | None = None
     sequences: int | str | tuple[str, ...] | None = None
     people: int | str | tuple[int, ...] | None = None
-    engine: Engine | None = None
     every: int | None = None
     longest: int | None = None
     person_class: str | None = None

@@ -14,12 +14,9 @@ constexpr int kPairs = 1024;          ///< pairs computed at a time: few enough 
 constexpr double kTiny = 1e-60;       ///< stands in for a length of 0 m that divides; its cube is still a number
 constexpr double kUnderflow = -32.0;  ///< exponents below it are raised to it: exp(−32) is 1e−14
 
-enum class Repulsion { kMoussaid, kPysocialforce };
-
 /// The numbers of a model; lengths in m, times in s.
 struct Settings {
-  Repulsion kind = Repulsion::kMoussaid;
-  double desired_factor, relaxation_time, top_speed, arrival_radius, stop_radius;
+  double relaxation_time, top_speed, arrival_radius, stop_radius;
   double factor, velocity_weight, reach, side_sharpness, brake_sharpness;
   double wall_factor, wall_fall_off, wall_reach, body_radius;
   double cohesion, gaze, separation, personal_space;

@@ -44,15 +44,10 @@ struct Crowds {
 /// Adds repulsion and walls for the people first, first + stride, … in m/s².
 inline void add_row_forces(const People& people, int first, int stride, std::span<const Wall> walls, const Settings& s,
                            Pairs& pairs, Forces& forces) {
-  const bool strict = s.kind == Repulsion::kPysocialforce;
-  if (strict) {
-    add_strict(people, first, stride, s, forces);
-  } else {
-    add_moussaid(people, first, stride, s, pairs, forces);
-  }
+  add_moussaid(people, first, stride, s, pairs, forces);
   for (int k = first; k < people.count; k += stride) {
     for (const Wall& wall : walls) {
-      const auto [fx, fy] = sampled_wall(people.x[k], people.y[k], wall, s, strict);
+      const auto [fx, fy] = sampled_wall(people.x[k], people.y[k], wall, s);
       forces.x[k] += fx;
       forces.y[k] += fy;
     }
@@ -114,7 +109,7 @@ class Walk {
   void step_of(int k, double fx, double fy, double step) {
     const Settings& s = crowds_.settings;
     const double desired = crowds_.speeds[scene_.first + k], distance = people_.distance[k];
-    const double wish = distance > kBrakeRadius ? desired * s.desired_factor : 0.0;
+    const double wish = distance > kBrakeRadius ? desired : 0.0;
     const double ax = (wish * people_.ahead_x[k] - people_.vx[k]) / s.relaxation_time + fx;
     const double ay = (wish * people_.ahead_y[k] - people_.vy[k]) / s.relaxation_time + fy;
     const double vx = people_.vx[k] + step * ax, vy = people_.vy[k] + step * ay;

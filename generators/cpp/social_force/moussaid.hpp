@@ -6,10 +6,6 @@
 //
 // i feels A (exp(−d/B − (n'Bθ)²) t − sign(θ) exp(−d/B − (nBθ)²) t⊥), t⊥ being t turned left. Exchanging i and j turns D
 // round and leaves θ as it is: j feels the opposite, and each pair is computed once.
-//
-// `add_strict` is the repulsion of pysocialforce 1.1.2 as it is: the angle is the plain difference of two atan2, which
-// may pass π. Each ordered pair is computed by itself. This is slower, and paths depend on how the world is turned; it
-// exists to compare with the library.
 #pragma once
 
 #include <array>
@@ -134,38 +130,6 @@ inline void add_moussaid(const People& people, int first, int stride, const Sett
     filled += people.count - i - 1;
   }
   compute(people.count);
-}
-
-/// Unit vector and length; zeros stay zeros.
-inline std::array<double, 3> direction(double x, double y) {
-  const double length = std::sqrt(x * x + y * y);
-  if (length > 0.0) return {x / length, y / length, length};
-  return {0.0, 0.0, 0.0};
-}
-
-/// Force (m/s²) of j on i; none where the library gets 0/0, of people with the same place and velocity.
-inline std::array<double, 2> strict_pair(const People& p, int i, int j, const Settings& s) {
-  const auto [ex, ey, distance] = direction(p.x[i] - p.x[j], p.y[i] - p.y[j]);
-  const auto [tx, ty, length] =
-      direction(s.velocity_weight * (p.vx[j] - p.vx[i]) + ex, s.velocity_weight * (p.vy[j] - p.vy[i]) + ey);
-  if (length == 0.0) return {0.0, 0.0};
-  const double scale = s.reach * length, angle = std::atan2(ty, tx) - std::atan2(ey, ex);
-  const double brake = s.brake_sharpness * scale * angle, side = s.side_sharpness * scale * angle;
-  const double ahead = std::exp(-distance / scale - brake * brake);
-  const double aside = angle != 0.0 ? std::copysign(std::exp(-distance / scale - side * side), angle) : 0.0;
-  return {s.factor * (ahead * tx + aside * ty), s.factor * (ahead * ty - aside * tx)};
-}
-
-/// Adds the force (m/s²) of everybody on i, for i = first, first + stride, …
-inline void add_strict(const People& people, int first, int stride, const Settings& s, Forces& forces) {
-  for (int i = first; i < people.count; i += stride) {
-    for (int j = 0; j < people.count; ++j) {
-      if (j == i) continue;
-      const auto [fx, fy] = strict_pair(people, i, j, s);
-      forces.x[i] += fx;
-      forces.y[i] += fy;
-    }
-  }
 }
 
 }  // namespace vbbench::social_force

@@ -33,17 +33,6 @@ VBBENCH_WIDE inline void wall_pushes(int filled, double radius, double fall_off,
   }
 }
 
-/// `wall_pushes` with the exponential of the C library.
-inline void exact_wall_pushes(int filled, double radius, double fall_off, double reach, double* dx, double* dy) {
-  for (int n = 0; n < filled; ++n) {
-    const double distance = std::sqrt(dx[n] * dx[n] + dy[n] * dy[n]);
-    const bool felt = distance > 0.0 && distance - radius < reach;
-    const double push = felt ? std::exp(-(distance - radius) / fall_off) / distance : 0.0;
-    dx[n] *= push;
-    dy[n] *= push;
-  }
-}
-
 /// The part of a segment, as fractions of it, within `reach` of x, y as seen from its start; (1, −1) if none.
 inline Vector within_reach(double x, double y, double ax, double ay, double length, double reach) {
   if (length == 0.0) return {0.0, 1.0};
@@ -58,14 +47,12 @@ inline Vector within_reach(double x, double y, double ax, double ay, double leng
 /// Force (m/s²) on a person at x, y (m) of one wall as pysocialforce has it.
 ///
 /// int(10 · length) points evenly spread from end to end repel with exp(−(d − body radius)/fall-off) each. Walls too
-/// short for two points have two, at their ends. `strict`: what the library gives them, one or none, and the
-/// exponential of the C library.
-inline Vector sampled_wall(double x, double y, const Wall& wall, const Settings& s, bool strict) {
+/// short for two points have two, at their ends.
+inline Vector sampled_wall(double x, double y, const Wall& wall, const Settings& s) {
   constexpr int kAtOnce = 256;
   const double ax = wall.x1 - wall.x0, ay = wall.y1 - wall.y0, length = std::sqrt(ax * ax + ay * ay);
-  std::int64_t count = static_cast<std::int64_t>(length * kSamplesPerMetre);
-  if (!strict) count = std::max<std::int64_t>(count, 2);
-  const double step = 1.0 / static_cast<double>(std::max<std::int64_t>(count - 1, 1));
+  const std::int64_t count = std::max<std::int64_t>(static_cast<std::int64_t>(length * kSamplesPerMetre), 2);
+  const double step = 1.0 / static_cast<double>(count - 1);
   const double from_x = x - wall.x0, from_y = y - wall.y0, step_x = ax * step, step_y = ay * step;
   const auto [first, last] = within_reach(from_x, from_y, ax, ay, length, s.wall_reach + s.body_radius);
   const std::int64_t start = std::max<std::int64_t>(static_cast<std::int64_t>(first / step) - 1, 0);
@@ -78,8 +65,7 @@ inline Vector sampled_wall(double x, double y, const Wall& wall, const Settings&
       dx[n] = from_x - static_cast<double>(k + n) * step_x;
       dy[n] = from_y - static_cast<double>(k + n) * step_y;
     }
-    (strict ? exact_wall_pushes : wall_pushes)(filled, s.body_radius, s.wall_fall_off, s.wall_reach, dx.data(),
-                                               dy.data());
+    wall_pushes(filled, s.body_radius, s.wall_fall_off, s.wall_reach, dx.data(), dy.data());
     for (int n = 0; n < filled; ++n) {
       fx += dx[n];
       fy += dy[n];

@@ -10,7 +10,7 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.errors import UnknownNameError, VbbenchError
-from vbbench.generation.generator import MOST_PEOPLE, Engine
+from vbbench.generation.generator import MOST_PEOPLE
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
 from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
@@ -263,7 +263,6 @@ def draw_scene(
     scenario: Scenario,
     people: int,
     *,
-    engine: Engine,
     camera: Camera,
     height: float,
     rng: np.random.Generator,
@@ -285,7 +284,7 @@ def draw_scene(
     for _ in range(ATTEMPTS):
         crowd = draw_crowd(scenario, people, model, rng)
         candidates = rng.permutation(people)
-        positions = walk(scenario, crowd, model, engine)
+        positions = walk(scenario, crowd, model)
         if is_stuck(positions, crowd.speeds, scenario.dt).any():
             continue
         headings = causal_headings(positions, scenario.dt)
@@ -314,7 +313,7 @@ def is_stuck(positions: FloatArray, speeds: FloatArray, dt: float) -> BoolArray:
     return stuck
 
 
-def walk(scenario: Scenario, crowd: Crowd, model: Model, engine: Engine) -> FloatArray:
+def walk(scenario: Scenario, crowd: Crowd, model: Model) -> FloatArray:
     """Positions [T, K, 2] in m of a crowd in the frames after the warm-up."""
     walls = np.array(scenario.walls).reshape(-1, 4)
     frames = scenario.warm_up_frames + scenario.frames
@@ -325,7 +324,6 @@ def walk(scenario: Scenario, crowd: Crowd, model: Model, engine: Engine) -> Floa
         dt=scenario.dt,
         substeps=scenario.substeps,
         walls=walls,
-        engine=engine,
         threads=1,  # sequences fill the cores
     )
     return paths[scenario.warm_up_frames :]

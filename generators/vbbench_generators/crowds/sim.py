@@ -14,7 +14,7 @@ from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.generate_command import OWN_ENGINE
 from vbbench.files.tables import ODOMETRY_TABLE
-from vbbench.generation.generator import Card, Engine, Look, Observer, Options, Simulation, refuse_footage
+from vbbench.generation.generator import Card, Look, Observer, Options, Simulation, refuse_footage
 from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
@@ -64,7 +64,7 @@ def record_plaza(seed: int, index: int, people: int, frames: int) -> Scene:
     """
     scenario = replace(get_scenario("plaza"), people=(people,), frames=frames)
     rng = random_stream(seed, index)
-    positions = walk(scenario, draw_crowd(scenario, people, Model(), rng), Model(), "vbbench")
+    positions = walk(scenario, draw_crowd(scenario, people, Model(), rng), Model())
     inside = np.abs(positions).max(axis=-1) <= HALF_SIDE
     comes = inside & ~np.concatenate([np.zeros((1, people), bool), inside[:-1]])
     visit = comes.T.ravel().cumsum().reshape(people, frames).T - 1
@@ -98,7 +98,6 @@ class SimulationPlan:
     info: DatasetInfo
     scenario: Scenario
     heights: Heights
-    engine: Engine
     look: Look
     tier: Tier
     limit: int | None = None
@@ -120,7 +119,6 @@ class SimulationPlan:
         drawn = draw_scene(
             self.scenario,
             people,
-            engine=self.engine,
             camera=self.info.camera,
             height=self.info.height_mean,
             rng=rng,
@@ -245,7 +243,7 @@ def plan_simulation(
             "generator": f"simulation/{REVISION}",
             **observer_definition(options, look),
             "limit": options.limit,
-            "engine": OWN_ENGINE if asked.engine == "vbbench" else asked.engine,
+            "engine": OWN_ENGINE,
             "scenario": asdict(scenario),
             **tier.definition,
             **definition,
@@ -256,7 +254,6 @@ def plan_simulation(
         info=info,
         scenario=scenario,
         heights=heights,
-        engine=asked.engine,
         look=look,
         tier=tier,
         limit=options.limit,

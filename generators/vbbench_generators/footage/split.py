@@ -22,7 +22,7 @@ READ_BY_ALL = frozenset({"source", "seed", "limit", "sequences", "every", "longe
 _ELSEWHERE = frozenset({"footage", "stride"})
 """Options that are no split's: one holds others, and `vbbench.generation.planning` refuses the other for footage."""
 
-_IN_PARTS = {"simulation": "`scenario`, `people` or `engine`"}
+_IN_PARTS = {"simulation": "`scenario` or `people`"}
 """Options that messages name by what they hold."""
 
 

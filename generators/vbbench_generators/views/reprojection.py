@@ -123,8 +123,7 @@ def plan_reprojection(
     """
     if options.simulation is not None:
         raise VbbenchError(
-            "`scenario`, `sequences`, `people` and `engine` are for the splits sim and street; "
-            f"{card.name} has its own people"
+            f"`scenario`, `sequences` and `people` are for the splits sim and street; {card.name} has its own people"
         )
     refuse_footage(options, card.name)
     if options.observer == "robot":
