@@ -17,9 +17,9 @@ namespace {
 struct Network {
   former::Network network;
 
-  Network(const nb::dict& weights, bool feet, bool heads) : network(made(weights, feet, heads)) {}
+  Network(const nb::dict& weights, bool heads) : network(made(weights, heads)) {}
 
-  static former::Network made(const nb::dict& weights, bool feet, bool heads) {
+  static former::Network made(const nb::dict& weights, bool heads) {
     std::map<std::string, former::Weight> found;
     for (const auto& [key, value] : weights) {
       const std::string name = nb::str(key).c_str();
@@ -31,7 +31,7 @@ struct Network {
       weight.values.assign(values.data(), values.data() + values.size());
     }
     try {
-      return {former::Weights(std::move(found)), feet, heads};
+      return {former::Weights(std::move(found)), heads};
     } catch (const std::invalid_argument& error) {
       refuse(error.what());
     }
@@ -81,7 +81,7 @@ namespace vbbench {
 
 void bind_former(nb::module_& module) {
   nb::class_<Network>(module, "FormerNetwork", "The learned network with its weights.")
-      .def(nb::init<const nb::dict&, bool, bool>(), nb::arg("weights"), nb::arg("feet"), nb::arg("heads"))
+      .def(nb::init<const nb::dict&, bool>(), nb::arg("weights"), nb::arg("heads"))
       .def("advance", &Network::advance, array_arg("people"), array_arg("observer"), array_arg("sights"),
            array_arg("given"), nb::arg("dt"), nb::arg("spread"), array_arg("pose"), array_arg("places"),
            "Takes a frame, renews what is remembered of people and observer, and writes the last two arrays.");

@@ -107,7 +107,7 @@ class FormerNetwork:
         If the weights are not those of a network.
     """
 
-    def __init__(self, weights: Mapping[str, Singles], feet: bool, heads: bool) -> None: ...
+    def __init__(self, weights: Mapping[str, Singles], heads: bool) -> None: ...
     def advance(
         self,
         people: Singles,

@@ -28,8 +28,7 @@ from vbbench_baselines.cascade.heights import Heights
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.facts import CASCADE
-from vbbench_baselines.common.motion import History, Spreads
-from vbbench_baselines.common.odometry import SURE, Told, newest_measured
+from vbbench_baselines.common.motion import SURE, History, Spreads, Told, newest_measured
 from vbbench_baselines.common.sightings import sight, usable
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect, kept_shares
 
@@ -83,7 +82,6 @@ class Birdifier(ABC):
     estimate_std : in m, of the solver's own past positions, where it depends on them.
     height_limits : range of plausible heights in m.
     pose_std : in m; what the solver's own poses add to the error of heights learned from them.
-    confident_std : in m; heights are also learned from people whom the walk places this accurately.
     calibrate : whether heights are learned from given positions; otherwise everyone keeps the prior N(μ_h, σ_h²).
     most_people, smallest_box : if more people are seen, only those of greatest box height, above ``smallest_box`` px,
         decide the pose; the rest are localised from it. The pose takes time linear in their number, so by default
@@ -98,7 +96,6 @@ class Birdifier(ABC):
     estimate_std: float = 0.05
     height_limits: tuple[float, float] = (1.4, 2.0)
     pose_std: float = 0.02
-    confident_std: float = 0.0
     calibrate: bool = True
     most_people: int = EVERYBODY
     smallest_box: float = 1.0
@@ -125,7 +122,6 @@ class Birdifier(ABC):
         self._history = History(people)
         self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
-        self._confident = np.full((people, 2), np.nan), np.full(people, np.nan)
         self._drift, self._astray = Drift(), Astray()
         self._odometry: Told | None = None
 
@@ -135,7 +131,7 @@ class Birdifier(ABC):
         history.advance(frame.given)
         self._astray.wait(self._dt if history.unmeasured else 0.0)
         if self.calibrate:
-            heights.learn(history, self._seen, *self._confident)
+            heights.learn(history, self._seen)
         observations = usable(frame.observations)
         history.seen = ~np.isnan(observations[:, 2])
         self._seen = sight(self._camera, observations, self._pixel_std)
@@ -157,7 +153,6 @@ class Birdifier(ABC):
         if not (self.ego_prior or fallback or found):
             factors = factors._replace(walk_std=np.inf)
         factors, facing = _with_odometry(factors, told, facing)
-        self._confident = factors.expected, np.where(factors.std <= self.confident_std, factors.std, np.nan)
         task = Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing)
         answer, bounded = self._minimise(task), False
         if not (found or sure):
@@ -230,7 +225,7 @@ class Birdifier(ABC):
         """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
         self._history.forget(columns)
         self._heights.forget(columns)
-        for rows in (*self._seen, *self._confident):
+        for rows in self._seen:
             rows[columns] = np.nan
 
     def _report(

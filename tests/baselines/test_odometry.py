@@ -16,7 +16,7 @@ from vbbench.protocol import get_protocol
 from vbbench.sequence import Odometry, Sequence, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import run_sequence
-from vbbench_baselines.common.odometry import newest_measured
+from vbbench_baselines.common.motion import newest_measured
 from vbbench_baselines.joint_map import MapBatch, MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier

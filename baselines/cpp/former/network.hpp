@@ -12,7 +12,7 @@ namespace vbbench::former {
 
 constexpr int kTraces = 4, kMemory = 24, kDoubt = 12;
 constexpr int kWalkFacts = 14, kEgoFacts = 9, kPersonFacts = 45, kObserverFacts = 29, kLookFacts = 8;
-constexpr float kLongest = 40.0f, kUnknownStd = 0.1f, kFar = 1e4f;
+constexpr float kLongest = 40.0f, kFar = 1e4f;
 constexpr float kNearestLog = -1.6f, kFarthestLog = 4.8f;
 
 /// What is remembered of a person, as `state.Walkers` has it; numbers lie as in the arrays of Python.
@@ -79,9 +79,8 @@ constexpr int kPoseAnswerFloats = sizeof(PoseAnswer) / kFloats, kPersonAnswerFlo
 
 class Network {
  public:
-  Network(const Weights& weights, bool feet, bool heads)
+  Network(const Weights& weights, bool heads)
       : pure_(weights.has("own_trust.bias", {9})),
-        feet_(feet),
         heads_(heads),
         walk_(weights, "walk", kWalkFacts + kMemory, kWidth, 4 + 2 * kTraces),
         own_walk_(weights, "own_walk", kEgoFacts + kMemory, 32, 3 + 2 * kTraces),
@@ -272,8 +271,7 @@ class Network {
     for (int k = 0; k < frame.count(); ++k) {
       Person& p = frame.people[k];
       const Walker& w = p.walker;
-      Sight& s = p.sight;
-      if (!feet_) s.by_feet = s.has_feet = 0.0f, s.noise[2] = kUnknownStd;
+      const Sight& s = p.sight;
       p.given = s.placed > 0.5f;
       const float stature = frame.spread / std::sqrt(1.0f + w.seen);
       const float by_height = 1.0f / (square(s.noise[1]) + square(stature) + 1e-5f);
@@ -571,7 +569,7 @@ class Network {
     after.frames = clip(frames + 1.0f, 0.0f, kLongest);
   }
 
-  bool pure_, feet_, heads_;
+  bool pure_, heads_;
   Perceptron walk_, own_walk_, person_, observer_, place_spread_;
   std::vector<Block> blocks_;
   Normalisation after_;

@@ -32,14 +32,8 @@ class Heights:
         """The columns [M] stand for new people."""
         self.mean[columns], self.variance[columns] = self._prior
 
-    def learn(self, history: History, previous: Sightings, expected: FloatArray, std: FloatArray) -> None:
-        """Update from what is known of frame t−1 and its boxes; called once per frame.
-
-        Without a given position the walk may help: places ``expected`` then [K, 2] with deviations ``std`` [K] in m,
-        which do not depend on the boxes of that frame; NaN = not to be learned from.
-        """
-        given = history.position_given[1]
-        places = np.where(given[:, None], history.positions[1], expected)
-        pose_std = 0.0 if history.pose_given[1] else self._pose_std
-        spread = np.where(given, 0.0, std)
+    def learn(self, history: History, previous: Sightings) -> None:
+        """Update from the positions that are given of frame t−1, and its boxes; called once per frame."""
+        spread = np.where(history.position_given[1], 0.0, np.nan)
+        places, pose_std = history.positions[1], 0.0 if history.pose_given[1] else self._pose_std
         learn_heights(self.mean, self.variance, history.poses[1], places, spread, previous, pose_std, *self._limits)

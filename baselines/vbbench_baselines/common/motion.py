@@ -1,16 +1,21 @@
-"""What a frame-by-frame solver remembers, and where it expects people and the observer next.
+"""What a frame-by-frame solver remembers, where it expects people and the observer next, and what odometry measures.
 
 Constant velocity: x = x' + κ(x' − x''), κ = 1 (arXiv 2111.05060, eq. 10), or less after a cold start. Its error has the
 variance σ_m² + σ_e²(4e' + e''), σ_m being the motion's, σ_e that of the solver's own estimates, and e', e'' one where
 the past position is such an estimate and zero where it was given.
+
+Odometry says that the observer moved by m = (forward, left, turn) in the axes of the frame before, with covariance C.
+Where C is small (`SURE`) the pose to which that leads replaces the priors of the observer's walk and head, which are
+far less certain and, of a robot, wrong; elsewhere it counts in addition to them.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.sequence import Given
+from vbbench.sequence import Given, Odometry
 from vbbench.solver import FrameEstimate
 from vbbench_baselines.common.cold_start import begins_cold
 
@@ -120,3 +125,39 @@ class Spreads(NamedTuple):
     stay: float
     estimate: float
     reach: float = np.inf
+
+
+SMALLEST = 1e-6
+"""Least standard deviation in m and rad of a measured motion: what is said to be exact must not divide by zero."""
+
+SURE = 0.3
+"""In m and rad a frame: a motion measured with smaller standard deviations replaces the priors of walk and head."""
+
+
+class Told(NamedTuple):
+    """What odometry measured of the newest pose, where the pose before is known.
+
+    Attributes
+    ----------
+    pose : [3] where it leads to.
+    std : in m, of its place, equal in all directions.
+    facing : information in 1/rad² on its yaw.
+    """
+
+    pose: FloatArray
+    std: float
+    facing: float
+
+
+def newest_measured(odometry: Odometry | None, before: FloatArray) -> Told | None:
+    """What the newest row of ``odometry`` says after the pose ``before`` [3]; ``None`` if nothing."""
+    if odometry is None:
+        return None
+    moved, spread = odometry.motions[-1], odometry.covariances[-1]
+    if not (np.isfinite(moved).all() and np.isfinite(spread).all()) or np.isnan(before).any():
+        return None
+    std = np.sqrt(0.5 * (spread[0, 0] + spread[1, 1]) + SMALLEST**2)
+    (x, y, yaw), (forward, left, turn) = before.tolist(), moved.tolist()
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    pose = np.array((x + (cos * forward - sin * left), y + (sin * forward + cos * left), yaw + turn))
+    return Told(pose, float(std), float(1.0 / (spread[2, 2] + SMALLEST**2)))

@@ -95,16 +95,16 @@ class Inference:
         If the weights are not those of a network, see `layers.shapes`.
     """
 
-    def __init__(self, weights: Weights, feet: bool, heads: bool = True) -> None:
-        self.weights, self.feet, self.heads = weights, feet, heads
+    def __init__(self, weights: Weights, heads: bool = True) -> None:
+        self.weights, self.heads = weights, heads
         made = {name: np.ascontiguousarray(values, np.float32) for name, values in weights.items()}
-        self._network = _core.FormerNetwork(made, feet, heads)
+        self._network = _core.FormerNetwork(made, heads)
 
     def __deepcopy__(self, memo: Mapping[int, Any]) -> Self:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Inference, (self.weights, self.feet, self.heads)
+        return Inference, (self.weights, self.heads)
 
     def advance(self, remembered: Remembered, sights: Sights, told: Told, dt: float, spread: float) -> Answer:
         """The answer for a frame of ``dt`` s; what is ``remembered`` becomes what the next frame needs.

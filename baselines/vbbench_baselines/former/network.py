@@ -21,7 +21,7 @@ from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Weighing, fit, view, with_measured
 from vbbench_baselines.former.remembering import Found, memories, spreads, state_after
 from vbbench_baselines.former.scene import Scene, Told, foresee, rough_motion
-from vbbench_baselines.former.sights import Sights, without_feet
+from vbbench_baselines.former.sights import Sights
 from vbbench_baselines.former.state import State
 
 FAR = 1e4
@@ -54,13 +54,11 @@ class Birdifier:
     ----------
     network : its layers.
     pure : whether the pose is output by the network, and not fitted.
-    feet : whether it may see where feet stand.
     heads : whether the fit counts on heads that follow their ways.
     """
 
     network: Network
     pure: bool = False
-    feet: bool = True
     heads: bool = True
 
     def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
@@ -69,7 +67,6 @@ class Birdifier:
         ``spread`` [...] is the standard deviation of heights, as a share of their mean.
         """
         network = self.network
-        sights = sights if self.feet else without_feet(network.operations, sights)
         scene = foresee(network, state, sights, told, dt, spread)
         rough = rough_motion(network.operations, scene)
         rows, own_row = self._attend(state, scene, rough)

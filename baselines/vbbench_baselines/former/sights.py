@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vbbench.geometry import FloatArray
 from vbbench.solver import Problem
 from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, bearings_of
-from vbbench_baselines.former.operations import Array, Operations
+from vbbench_baselines.former.operations import Array
 
 LOWEST, HIGHEST = -1.6, 4.8
 """ln of the nearest and farthest distance in m that counts."""
@@ -66,13 +66,6 @@ def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
         noise=_single(np.where(there & ~np.isnan(noise), bounded, UNKNOWN_STD)),
         cut=_single(there & (found.cut[..., None] & _CUTS > 0)),
     )
-
-
-def without_feet(operations: Operations, sights: Sights) -> Sights:
-    """The same, if nobody looked where feet stand."""
-    none = 0.0 * sights.by_feet
-    noise = operations.join([sights.noise[..., :2], none[..., None] + UNKNOWN_STD])
-    return sights._replace(by_feet=none, has_feet=none, noise=noise)
 
 
 def _single(values: NDArray[Any]) -> NDArray[np.float32]:

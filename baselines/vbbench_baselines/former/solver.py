@@ -4,23 +4,27 @@ The network sees everything from the last pose. Poses in the world are composed 
 there is turned into what it sees.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vbbench.estimate import LARGEST
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines.common.facts import SIMULATED
+from vbbench_baselines.common.motion import SMALLEST, SURE
 from vbbench_baselines.common.sightings import usable
 from vbbench_baselines.former.certainty import Certainty
-from vbbench_baselines.former.composing import in_world, measured_motion, motion_between, moved, seen_from
 from vbbench_baselines.former.inference import Inference, Records, nothing_remembered
 from vbbench_baselines.former.network import Answer
-from vbbench_baselines.former.pose_fit import Motion
+from vbbench_baselines.former.operations import Array
+from vbbench_baselines.former.pose_fit import Measured, Motion
 from vbbench_baselines.former.scene import Told
 from vbbench_baselines.former.sights import Sights, sights_of
 from vbbench_baselines.former.weights import Weights, bundled_weights
@@ -40,6 +44,10 @@ LONGEST_AWAY = 16.0
 GIVEN = 1e-6
 """In m²: the variance of places that are given."""
 
+TRUSTED = 10.0
+"""Odometry that is sure counts as so many times its information: what is wrong with a box is so for several frames, and
+the network, which learned without odometry, takes it for new in each."""
+
 _STANDING = Motion(np.complex64(0.0), np.float32(0.0))
 
 
@@ -50,7 +58,6 @@ class VbFormer:
     Parameters
     ----------
     weights : of the network, pure or not, see `layers.shapes`; ``None`` for those that come with the package.
-    feet : whether it may see where feet stand.
     heads : whether it counts on an observer's head that follows its way, once that shows (`heads`).
     """
 
@@ -58,7 +65,6 @@ class VbFormer:
     bundled: ClassVar[str] = "vb-former"
 
     weights: Weights | None = None
-    feet: bool = True
     heads: bool = True
     _own: Inference | None = field(default=None, init=False, repr=False, compare=False)
 
@@ -75,10 +81,10 @@ class VbFormer:
     def _inference(self) -> Inference:
         """With the bundled weights one that all share; with others, that of the last start if nothing has changed."""
         if self.weights is None:
-            return bundled_inference(self.bundled, self.feet, self.heads)
+            return bundled_inference(self.bundled, self.heads)
         own = self._own
-        if own is None or own.weights is not self.weights or (own.feet, own.heads) != (self.feet, self.heads):
-            own = self._own = Inference(self.weights, self.feet, self.heads)
+        if own is None or own.weights is not self.weights or own.heads != self.heads:
+            own = self._own = Inference(self.weights, self.heads)
         return own
 
     def step(self, frame: Frame) -> FrameEstimate:
@@ -200,12 +206,52 @@ class PureVbFormer(VbFormer):
 
 
 @cache
-def bundled_inference(solver: str, feet: bool, heads: bool) -> Inference:
+def bundled_inference(solver: str, heads: bool) -> Inference:
     """With the weights that come with the package, see `bundled_weights`."""
-    return Inference(bundled_weights(solver), feet, heads)
+    return Inference(bundled_weights(solver), heads)
 
 
 def _keep_as_trained(people: Records) -> None:
     """Keep people within what windows of the training have: whoever was never seen is where the observer is."""
     people["place"][people["seen"] <= 0.5] = 0.0
     np.minimum(people["away"], np.float32(LONGEST_AWAY), out=people["away"])
+
+
+def seen_from(pose: FloatArray, positions: FloatArray) -> NDArray[np.complex64]:
+    """Positions [..., 2] in the world as forward + i·left of a pose [3]; 0 for NaN."""
+    apart = np.nan_to_num(positions) - pose[:2]
+    turned: NDArray[np.complex128] = (apart[..., 0] + 1j * apart[..., 1]) * np.exp(-1j * pose[2])
+    return np.where(np.isnan(positions[..., 0]), 0.0, turned).astype(np.complex64)
+
+
+def in_world(pose: FloatArray, places: Array) -> FloatArray:
+    """The inverse of `seen_from`: [..., 2], within what can be an answer."""
+    turned = np.asarray(places, np.complex128) * np.exp(1j * pose[2])
+    positions = np.stack([pose[0] + turned.real, pose[1] + turned.imag], axis=-1)
+    made: FloatArray = np.minimum(np.maximum(positions, -LARGEST), LARGEST)
+    return made
+
+
+def motion_between(before: FloatArray, pose: FloatArray) -> Motion:
+    """The motion from one pose [3] to another."""
+    turn = math.remainder(pose[2] - before[2], math.tau)
+    return Motion(seen_from(before, pose[:2])[()], np.float32(turn))
+
+
+def moved(pose: FloatArray, motion: Motion) -> FloatArray:
+    """The pose [3] after a motion; the yaw is within ±π."""
+    x, y = in_world(pose, motion.step)
+    return np.array((x, y, math.remainder(pose[2] + float(motion.turn), math.tau)))
+
+
+def measured_motion(odometry: Odometry | None) -> Measured | None:
+    """What odometry says of the newest frame."""
+    if odometry is None or not np.isfinite(odometry.motions[-1]).all():
+        return None
+    variances = odometry.covariances[-1].diagonal() + SMALLEST**2
+    if not np.isfinite(odometry.covariances[-1]).all():
+        return None
+    forward, left, turn = odometry.motions[-1].tolist()
+    motion = Motion(np.complex64(complex(forward, left)), np.float32(math.remainder(turn, math.tau)))
+    sure = bool(variances.max() < SURE**2)
+    return Measured(motion, ((TRUSTED if sure else 1.0) / variances).astype(np.float32), np.float32(sure))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.lib.solver_runs import CAMERAS, see, walk
-from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.sequence import Given
 from vbbench_baselines._core import measure
 from vbbench_baselines.cascade.heights import Heights
@@ -35,21 +35,5 @@ def test_the_height_of_a_single_exact_frame_is_exact() -> None:
         row = [np.full_like(sequence.given.positions[0], np.nan)] * 2 + [sequence.given.positions[t]]
         poses = [np.full(3, np.nan)] * 2 + [sequence.given.poses[t]]
         history.advance(Given(poses=np.array(poses), positions=np.array(row)))
-    nowhere = np.full((6, 2), np.nan), np.full(6, np.nan)
-    heights.learn(history, sight(camera, sequence.observations[0], 0.0), *nowhere)
+    heights.learn(history, sight(camera, sequence.observations[0], 0.0))
     np.testing.assert_allclose(heights.mean, truth.heights, atol=1e-7)
-
-
-def test_a_confidently_expected_place_teaches_a_height_as_far_as_it_is_trusted() -> None:
-    truth, camera = walk(4, frames=2, people=4), PanoramaCamera()
-    sequence, history = see(truth, camera), History(4)
-    nothing = np.full((4, 2), np.nan)
-    for t in (0, 1):
-        poses = np.array([np.full(3, np.nan)] * 2 + [truth.poses[t]])
-        history.advance(Given(poses=poses, positions=np.array([nothing] * 3)))
-    heights = Heights(4, 1.7, 0.07, (1.4, 2.0), 0.0)
-    std = np.array([0.0, 0.05, 5.0, np.nan])
-    heights.learn(history, sight(camera, sequence.observations[0], 0.0), truth.positions[0], std)
-    assert abs(heights.mean[0] - truth.heights[0]) < 1e-7
-    assert 1e-9 < heights.variance[0] + 1e-8 < heights.variance[1] < heights.variance[2] < heights.variance[3]
-    assert (heights.mean[3], heights.variance[3]) == (1.7, 0.07**2)

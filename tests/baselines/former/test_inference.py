@@ -63,13 +63,13 @@ def assert_alike(found: Any, wanted: Any) -> None:
     np.testing.assert_allclose(found, wanted, rtol=1e-3, atol=2e-4)
 
 
-@pytest.mark.parametrize(("pure", "feet"), [(False, True), (True, False)])
+@pytest.mark.parametrize("pure", [False, True])
 @pytest.mark.parametrize("people", [0, 1, 9])
 @pytest.mark.parametrize("said", [None, measured(False), measured(True)], ids=["alone", "measured", "sure"])
-def test_frames_are_numpys(pure: bool, feet: bool, people: int, said: Measured | None) -> None:
+def test_frames_are_numpys(pure: bool, people: int, said: Measured | None) -> None:
     weights = some_weights(pure=pure)
-    plain = Birdifier(Network(NumpyOperations(), weights), is_pure(weights), feet)
-    both = zip(follow(Inference(weights, feet=feet), people, said), follow_with_numpy(plain, people, said), strict=True)
+    plain = Birdifier(Network(NumpyOperations(), weights), is_pure(weights))
+    both = zip(follow(Inference(weights), people, said), follow_with_numpy(plain, people, said), strict=True)
     for (remembered, answer), (state, wanted) in both:
         for name in answer._fields[2:]:
             assert_alike(getattr(answer, name), getattr(wanted, name))
@@ -82,7 +82,7 @@ def test_frames_are_numpys(pure: bool, feet: bool, people: int, said: Measured |
 
 
 def test_sequences_that_share_a_network_do_not_disturb_one_another() -> None:
-    network = Inference(some_weights(pure=False), feet=True)
+    network = Inference(some_weights(pure=False))
     alone = places(network, 5)
     both = zip(follow(network, 5), follow(network, 7), strict=True)
     for (_, found), wanted in zip((one for one, _ in both), alone, strict=True):
@@ -99,7 +99,7 @@ def test_sequences_that_share_a_network_do_not_disturb_one_another() -> None:
 def test_weights_of_another_network_are_refused(changes: dict[str, Any], message: str) -> None:
     weights = some_weights(pure=False) | changes
     with pytest.raises(VbbenchError, match=message):
-        Inference({name: values for name, values in weights.items() if values is not None}, feet=True)
+        Inference({name: values for name, values in weights.items() if values is not None})
 
 
 def test_a_solver_takes_other_weights_at_its_next_start() -> None:
@@ -108,11 +108,11 @@ def test_a_solver_takes_other_weights_at_its_next_start() -> None:
         problem_of(see(walk(0, people=2), CAMERAS[0], 1.0), CAMERAS[0], 1.0),
     )
     used = []
-    for changes in ({}, {}, {"feet": False}, {"weights": some_weights(pure=True)}, {"weights": None}):
+    for changes in ({}, {}, {"heads": False}, {"weights": some_weights(pure=True)}, {"weights": None}):
         for name, value in changes.items():
             setattr(solver, name, value)
         solver.start(problem)
         used.append(solver._network)
     assert used[0] is used[1]
     assert len({id(network) for network in used}) == 4
-    assert used[-1] is bundled_inference("vb-former", False, True)
+    assert used[-1] is bundled_inference("vb-former", False)

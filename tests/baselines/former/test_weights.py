@@ -69,7 +69,7 @@ def test_missing_weights_are_one_clear_error(tmp_path: Path) -> None:
 @pytest.mark.parametrize("pure", [False, True])
 def test_pytorch_and_cpp_give_the_same_answers(pure: bool) -> None:
     torch = pytest.importorskip("torch", reason="needs the extra torch")
-    from vbbench_baselines.former.training.tensors import TensorOperations
+    from vbbench_baselines.former.training.following import TensorOperations
 
     def tensor(values: Any) -> Any:
         return torch.from_numpy(np.array(values))
@@ -79,7 +79,7 @@ def test_pytorch_and_cpp_give_the_same_answers(pure: bool) -> None:
     weights = {
         name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(0), pure).items()
     }
-    network = Inference(weights, feet=True)
+    network = Inference(weights)
     tensors = Birdifier(Network(TensorOperations(), {name: tensor(values) for name, values in weights.items()}), pure)
     remembered = nothing_remembered(5)
     other = nothing_seen(lambda *n: torch.zeros(n), lambda *n: torch.zeros(n, dtype=torch.complex64), 5)

@@ -1,11 +1,16 @@
-"""Batches of windows as tensors: what is seen, what is given under which protocol, and the truth."""
+"""Batches of windows as tensors: what is seen, what is given under which protocol, and the truth.
 
+A training has its batches by their numbers, drawn ahead of it by other processes if there are any.
+"""
+
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch.utils.data import DataLoader
 
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS, START_FRAMES
@@ -85,14 +90,14 @@ def batch_of(
         stream = crowds.streams[rng.choice(len(crowds.streams), p=crowds.shares)]
         window = cut(rng, stream[rng.integers(len(stream))], phase, size)
         if window is not None:
-            window = alter(rng, window, phase.passing)
+            window = alter(rng, window)
             if window.seen.any():
                 windows.append(window)
         if len(windows) == size.windows:
             people = size.most if filled else max(window.seen.shape[1] for window in windows)
             return _stacked(rng, windows, recipe, people)
     raise VbbenchError(
-        f"hardly any sequence of the recipe has {phase.frames} frames; ask for shorter ones in [[stage.phase]]"
+        f"hardly any sequence of the recipe has {phase.frames} frames; ask for shorter ones in [[phase]]"
     )
 
 
@@ -142,3 +147,39 @@ def _filled(values: list[NDArray[Any]], people: int, empty: float | bool) -> NDA
 
 def _tensor(values: NDArray[Any]) -> torch.Tensor:
     return torch.from_numpy(values.astype(np.complex64 if np.iscomplexobj(values) else np.float32))
+
+
+class Feed:
+    """All batches of a training: each follows from seed and number alone, whoever draws it.
+
+    Parameters
+    ----------
+    recipe, crowds, seed : see `vbbench_baselines.former.training.loop.Training`.
+    filled : see `batch_of`.
+    """
+
+    def __init__(self, recipe: Recipe, crowds: Crowds, seed: int, *, filled: bool = False) -> None:
+        self._recipe, self._crowds, self._seed, self._filled = recipe, crowds, seed, filled
+        self._phases = list(self._phase_by_phase())
+
+    def __len__(self) -> int:
+        return len(self._phases)
+
+    def __getitem__(self, number: int) -> Batch:
+        rng = self._rng(number)
+        size = draw_size(rng, self._recipe)
+        return batch_of(rng, self._crowds, self._recipe, self._phases[number], size, filled=self._filled)
+
+    def drawn(self, first: int, jobs: int) -> Iterator[Batch]:
+        """The batches from number ``first`` on; of ``jobs`` processes one is left to whoever learns from them."""
+        return iter(DataLoader(self, batch_size=None, sampler=range(first, len(self)), num_workers=jobs - 1))
+
+    def _phase_by_phase(self) -> Iterator[Phase]:
+        windows = number = 0
+        while windows < self._recipe.windows:
+            yield self._recipe.phase_at(windows / self._recipe.windows)
+            windows += draw_size(self._rng(number), self._recipe).windows
+            number += 1
+
+    def _rng(self, number: int) -> np.random.Generator:
+        return np.random.default_rng([self._recipe.seed, self._seed, number])

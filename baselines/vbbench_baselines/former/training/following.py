@@ -4,13 +4,15 @@ The loss of an error e is ln(1 + 4 e)/4, e in m (rad count twice): metres of a s
 the centimetres of the others.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import torch
+from torch.nn import functional
 
 from vbbench.protocol import START_FRAMES
 from vbbench_baselines.former.certainty import NARROWEST, WIDEST
 from vbbench_baselines.former.network import Answer, Birdifier
+from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.scene import Told
 from vbbench_baselines.former.sights import Sights
@@ -55,6 +57,55 @@ class Errors(NamedTuple):
         people = ((_compressed(self.people) + RELATIVE * _compressed(self.relative)) * self.counted).sum(-1)
         camera = (_compressed(self.place) + TURN * _compressed(self.yaw)) * (BLIND + (1.0 - BLIND) * self.shown)
         return (people / (count + 1e-3) + camera).mean()
+
+
+class TensorOperations:
+    """See `vbbench_baselines.former.operations.Operations`."""
+
+    where, exp, log, sqrt = (staticmethod(do) for do in (torch.where, torch.exp, torch.log, torch.sqrt))
+    asinh, tanh, sigmoid = (staticmethod(do) for do in (torch.asinh, torch.tanh, torch.sigmoid))
+    clip, point = staticmethod(torch.clip), staticmethod(torch.complex)
+    silu, linear = staticmethod(functional.silu), staticmethod(functional.linear)
+
+    def direction(self, angle: Array) -> Array:
+        """See `Operations`."""
+        return torch.complex(torch.cos(angle), torch.sin(angle))
+
+    def angle(self, x: Array) -> Array:
+        """See `Operations`."""
+        return torch.atan2(x.imag, x.real)
+
+    def pairs(self, points: Array) -> Array:
+        """See `Operations`."""
+        return torch.stack([points.real, points.imag], -1)
+
+    def totals(self, parts: list[Array]) -> list[Array]:
+        """See `Operations`."""
+        return [part.sum(-1) for part in parts]
+
+    def stack(self, parts: list[Array]) -> Array:
+        """See `Operations`."""
+        return torch.stack(parts, -1)
+
+    def join(self, parts: list[Array]) -> Array:
+        """See `Operations`."""
+        return torch.cat(parts, -1)
+
+    def append_row(self, rows: Array, row: Array) -> Array:
+        """See `Operations`."""
+        return torch.cat([rows, row[..., None, :]], -2)
+
+    def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
+        """See `Operations`."""
+        return functional.layer_norm(x, (x.shape[-1],), gain, bias)
+
+    def softmax(self, x: Array) -> Array:
+        """See `Operations`."""
+        return torch.softmax(x, -1)
+
+    def detach(self, x: Any) -> Array:
+        """See `Operations`."""
+        return x.detach()
 
 
 def follow(birdifier: Birdifier, batch: Batch) -> Errors:

@@ -1,11 +1,15 @@
-"""The training: batch after batch and stage after stage, with checkpoints from which it goes on."""
+"""The training, batch after batch, with checkpoints from which it goes on.
+
+On a GPU learning from a batch is recorded once for each shape: a frame through the network and back is thousands of
+small operations, and starting them from Python takes longer than doing them.
+"""
 
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import process_time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -16,13 +20,10 @@ from vbbench.folders.replacing import replacing
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Birdifier
-from vbbench_baselines.former.training.batches import Batch, batch_of
+from vbbench_baselines.former.training.batches import Batch, Feed, batch_of
 from vbbench_baselines.former.training.crowds import Crowds
-from vbbench_baselines.former.training.feed import Feed
-from vbbench_baselines.former.training.following import Errors, follow
-from vbbench_baselines.former.training.recipe import Phase, Recipe
-from vbbench_baselines.former.training.replaying import Learn, Replaying
-from vbbench_baselines.former.training.tensors import TensorOperations
+from vbbench_baselines.former.training.following import Errors, TensorOperations, follow
+from vbbench_baselines.former.training.recipe import Recipe
 
 SPREAD_WEIGHT = 0.03
 """What the likelihood of the spreads counts next to the errors."""
@@ -36,12 +37,54 @@ CHECK_EVERY = 100
 """Batches from one look at the held-out windows, and one checkpoint, to the next."""
 SPREAD_LAYERS = ("doubt", "pose_spread", "place_spread")
 """The layers that say how sure an answer is: errors teach them nothing, and they do not change answers."""
-FACTS = ("batches", "windows", "stage", "begun", "averaged", "seconds", "log")
+FACTS = ("batches", "windows", "averaged", "seconds", "log")
 """What a checkpoint says of how far a training is."""
 CAPPED, ASTRAY = 2.0, 1.0
 """In m: what a window counts at most, and from where on it has failed."""
 
 Arrays = dict[str, NDArray[np.float32]]
+
+
+BEFORE_RECORDING = 2
+"""Batches on a GPU before one is recorded, in which libraries make their own arrays."""
+Learn = Callable[[Batch], Errors]
+"""What is learned from a batch goes to the gradients of the weights, in place; its errors."""
+
+
+class _Recording(NamedTuple):
+    graph: torch.cuda.CUDAGraph
+    batch: Batch
+    errors: Errors
+
+
+class Replaying:
+    """``learn``, recorded for each shape of batches and played again; errors are overwritten by the next batch."""
+
+    def __init__(self, learn: Learn) -> None:
+        self._learn, self._recordings, self._memory = learn, dict[torch.Size, _Recording](), None
+        self._stream = torch.cuda.Stream()
+
+    def __call__(self, batch: Batch) -> Errors:
+        """Learn from a batch on the GPU, or on its way there."""
+        shape = batch.true.shape
+        if shape not in self._recordings:
+            self._recordings[shape] = self._record(batch)
+        recording = self._recordings[shape]
+        recording.batch.take_over(batch)
+        recording.graph.replay()
+        return recording.errors
+
+    def _record(self, batch: Batch) -> _Recording:
+        own, graph = batch.to("cuda"), torch.cuda.CUDAGraph()
+        self._stream.wait_stream(torch.cuda.current_stream())
+        with torch.cuda.stream(self._stream):
+            for _ in range(BEFORE_RECORDING):
+                self._learn(own)
+        torch.cuda.current_stream().wait_stream(self._stream)
+        with torch.cuda.graph(graph, pool=self._memory, stream=self._stream):
+            errors = Errors(*(values.detach() for values in self._learn(own)))
+        self._memory = graph.pool()
+        return _Recording(graph, own, errors)
 
 
 @dataclass
@@ -52,11 +95,10 @@ class Training:
     ----------
     recipe, crowds, held_out : what is learned, from what, and the batches by which one looks how far it is.
     seed : of the first weights and of the windows.
-    pure, feet : see `vbbench_baselines.former.network.Birdifier`.
+    pure : see `vbbench_baselines.former.network.Birdifier`.
     device : of PyTorch, such as ``cuda``. Only on ``cpu`` are weights the same each time.
     jobs : processes; all but one draw windows ahead.
     batches, windows : learned from.
-    stage, begun : number of the stage, and the batches and windows when it began.
     averaged : batches whose weights are averaged.
     seconds, log : of processor time, and how it went.
     """
@@ -66,13 +108,10 @@ class Training:
     held_out: tuple[Batch, ...]
     seed: int
     pure: bool = False
-    feet: bool = True
     device: str = "cpu"
     jobs: int = 1
     batches: int = 0
     windows: int = 0
-    stage: int = 0
-    begun: tuple[int, int] = (0, 0)
     averaged: int = 0
     seconds: float = 0.0
     log: list[dict[str, Any]] = field(default_factory=list)
@@ -92,18 +131,13 @@ class Training:
             torch.cuda.set_device(device)
         self._gradients: Learn = Replaying(self._differentiate) if on_gpu else self._differentiate
         self._feed = Feed(self.recipe, self.crowds, self.seed, filled=on_gpu)
-        self._set_out()
-
-    def _set_out(self) -> None:
-        """Begin a stage."""
         self.mean = {name: torch.zeros_like(values) for name, values in self.weights.items()}
-        self.begun, self.averaged = (self.batches, self.windows), 0
         self._optimiser = torch.optim.AdamW(
             [
                 {"params": [values for values in self.weights.values() if values.ndim > 1], "weight_decay": DECAY},
                 {"params": [values for values in self.weights.values() if values.ndim == 1], "weight_decay": 0.0},
             ],
-            lr=self.recipe.stage[self.stage].rate,
+            lr=self.recipe.rate,
             betas=(0.9, 0.98),
         )
 
@@ -111,8 +145,6 @@ class Training:
         """Train to the end, with a checkpoint now and then; the weights, averaged over the last part."""
         started = process_time()
         for batch in self._feed.drawn(self.batches, self.jobs):
-            if self._part >= 1.0:
-                self._go_on_to_the_next_stage()
             errors = self._learn(batch)
             self.seconds += process_time() - started
             if self.batches % CHECK_EVERY == 0 or self._over:
@@ -121,13 +153,6 @@ class Training:
                 report(self.log[-1])
             started = process_time()
         return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
-
-    def _go_on_to_the_next_stage(self) -> None:
-        self.stage += 1
-        with torch.no_grad():
-            for name, values in self.weights.items():
-                values.copy_(self.mean[name])
-        self._set_out()
 
     def look(self, weights: Mapping[str, torch.Tensor]) -> dict[str, Any]:
         """How these weights do on the held-out windows: capped means in m by protocol, and how sure they are."""
@@ -144,7 +169,7 @@ class Training:
             self._optimiser.step()
         self.batches += 1
         self.windows += len(batch.dt)
-        if self._part > 1.0 - self.recipe.stage[self.stage].averaged:
+        if self._part > 1.0 - self.recipe.averaged:
             self.averaged += 1
             with torch.no_grad():
                 for name, values in self.weights.items():
@@ -160,34 +185,30 @@ class Training:
 
     def _birdifier(self, weights: Mapping[str, torch.Tensor]) -> Birdifier:
         """The network that learns: its heads may turn as they like, so that it does not count on any that follow."""
-        return Birdifier(Network(TensorOperations(), weights), pure=self.pure, feet=self.feet, heads=False)
+        return Birdifier(Network(TensorOperations(), weights), pure=self.pure, heads=False)
 
     @property
     def _part(self) -> float:
-        """How much of the stage is done."""
-        return (self.windows - self.begun[1]) / self.recipe.stage[self.stage].windows
+        """How much of the training is done."""
+        return self.windows / self.recipe.windows
 
     @property
     def _over(self) -> bool:
         return self.batches == len(self._feed)
 
-    @property
-    def _phase(self) -> Phase:
-        return self.recipe.stage[self.stage].phase_at(self._part)
-
     def _rate(self) -> float:
         """The learning rate: it rises quickly, stays, and falls as a cosine."""
-        stage = self.recipe.stage[self.stage]
-        late = max(0.0, self._part - stage.decay) / (1.0 - stage.decay)
+        recipe = self.recipe
+        late = max(0.0, self._part - recipe.decay) / (1.0 - recipe.decay)
         falling = LEAST_RATE + (1.0 - LEAST_RATE) * 0.5 * (1.0 + np.cos(np.pi * late))
-        return float(stage.rate * min(1.0, (1 + self.batches - self.begun[0]) / WARM_UP) * falling)
+        return float(recipe.rate * min(1.0, (1 + self.batches) / WARM_UP) * falling)
 
     def _progress(self, errors: Errors) -> dict[str, Any]:
         return {
             "batches": self.batches,
             "windows": self.windows,
             "seconds": round(self.seconds, 1),
-            "frames": self._phase.frames,
+            "frames": self.recipe.phase_at(self._part).frames,
             "rate": self._rate(),
             "loss": float(errors.loss.detach()),
         }
@@ -227,9 +248,8 @@ class Training:
 def held_out_batches(recipe: Recipe, crowds: Crowds) -> tuple[Batch, ...]:
     """Windows of crowds that are not trained on, of each size, as long as the last ones of the training."""
     rng = np.random.default_rng([recipe.held_out_seed, 0])
-    last = recipe.stage[-1].phase[-1]
     return tuple(
-        batch_of(rng, crowds, recipe, last, type(size)(**{**vars(size), "windows": recipe.held_out}))
+        batch_of(rng, crowds, recipe, recipe.phase[-1], type(size)(**{**vars(size), "windows": recipe.held_out}))
         for size in recipe.size
     )
 

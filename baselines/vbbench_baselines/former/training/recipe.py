@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from vbbench.camera import make_camera
 from vbbench.generation.generator import Look, Observer, Options, Simulation
-from vbbench.parsing.numbers import Share, Within, check_ranges
+from vbbench.parsing.numbers import Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled, read_toml
 from vbbench.protocol import PROTOCOLS
 
@@ -87,50 +87,19 @@ class Size:
 
 @dataclass(frozen=True, kw_only=True)
 class Phase:
-    """A part of a stage.
+    """A part of the training.
 
     Parameters
     ----------
     frames : of its windows.
-    share : how much of the stage it is.
-    dense : of n ways to omit frames, the k-th is as likely as k^−dense.
-    passing : in how many of the windows everybody passes by.
+    share : how much of the training it is.
     """
 
     frames: Annotated[int, Within(4, 1000)]
     share: Annotated[float, SHARE]
-    dense: Annotated[float, Within(0.0, 10.0)] = 1.0
-    passing: Share = 0.0
 
     def __post_init__(self) -> None:
         check_ranges(self)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Stage:
-    """A separate training, which begins with the weights of the one before.
-
-    Parameters
-    ----------
-    windows : windows of frames that are learned from.
-    rate, decay : the learning rate, and from which part of the stage on it falls, as a cosine.
-    averaged : the last part, whose weights are averaged.
-    phase : what windows are like, in turn.
-    """
-
-    windows: Annotated[int, Within(1, 10**9)]
-    rate: Annotated[float, Within(1e-9, 1.0)]
-    decay: Annotated[float, Within(0.0, 0.99)]
-    averaged: Annotated[float, Within(0.001, 1.0)]
-    phase: tuple[Phase, ...]
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
-
-    def phase_at(self, part: float) -> Phase:
-        """The phase of when ``part`` of the stage is done."""
-        ends = list(accumulate(phase.share for phase in self.phase))
-        return self.phase[min(bisect_right(ends, part * ends[-1]), len(ends) - 1)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,19 +110,26 @@ class Recipe:
     ----------
     seed, held_out_seed : of the crowds, and of those by which one looks how far the training is; seed 0 is the boards'.
     held_out : windows of each size by which one looks.
+    windows : windows of frames that are learned from.
+    rate, decay : the learning rate, and from which part of the training on it falls, as a cosine.
+    averaged : the last part, whose weights are averaged.
     people : numbers of people in each scenario.
     protocols : shares of what is given.
-    stage, stream, size : see there.
+    phase, stream, size : see there; phases come in turn.
     """
 
     seed: Annotated[int, Within(2, 2**31)]
     held_out_seed: Annotated[int, Within(1, 2**31)]
     held_out: Annotated[int, Within(1, 10**5)]
+    windows: Annotated[int, Within(1, 10**9)]
+    rate: Annotated[float, Within(1e-9, 1.0)]
+    decay: Annotated[float, Within(0.0, 0.99)]
+    averaged: Annotated[float, Within(0.001, 1.0)]
     people: Mapping[str, Any]
     protocols: Mapping[str, Any]
     stream: tuple[Stream, ...]
     size: tuple[Size, ...]
-    stage: tuple[Stage, ...]
+    phase: tuple[Phase, ...]
 
     def __post_init__(self) -> None:
         check_ranges(self)
@@ -165,10 +141,7 @@ class Recipe:
         if len(set(names)) < len(names):
             again = next(name for name in names if names.count(name) > 1)
             raise ValueError(f"two [[stream]] are called '{again}'; give each its own name")
-        if not self.stage:
-            raise ValueError("[[stage]] is missing; a recipe has one or more")
-        for stage in self.stage:
-            _check_shares("[[stage.phase]]", [phase.share for phase in stage.phase])
+        _check_shares("[[phase]]", [phase.share for phase in self.phase])
         self._check_people()
         if set(self.protocols) != set(PROTOCOLS):
             raise ValueError(f"[protocols] names the shares of {', '.join(PROTOCOLS)}, and nothing else")
@@ -193,15 +166,14 @@ class Recipe:
                 if scenario not in self.people:
                     raise ValueError(f"[people] has no '{scenario}', which the stream '{stream.name}' needs")
 
-    @property
-    def windows(self) -> int:
-        """Windows of all stages."""
-        return sum(stage.windows for stage in self.stage)
+    def phase_at(self, part: float) -> Phase:
+        """The phase of when ``part`` of the training is done."""
+        ends = list(accumulate(phase.share for phase in self.phase))
+        return self.phase[min(bisect_right(ends, part * ends[-1]), len(ends) - 1)]
 
     def shortened(self, part: float) -> "Recipe":
         """The recipe with ``part`` of the windows."""
-        stages = tuple(replace(stage, windows=max(1, round(part * stage.windows))) for stage in self.stage)
-        return replace(self, stage=stages)
+        return replace(self, windows=max(1, round(part * self.windows)))
 
 
 def _check_shares(where: str, shares: list[float]) -> None:

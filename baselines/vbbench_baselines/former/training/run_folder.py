@@ -43,7 +43,7 @@ class Asked:
     ----------
     recipe : what is learned from, and how.
     seed : of the first weights and of the windows.
-    pure, feet : see `vbbench_baselines.former.network.Birdifier`.
+    pure : see `vbbench_baselines.former.network.Birdifier`.
     sequences : about how many of the sequences are learned from; ``None`` for all.
     part : how many sequences and windows there are, next to what the recipe says.
     """
@@ -51,7 +51,6 @@ class Asked:
     recipe: Recipe
     seed: int = 0
     pure: bool = False
-    feet: bool = True
     sequences: int | None = None
     part: float = 1.0
 
@@ -85,7 +84,7 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
         if asked.sequences is not None:
             learned = learned.limited(asked.sequences)
         batches = held_out_batches(recipe, held_out)
-        training = Training(recipe, learned, batches, asked.seed, asked.pure, asked.feet, device, jobs)
+        training = Training(recipe, learned, batches, asked.seed, asked.pure, device, jobs)
         if (out / CHECKPOINT).is_file():
             training.resume(out / CHECKPOINT)
         with progress_bar(recipe.windows, "windows", done=training.windows, unit="window") as bar:
@@ -139,7 +138,7 @@ def _begin(out: Path, facts: dict[str, Any]) -> None:
 
 def _about(weights: Path, facts: dict[str, Any], results: dict[str, Any]) -> str:
     """What `vbbench_baselines.former.weights` reads of weights: their SHA-256, and how they were learned."""
-    told = {"vbbench": __version__, **{name: facts[name] for name in ("seed", "feet", "part")}, **results}
+    told = {"vbbench": __version__, **{name: facts[name] for name in ("seed", "part")}, **results}
     lines = [f"sha256 = {json.dumps(sha256(weights.read_bytes()).hexdigest())}", f"pure = {json.dumps(facts['pure'])}"]
     lines += ["", "[training]", *(f"{json.dumps(name)} = {json.dumps(value)}" for name, value in told.items())]
     return "\n".join(lines) + "\n"

@@ -22,8 +22,6 @@ NEAREST = 0.4
 """In m: whoever comes nearer is not seen."""
 STOP_TIME = 0.8
 """In s, in which a person comes to a stop or sets off."""
-LEAST_STAY = 6
-"""Frames for which a person who passes by is there at least."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,7 @@ def cut(rng: np.random.Generator, watched: Watched, phase: Phase, size: Size) ->
     if total < frames:
         return None
     widest = max(1, min(round(LONGEST_STEP / watched.dt), (total - 1) // (frames - 1)))
-    likely = np.arange(1, widest + 1) ** -phase.dense
+    likely = 1.0 / np.arange(1, widest + 1)
     every = 1 + int(rng.choice(widest, p=likely / likely.sum()))
     first = int(rng.integers(total - (frames - 1) * every))
     part = slice(first, first + (frames - 1) * every + 1, every)
@@ -127,12 +125,11 @@ def cut(rng: np.random.Generator, watched: Watched, phase: Phase, size: Size) ->
     )
 
 
-def alter(rng: np.random.Generator, window: Window, passing: float) -> Window:
-    """A window in which all walk otherwise, and none may be seen before or after; ``passing``: how often all pass."""
+def alter(rng: np.random.Generator, window: Window) -> Window:
+    """A window in which all walk otherwise, and none may be seen before or after."""
     if rng.random() < 0.5:
         window = replace(window, dt=min(window.dt * _between(rng, 0.6, 1.6), max(window.dt, LONGEST_FRAME)))
-    coming = _pass_by if passing and rng.random() < passing else _come_and_go
-    for change in (_stop_and_go, _stray, _look_about, coming, _mirror):
+    for change in (_stop_and_go, _stray, _look_about, _come_and_go, _mirror):
         window = change(rng, window)
     return replace(window, seen=window.seen & (np.abs(window.relative) > NEAREST))
 
@@ -193,15 +190,6 @@ def _look_about(rng: np.random.Generator, window: Window) -> Window:
         return window
     turns = _wander(rng, len(window.yaw), 1, window.dt, _between(rng, 0.4, 4.0))[:, 0].real
     return replace(window, yaw=window.yaw + rng.uniform(0.0, 0.35) * turns)
-
-
-def _pass_by(rng: np.random.Generator, window: Window) -> Window:
-    """Each is there for a while only, so that others come when some have gone."""
-    frames, people = window.seen.shape
-    stays = LEAST_STAY + rng.integers(frames, size=people)
-    begins = rng.integers(LEAST_STAY - stays, frames)
-    times = np.arange(frames)[:, None]
-    return replace(window, seen=window.seen & (times >= begins) & (times < begins + stays))
 
 
 def _come_and_go(rng: np.random.Generator, window: Window) -> Window:

@@ -122,7 +122,7 @@ def test_every_device_learns_the_same_though_batches_there_have_room_for_more(cr
 def test_training_learns(folder: Path, tmp_path: Path) -> None:
     crowds = make_crowds(TINY, folder, TINY.seed)
     protocols = dict.fromkeys(PROTOCOLS, 0.0) | {"one-step": 1.0}
-    recipe = replace(TINY, stage=(replace(TINY.stage[0], windows=800),), held_out=64, protocols=protocols)
+    recipe = replace(TINY, windows=800, held_out=64, protocols=protocols)
     training = Training(recipe, crowds, held_out_batches(recipe, crowds), seed=0)
     before = training.look(training.weights)["one-step camera"]
     training.run(tmp_path / "checkpoint.pt", lambda row: None)

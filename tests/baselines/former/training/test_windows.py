@@ -9,7 +9,7 @@ import pytest
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.training.crowds import Crowds, Watched, make_crowds
-from vbbench_baselines.former.training.recipe import Phase, Recipe, Size, Stage, Stream, read_recipe
+from vbbench_baselines.former.training.recipe import Phase, Recipe, Size, Stream, read_recipe
 from vbbench_baselines.former.training.windows import Window, alter, cut
 
 TINY = Recipe(
@@ -23,18 +23,11 @@ TINY = Recipe(
         Stream(name="far", split="sim", scenarios=("plaza",), sequences=3, share=2.0, camera="panorama", tier="field"),
     ),
     size=(Size(least=2, most=3, windows=8, share=0.5), Size(least=4, most=6, windows=4, share=0.5)),
-    stage=(
-        Stage(
-            windows=24,
-            rate=3e-3,
-            decay=0.3,
-            averaged=0.5,
-            phase=(Phase(frames=5, share=0.5), Phase(frames=7, share=0.5)),
-        ),
-        Stage(
-            windows=16, rate=1e-3, decay=0.0, averaged=0.5, phase=(Phase(frames=9, share=1.0, dense=0.5, passing=0.5),)
-        ),
-    ),
+    windows=24,
+    rate=3e-3,
+    decay=0.3,
+    averaged=0.5,
+    phase=(Phase(frames=5, share=0.5), Phase(frames=7, share=0.5)),
 )
 BUNDLED = read_recipe(None)
 FEW, ALL = (Size(least=least, most=most, windows=1, share=1.0) for least, most in ((2, 4), (50, 50)))
@@ -114,7 +107,7 @@ def test_a_window_tells_what_its_boxes_told(crowds: Crowds, rng: np.random.Gener
 def test_altered_windows_keep_what_boxes_are_wrong_by(crowds: Crowds, rng: np.random.Generator) -> None:
     changed = 0
     for window in windows_of(crowds, rng):
-        altered = alter(rng, window, 0.3)
+        altered = alter(rng, window)
         told, relative = altered.shown(), altered.relative
         seen = (told.seen > 0.5) & (np.abs(np.log(np.abs(relative)) + altered.height_error) < 1.5)
         off = np.log(np.abs(relative)) + altered.height_error - told.by_height
@@ -160,9 +153,8 @@ def test_recipes_with_mistakes_are_refused(tmp_path: Path) -> None:
         with pytest.raises(VbbenchError, match=message):
             read_recipe(path)
     for part, message in (
-        ({"stage": ()}, r"\[\[stage\]\] is missing"),
         ({"size": ()}, r"\[\[size\]\] is missing"),
-        ({"stage": (replace(TINY.stage[0], phase=()),)}, r"\[\[stage.phase\]\] is missing"),
+        ({"phase": ()}, r"\[\[phase\]\] is missing"),
         ({"people": {}}, r"\[people\] is missing"),
         ({"held_out_seed": TINY.seed}, "seed and held_out_seed are both"),
         (
