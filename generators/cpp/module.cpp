@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "binding.hpp"
+#include "cuboids.hpp"
 #include "lifting.hpp"
 #include "odometry.hpp"
 #include "sights.hpp"
@@ -202,6 +203,24 @@ nb::object sights(const nb::object& there, const nb::object& relative, const nb:
   return directions.numpy();
 }
 
+nb::object project_cuboids(const nb::object& frame, const nb::object& centres, const nb::object& rotations,
+                           const nb::object& sizes, const nb::object& turns, const nb::object& shifts,
+                           const std::array<double, 4>& intrinsics, bool cylinder, double behind) {
+  const auto in_frame = array<const Int>(frame, "frame", {kAny});
+  const auto in_centres = array<const double>(centres, "centres", {in_frame.size(), 3});
+  const auto in_rotations = array<const double>(rotations, "rotations", {in_frame.size(), 3, 3});
+  const auto in_sizes = array<const double>(sizes, "sizes", {in_frame.size(), 3});
+  const auto in_turns = array<const double>(turns, "turns", {kAny, 3, 3});
+  const auto in_shifts = array<const double>(shifts, "shifts", {in_turns.shape(0), 3});
+  check_indices(in_frame, in_turns.shape(0), "frame");
+  const cuboids::Scene scene{length(in_frame), in_frame.data(), in_centres.data(), in_rotations.data(),
+                             in_sizes.data(),  in_turns.data(), in_shifts.data()};
+  const auto [fx, fy, cx, cy] = intrinsics;
+  New<double> boxes({in_frame.size(), 4});
+  cuboids::project(scene, {fx, fy, cx, cy, cylinder, behind}, reinterpret_cast<cuboids::Box*>(boxes.data()));
+  return boxes.numpy();
+}
+
 // Tracking --------------------------------------------------------------------------------------------------------
 
 nb::object worths(const nb::object& tracks, const nb::object& detections, const nb::object& scores, double least,
@@ -365,6 +384,9 @@ NB_MODULE(_core, m) {
   m.def("sights", &sights, array_arg("there"), array_arg("relative"), array_arg("positions"), array_arg("poses"),
         array_arg("heights"), array_arg("mounts"), array_arg("tilt"), array_arg("amplitudes"), array_arg("phases"),
         array_arg("waves"), nb::arg("near_edge"), "Directions of a tilted camera to feet and heads.");
+  m.def("project_cuboids", &project_cuboids, array_arg("frame"), array_arg("centres"), array_arg("rotations"),
+        array_arg("sizes"), array_arg("turns"), array_arg("shifts"), nb::arg("intrinsics"), nb::arg("cylinder"),
+        nb::arg("behind"), "Boxes around the corners of cuboids.");
   m.def("worths", &worths, array_arg("tracks"), array_arg("detections"), array_arg("scores"), nb::arg("least"),
         nb::arg("period"), "How much boxes overlap.");
   m.def("merge_people", &merge_people, array_arg("boxes"), array_arg("scores"), array_arg("true"), array_arg("chance"),

@@ -97,6 +97,28 @@ def sights(
     near_edge : of a body, in m.
     """
 
+def project_cuboids(
+    frame: IntArray,
+    centres: FloatArray,
+    rotations: FloatArray,
+    sizes: FloatArray,
+    turns: FloatArray,
+    shifts: FloatArray,
+    intrinsics: tuple[float, float, float, float],
+    cylinder: bool,
+    behind: float,
+) -> FloatArray:
+    """Boxes [N, 4] (left, top, right, bottom) in px around cuboids; NaN where a corner is behind a pinhole.
+
+    Parameters
+    ----------
+    frame : [N] of each cuboid.
+    centres, rotations, sizes : [N, 3] m, [N, 3, 3] and [N, 3] m (length, width, height) in the world.
+    turns, shifts : [T, 3, 3] and [T, 3] m of each frame: a point p is at turn p + shift (right, down, forward).
+    intrinsics : fx, fy, cx, cy in px; of a cylinder fx is px per rad, and cx the column straight ahead.
+    behind : a corner less than so many m in front of a pinhole has no place in its picture.
+    """
+
 def worths(tracks: FloatArray, detections: FloatArray, scores: FloatArray, least: float, period: float) -> FloatArray:
     """[N, M] how much the overlap of boxes [N, 4] and [M, 4], times the score [M] of the latter, is above ``least``.
 

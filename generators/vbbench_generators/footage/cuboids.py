@@ -9,7 +9,6 @@ from abc import abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from itertools import product
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
@@ -22,9 +21,10 @@ from vbbench.exchange.own.distortion import Distortion, straighten_boxes
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Options
-from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.toml_text import bundled_table
 from vbbench.scene import Scene
+from vbbench_generators import _core
 from vbbench_generators.footage.sequences import FootageSequences, RunRules
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
 from vbbench_generators.footage.tracks import FoundTracks, file_for, follow, read_found
@@ -47,9 +47,6 @@ BEHIND = 0.1
 """A corner less than so many m in front of a camera has no place in its picture."""
 STANDS = 1.0
 """A camera that is driven less than so many m in a recording stands."""
-CHUNK = 4096
-"""Cuboids that are projected at once: what is computed of them fits into a processor's cache."""
-CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 PANORAMA_WIDTH = 3760
 PARTS = ("train", "tune", "test")
 
@@ -125,9 +122,14 @@ def rotation_matrices(quaternions: FloatArray) -> FloatArray:
     """[N, 3, 3] rotations of quaternions [N, 4] (w, x, y, z), which need not be of length 1."""
     w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)).T
     matrices = np.empty((len(quaternions), 3, 3))
-    matrices[:, 0] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], axis=-1)
-    matrices[:, 1] = np.stack([2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)], axis=-1)
-    matrices[:, 2] = np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    for row, entries in enumerate(rows):
+        for column, values in enumerate(entries):
+            matrices[:, row, column] = values
     return matrices
 
 
@@ -197,35 +199,29 @@ def project(cuboids: Cuboids, motion: CarMotion, sensor: Sensor) -> FloatArray:
     NaN for hidden people, those farther than `FARTHEST`, those not wholly in front of the camera, and boxes with their
     middle outside the picture.
     """
-    boxes = np.full((len(cuboids.frame), 4), np.nan)
-    to_car = motion.rotations.transpose(0, 2, 1)
-    for first in range(0, len(boxes), CHUNK):
-        rows = slice(first, first + CHUNK)
-        frame = cuboids.frame[rows]
-        away = np.einsum("nij,nj->ni", to_car[frame], cuboids.centres[rows] - motion.origins[frame])
-        shown = (cuboids.visible[rows] > 0.0) & (np.hypot(away[:, 0], away[:, 1]) < FARTHEST)
-        axes = (sensor.rotation.T @ to_car)[frame] @ cuboids.rotations[rows] * (0.5 * cuboids.sizes[rows, None])
-        seen = _around(((away - sensor.origin) @ sensor.rotation).T, axes.transpose(1, 2, 0), sensor.camera)
-        boxes[rows] = np.where(shown[:, None], seen, np.nan)
-    return boxes
-
-
-def _around(centres: FloatArray, axes: FloatArray, camera: Camera) -> FloatArray:
-    """Boxes [N, 4] around cuboids with ``centres`` [3, N] and half ``axes`` [3, 3, N], coordinates first."""
-    corners = centres[:, None] + CORNERS @ axes  # [3, 8, N]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        if camera.period is None:
-            corners[2][corners[2] < BEHIND] = np.nan
-        u, v = np.moveaxis(camera.pixels(np.moveaxis(corners, 0, -1)), -1, 0)
-        if camera.period is not None:
-            middle = camera.pixels(centres.T)[:, 0]
-            u = middle + shorter_way(u - middle, camera.period)
-        left, right, top, bottom = u.min(axis=0), u.max(axis=0), v.min(axis=0), v.max(axis=0)
+    camera, turns = sensor.camera, sensor.rotation.T @ motion.rotations.transpose(0, 2, 1)
+    shifts = -(turns @ motion.origins[..., None])[..., 0] - sensor.rotation.T @ sensor.origin
+    around = cuboids.frame, cuboids.centres, cuboids.rotations, cuboids.sizes
+    found = _core.project_cuboids(*around, turns, shifts, *_projection(camera), BEHIND)
+    left, top, right, bottom = found.T
+    away = cuboids.centres - motion.origins[cuboids.frame]
+    ahead, aside = (np.einsum("ni,ni->n", motion.rotations[cuboids.frame, :, axis], away) for axis in (0, 1))
+    shown = (cuboids.visible > 0.0) & (ahead**2 + aside**2 < FARTHEST**2)
+    if camera.period is None:
         width, height = camera.picture_size
-        inside = (left + right >= 0.0) & (left + right < 2.0 * width) & (top + bottom >= 0.0)
-        inside &= top + bottom < 2.0 * height
-        found = cut_to_picture(np.stack([left, top, right - left, bottom - top], axis=-1), camera)
-    return np.where(inside[:, None] | (camera.period is not None), found, np.nan)
+        shown &= (left + right >= 0.0) & (left + right < 2.0 * width)
+        shown &= (top + bottom >= 0.0) & (top + bottom < 2.0 * height)
+    found = cut_to_picture(np.stack([left, top, right - left, bottom - top], axis=-1), camera)
+    return np.where(shown[:, None], found, np.nan)
+
+
+def _projection(camera: Camera) -> tuple[tuple[float, float, float, float], bool]:
+    """The intrinsics fx, fy, cx, cy of a camera in px, and whether it is a cylinder."""
+    if camera.intrinsics is not None:
+        (fx, _, cx), (_, fy, cy) = camera.intrinsics[:2].tolist()
+        return (fx, fy, cx, cy), False
+    width, (focal, row) = camera.picture_size[0], np.asarray(camera.cylinder, np.float64).tolist()
+    return (width / (2.0 * np.pi), focal, 0.5 * width, row), True
 
 
 def footage_of(one: CarRecording, name: str, sensor_name: str) -> tuple[Footage, FloatArray]:
