@@ -23,13 +23,16 @@ LEADING_SPLITS = ("sim", "street", "hotel", "eth-15fps", "students-resampled")
 REAL_SPLITS = ("kitti",)
 """Splits that a real camera saw: their figures can be published, their data cannot."""
 
+FILM_SPLITS = ("street-film",)
+"""Splits of rendered people whose boxes a real detector found: anybody can make them."""
+
 REAL, REAL_FAMILIES = "real", ("kitti", "argoverse2", "nuscenes", "jrdb")
 """All families of real recordings, by one name: whoever has the data can regenerate boards on them."""
 
 PAPER_SPLITS = ("eth", "students")
 """Splits of the paper whose recordings are too smooth to separate solvers."""
 
-SPLITS = (*LEADING_SPLITS, *REAL_SPLITS, *PAPER_SPLITS)
+SPLITS = (*LEADING_SPLITS, *REAL_SPLITS, *FILM_SPLITS, *PAPER_SPLITS)
 
 HEADLINE_TIER, HEADLINE_PROTOCOL = "field", "sequential"
 HEADLINE_METRIC = "dx"
@@ -42,7 +45,8 @@ KITTI_RECORDINGS = ("0015", "0017", "0019")
 """The solvers that come with vbbench were tuned on them."""
 _RECORDINGS = {"kitti": KITTI_RECORDINGS, "argoverse2": ("test",), "nuscenes": ("test",)}
 _OF_CARS: tuple[str, ...] = ("sequential", "rollout", "cold-start")
-_PROTOCOLS = {"argoverse2": _OF_CARS, "nuscenes": _OF_CARS, "jrdb": _OF_CARS[-1:]}
+_OF_FILMS = dict.fromkeys(FILM_SPLITS, ("sequential", "cold-start"))
+_PROTOCOLS = {"argoverse2": _OF_CARS, "nuscenes": _OF_CARS, "jrdb": _OF_CARS[-1:], **_OF_FILMS}
 """Those of the boards of a family; where the robot was is not known in all recordings of JRDB."""
 
 
@@ -104,9 +108,9 @@ def source(split: str, tier: str) -> BoardSource:
 
 
 def published_sources() -> tuple[BoardSource, ...]:
-    """Every dataset that boards are published on: those that lead, real footage, then the paper's."""
+    """Every dataset that boards are published on: those that lead, real footage and films, then the paper's."""
     leading = [source(split, tier) for split in LEADING_SPLITS for tier in LEADING_TIERS]
-    real = [source(split, FOOTAGE) for split in REAL_SPLITS]
+    real = [source(split, FOOTAGE) for split in (*REAL_SPLITS, *FILM_SPLITS)]
     papers = [source(split, tier) for split in PAPER_SPLITS for tier in (PAPER_TIER, "noisy")]
     exact = [source(split, PAPER_TIER) for split in ("sim", "hotel")]
     return (*leading, *real, *exact, *papers)
@@ -137,7 +141,7 @@ def chosen_sources(splits: Sequence[str] = (), tiers: Sequence[str] = ()) -> tup
 
 def is_real(board: Board) -> bool:
     """Whether a real camera saw it."""
-    return board.tier == FOOTAGE
+    return board.tier == FOOTAGE and board.split not in FILM_SPLITS
 
 
 def is_diagnostic(board: Board) -> bool:

@@ -110,7 +110,7 @@ PROTOCOLS = {
 def tiers() -> dict[str, Term]:
     """Every tier that is installed here, in the registry's order, by name, and footage."""
     found = {tier.name: tier.summary for tier in all_tiers()}
-    found[FOOTAGE] = "What a real camera saw, with boxes and places by hand."
+    found[FOOTAGE] = "What a camera saw: boxes drawn by hand, or found by a detector."
     return {name: Term(name=name, full=name.capitalize(), meaning=meaning) for name, meaning in found.items()}
 
 
