@@ -24,7 +24,7 @@ REAL_SPLITS = ("kitti",)
 """Splits that a real camera saw: their figures can be published, their data cannot."""
 
 FILM_SPLITS = ("street-film",)
-"""Splits of rendered people whose boxes a real detector found: anybody can make them."""
+"""Splits of rendered people whose boxes a real detector found; their data come with the generators."""
 
 REAL, REAL_FAMILIES = "real", ("kitti", "argoverse2", "nuscenes", "jrdb")
 """All families of real recordings, by one name: whoever has the data can regenerate boards on them."""
