@@ -82,7 +82,7 @@ COMMANDS = {
         "reproduce table2 --split hotel --every 400 --out out",
         "reproduce table3 --split shibuya01 --out out",
         "reproduce table4 --sequences 1 --out out",
-        "reproduce figure-keypoints --split demo --out out",
+        "reproduce figure-keypoints --out out",
         "reproduce readings --every 400 --out out",
         "reproduce figure-posterior --every 400 --out out",
         "leaderboard template out",

@@ -168,7 +168,6 @@ def _show_solver_table(
 
 def table4(
     solver: tuple[str, ...] = ("vb-cv", "vb-sf", "vb-sf-literal", "map-causal"),
-    jitter: tuple[float, ...] = (0.0, 1.0, 2.0, 4.0),
     sequences: int | None = None,
     work: Work = Work(),  # noqa: B008  frozen
 ) -> None:
@@ -176,39 +175,33 @@ def table4(
 
     Args:
         solver: Registered names or module:attribute.
-        jitter: Standard deviations in px of the hands that draw centre lines; 0 draws them exactly.
         sequences: Number of sequences; default: the scenario's ten.
         work: Where and how.
     """
     from vbbench.reproduction.table4 import Table4Study
 
-    study = Table4Study(solvers=solver, jitter=jitter, sequences=sequences, seed=work.seed)
+    study = Table4Study(solvers=solver, sequences=sequences, seed=work.seed)
     show(study, work)
 
 
 def readings(
-    split: tuple[str, ...] = ("hotel", "eth", "students"),
     every: int = 1,
     work: Work = Work(),  # noqa: B008  frozen
 ) -> None:
     """Make a table and a picture of the errors under every reading of the paper, and the paper's.
 
     Args:
-        split: Of the paper's Table 2.
         every: Only every so-many-th sequence of each split.
         work: Where and how.
     """
     from vbbench.reproduction.readings import ReadingsStudy
 
-    study = ReadingsStudy(splits=split, every=every, seed=work.seed)
+    study = ReadingsStudy(every=every, seed=work.seed)
     show(study, work)
 
 
 def figure_sigma(
     solver: tuple[str, ...] = (),
-    protocol: ProtocolName = "one-step",
-    camera: str | None = None,
-    tier: str = "ideal",
     sequences: int = 500,
     work: Work = Work(),  # noqa: B008  frozen
 ) -> None:
@@ -217,30 +210,17 @@ def figure_sigma(
     Args:
         solver: Registered names or module:attribute; default: vb-sf, vb-sf with heights from the prior only, and that
             without a prior of the observer's motion.
-        protocol: Which truth the solver is given, and when.
-        camera: Camera of the observer, as in 'vbbench generate'; default: that of split sim.
-        tier: How boxes are corrupted; 'vbbench tiers' lists them.
         sequences: Number of sequences at each spread of heights.
         work: Where and how.
     """
-    from vbbench.camera import make_camera
     from vbbench.reproduction.sigma import SigmaStudy, compared_solvers
 
-    study = SigmaStudy(
-        solvers=solver or tuple(compared_solvers()),
-        protocol=protocol,
-        camera=None if camera is None else make_camera(camera),
-        tier=tier,
-        sequences=sequences,
-        seed=work.seed,
-    )
+    study = SigmaStudy(solvers=solver or tuple(compared_solvers()), sequences=sequences, seed=work.seed)
     show(study, work)
 
 
 def figure_keypoints(
     trials: int = 100,
-    split: tuple[str, ...] = ("hotel", "eth"),
-    tier: tuple[str, ...] = ("tracked", "field"),
     every: int = 6,
     solver: tuple[str, ...] = ("map-causal", "vb-sf"),
     kitti: Path | None = None,
@@ -251,9 +231,7 @@ def figure_keypoints(
 
     Args:
         trials: Number of trials of the five-point method at each distance.
-        split: Whose people are solved.
-        tier: How their boxes are corrupted; 'vbbench tiers' lists them.
-        every: Only every so-many-th sequence of each split, in tier field a third of that.
+        every: Only every so-many-th sequence of Hotel and ETH, in tier field a third of that.
         solver: Registered names or module:attribute; the picture shows the first.
         kitti: Folder of KITTI's tracking benchmark; default: searched in the usual places.
         poses: Folder of the poses of KITTI's camera, as for 'vbbench generate kitti --poses'.
@@ -263,27 +241,25 @@ def figure_keypoints(
 
     study = KeypointsStudy(
         trials=trials,
-        people=People(splits=split, tiers=tier, solvers=solver, every=every, kitti=kitti, poses=poses, seed=work.seed),
+        people=People(solvers=solver, every=every, kitti=kitti, poses=poses, seed=work.seed),
         seed=work.seed,
     )
     show(study, work)
 
 
 def figure_posterior(
-    split: str = "eth",
     every: int = 1,
     work: Work = Work(),  # noqa: B008  frozen
 ) -> None:
     """Draw posteriors of observer and people, and their entropy by number of people and directions.
 
     Args:
-        split: Of a recording; the paper's is eth.
         every: Only every so-many-th sequence.
         work: Where and how.
     """
     from vbbench.reproduction.posterior import PosteriorStudy
 
-    study = PosteriorStudy(split=split, every=every, seed=work.seed)
+    study = PosteriorStudy(every=every, seed=work.seed)
     show(study, work)
 
 
@@ -293,7 +269,6 @@ def figure_robot(
     kitti: Path | None = None,
     poses: Path | None = None,
     sequences: int = 6,
-    tier: str = "field",
     solver: tuple[str, ...] = (),
     work: Work = Work(),  # noqa: B008  frozen
 ) -> None:
@@ -306,7 +281,6 @@ def figure_robot(
             $VBBENCH_DATA, then the cache folder.
         poses: Folder of the camera's poses, as for 'vbbench generate kitti --poses'; default: kitti/poses there.
         sequences: Number of sequences of the simulated robot, a minute each.
-        tier: How the simulated robot's boxes are corrupted; 'vbbench tiers' lists them.
         solver: Further solvers, without odometry and with it: registered names or module:attribute.
         work: Where and how.
     """
@@ -319,7 +293,6 @@ def figure_robot(
         kitti=kitti,
         poses=poses,
         sequences=sequences,
-        tier=tier,
         seed=work.seed,
         entrants=tuple(dict.fromkeys([*default_entrants(), *more])),
     )

@@ -49,8 +49,8 @@ from vbbench.table import Table
 
 PAPER_VARIANT, SOLVER = "vb-sf-free", "map-causal"
 """The paper's solver with nothing expected of the observer, as a registered variant; and one that uses odometry."""
-SCENARIO = "concourse"
-"""The crowd that the simulated robot drives through."""
+SCENARIO, TIER = "concourse", "field"
+"""The crowd that the simulated robot drives through, and the tier of its boxes: drawn by hand, as JRDB's are."""
 LONGEST = 400
 """Frames after which a recording is cut: splits cut earlier, within less than 40 m."""
 LENGTHS = tuple(float(length) for length in range(5, 45, 5))
@@ -222,7 +222,6 @@ class RobotStudy(Study):
     kitti, poses : KITTI's folder, and that of the camera's poses by another method; both are looked for in the data
         folders where no ``kitti`` is named.
     sequences : of the simulated robot, a minute each.
-    tier : of its boxes; in tier `field` they are drawn by hand, as JRDB's are.
     seed : of all random numbers.
     entrants : the solvers.
     protocols : names of protocols; maps show the first.
@@ -234,7 +233,6 @@ class RobotStudy(Study):
     kitti: Path | None = None
     poses: Path | None = None
     sequences: int = 6
-    tier: str = "field"
     seed: int = 0
     entrants: Sequence[Entrant] = field(default_factory=default_entrants)
     protocols: Sequence[str] = ("sequential", "cold-start")
@@ -250,9 +248,9 @@ class RobotStudy(Study):
         """Those that are measured, if their files are here."""
         simulated = Options(
             camera=robot_camera(),
-            tier=self.tier,
+            tier=TIER,
             observer="robot",
-            detector=self.tier != "field",
+            detector=False,
             seed=self.seed,
             simulation=Simulation(scenario=SCENARIO, sequences=self.sequences),
         )
@@ -351,8 +349,8 @@ class RobotStudy(Study):
     def report(self, found: Robot) -> Report:
         """A table and a picture for each recording."""
         labels = " and ".join(METRICS[name].label for name in PLACES)
-        values = {"seed": self.seed, "tier": self.tier, "missing": found.missing}
-        conditions = f"simulated robot in tier {self.tier}, seed {self.seed}"
+        values = {"seed": self.seed, "tier": TIER, "missing": found.missing}
+        conditions = f"simulated robot in tier {TIER}, seed {self.seed}"
         return Report(
             name=self.name,
             title=f"A camera whose motion is not given: drift over the distance gone; {conditions}",

@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vbbench.camera import Camera
 from vbbench.files.dataset import Dataset
 from vbbench.files.sequence_tables import SequenceTable
 from vbbench.generation.generator import Generator, Options, Simulation
@@ -57,8 +56,7 @@ class SigmaStudy(Study):
     Parameters
     ----------
     solvers : registered names or ``module:attribute``.
-    protocol, tier, seed : of solvers and datasets.
-    camera : ``None`` for the split's own.
+    protocol, seed : of solvers and datasets.
     sequences : at each σ_h; they take the numbers of people in turn.
     sigmas : σ_h in m.
     people : numbers of people K.
@@ -67,8 +65,6 @@ class SigmaStudy(Study):
     name = "figure-sigma"
     solvers: Sequence[str] = field(default_factory=lambda: tuple(compared_solvers()))
     protocol: str = "one-step"
-    camera: Camera | None = None
-    tier: str = "ideal"
     sequences: int = 500
     seed: int = 0
     sigmas: Sequence[float] = SIGMAS
@@ -77,7 +73,7 @@ class SigmaStudy(Study):
     def options(self, sigma_h: float) -> Options:
         """Options of the generator at one σ_h (m)."""
         simulation = Simulation(sequences=self.sequences, people=tuple(self.people))
-        return Options(camera=self.camera, tier=self.tier, height_std=sigma_h, seed=self.seed, simulation=simulation)
+        return Options(height_std=sigma_h, seed=self.seed, simulation=simulation)
 
     def check(self) -> None:
         """Raise VbbenchError if a solver, the protocol or an option of the split is invalid."""
@@ -93,7 +89,7 @@ class SigmaStudy(Study):
             dataset = making.dataset(SPLIT, out / f"sigma-{sigma_h:g}" / "dataset", self.options(sigma_h))
             cells += making.cells(dataset, self.solvers, [self.protocol], sigma_h)
             kind = dataset.info.camera.kind
-        where = f"split {SPLIT} ({kind}, {self.tier}), {get_protocol(self.protocol).id}, seed {self.seed}"
+        where = f"split {SPLIT} ({kind}, ideal), {get_protocol(self.protocol).id}, seed {self.seed}"
         return SigmaFigure(
             conditions=f"{where}, {self.sequences} sequences at each σ_h",
             rows=[row for cell in cells for row in _rows(cell)],
