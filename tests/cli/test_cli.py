@@ -102,7 +102,6 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
             "no camera is called 'panorma'; did you",
         ),
         (["generate", "demo", "--out", "x", "--camera", "json:loads"], "no camera is called 'json:loads'"),
-        (["reproduce", "figure-sigma", "--camera", "perspctive"], "did you mean 'perspective'"),
         (["generate", "demo", "--out", "x", "--sigma_h", "tall"], "--sigma-h: must be a number, not 'tall'"),
         (["generate", "demo", "--out", "x", "--limit", "None"], "--limit: must be a whole number, not 'None'"),
         (

@@ -14,9 +14,8 @@ from typing import Any
 
 from vbbench.cli import birdify, data, evaluation, exchange, reproduce, views
 from vbbench.cli.parsing import columns, first_sentence, in_options, parse
-from vbbench.cli.plugins import plugin_commands
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
-from vbbench.errors import FileError, UnknownNameError, VbbenchError, one_line
+from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWarning, one_line
 from vbbench.version import __version__
 
 COMMANDS: dict[str, Callable[..., Any]] = {
@@ -62,8 +61,22 @@ COMMANDS: dict[str, Callable[..., Any]] = {
 
 
 def all_commands() -> dict[str, Callable[..., Any]]:
-    """Every command by name: the core's, and those of installed packages."""
-    return {**COMMANDS, **plugin_commands(COMMANDS)}
+    """Every command by name: the core's, and those of installed packages.
+
+    These are entry points of the group ``vbbench.commands``. Each names a dict name → function; entry point ``tool``
+    with a function ``run`` gives ``vbbench tool run``, and with one of the empty name ``vbbench tool``. A plugin that
+    is broken, or whose name is taken, causes a warning.
+    """
+    from vbbench.registry import load_all
+
+    found = dict(COMMANDS)
+    for group, commands in load_all("command").items():
+        if group in COMMANDS or not isinstance(commands, Mapping):
+            reason = "its name is a command of vbbench" if group in COMMANDS else "it is not a dict of functions"
+            warnings.warn(f"commands '{group}' are skipped: {reason}", VbbenchWarning, stacklevel=2)
+            continue
+        found |= {f"{group} {name}".strip(): function for name, function in commands.items()}
+    return found
 
 
 DESCRIPTION = (

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vbbench.pictures.plotting import azimuth
+from vbbench.pictures.plotting import ego
 
 PERIOD = 1440.0
 BOXES = st.lists(st.tuples(st.floats(-400.0, 2 * PERIOD), st.floats(2.0, 400.0)), max_size=12)
@@ -25,11 +25,11 @@ def widest_gap(left: np.ndarray, width: np.ndarray) -> float:
 @settings(max_examples=60)
 def test_every_box_is_whole_in_the_window_which_is_no_wider_than_it_must_be(boxes):
     left, width = np.array(boxes).reshape(-1, 2).T
-    low, high = azimuth.window(left, width, PERIOD)
+    low, high = ego.people_window(left, width, PERIOD)
     assert 0.0 <= low < PERIOD
     assert 0.4 * PERIOD - 1e-6 <= high - low <= PERIOD + 1e-9
     if high - low < PERIOD:
-        begin = azimuth.unrolled(left, low, PERIOD)
+        begin = ego.unrolled(left, low, PERIOD)
         assert np.all(begin >= low)
         assert np.all(begin + width <= high + 1e-6)
         np.testing.assert_allclose(np.mod(begin - left + 1.0, PERIOD), 1.0, atol=1e-6)
@@ -41,7 +41,7 @@ def test_every_box_is_whole_in_the_window_which_is_no_wider_than_it_must_be(boxe
 
 @given(st.floats(0.0, PERIOD - 1e-6), st.floats(0.4 * PERIOD, PERIOD), st.sampled_from([50.0, 100.0, 200.0, 500.0]))
 def test_ticks_name_the_columns_they_stand_at_and_keep_their_distance(low, width, step):
-    ticks = np.array(azimuth.column_ticks(low, low + width, PERIOD, step))
+    ticks = np.array(ego.column_ticks(low, low + width, PERIOD, step))
     assert np.all((ticks >= low - 1e-6) & (ticks <= low + width + 1e-6))
     named = np.mod(ticks, PERIOD)
     np.testing.assert_allclose(np.mod(named + 1e-9, step), 0.0, atol=1e-6)
@@ -50,10 +50,10 @@ def test_ticks_name_the_columns_they_stand_at_and_keep_their_distance(low, width
 
 
 def test_a_crowd_around_the_seam_is_shown_across_it():
-    low, high = azimuth.window(np.array([1400.0, 5.0]), np.array([30.0, 40.0]), PERIOD)
+    low, high = ego.people_window(np.array([1400.0, 5.0]), np.array([30.0, 40.0]), PERIOD)
     assert low < 1400.0 < PERIOD < high
-    assert azimuth.unrolled(np.array([5.0]), low, PERIOD)[0] == PERIOD + 5.0
+    assert ego.unrolled(np.array([5.0]), low, PERIOD)[0] == PERIOD + 5.0
 
 
 def test_nobody_at_all_is_shown_in_the_whole_picture():
-    assert azimuth.window(np.empty(0), np.empty(0), PERIOD) == (0.0, PERIOD)
+    assert ego.people_window(np.empty(0), np.empty(0), PERIOD) == (0.0, PERIOD)

@@ -18,7 +18,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.geometry import relative_to_world
-from vbbench.pictures.plotting import azimuth, plot_sequence, plot_to_file, save_picture, style
+from vbbench.pictures.plotting import ego, plot_sequence, plot_to_file, save_picture, style
 from vbbench.pictures.plotting.style import free_offsets, spread, text_extent
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
@@ -108,7 +108,7 @@ def words(figure: Figure) -> str:
 
 
 def test_a_box_across_the_seam_of_a_whole_panorama_is_drawn_at_both_ends(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(azimuth, "_MOST", 0.0)
+    monkeypatch.setattr(ego, "_MOST", 0.0)
     figure = plot_sequence(make(PanoramaCamera()), 0, frame=FOCUS)
     assert boxes(figure) == ["box-14", "box-15", "box-15", "box-3", "box-92"]
     left, right = sorted(

@@ -1,4 +1,8 @@
-"""The ego view: the panorama strip or perspective image with its boxes, as the camera saw them."""
+"""The ego view: the panorama strip or perspective image with its boxes, as the camera saw them.
+
+Of a picture that closes on itself it shows the columns where people are. They count on beyond the seam: with a turn of
+``period`` px, column ``period`` + 10 is column 10 again.
+"""
 
 from typing import Any
 
@@ -11,7 +15,7 @@ from matplotlib.patheffects import withStroke
 from vbbench.boxes import rectangles, with_seam_copies
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.backdrop import Backdrop
-from vbbench.pictures.plotting import azimuth, style
+from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting import style as labels
 from vbbench.pictures.replay import Replay
 
@@ -23,13 +27,18 @@ _STEPS = (20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)  # px from tick to tick of a 
 _TICKS = 8  # at most
 
 
+_MARGIN = 0.03  # of a turn, on both sides of the people
+_LEAST = 0.4  # of a turn: nearer than that nothing is gained, and left and right are forgotten
+_MOST = 0.85  # of a turn, from which on all of it is shown
+
+
 def shown_columns(replay: Replay, frame: int) -> tuple[float, float]:
     """The columns of the picture in px that a frame shows: all of them, of a panorama those where people are."""
     period = replay.camera.period
     if period is None:
         return 0.0, float(replay.camera.picture_size[0])
     boxes = rectangles(replay.sequence.observations[frame, replay.sequence.observed[frame]])
-    return azimuth.window(boxes[:, 0], boxes[:, 2], period)
+    return people_window(boxes[:, 0], boxes[:, 2], period)
 
 
 def strip_aspect(replay: Replay, backdrop: Backdrop, columns: tuple[float, float]) -> float:
@@ -85,7 +94,7 @@ def _placed(boxes: FloatArray, columns: tuple[float, float], period: float | Non
     """Boxes [N, 4] where they are drawn, and the index of each one's box."""
     if period is None or columns == (0.0, period):
         return with_seam_copies(boxes, period)
-    left = azimuth.unrolled(boxes[:, :1], columns[0], period)
+    left = unrolled(boxes[:, :1], columns[0], period)
     return np.hstack([left, boxes[:, 1:]]), np.arange(len(boxes))
 
 
@@ -100,7 +109,7 @@ def _set_window(
         top, bottom = horizon.min() - 0.28 * rows, horizon.max() + 0.72 * rows
         _draw_bearings(axes, replay.bearings, columns, camera.period)
         step = next((step for step in _STEPS if shown / step <= _TICKS), _STEPS[-1])
-        ticks = azimuth.column_ticks(*columns, camera.period, step)
+        ticks = column_ticks(*columns, camera.period, step)
         whole = columns == (0.0, camera.period)
         axes.set_xticks(ticks, [f"{tick if whole else tick % camera.period:g}" for tick in ticks])
     if backdrop.is_recorded:
@@ -134,7 +143,7 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int, people: IntArray, effec
     tops, period = v - 0.5 * lengths, replay.camera.period
     above = np.min(np.append(tops, replay.camera.horizon(u)), initial=max(axes.get_ylim()))
     if period is not None and right - left < period:
-        u = azimuth.unrolled(u, left, period)
+        u = unrolled(u, left, period)
     places = labels.spread(u, gap, left + 0.7 * gap, right - 0.7 * gap)
     low, high = sorted(axes.get_ylim())
     pad = 0.05 * (high - low)
@@ -146,3 +155,40 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int, people: IntArray, effec
         rotation = 0 if in_line else 90
         label.set(fontsize=style.LABEL_SIZE, color=style.INK, rotation=rotation, zorder=4, gid=f"id-{text}")
         label.set_path_effects(effects)
+
+
+def people_window(left: FloatArray, width: FloatArray, period: float) -> tuple[float, float]:
+    """The narrowest columns (low, high) that hold all boxes with left sides [N] and widths [N] in px.
+
+    All of the turn, (0, period), where that omits little. ``low`` is in [0, period), ``high`` may be beyond it.
+    """
+    if not len(left):
+        return 0.0, period
+    order = np.argsort(np.mod(left, period), kind="stable")
+    begin = np.mod(left, period)[order]
+    end = begin + width[order]
+    reach = np.maximum(np.maximum.accumulate(end), end.max() - period)
+    gaps = np.append(begin[1:], begin[0] + period) - reach
+    widest = int(gaps.argmax())
+    seen = period - float(gaps[widest]) + 2.0 * _MARGIN * period
+    if seen > _MOST * period:
+        return 0.0, period
+    middle = float(reach[widest] + gaps[widest]) - _MARGIN * period + 0.5 * seen
+    seen = max(seen, _LEAST * period)
+    low = float(np.mod(middle - 0.5 * seen, period))
+    low = 0.0 if low >= period else low
+    return low, low + seen
+
+
+def unrolled(columns: FloatArray, low: float, period: float) -> FloatArray:
+    """The same columns [...] within the turn that begins at ``low``."""
+    return low + np.mod(columns - low, period)
+
+
+def column_ticks(low: float, high: float, period: float, step: float) -> list[float]:
+    """Where a window has ticks: at every multiple of ``step`` px and at the seam, except where two would touch."""
+    marks = np.append(np.arange(0.0, period, step), period)
+    if period - marks[-2] < 0.5 * step:
+        marks = np.delete(marks, -2)
+    every = np.unique(np.concatenate([marks, marks + period]))
+    return [float(mark) for mark in every if low - 1e-9 <= mark <= high + 1e-9]
