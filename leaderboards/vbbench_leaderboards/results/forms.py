@@ -92,38 +92,6 @@ class MadeWithForm(Form):
     hardware: Line500
 
 
-class SummaryForm(Form):
-    """Summary of a metric over sequences."""
-
-    capped: Figure
-    capped_ci95: tuple[Figure, Figure]
-    failure_rate: Share | None
-    blocks: Average | None
-    mean: Figure
-    std: Figure
-    frame_mean: Figure
-    frame_std: Figure
-    median: Figure
-    p95: Figure
-    ci95: tuple[Figure, Figure]
-
-
-class AngleSummaryForm(Form):
-    """Summary of a metric in rad."""
-
-    capped: Angle
-    capped_ci95: tuple[Angle, Angle]
-    failure_rate: Share | None
-    blocks: Average | None
-    mean: Angle
-    std: Angle
-    frame_mean: Angle
-    frame_std: Angle
-    median: Angle
-    p95: Angle
-    ci95: tuple[Angle, Angle]
-
-
 class ScoreForm(Form, kw_only=True):
     """Scores as ``vbbench score --json`` prints them, but for metrics, under the solver's name on the board."""
 
@@ -205,28 +173,26 @@ class ResultForm(Form, kw_only=True):
         _check_seed(self.dataset.seed, "$.dataset.seed")
 
 
-class PanoramaForm(Form, tag_field="kind", tag="panorama"):
+class CameraForm(Form):
+    """Parameters that every camera has."""
+
+    width: Number
+    focal: Length
+    cy: Place
+    mount_height: Length
+    pitch: Tilt = 0.0
+    roll: Tilt = 0.0
+
+
+class PanoramaForm(CameraForm, tag_field="kind", tag="panorama"):
     """Parameters of a panorama camera."""
 
-    width: Number
-    focal: Length
-    cy: Place
-    mount_height: Length
-    pitch: Tilt = 0.0
-    roll: Tilt = 0.0
 
-
-class PerspectiveForm(Form, tag_field="kind", tag="perspective"):
+class PerspectiveForm(CameraForm, kw_only=True, tag_field="kind", tag="perspective"):
     """Parameters of a perspective camera."""
 
-    width: Number
     height: Number
-    focal: Length
     cx: Place
-    cy: Place
-    mount_height: Length
-    pitch: Tilt = 0.0
-    roll: Tilt = 0.0
     vertical_focal: Length | UnsetType = UNSET
 
 
@@ -252,6 +218,15 @@ def _named(name: str, kind: Any, optional: Iterable[str], required: Iterable[str
     return defstruct(name, fields, rename=names, kw_only=True, forbid_unknown_fields=True)
 
 
+def _summary(name: str, figure: Any) -> Any:
+    """The form of a metric's summary over sequences, with figures of such a type."""
+    single = ("capped", "mean", "std", "frame_mean", "frame_std", "median", "p95")
+    figures = [(key, figure) for key in single] + [(key, tuple[figure, figure]) for key in ("capped_ci95", "ci95")]
+    others = [("failure_rate", Share | None), ("blocks", Average | None)]
+    return defstruct(name, [*figures, *others], bases=(Form,))
+
+
+SummaryForm, AngleSummaryForm = _summary("SummaryForm", Figure), _summary("AngleSummaryForm", Angle)
 TablesForm = _named("TablesForm", Sha256, [name for name in TABLES if name not in PUBLIC], PUBLIC)
 """Every table of the dataset, the truth's among them, and its SHA-256."""
 ScoredForm = _named("ScoredForm", RecordBlockForm, PROTOCOLS)

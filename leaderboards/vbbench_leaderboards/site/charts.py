@@ -27,8 +27,8 @@ _LINE_HEIGHT, _LETTER, _GAP, _SPACE = 15, 7.5, 11, 4
 _RADIUS, _DROP = 5.5, 4
 """Of a point, and how far below its middle a name's line is."""
 
-_ROW, _NAMES = 62, 92
-"""Of the spread: the height of a row, and the width of the names' column."""
+_ROW, _NAMES, _LONGEST = 62, 108, 12
+"""Of the spread: the height of a row, the width of the names' column, and the letters that fit into it."""
 _DOTS, _PITCH = 100, 4.4
 
 _EDGE, _LEAST = 7, 1e-6
@@ -170,7 +170,7 @@ def distribution(name: str, metric: Term, spreads: Sequence[tuple[str, int, Floa
         )
         middle = x.place(float(median))
         drawn = [
-            _label(0, floor - 8, _clip(solver, 10), "name"),
+            _label(0, floor - 8, _clip(solver, _LONGEST), "name"),
             _line(_NAMES, floor + 4, _WIDTH - 12, floor + 4, "grid"),
             _path("dots", _piled(x, own, floor)),
             _line(middle, floor + 4, middle, floor - _ROW + 16, "median"),

@@ -68,7 +68,7 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    for name in ("figure", "figure_decimals", "padding", "percent", "signed", "decimals"):
+    for name in ("figure", "figure_decimals", "padding", "percent", "signed", "decimals", "with_code"):
         made.filters[name] = getattr(words, name)
     made.filters["quote"] = lambda text: quote(text, safe="")
     made.filters["json"] = lambda value: json.dumps(value, separators=(",", ":"))
@@ -183,10 +183,10 @@ class Site:
         return sum(row.group == result.group for row in self.results[board])
 
     def leads(self, board: Board, result: Result) -> bool:
-        """Whether a solver is significantly better than all that it is ranked with, of which there are some."""
+        """Whether a solver is significantly better than all others of its kind that saw no recording of the board."""
         rivals = [row for row in self.results[board] if row.group == result.group]
         firsts = [row.solver for row in rivals if self.place(board, row).rank == 1]
-        return len(rivals) > 1 and firsts == [result.solver]
+        return not result.seen and len(rivals) > 1 and firsts == [result.solver]
 
     def ties(self, board: Board) -> list[str]:
         """Where a board does not separate its best solvers: a sentence for each group that competes."""

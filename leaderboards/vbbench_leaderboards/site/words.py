@@ -8,6 +8,8 @@ from functools import cache
 from typing import Any, Literal
 from urllib.parse import urlsplit
 
+from markupsafe import Markup
+
 from vbbench.generation.footage import FOOTAGE
 from vbbench.generation.tier import all_tiers
 from vbbench.scoring.metrics import section
@@ -165,6 +167,12 @@ def percent(share: float) -> str:
         finest = max(1, -_power(100 - value)) if value < 100 else 0
         return f"{value:.{finest}f} %"
     return f"{value:.0f} %" if value >= 10 or value == 0 else f"{value:.1f} %"
+
+
+def with_code(text: str) -> Markup:
+    """A text whose words between backticks are code."""
+    parts = enumerate(text.split("`"))
+    return Markup().join(Markup("<code>{}</code>").format(part) if n % 2 else part for n, part in parts)
 
 
 def provided(name: str, value: Any) -> str:
