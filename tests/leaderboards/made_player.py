@@ -34,7 +34,7 @@ def write_crowd(
     if unboxed is not None:
         write_data(site, "made/noisy/0/unboxed", encode_unboxed(made.truth, unboxed))
     for name, answer in answers.items():
-        values = encode_estimate(made.sequence, made.truth, answer, clip["coarse"])
+        values = encode_estimate(made.truth, answer, clip["coarse"])
         write_data(site, f"{BOARD}/0/{name}", values)
     figures = {name: {"dx": [0.1 * (n + 1)], "dt": [0.1]} for n, name in enumerate(answers)}
     board = {"tier": "noisy", "given": "arrivals", "caps": CAPS, "solvers": figures}

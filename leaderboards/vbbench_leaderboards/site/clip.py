@@ -150,7 +150,7 @@ POSE, METRE, PIXEL = np.array([1e-3, 1e-3, 1e-4]), 1e-3, 0.1
 COARSE = (1, 2, 5, 10)
 """How many quanta are taken at a time: the fewest with which a file keeps to its size."""
 
-CLIP_SIZE, ESTIMATE_SIZE, UNBOXED_SIZE = 21_000, 12_500, 12_500
+CLIP_SIZE, ESTIMATE_SIZE, UNBOXED_SIZE = 21_000, 12_000, 12_000
 """Bytes of text for a sequence and for a solver: with three solvers under 60 kB. People without a box come later."""
 
 _SMOOTH = 2
@@ -165,27 +165,24 @@ HORIZON_POINTS = 33
 """At so many columns the row of the horizon stands where it is not level, from the left border to the right one."""
 
 LARGEST = 100_000_000
-"""Quanta beyond which a number is cut off, so that the page can count in 32 bits; 100 km in mm."""
-
-_MOST_BYTES = 5
-_LEVEL = 9
+"""Quanta beyond which a number is cut off, so that its differences fit into 32 bits; 100 km in mm."""
 
 
 def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> dict[str, Any]:
     """What is published of a sequence, and its truth.
 
-    ``data`` holds, by `flags`: where the truth is known, who is observed, which positions `sequential` gives; then by
-    `differences` of second order x, y, yaw of the observer, x, y of the people, u, v, l of the boxes.
+    ``data`` holds, by `series` of second order, x, y, yaw of the observer, x, y of the people where they are known,
+    u, v, l of the boxes, and 0 where `sequential` gives a position.
     """
 
     def columns(coarse: int) -> list[IntArray]:
         poses, positions = _true_quanta(truth, coarse)
         boxes = quantise(sequence.observations, PIXEL * coarse)
-        series = [(poses[:, None], always), (positions, known), (boxes, sequence.observed)]
-        return [*masks, *(differences(values, present, _SMOOTH) for values, present in series)]
+        everywhere = [(poses[:, None], always), (positions, known), (boxes, sequence.observed)]
+        return [series(values, present, _SMOOTH) for values, present in [*everywhere, (0 * positions[..., :1], given)]]
 
     known, always = ~np.isnan(truth.positions[..., 0]), np.ones((sequence.frames, 1), bool)
-    masks = [flags(mask) for mask in (known, sequence.observed, ~np.isnan(sequence.given.positions[..., 0]))]
+    given = ~np.isnan(sequence.given.positions[..., 0])
     return {
         "sequence": sequence.index,
         "frames": sequence.frames,
@@ -246,11 +243,10 @@ def shown_estimate(dataset: Dataset, estimate: Estimate) -> Estimate:
     )
 
 
-def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_coarse: int) -> dict[str, Any]:
+def encode_estimate(truth: Truth, estimate: Estimate, clip_coarse: int) -> dict[str, Any]:
     """A solver's estimate, as its difference from the truth in the clip (from the origin where there is none).
 
-    ``data`` holds by `flags` in which frames there is a pose, and where there is a position but no box or the other
-    way round; then by `differences` of the ``order`` that is shortest x, y, yaw of the observer, x, y of the people.
+    ``data`` holds, by `series` of the ``order`` that is shortest, x, y, yaw of the observer, then x, y of the people.
 
     Parameters
     ----------
@@ -262,33 +258,26 @@ def encode_estimate(sequence: Sequence, truth: Truth, estimate: Estimate, clip_c
 
     def columns(coarse: int, order: int) -> list[IntArray]:
         poses, positions = _quanta(pose_error, error, coarse)
-        return [differences(poses[:, None], posed, order), differences(positions, placed, order)]
+        return [series(poses[:, None], posed, order), series(positions, placed, order)]
 
-    fine = [columns(1, order) for order in _ORDERS]
-    order = int(np.argmin([_bits(found) for found in fine]))
-    masks = [flags(posed), flags(placed ^ sequence.observed)]
-    packed = _packed(
-        lambda coarse: [*masks, *(fine[order] if coarse == 1 else columns(coarse, _ORDERS[order]))], ESTIMATE_SIZE
-    )
-    return {"order": _ORDERS[order], **packed}
+    order = min(_ORDERS, key=lambda one: len(pack(columns(1, one))))
+    return {"order": order, **_packed(lambda coarse: columns(coarse, order), ESTIMATE_SIZE)}
 
 
 def encode_unboxed(truth: Truth, unboxed: Unboxed) -> dict[str, Any]:
     """Who has no box.
 
-    ``data`` holds by `flags` who has a reason, and for whom a box is given; then by `differences` the reasons, of first
-    order, and of second order u, v, l of these boxes and x, y of the ``people`` who are in no track, as in the clip.
+    ``data`` holds, by `series` of second order, the reasons, u, v, l of boxes that are not there, and x, y of the
+    ``people`` who are in no track, as in the clip.
     """
-    lacking, there = unboxed.reasons > 0, np.isfinite(unboxed.positions[..., 0])
-    boxed = np.isfinite(unboxed.boxes[..., 0])
+    there, boxed = np.isfinite(unboxed.positions[..., 0]), np.isfinite(unboxed.boxes[..., 0])
 
     def columns(coarse: int) -> list[IntArray]:
         boxes = quantise(unboxed.boxes, PIXEL * coarse)
         places = quantise(unboxed.positions - _origin(truth)[:2], METRE * coarse)
-        reasons = differences(unboxed.reasons[..., None], lacking, 1)
-        return [*masks, reasons, differences(boxes, boxed, _SMOOTH), differences(places, there, _SMOOTH)]
+        lacking = [(unboxed.reasons[..., None], unboxed.reasons > 0), (boxes, boxed), (places, there)]
+        return [series(values, present, _SMOOTH) for values, present in lacking]
 
-    masks = [flags(lacking), flags(boxed)]
     return {"people": unboxed.positions.shape[1], **_packed(columns, UNBOXED_SIZE)}
 
 
@@ -322,56 +311,38 @@ def _packed(columns: Callable[[int], list[IntArray]], size: int) -> dict[str, An
     return {"coarse": coarse, "data": text}
 
 
-def _bits(columns: list[IntArray]) -> float:
-    """About how many bits the numbers need."""
-    return float(sum(np.log2(1.0 + 2.0 * np.abs(column)).sum() for column in columns))
-
-
 def quantise(values: FloatArray, quantum: float | FloatArray) -> IntArray:
     """Whole multiples of ``quantum`` nearest to the values, cut off at `LARGEST`; NaN becomes 0."""
     steps = np.rint(np.nan_to_num(values / quantum, nan=0.0, posinf=LARGEST, neginf=-LARGEST))
     return np.clip(steps, -LARGEST, LARGEST).astype(np.int64)
 
 
-def differences(values: IntArray, present: BoolArray, order: int) -> IntArray:
-    """The [T, K, A] values where they are ``present`` [T, K], as [A, N] differences in time, a track after the other.
+def series(values: IntArray, present: BoolArray, order: int) -> IntArray:
+    """The [T, K, A] values where they are ``present`` [T, K], as numbers from 1 on, a track after the other.
 
-    Order 0 leaves them as they are. Order 1 takes from each value the one before of the same track, and from a track's
-    first value the first of the track before. Order 2 does so once more within a track, from its third value on.
+    Of the first column absent ones are 0, and in the others left out. A number is one more than the zig-zag of a
+    difference in time. Order 0 leaves values as they are. Order 1 takes from each the one before of the same track, and
+    from a track's first value the first of the track before. Order 2 does so once more within a track, from its third
+    value on.
     """
     row = values.transpose(1, 0, 2)[present.T].T
-    if order == 0:
-        return row
-    rank = np.cumsum(present, axis=0).T[present.T]
-    begins = np.flatnonzero(rank == 1)
     result = row.copy()
-    result[:, 1:] -= row[:, :-1]
-    result[:, begins[1:]] = row[:, begins[1:]] - row[:, begins[:-1]]
-    if order == 2:
-        later = np.flatnonzero(rank > 2)
-        result[:, later] -= result[:, later - 1]
-    return result
-
-
-def flags(mask: BoolArray) -> IntArray:
-    """[T, K] flags as the lengths of runs, a track after the other, unset ones first; their number stands before."""
-    row = np.concatenate([[False], mask.T.ravel(), [False]])
-    changes = np.flatnonzero(row[1:] != row[:-1])
-    return np.append(len(changes), np.diff(changes, prepend=0))
+    if order > 0:
+        rank = np.cumsum(present, axis=0).T[present.T]
+        begins, later = np.flatnonzero(rank == 1), np.flatnonzero(rank > 2)
+        result[:, 1:] -= row[:, :-1]
+        result[:, begins[1:]] = row[:, begins[1:]] - row[:, begins[:-1]]
+        if order == 2:
+            result[:, later] -= result[:, later - 1]
+    result = ((result << 1) ^ (result >> 63)) + 1
+    first = np.zeros(present.T.shape, np.int64)
+    first[present.T] = result[0]
+    return np.concatenate([first.ravel(), result[1:].ravel()])
 
 
 def pack(columns: Iterable[IntArray]) -> str:
-    """Whole numbers on end, column after column, as base64."""
-    coder = zlib.compressobj(_LEVEL, wbits=-15)
-    data = coder.compress(_varints(np.concatenate([column.ravel() for column in columns]))) + coder.flush()
+    """Numbers on end, column after column, as base64: the lowest byte of every number, then every second, and so on."""
+    numbers = np.concatenate([column.ravel() for column in columns]).astype("<u4")
+    coder = zlib.compressobj(9, wbits=-15)
+    data = coder.compress(numbers.view(np.uint8).reshape(-1, 4).T.tobytes()) + coder.flush()
     return base64.b64encode(data).decode("ascii")
-
-
-def _varints(numbers: IntArray) -> bytes:
-    """Zig-zag numbers as bytes of seven bits, low ones first, the top bit set where more follow."""
-    zigzag = (numbers << 1) ^ (numbers >> 63)
-    limbs = (zigzag[:, None] >> np.arange(0, 7 * _MOST_BYTES, 7)) & 127
-    follows = zigzag[:, None] >= 1 << np.arange(7, 7 * (_MOST_BYTES + 1), 7)
-    kept = np.column_stack([np.ones(len(numbers), bool), follows[:, :-1]])
-    data: bytes = (limbs | 128 * follows).astype(np.uint8)[kept].tobytes()
-    return data

@@ -185,7 +185,7 @@ def _write_split(site: Path, films: Films, playable: Playable) -> None:
         for board, solver in rows:
             submitted = SubmittedEstimates(dataset, submission_folder(work, board, solver))
             for sequence, truth, coarse in clips:
-                values = encode_estimate(sequence, truth, shown_estimate(dataset, submitted.of(sequence)), coarse)
+                values = encode_estimate(truth, shown_estimate(dataset, submitted.of(sequence)), coarse)
                 write_data(site, f"{board.key}/{sequence.index}/{solver}", values)
 
 

@@ -21,82 +21,58 @@
     return value;
   }
 
-  async function inflate(text) {
+  /** Numbers of four bytes: the lowest byte of every number, then every second, third and highest. */
+  async function unpack(text) {
     if (typeof DecompressionStream === "undefined") {
       throw new Error("This browser cannot unpack the recordings; one of 2023 or later can.");
     }
     const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-    return new Uint8Array(await new Response(stream).arrayBuffer());
+    const bytes = new Uint8Array(await new Response(stream).arrayBuffer()), n = bytes.length / 4;
+    return Uint32Array.from({ length: n }, (_, i) => bytes[i] | (bytes[n + i] << 8) | (bytes[2 * n + i] << 16) | (bytes[3 * n + i] << 24));
   }
 
-  /** Numbers from bytes of seven bits, one after the other. */
-  class Reader {
-    constructor(bytes) { Object.assign(this, { bytes, at: 0 }); }
-
-    next() {
-      let bits = 0, shift = 0, byte;
-      do {
-        byte = this.bytes[this.at++];
-        bits |= (byte & 127) << shift;
-        shift += 7;
-      } while (byte > 127);
-      return (bits >>> 1) ^ -(bits & 1);
-    }
-
-    /** Flags [T, K], which lie a track after the other as lengths of runs. */
-    flags(T, K) {
-      const mask = new Uint8Array(T * K);
-      let place = 0;
-      for (let run = 0, runs = this.next(); run < runs; run++) {
-        const stop = place + this.next();
-        for (; place < stop; place++) if (run % 2) mask[(place % T) * K + Math.floor(place / T)] = 1;
-      }
-      return mask;
-    }
-
-    /** Values [T, K] where `present`, NaN elsewhere, from their differences in time. */
-    column(present, K, order, quantum) {
-      const out = new Float64Array(present.length).fill(NaN);
+  /** Read columns [T, K] from their differences in time; NaN where there is none, or where `like` has none. */
+  function columnsOf(numbers, T) {
+    let at = 0;
+    return (K, order, quantum, like = null) => {
+      const out = new Float64Array(T * K).fill(NaN);
       let first = 0;
       for (let k = 0; k < K; k++) {
         let rank = 0, value = 0, step = 0;
-        for (let i = k; i < present.length; i += K) {
-          if (!present[i]) continue;
-          const read = this.next();
+        for (let t = 0; t < T; t++) {
+          if (like && like[t * K + k] !== like[t * K + k]) continue;
+          const number = numbers[at++] - 1, read = (number >>> 1) ^ -(number & 1);
+          if (number < 0) continue;
           if (order === 0) value = read;
           else if (rank === 0) value = first += read;
           else value += step = order === 2 && rank > 1 ? step + read : read;
           rank++;
-          out[i] = value * quantum;
+          out[t * K + k] = value * quantum;
         }
       }
       return out;
-    }
+    };
   }
+
+  const isThere = (values) => Uint8Array.from(values, (value) => value === value);
 
   /** A sequence: what is published of it, and its truth; [T] of the observer, [T, K] of the people. */
   async function decodeClip(value) {
-    const reader = new Reader(await inflate(value.data)), T = value.frames, K = value.tracks.length;
-    const clip = { ...value, T, K, known: reader.flags(T, K), observed: reader.flags(T, K), given: reader.flags(T, K) };
-    const read = (mask, width, quantum, ...names) => {
-      for (const name of names) clip[name] = reader.column(mask, width, SMOOTH, quantum * value.coarse);
-    };
-    const always = new Uint8Array(T).fill(1);
-    read(always, 1, METRE, "x", "y");
-    read(always, 1, RADIAN, "yaw");
-    read(clip.known, K, METRE, "px", "py");
-    read(clip.observed, K, PIXEL, "u", "v", "l");
-    return clip;
+    const T = value.frames, K = value.tracks.length, read = columnsOf(await unpack(value.data), T), clip = { ...value, T, K };
+    const columns = [[1, METRE, "x", "y"], [1, RADIAN, "yaw"], [K, METRE, "px", "py"], [K, PIXEL, "u", "v", "l"], [K, 1, "given"]];
+    for (const [width, quantum, ...names] of columns) {
+      for (const name of names) clip[name] = read(width, SMOOTH, quantum * value.coarse, name === names[0] ? null : clip[names[0]]);
+    }
+    return Object.assign(clip, { known: isThere(clip.px), observed: isThere(clip.u), given: isThere(clip.given) });
   }
 
   /** What a solver says of a clip, in the clip's own coordinates. */
   async function decodeEstimate(value, clip) {
-    const reader = new Reader(await inflate(value.data)), { T, K } = clip, estimate = {};
-    const posed = reader.flags(T, 1), placed = reader.flags(T, K).map((changed, i) => changed ^ clip.observed[i]);
-    for (const [name, mask, width, quantum] of [["x", posed, 1, METRE], ["y", posed, 1, METRE], ["yaw", posed, 1, RADIAN],
-      ["px", placed, K, METRE], ["py", placed, K, METRE]]) {
-      const error = reader.column(mask, width, value.order, quantum * value.coarse);
+    const { T, K } = clip, read = columnsOf(await unpack(value.data), T), estimate = {};
+    const columns = [["x", 1, METRE], ["y", 1, METRE, "x"], ["yaw", 1, RADIAN, "x"], ["px", K, METRE], ["py", K, METRE, "px"]];
+    for (const [name, width, quantum, like] of columns) {
+      const error = read(width, value.order, quantum * value.coarse, estimate[like]);
       estimate[name] = error.map((own, i) => own + (Number.isNaN(clip[name][i]) ? 0 : clip[name][i]));
     }
     return estimate;
@@ -115,16 +91,15 @@
 
   /** People without a box: columns are the clip's K tracks, then people who are in none of them. */
   async function decodeUnboxed(value, clip) {
-    const reader = new Reader(await inflate(value.data)), { T, K } = clip, M = value.people, N = K + M;
-    const lacking = reader.flags(T, N), boxed = reader.flags(T, N);
-    const reasons = Uint8Array.from(reader.column(lacking, N, 1, 1), (code) => code || 0);
-    const [u, v, l] = [0, 1, 2].map(() => reader.column(boxed, N, SMOOTH, PIXEL * value.coarse));
-    const own = Uint8Array.from({ length: T * M }, (_, i) => lacking[Math.floor(i / M) * N + K + (i % M)]);
+    const { T, K } = clip, M = value.people, N = K + M, read = columnsOf(await unpack(value.data), T);
+    const reasons = Uint8Array.from(read(N, SMOOTH, 1), (code) => code || 0);
+    const u = read(N, SMOOTH, PIXEL * value.coarse), [v, l] = [0, 1].map(() => read(N, SMOOTH, PIXEL * value.coarse, u));
+    let like = null;
     const [px, py] = ["px", "py"].map((name) => {
-      const places = reader.column(own, M, SMOOTH, METRE * value.coarse);
-      return Float64Array.from(lacking, (there, i) => {
+      const places = (like = read(M, SMOOTH, METRE * value.coarse, like));
+      return Float64Array.from(reasons, (reason, i) => {
         const t = Math.floor(i / N), n = i % N;
-        return !there ? NaN : n < K ? clip[name][t * K + n] : places[t * M + n - K];
+        return !reason ? NaN : n < K ? clip[name][t * K + n] : places[t * M + n - K];
       });
     });
     return { N, reasons, u, v, l, px, py };
