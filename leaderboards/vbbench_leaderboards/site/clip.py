@@ -320,7 +320,7 @@ def quantise(values: FloatArray, quantum: float | FloatArray) -> IntArray:
 def series(values: IntArray, present: BoolArray, order: int) -> IntArray:
     """The [T, K, A] values where they are ``present`` [T, K], as numbers from 1 on, a track after the other.
 
-    Of the first column absent ones are 0, and in the others left out. A number is one more than the zig-zag of a
+    Of the first column absent ones are 0, the others lack them. A number is one more than the zig-zag of a
     difference in time. Order 0 leaves values as they are. Order 1 takes from each the one before of the same track, and
     from a track's first value the first of the track before. Order 2 does so once more within a track, from its third
     value on.
