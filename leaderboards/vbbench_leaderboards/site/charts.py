@@ -22,12 +22,12 @@ _HEAVY_TAILED = 20.0
 
 _WIDTH, _HEIGHT, _BOTTOM = 460, 330, 46
 _LEFT, _RIGHT, _TOP = 52, 18, 30
-_LINE_HEIGHT, _LETTER, _GAP, _SPACE = 15, 7.5, 11, 4
-"""Of a name: its height, the width of a letter, its distance from its point, and at least from all else."""
+_LINE_HEIGHT, _LETTER, _GAP, _SPACE = 18, 10.0, 11, 4
+"""Of a name as a phone shows it: its height, the width of a letter, its distance from its point, and from all else."""
 _RADIUS, _DROP = 5.5, 4
 """Of a point, and how far below its middle a name's line is."""
 
-_ROW, _NAMES, _LONGEST = 62, 108, 12
+_ROW, _NAMES, _LONGEST = 62, 118, 12
 """Of the spread: the height of a row, the width of the names' column, and the letters that fit into it."""
 _DOTS, _PITCH = 100, 4.4
 
@@ -108,11 +108,11 @@ def scatter(
         taken.append((start, end, height))
         interval = f"95 % interval {low:.4f} to {high:.4f}" if ends else "too few sequences for an interval"
         words = f"{solver}: {metric.name} {error:.4f} {metric.unit}, {interval}; {micros:.0f} µs per frame"
-        side = -_GAP if start < across else _GAP
+        at, anchor = (start, "start") if start > across else (end, "end")
         drawn = [
             _line(across, y.place(low), across, y.place(high), "bar"),
             _circle(across, up, _RADIUS),
-            _label(across + side, height, _clip(solver, 22), "name", "end" if start < across else "start"),
+            _label(at, height, _clip(solver, 22), "name", anchor),
         ]
         parts.append(_mark(solver, colour, words, drawn))
     description = "Lower is more accurate, further left is faster. Bars are 95 % intervals."
@@ -129,8 +129,9 @@ def _free(
     """Where a name fits: right of its point, left of it, or else to the right and as little higher as may be."""
     right, left = across + _GAP, across - _GAP - width
     for start in (right, left):
-        if start >= _LEFT and _is_free((start, start + width, height), taken):
+        if _LEFT <= start <= _WIDTH - width and _is_free((start, start + width, height), taken):
             return start, start + width, height
+    right = min(right, _WIDTH - width)
     while not _is_free((right, right + width, height), taken):
         height -= 1.0
     return right, right + width, height
