@@ -18,7 +18,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 from pyarrow import feather
 
-from tests.generators.footage.cars import LOG, Drive, write_log, write_tables
+from tests.lib.cars import LOG, Drive, write_log, write_tables
 from vbbench_generators.footage.argoverse2 import argoverse2
 from vbbench_generators.footage.cuboids import PANORAMA, CuboidSplit, footage_of
 from vbbench_generators.footage.nuscenes import nuscenes

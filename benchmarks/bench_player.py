@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from tests.browser.browsing import chromium
-from tests.leaderboards.made_player import write_crowd, write_page
+from tests.lib.browsing import chromium
+from tests.lib.made_player import write_crowd, write_page
 from tests.lib.made_sequence import made_sequence
 from vbbench_leaderboards.results.folder import read_results
 from vbbench_leaderboards.site.player import FOLDER, Films, write_player

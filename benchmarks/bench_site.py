@@ -15,7 +15,7 @@ from urllib.parse import unquote, urlsplit
 
 from playwright.sync_api import sync_playwright
 
-from tests.browser.browsing import chromium, launch, visit
+from tests.lib.browsing import chromium, launch, visit
 from vbbench.cli import main as vbbench
 
 VISITS = 5

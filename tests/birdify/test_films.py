@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.exchange.mot_text import read_mot
+from tests.lib.mot_text import read_mot
 from vbbench.birdify.films import Detection, birdify_film
 from vbbench.boxes import rectangles
 from vbbench.camera import PerspectiveCamera

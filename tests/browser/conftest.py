@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from tests.browser.made_site import Made, make_site
+from tests.lib.made_site import Made, make_site
 from vbbench_leaderboards.results.folder import read_results
 from vbbench_leaderboards.results.result import Board, Result
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-    from tests.browser.browsing import Visitor
+    from tests.lib.browsing import Visitor
 
 
 class WithoutPlaywright(pytest.Module):
@@ -38,7 +38,7 @@ def pytest_pycollect_makemodule(module_path: Path, parent: pytest.Collector) -> 
 def browser() -> "Iterator[Browser]":
     from playwright.sync_api import sync_playwright
 
-    from tests.browser.browsing import chromium, launch
+    from tests.lib.browsing import chromium, launch
 
     if chromium() is None:
         pytest.skip("no browser: install Debian's package chromium")
@@ -91,7 +91,7 @@ class QuietHandler(SimpleHTTPRequestHandler):
 @pytest.fixture
 def visitor(browser: "Browser", site: Path) -> "Iterator[Callable[..., Visitor]]":
     """Makes visitors; none of them may have met a fault by the end of the test."""
-    from tests.browser.browsing import visit
+    from tests.lib.browsing import visit
 
     with ExitStack() as visits:
         made: list[Visitor] = []

@@ -7,7 +7,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
-from tests.browser.browsing import DESKTOP, PHONE
+from tests.lib.browsing import DESKTOP, PHONE
 
 Open = Callable[..., Page]
 

@@ -7,8 +7,8 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
-from tests.browser.browsing import DESKTOP, PHONE, Visitor
-from tests.leaderboards.challenges import vbbench, withheld_challenge
+from tests.lib.browsing import DESKTOP, PHONE, Visitor
+from tests.lib.challenges import vbbench, withheld_challenge
 from vbbench.generation.generator import Options
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.browsing import PHONE
+from tests.lib.browsing import PHONE
 
 Open = Callable[..., Page]
 

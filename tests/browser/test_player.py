@@ -7,7 +7,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from playwright.sync_api import Locator, Page, expect
 
-from tests.browser.browsing import Visitor
+from tests.lib.browsing import Visitor
 
 Open = Callable[..., Page]
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from tests.leaderboards.player_decoding import decode_clip, decode_estimate
 from tests.lib.made_sequence import DT, made_sequence
+from tests.lib.player_decoding import decode_clip, decode_estimate
 from vbbench_leaderboards.site.building import assets
 from vbbench_leaderboards.site.clip import encode_clip, encode_estimate
 from vbbench_leaderboards.site.player import write_data

@@ -10,8 +10,8 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
-from tests.browser.browsing import Visitor
-from tests.leaderboards.made_player import MOUNT, gone_astray, hidden_people, with_false_alarm, write_crowd, write_page
+from tests.lib.browsing import Visitor
+from tests.lib.made_player import MOUNT, gone_astray, hidden_people, with_false_alarm, write_crowd, write_page
 from tests.lib.made_sequence import made_sequence
 from vbbench_leaderboards.site.clip import Reason
 

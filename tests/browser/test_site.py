@@ -9,9 +9,9 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect
 
-from tests.browser.browsing import DESKTOP, PHONE, Visitor
 from tests.browser.conftest import serve
 from tests.browser.test_accessibility import ALL, COLOURS
+from tests.lib.browsing import DESKTOP, PHONE, Visitor
 
 Visit = Callable[..., Visitor]
 

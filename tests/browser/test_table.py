@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.made_site import HOSTILE, STRANGER, TWIN
+from tests.lib.made_site import HOSTILE, STRANGER, TWIN
 from vbbench.paper import the_paper
 from vbbench_leaderboards.results.boards import is_headline
 from vbbench_leaderboards.results.ranking import rank_apart

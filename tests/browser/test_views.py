@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.browsing import PHONE
-from tests.browser.made_site import STRANGER
+from tests.lib.browsing import PHONE
+from tests.lib.made_site import STRANGER
 from vbbench_leaderboards.results.ranking import contrasts
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site.charts import colour_number

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.extensions import fisheye
-from tests.leaderboards.board_results import ABOUT
+from tests.lib.board_results import ABOUT
 from tests.lib.flat_renderer import FlatRenderer
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera, camera_from_dict, camera_to_dict, make_camera
 from vbbench.files.dataset import Dataset

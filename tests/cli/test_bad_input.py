@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.exchange.mot_text import read_mot
-from tests.leaderboards.tiny_board import tiny_dataset
 from tests.lib.make_dataset import Crowd
+from tests.lib.mot_text import read_mot
+from tests.lib.tiny_board import tiny_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.tum import import_tum

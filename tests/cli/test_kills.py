@@ -20,7 +20,7 @@ from pathlib import Path
 import pytest
 
 from tests.generation.test_sources import SHA256, Handler
-from tests.leaderboards.challenges import withheld_challenge
+from tests.lib.challenges import withheld_challenge
 from tests.lib.commands import wait_until
 from tests.lib.kill_harness import Command, Point, Stage, read_tree, without_chance
 from tests.lib.rehearsal import Rehearsal, Scenario

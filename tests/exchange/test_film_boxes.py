@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.exchange.mot_text import read_mot
+from tests.lib.mot_text import read_mot
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.detection import Detections
 from vbbench.exchange.film_boxes import find_boxes, kept_detections, key_of

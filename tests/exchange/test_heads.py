@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.exchange.mot_text import read_mot
 from tests.lib.head_crowds import make_crowd, square
+from tests.lib.mot_text import read_mot
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.exchange.heads import (

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tests.exchange.mot_text import read_mot
 from tests.lib.make_dataset import Crowd, write_dataset
+from tests.lib.mot_text import read_mot
 from vbbench.boxes import cut_to_picture, observations_of, overlaps, rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main

@@ -13,11 +13,10 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
-from tests.generators.footage import cars
 from tests.generators.test_footage import made as made_footage
 from tests.generators.test_footage import recording as footage
 from tests.generators.test_footage import relative
-from tests.lib import jrdb_recording, kitti_files, motsynth_recording, own_recording
+from tests.lib import cars, jrdb_recording, kitti_files, motsynth_recording, own_recording
 from tests.lib.crohd_files import write_recording
 from tests.lib.make_dataset import Crowd, write_dataset
 from tests.parallel.test_parts import last_part_first

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.leaderboards.challenges import withheld_challenge
+from tests.lib.challenges import withheld_challenge
 from tests.lib.stopping import contents, names, stopped_at
 from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main

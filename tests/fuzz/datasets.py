@@ -17,9 +17,9 @@ import pyarrow.parquet as pq
 from tests.fuzz.kind import Kind
 from tests.fuzz.mutations import JSON, TEXT
 from tests.fuzz.parquet_mutations import PARQUET
-from tests.leaderboards.tiny_board import FILE, tiny_board, tiny_dataset
 from tests.lib.answers import submit, submit_csv, true_answers
 from tests.lib.make_dataset import Crowd, write_dataset
+from tests.lib.tiny_board import FILE, tiny_board, tiny_dataset
 from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_texts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo, describe

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.exchange.mot_text import read_mot
 from tests.fuzz.kind import Kind, Refused
 from tests.fuzz.mutations import TEXT
 from tests.fuzz.oracle import STRICTER, Row, boxes_of, finite, lines, rows_of
+from tests.lib.mot_text import read_mot
 from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.tum import import_tum
 from vbbench.scene import Scene

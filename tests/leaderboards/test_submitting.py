@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from tests.leaderboards.made_results import made_results
-from tests.leaderboards.tiny_board import FILE, tiny_board, tiny_dataset
+from tests.lib.made_results import made_results
 from tests.lib.make_dataset import Crowd
+from tests.lib.tiny_board import FILE, tiny_board, tiny_dataset
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
 from vbbench.exchange.csv_export import TABLES, export_csv

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.renderers.onnx_network import HALF, UINT8, write_network
+from tests.lib.onnx_network import HALF, UINT8, write_network
 from vbbench.boxes import overlaps, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import make_detector

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from tests.leaderboards.board_results import BOARD, result
 from tests.leaderboards.site.test_building import site_of
 from tests.lib.answers import submit, true_answers
+from tests.lib.board_results import BOARD, result
 from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyarrow import feather
 
-from tests.generators.footage.cars import LOG, Drive, write_log
+from tests.lib.cars import LOG, Drive, write_log
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.generation.generator import Options
 from vbbench_generators.footage.argoverse2 import argoverse2, read_log

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.generators.footage.cars import EYES, FOCAL, HEIGHT, LOG, WIDTH, Drive, write_log, write_own, write_tables
+from tests.lib.cars import EYES, FOCAL, HEIGHT, LOG, WIDTH, Drive, write_log, write_own, write_tables
 from vbbench.boxes import rectangles
 from vbbench.cli import main
 from vbbench.errors import VbbenchError

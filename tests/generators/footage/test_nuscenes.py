@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.generators.footage.cars import Drive, write_tables
+from tests.lib.cars import Drive, write_tables
 from vbbench.errors import FileError, VbbenchError
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.leaderboards.challenges import SECRET, TEXT, make_challenge, run_lines, vbbench
-from tests.leaderboards.made_results import made_results
+from tests.lib.challenges import SECRET, TEXT, make_challenge, run_lines, vbbench
+from tests.lib.made_results import made_results
 from vbbench.cli import all_commands, main
 from vbbench.cli.parsing import parse
 from vbbench.errors import FileError, VbbenchError

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from tests.folders.test_locks import held
-from tests.leaderboards.challenges import FACTS, make_challenge, memorised, run_lines, vbbench
+from tests.lib.challenges import FACTS, make_challenge, memorised, run_lines, vbbench
 from vbbench.scoring import score
 from vbbench_leaderboards.challenge.organiser import Organiser, parts_of, read_log
 from vbbench_leaderboards.results.folder import read_results

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tests.leaderboards.tiny_board import FILE, seal, tiny_board
+from tests.lib.tiny_board import FILE, seal, tiny_board
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench_leaderboards.checks.checking import ResultsError, check

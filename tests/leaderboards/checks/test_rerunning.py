@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks import kinds
-from tests.generators.footage import cars
-from tests.leaderboards.board_results import result as made_result
+from tests.lib import cars
+from tests.lib.board_results import result as made_result
 from vbbench.cli import main
 from vbbench.errors import SourceMissingError, UnknownNameError
 from vbbench.files.dataset import Dataset

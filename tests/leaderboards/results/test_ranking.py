@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tests.leaderboards.board_results import result
+from tests.lib.board_results import result
 from vbbench.geometry import FloatArray
 from vbbench.scoring.metrics import METRICS
 from vbbench_leaderboards.results.ranking import LEVEL, Ranking, holm, rank

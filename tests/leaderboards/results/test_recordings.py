@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from release.facts import outdated
-from tests.leaderboards.board_results import ABOUT, record_of, result
+from tests.lib.board_results import ABOUT, record_of, result
 from vbbench.camera import PanoramaCamera, camera_to_dict
 from vbbench.registry import load
 from vbbench_leaderboards.results.dataset_record import BoardDataset

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.leaderboards.board_results import record_of, result
-from tests.leaderboards.tiny_board import FILE, seal, tiny_board
+from tests.lib.board_results import record_of, result
+from tests.lib.tiny_board import FILE, seal, tiny_board
 from vbbench.camera import PanoramaCamera, camera_to_dict
 from vbbench.errors import FileError
 from vbbench_leaderboards.checks.checking import ResultsError, check

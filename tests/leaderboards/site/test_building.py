@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.leaderboards.board_results import BOARD, record_of, result
-from tests.leaderboards.made_results import BOARDS, KITTI_CAUTION, SOLVERS, made_results
+from tests.lib.board_results import BOARD, record_of, result
+from tests.lib.made_results import BOARDS, KITTI_CAUTION, SOLVERS, made_results
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS

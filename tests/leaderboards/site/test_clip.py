@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.leaderboards.made_player import hidden_people
-from tests.leaderboards.player_decoding import METRE, decode_unboxed
+from tests.lib.made_player import hidden_people
 from tests.lib.made_sequence import made_sequence
+from tests.lib.player_decoding import METRE, decode_unboxed
 from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
 from vbbench.files.dataset import Dataset

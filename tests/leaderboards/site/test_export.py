@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.leaderboards.board_results import BOARD, record_of, result
-from tests.leaderboards.made_results import SOLVERS, made_results
+from tests.lib.board_results import BOARD, record_of, result
+from tests.lib.made_results import SOLVERS, made_results
 from tests.test_table import check_latex
 from vbbench import __version__
 from vbbench.cli import main

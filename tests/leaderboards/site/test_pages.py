@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.leaderboards.board_results import BOARD, result
 from tests.leaderboards.site.test_building import ERRORS, HOSTILE, Outline, pages, site_of  # the pages of made results
 from tests.lib.answers import submit, true_answers
+from tests.lib.board_results import BOARD, result
 from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.scoring import score
 from vbbench.scoring.comparison import compare

@@ -13,11 +13,11 @@ from PIL import Image
 
 from tests.generators.test_footage import FRAMES, made
 from tests.generators.test_footage_pictures import known_as, photographed
-from tests.leaderboards.board_results import ABOUT
-from tests.leaderboards.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_estimate, numbers
 from tests.lib.answers import submit, true_answers
+from tests.lib.board_results import ABOUT
 from tests.lib.made_sequence import DT, MadeSequence, made_sequence
 from tests.lib.make_dataset import Crowd, write_dataset
+from tests.lib.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_estimate, numbers
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import wrap_angle

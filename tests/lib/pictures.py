@@ -1,4 +1,4 @@
-"""Pictures of the site in all its states, to be looked at: ``python -m tests.browser.pictures SITE OUT``."""
+"""Pictures of the site in all its states, to be looked at: ``python -m tests.lib.pictures SITE OUT``."""
 
 import sys
 from pathlib import Path
@@ -6,7 +6,7 @@ from typing import Any
 
 from playwright.sync_api import Page, sync_playwright
 
-from tests.browser.browsing import DESKTOP, PHONE, launch, visit
+from tests.lib.browsing import DESKTOP, PHONE, launch, visit
 
 BOARD = "#/hotel/sequential-field"
 PLAY = "#/students-resampled/sequential-field/play?frame=30"

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tests.leaderboards.board_results import record_of, result
+from tests.lib.board_results import record_of, result
 from vbbench.camera import PanoramaCamera, camera_to_dict
 from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
 from vbbench_leaderboards.results.result import Board, Result, write_result

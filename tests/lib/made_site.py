@@ -4,7 +4,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.leaderboards.made_results import made_results
+from tests.lib.made_results import made_results
 from vbbench.cli import main
 
 SPLIT = "demo"
