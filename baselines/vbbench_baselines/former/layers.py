@@ -113,11 +113,6 @@ def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
     return found
 
 
-def is_pure(weights: Weights) -> bool:
-    """Whether weights are those of a network that outputs the pose, and does not fit it."""
-    return bool(weights["own_trust.bias"].shape == shapes(pure=True)["own_trust.bias"])
-
-
 def first_weights(rng: np.random.Generator, pure: bool) -> dict[str, FloatArray]:
     """Weights before training: uniform (He et al. 2015), small where they decide, and biases of a plain filter."""
     made: dict[str, FloatArray] = {}

@@ -10,7 +10,7 @@ from tests.lib.numpy_operations import NumpyOperations
 from tests.lib.solver_runs import CAMERAS, problem_of, see, walk
 from vbbench.errors import VbbenchError
 from vbbench_baselines.former.inference import Inference, Remembered, nothing_remembered
-from vbbench_baselines.former.layers import Network, first_weights, is_pure
+from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Answer, Birdifier
 from vbbench_baselines.former.pose_fit import Measured, Motion
 from vbbench_baselines.former.scene import Told
@@ -68,7 +68,7 @@ def assert_alike(found: Any, wanted: Any) -> None:
 @pytest.mark.parametrize("said", [None, measured(False), measured(True)], ids=["alone", "measured", "sure"])
 def test_frames_are_numpys(pure: bool, people: int, said: Measured | None) -> None:
     weights = some_weights(pure=pure)
-    plain = Birdifier(Network(NumpyOperations(), weights), is_pure(weights))
+    plain = Birdifier(Network(NumpyOperations(), weights), pure)
     both = zip(follow(Inference(weights), people, said), follow_with_numpy(plain, people, said), strict=True)
     for (remembered, answer), (state, wanted) in both:
         for name in answer._fields[2:]:

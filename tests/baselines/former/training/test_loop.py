@@ -154,7 +154,7 @@ def test_what_is_damaged_or_cannot_be_is_one_line(crowds: Crowds, folder: Path, 
     with pytest.raises(VbbenchError, match=r"hardly any sequence of the recipe has 900 frames"):
         batch_of(np.random.default_rng(0), crowds, TINY, Phase(frames=900, share=1.0), TINY.size[0])
     for name, mark in (
-        ("checkpoint.pt", "is damaged; remove it, and the training begins anew"),
+        ("checkpoint.pt", "is damaged; remove it, and the training begins again"),
         ("training.json", "is damaged"),
     ):
         with pytest.MonkeyPatch.context() as patch:
