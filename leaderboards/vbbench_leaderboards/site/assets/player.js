@@ -461,74 +461,37 @@
     }
   }
 
-  /** Where everybody came from: drawn once a frame into a layer of its own, which moves with the map. */
-  class Trails {
-    static SECONDS = 4;
-    static POINTS = 3000; // a crowd's trails are shorter, so that they take no longer
-    static FASTEST = 6; // m/s; where somebody true is faster, a track went over to somebody else
-    static MARGIN = 96; // device px around the canvas, so that a following camera need not draw anew at once
+  const TRAIL = { seconds: 4, points: 3000, fastest: 6 };
+  /* A crowd's trails are shorter, so that they take no longer; where somebody true is faster, in m/s, a track went over. */
 
-    constructor() {
-      const layer = document.createElement("canvas");
-      Object.assign(this, { layer, context: layer.getContext("2d"), drawn: [] });
-    }
-
-    /** Draw the trails of a moment onto a map whose place (`ox`, `oy`, `k`) is set. */
-    draw(map, moment, solvers, theme) {
-      const { canvas, k, ox, oy } = map, { MARGIN } = Trails, size = [canvas.width + 2 * MARGIN, canvas.height + 2 * MARGIN];
-      const drawn = [k, moment, moment.frame, moment.others, solvers, theme, ...size];
-      const moved = Math.max(Math.abs(ox - this.ox), Math.abs(oy - this.oy));
-      const each = (act) => [moment.truth, ...moment.estimates].forEach((room, n) => {
-        const look = n ? { width: 1.2, colour: solvers[n - 1].colour } : { width: 1.5, colour: theme.ink };
-        faintly(act.context, n ? 0.6 : 0.28, () => {
-          Object.assign(act.context, { lineWidth: look.width * canvas.ratio, strokeStyle: look.colour });
-          act.draw(room);
-        });
-      });
-      if (!(moved <= MARGIN) || drawn.some((one, n) => one !== this.drawn[n])) {
-        Object.assign(this, { ox, oy, k, drawn });
-        [this.layer.width, this.layer.height] = size;
-        this.context.lineJoin = "bevel";
-        each({ context: this.context, draw: (room) => this.paint(map, moment, room) });
+  /** Past frames of those who are there, and of the observer, as a path in m; made once a frame. */
+  function trailOf(room, moment) {
+    const { clip, frame, others } = moment, { source, trail } = room, { K, dt } = clip;
+    if (trail?.frame === frame && trail.others === others) return trail.path;
+    const from = Math.max(0, frame - Math.min(Math.round(TRAIL.seconds / dt), Math.ceil(TRAIL.points / K))), path = new Path2D();
+    const isKnown = (i) => source.px[i] === source.px[i];
+    const leaps = (i) => source === clip && Math.hypot(source.px[i] - source.px[i - K], source.py[i] - source.py[i - K]) > TRAIL.fastest * dt;
+    for (let k = 0; k < K; k++) {
+      if (!isKnown(frame * K + k) || !moment.isShown(k)) continue;
+      for (let t = from, i = from * K + k; t <= frame; t++, i += K) {
+        const goesOn = t > from && isKnown(i - K) && !leaps(i);
+        if (isKnown(i)) path[goesOn ? "lineTo" : "moveTo"](source.px[i], source.py[i]);
       }
-      map.context.drawImage(this.layer, Math.round(ox - this.ox) - MARGIN, Math.round(oy - this.oy) - MARGIN);
-      if (moment.share > 0) each({ context: map.context, draw: (room) => this.drawEnds(map, moment, room) });
     }
+    for (let t = from; t <= frame; t++) path[t > from ? "lineTo" : "moveTo"](source.x[t], source.y[t]);
+    room.trail = { frame, others, path };
+    return path;
+  }
 
-    /** Past frames of those who are there, and of the observer. */
-    paint({ clip }, moment, { source }) {
-      const { context, ox, oy, k: scale } = this, { K, dt } = clip, { frame } = moment, { MARGIN, SECONDS, POINTS, FASTEST } = Trails;
-      const from = Math.max(0, frame - Math.min(Math.round(SECONDS / dt), Math.ceil(POINTS / K)));
-      const x = (value) => ox + MARGIN + value * scale, y = (value) => oy + MARGIN - value * scale;
-      const leaps = (i) => source === clip && Math.hypot(source.px[i] - source.px[i - K], source.py[i] - source.py[i - K]) > FASTEST * dt;
-      for (let k = 0; k < K; k++) {
-        if (source.px[frame * K + k] !== source.px[frame * K + k] || !moment.isShown(k)) continue;
-        context.beginPath();
-        let drawn = false;
-        for (let t = from, i = from * K + k; t <= frame; t++, i += K) {
-          const there = source.px[i] === source.px[i];
-          if (there) context[drawn && !leaps(i) ? "lineTo" : "moveTo"](x(source.px[i]), y(source.py[i]));
-          drawn = there;
-        }
-        context.stroke();
-      }
-      context.beginPath();
-      for (let t = from; t <= frame; t++) context.lineTo(x(source.x[t]), y(source.y[t]));
-      context.stroke();
+  /** From the last frame to where everybody is between two. */
+  function endsOf({ source, px, py, x, y }, moment) {
+    const { clip, frame } = moment, path = new Path2D(), { K } = clip;
+    const add = (from, up, to, high) => { path.moveTo(from, up); path.lineTo(to, high); };
+    for (let k = 0, i = frame * K; k < K; k++, i++) {
+      if (source.px[i] === source.px[i] && px[k] === px[k] && moment.isShown(k)) add(source.px[i], source.py[i], px[k], py[k]);
     }
-
-    /** From the last frame to where everybody is between two. */
-    drawEnds(map, moment, room) {
-      const { context, clip } = map, { source } = room, { frame } = moment;
-      context.beginPath();
-      const line = (x, y, to, up) => { context.moveTo(map.sx(x), map.sy(y)); context.lineTo(map.sx(to), map.sy(up)); };
-      for (let k = 0, i = frame * clip.K; k < clip.K; k++, i++) {
-        const there = source.px[i] === source.px[i] && room.px[k] === room.px[k];
-        if (there && moment.isShown(k)) line(source.px[i], source.py[i], room.px[k], room.py[k]);
-      }
-      line(source.x[frame], source.y[frame], room.x, room.y);
-      context.stroke();
-    }
+    add(source.x[frame], source.y[frame], x, y);
+    return path;
   }
 
   const far = (metres) => (metres >= 1000 ? `${+(metres / 1000).toPrecision(2)} km` : `${+metres.toPrecision(2)} m`);
@@ -543,7 +506,7 @@
     static INSET = { side: 12, top: 24, wide: 52, high: 190 }; // of arrows in CSS px: below the grid's figures; beside the buttons
 
     constructor(canvas) {
-      Object.assign(this, { canvas, context: canvas.getContext("2d"), trails: new Trails() });
+      Object.assign(this, { canvas, context: canvas.getContext("2d") });
       this.view = { x: 0, y: 0, scale: 40 }; // centre in m, CSS px a metre
       this.legend = canvas.parentElement.querySelector(".player-legend");
       this.below = 0; // CSS px at the bottom, under the legend
@@ -622,7 +585,7 @@
       clear(this, theme.paper);
       this.drawGrid(theme);
       this.drawSight(truth, theme);
-      if (options.trails) this.trails.draw(this, moment, solvers, theme);
+      if (options.trails) this.drawTrails(moment, solvers, theme);
       if (options.unboxed && moment.others) this.drawUnboxed(moment, theme);
       this.drawPeople(moment, theme, options);
       moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
@@ -659,6 +622,19 @@
       for (const [place, text] of rows) {
         if (this.sy(place) > 26 * ratio) context.fillText(text, 3 * ratio, this.sy(place) - 2 * ratio);
       }
+    }
+
+    /** Where everybody came from, in m on a canvas that is scaled. */
+    drawTrails(moment, solvers, theme) {
+      const { context, canvas, k } = this;
+      context.setTransform(k, 0, 0, -k, this.ox, this.oy);
+      [moment.truth, ...moment.estimates].forEach((room, n) => {
+        const [alpha, width, strokeStyle] = n ? [0.6, 1.2, solvers[n - 1].colour] : [0.28, 1.5, theme.ink];
+        Object.assign(context, { lineWidth: (width * canvas.ratio) / k, lineJoin: "bevel", strokeStyle });
+        faintly(context, alpha, () => context.stroke(trailOf(room, moment)));
+        if (moment.share > 0) faintly(context, alpha, () => context.stroke(endsOf(room, moment)));
+      });
+      context.setTransform(1, 0, 0, 1, 0, 0);
     }
 
     circle(x, y, radius) {
