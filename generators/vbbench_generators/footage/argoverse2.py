@@ -159,7 +159,7 @@ def find_logs(source: Path | None) -> dict[str, Path]:
         return {folder.name: folder}
     found = sorted(path.parent for depth in ("*", "*/*", "*/*/*") for path in source.glob(f"{depth}/{ANNOTATIONS}"))
     if not found:
-        raise FileError(source, f"holds no {ANNOTATIONS}, nor do its folders; name {WANTED}")
+        raise SourceMissingError(f"{source}: holds no {ANNOTATIONS}, nor do its folders; name {WANTED}")
     logs: dict[str, Path] = {}
     for path in found:
         if path.name in logs:

@@ -341,9 +341,10 @@ def find_tables(source: Path | None) -> Path:
     if (source / "scene.json").is_file():
         return source
     found = sorted(path.parent for path in source.glob("v1.0-*/scene.json"))
-    if len(found) != 1:
-        several = f"holds {', '.join(path.name for path in found)}; name one of them"
-        raise FileError(source, several if found else f"holds no scene.json; name {WANTED}")
+    if not found:
+        raise SourceMissingError(f"{source}: holds no scene.json; name {WANTED}")
+    if len(found) > 1:
+        raise FileError(source, f"holds {', '.join(path.name for path in found)}; name one of them")
     return found[0]
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pyarrow import feather
 
 from tests.lib.cars import LOG, Drive, write_log
-from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
 from vbbench.generation.generator import Options
 from vbbench_generators.footage.argoverse2 import argoverse2, read_log
 
@@ -105,7 +105,9 @@ def test_calibration_next_to_the_log_is_used_with_a_warning(log, tmp_path):
 
 
 def test_a_folder_without_logs_is_refused(log, tmp_path):
-    with pytest.raises(FileError, match=r"holds no annotations.feather, nor do its folders; name the folder of logs"):
+    with pytest.raises(
+        SourceMissingError, match=r"holds no annotations.feather, nor do its folders; name the folder of logs"
+    ):
         argoverse2.plan(Options(source=tmp_path))
     with pytest.raises(VbbenchError, match="name with --source the folder of logs"):
         argoverse2.plan(Options())

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.lib.cars import Drive, write_tables
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
 from vbbench_generators.footage.nuscenes import TABLES, nuscenes
@@ -82,7 +82,7 @@ def test_a_table_that_is_missing_or_damaged_is_named(tables, tmp_path, name):
         with pytest.raises(FileError, match=rf"^{re.escape(str(path))}: is no .*unpack the metadata again"):
             read(tmp_path)
     path.unlink()
-    with pytest.raises(FileError, match=f"{name}.json: is missing|holds no scene.json"):
+    with pytest.raises(VbbenchError, match=f"{name}.json: is missing|holds no scene.json"):
         read(tmp_path)
 
 
@@ -103,7 +103,7 @@ SITS = "pedestrian.sitting_lying_down"
 
 
 def test_several_versions_or_none_have_to_be_named(tables, tmp_path):
-    with pytest.raises(FileError, match=r"holds no scene.json; name the folder that holds v1.0-trainval"):
+    with pytest.raises(SourceMissingError, match=r"holds no scene.json; name the folder that holds v1.0-trainval"):
         read(tmp_path)
     shutil.copytree(tables, tmp_path / "v1.0-mini")
     shutil.copytree(tables, tmp_path / "v1.0-trainval")
