@@ -254,6 +254,11 @@ def test_a_solver_is_tried_in_one_step(
         assert "of 2 causal solvers, Δx " in said
     page = (tmp_path / "site" / "data" / "demo" / "sequential-noisy.js").read_text("utf-8")
     assert "MySolver" in page
+    guide = Path(__file__).parents[3] / "docs" / "writing-a-solver.md"
+    (block,) = re.findall(r"(?ms)^```python\n((?:(?!^```).)*?^class StandStill.*?)^```", guide.read_text("utf-8"))
+    Path("still.py").write_text(block, encoding="utf-8")
+    assert main([*words[:2], "still:StandStill", *words[3:]]) == 0
+    assert re.match(r"StandStill on demo/sequential-noisy: rank \d.* of 3 causal solvers, Δx ", capsys.readouterr().out)
     assert not Path("leaderboards").exists()
     assert main(["leaderboard", "try", "cv", "--board", "demo/sequential-nosy"]) == 2
     assert "did you mean 'demo/sequential-noisy'" in capsys.readouterr().err
