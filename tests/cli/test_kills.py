@@ -28,7 +28,7 @@ from tests.lib.system_calls import why_not
 from vbbench.generation.generator import Card
 from vbbench.generation.sources import Source
 
-pytestmark = pytest.mark.skipif(why_not() is not None, reason=str(why_not()))
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(why_not() is not None, reason=str(why_not()))]
 
 SEED = 0xC0FFEE << 100
 """Of the withheld datasets: one that nobody guesses."""
@@ -215,21 +215,12 @@ def spread(points: Sequence[Point], count: int) -> list[Point]:
     return [*others[step // 2 :: step][: count - 2], *last]
 
 
-@pytest.mark.parametrize("name", ["generate --overwrite", "solve --overwrite", "card"])
-def test_killed_and_on_a_full_disk_at_some_moments(stage: Stage, name: str) -> None:
-    rehearsal = Rehearsal.of(stage, SCENARIOS[name])
-    check(rehearsal.faults_when_killed(spread(rehearsal.moments, 3)))
-    check(rehearsal.faults_on_a_full_disk(spread(rehearsal.steps_that_take_space, 3)))
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in SCENARIOS if name not in WRITERS])
 def test_who_writes_as_others_is_killed_at_some_moments(stage: Stage, name: str) -> None:
     rehearsal = Rehearsal.of(stage, SCENARIOS[name])
     check(rehearsal.faults_when_killed(spread(rehearsal.moments, 6)))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", WRITERS)
 def test_killed_at_every_moment(stage: Stage, name: str) -> None:
     rehearsal = Rehearsal.of(stage, SCENARIOS[name])
@@ -238,7 +229,6 @@ def test_killed_at_every_moment(stage: Stage, name: str) -> None:
     check(rehearsal.faults_on_a_full_disk(rehearsal.steps_that_take_space))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["generate --withhold-truth --overwrite", "merge withheld truth", "export mot"])
 def test_killed_and_killed_again(stage: Stage, name: str) -> None:
     first = Rehearsal.of(stage, SCENARIOS[name])
@@ -255,7 +245,6 @@ def test_a_kill_leaves_what_was_recorded(stage: Stage) -> None:
         assert without_chance(killed.left) == without_chance(point.left), point.what
 
 
-@pytest.mark.slow
 def test_a_signal_stops_workers_and_the_same_command_goes_on(tmp_path: Path) -> None:
     whole, place, chance = tmp_path / "whole" / "out", tmp_path / "stopped" / "out", random.Random(0)
     command = [sys.executable, "-m", "vbbench", "generate", "tests.lib.slow_split:SLOW", "--jobs"]
