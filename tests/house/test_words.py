@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,7 @@ def spoken(name: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|_+", " ", name).lower()
 
 
+@cache
 def faults(room: str) -> list[str]:
     """What a room says that is not the field's, by file and line."""
     pattern = re.compile("|".join(rf"(?P<w{n}>\b(?:{words})\b)" for n, words in enumerate(SAY)), re.IGNORECASE)
