@@ -76,9 +76,8 @@ def test_with_one_person_at_a_time_errors_stay_small_and_announced(solver: type[
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("ego_prior", [True, False])
+@pytest.mark.parametrize(("speed", "ego_prior"), [(0.0, True), (1.3, True), (1.3, False)])
 @pytest.mark.parametrize("solver", CASCADE[:2])
-@pytest.mark.parametrize("speed", [0.0, 1.3])
 def test_after_a_gap_arrivals_find_the_observer_again(solver: type[Any], ego_prior: bool, speed: float) -> None:
     shown = one_by_one(240, GAPS, together=3, stay=10)
     for seed in range(3):
