@@ -86,7 +86,7 @@ def test_stated_covariances_of_odometry_are_composed_over_a_frame(folder, walk):
     with pytest.raises(FileError, match=r"line 4: the covariance .* is not positive definite"):
         read(folder)
     (folder / "odometry.txt").write_text("\n".join([*rows[:3], rows[3] + " 7"]))
-    with pytest.raises(FileError, match="line 4: 15 columns, wanted 14"):
+    with pytest.raises(FileError, match="line 4: 15 columns with blanks between, wanted 14"):
         read(folder)
 
 

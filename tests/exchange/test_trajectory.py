@@ -107,9 +107,13 @@ def test_a_comment_states_the_axes(tmp_path: Path) -> None:
         ("# axes: camera", "camera"),
         ("# body: x forward, z up", "body"),
         ("# made on Monday", None),
+        ("# axes: x right, y down, z forward", "x"),
     ):
         path.write_text(f"{comment}\n" + rows("{t} {x} {y} {z} 0 0 {qz} {w}"))
-        assert read_trajectory(path).axes == axes
+        read = read_trajectory(path)
+        assert read.axes == axes
+        if axes == "x":  # no axes: motion shows them
+            np.testing.assert_allclose(ground_poses(read).poses[:, 2], YAWS, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -122,7 +126,7 @@ def test_a_comment_states_the_axes(tmp_path: Path) -> None:
         ("0 1 2 3 4\n", "line 1: 5 columns, wanted 8"),
         ("1 0 0 0 0 1 0 0 0 0 2 0\n", "line 1: columns .* are no rotation"),
         ("time,x,y,yaw\n0,1,2,90\n", "yaw is 90; name its column 'yaw"),
-        ("time,x,y\n0,1\n", "line 2: 2 columns, wanted 3"),
+        ("time,x,y\n0,1\n", "line 2: 2 columns with commas between, wanted 3: time,x,y"),
         ("time,x,y\n0,1,east\n", "line 2: y is 'east'"),
         ("1,2,3,4,50,60,1,-1,-1,-1\n", "line 1: 10 columns, wanted 8"),
         ('{"odometry": {}}\n', "is JSON; write lines of 'timestamp"),

@@ -87,8 +87,8 @@ def test_a_camera_that_leans_looks_where_its_axis_points_on_the_ground(file):
 @pytest.mark.parametrize(
     ("line", "problem"),
     [
-        ("0.8 1 2 1.6 0 0 1", "7 columns, wanted 8"),
-        ("0.8,1,2,1.6,0,0,0,1", "1 columns, wanted 8"),
+        ("0.8 1 2 1.6 0 0 1", "7 columns with blanks between, wanted 8"),
+        ("0.8,1,2,1.6,0,0,0,1", "1 columns with blanks between, wanted 8"),
         ("0.8 1 two 1.6 0 0 0 1", "ty is 'two'"),
         ("0.8 1 nan 1.6 0 0 0 1", "ty is nan"),
         ("inf 1 2 1.6 0 0 0 1", "timestamp is inf"),

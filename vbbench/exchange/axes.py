@@ -79,7 +79,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     FileError
         If no usual order and axes fit the motion, or several do, or places alone do not give the yaw.
     """
-    axes, orders = axes or trajectory.axes, trajectory.rotations
+    axes, orders = axes or (trajectory.axes if trajectory.axes in AXES else None), trajectory.rotations
     places, name = trajectory.places, trajectory.path.name
     if not orders:
         return _along_path(trajectory, axes, "there are no rotations")

@@ -18,7 +18,7 @@ from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import NOUNS, BoxTable, box_table, read_box_text
 from vbbench.exchange.text_tables import columns_of_records, decode
 from vbbench.generation.archives import open_archive
-from vbbench.parsing.column_names import Header, name_columns
+from vbbench.parsing.column_names import name_columns
 
 Picture = tuple[float, float] | None
 _CSV = "write CSV with columns frame,id,left,top,width,height"
@@ -162,14 +162,12 @@ def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTabl
     if not rows:
         raise FileError(path, "holds no box")
     more = _scores_and_ids(frames, rows)
+    columns = ("class", "u_norm", "v_norm", "width_norm", "height_norm")
     records = [
-        {"frame": name, "class": cells[0], "u": cells[1], "v": cells[2], "width": cells[3], "height": cells[4], **rest}
+        {"frame": name, **dict(zip(columns, cells, strict=False)), **rest}
         for name, cells, rest in zip(frames, rows, more, strict=True)
     ]
-    table = columns_of_records(path, records, NOUNS)
-    header = table.header or Header((), {}, {}, {})
-    shares = dict.fromkeys(("u", "v", "width", "height"), "norm")
-    boxes = box_table(replace(table, header=replace(header, units=shares)), picture, base=0)
+    boxes = box_table(columns_of_records(path, records, NOUNS), picture, base=0)
     loose = np.array([not rest.get("id") for rest in more])
     if loose.any() and not loose.all():
         note = f"{int(loose.sum())} of {len(loose)} boxes are dropped: they have no id"

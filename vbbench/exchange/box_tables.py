@@ -189,7 +189,8 @@ def read_box_text(
         and parse_number(cells[2]) is None
         and parse_number(cells[0]) is not None
     ):
-        kitti = read_table(path, content, NOUNS, order=dict(zip(_KITTI, _KITTI, strict=True)), columns=(17, 18))
+        order = dict(zip(_KITTI, _KITTI, strict=True))
+        kitti = read_table(path, content, NOUNS, order=order, columns=(17, 18), read=NOUNS)
         return box_table(kitti, picture, base=0)
     table = read_table(path, content, NOUNS, order=MOT_ORDER, required=_SIZES, columns=columns)
     if table.header is None:

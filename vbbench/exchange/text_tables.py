@@ -105,6 +105,7 @@ def read_table(
     order: Mapping[str, str] = MappingProxyType({}),
     required: Collection[str] = (),
     columns: tuple[int, int] = (1, 1 << 16),
+    read: Collection[str] | None = None,
 ) -> NamedColumns:
     """The columns of a text; empty lines and comments (``#``) are skipped.
 
@@ -116,6 +117,7 @@ def read_table(
     order : the columns of a text that does not name them, with their names for messages; empty if it must.
     required : columns whose cells must not be empty where they have names; without names none may, but in the last.
     columns : how few and how many columns a text in ``order`` may have.
+    read : which of those are read; all by default.
 
     Raises
     ------
@@ -133,7 +135,7 @@ def read_table(
         called = {noun: header.names[column] for noun, column in places.items()}
     else:
         width, called, span = len(split_cells(sample)), dict(order), columns
-        places = {noun: column for column, noun in enumerate(order) if noun in (*nouns, "last")}
+        places = {noun: column for column, noun in enumerate(order) if read is None or noun in read}
         required = set(places) - {"last"}
     layout = _Layout(path, places, called, width, mark, frozenset(required), span, first)
     body = body.rstrip() if body.endswith(b"\n\n") else body
@@ -141,10 +143,9 @@ def read_table(
         body = body.replace(b",", b".")
     if mark == " " and (b"  " in body or b"\t" in body or b" \n" in body or b"\n " in body):
         body = re.sub(rb"[ \t]+", b" ", body).replace(b" \n", b"\n").replace(b"\n ", b"\n").strip(b" ")
-    read = _read_fast(body, layout) or _read_carefully(body, layout)
-    return NamedColumns(
-        path=path, columns=read[0], lines=read[1], header=header, widest=len(read[0]) if header is None else width
-    )
+    found, lines = _read_fast(body, layout) or _read_carefully(body, layout)
+    widest = len(found) if header is None else width
+    return NamedColumns(path=path, columns=found, lines=lines, header=header, widest=widest)
 
 
 def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: Sequence[str]) -> NamedColumns:

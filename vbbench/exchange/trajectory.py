@@ -12,11 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, quoted
-from vbbench.exchange.text_tables import decode
+from vbbench.exchange.box_tables import frame_numbers
+from vbbench.exchange.text_tables import NamedColumns, decode, read_table
 from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS, Header, header_of, separator_of
-from vbbench.parsing.numbers import finite_number, parse_number
+from vbbench.parsing.numbers import parse_number
 
 TUM = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 XYZW, WXYZ, MATRIX, YAW = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw"
@@ -75,52 +76,56 @@ def read_trajectory(path: Path) -> Trajectory:
     """
     if not path.is_file():
         raise FileError(path, "the file is missing")
-    names, axes, cells = _split(path)
-    if not cells:
-        raise FileError(path, f"holds no pose; write lines of '{' '.join(TUM)}'")
-    lines, count = np.array(list(cells)), len(next(iter(cells.values())))
-    named = _header(path, names, count)
-    header = named or _layout(path, int(lines[0]), next(iter(cells.values())))
-    values = np.array([_numbers(path, line, row, header) for line, row in cells.items()])
-    table = dict(zip(header.columns, values.T, strict=True))
+    named, axes, line, rows = _split(path)
+    mark = separator_of(rows[line])
+    cells = rows[line].split() if mark == " " else rows[line].split(mark)
+    stated = _header(path, named, len(cells))
+    header = stated or _layout(path, line + 1, cells)
+    table = _numbers(path, "\n".join(rows), header)
+    columns, lines = {noun: table.numbers(noun) for noun in table.columns if noun != "frame"}, table.lines
     scales = {name: UNITS.get(header.units.get(name, ""), 1.0) for name in ("x", "y", "z")}
-    places = np.stack([table.get(name, np.zeros(len(lines))) * scale for name, scale in scales.items()], axis=-1)
-    clock = next((name for name in ("time", "frame") if name in table), None)
-    if "nanoseconds" in table and clock == "time" and re.search("secs?$", header.names[header.columns["time"]]):
-        table["time"] = table["time"] + 1e-9 * table["nanoseconds"]
+    places = np.stack([columns.get(name, np.zeros(len(lines))) * scale for name, scale in scales.items()], axis=-1)
+    times = columns.get("time", frame_numbers(table) if "time" not in table and "frame" in table else None)
+    if "nanoseconds" in columns and "time" in columns and re.search("secs?$", header.names[header.columns["time"]]):
+        times = columns["time"] + 1e-9 * columns["nanoseconds"]
     return Trajectory(
         path=path,
         lines=lines,
-        times=None if clock is None else table[clock],
-        unit=0.0 if clock == "frame" else UNITS.get(header.units.get("time", "")),
+        times=times,
+        unit=0.0 if "frame" in table and "time" not in table else UNITS.get(header.units.get("time", "")),
         places=places,
-        rotations=_rotations(path, lines, table, header.units.get("yaw"), named is not None),
-        covariances=np.stack([table[c] for c in MOTION_COVARIANCE], -1) if MOTION_COVARIANCE[0] in table else None,
+        rotations=_rotations(path, lines, columns, header.units.get("yaw"), stated is not None),
+        covariances=np.stack([columns[c] for c in MOTION_COVARIANCE], -1) if MOTION_COVARIANCE[0] in columns else None,
         axes=axes,
     )
 
 
-def _split(path: Path) -> tuple[str, str | None, dict[int, list[str]]]:
-    """The line of names, a comment or the first line; axes that a comment states; and the cells of each line."""
-    first, comment, axes, cells, mark = "", "", None, dict[int, list[str]](), ""
+def _split(path: Path) -> tuple[str, str | None, int, list[str]]:
+    """The line of names, a comment or the first line; axes that a comment states; the first row; and all rows.
+
+    Lines without a row are empty.
+    """
     whole = decode(path, path.read_bytes()).decode("utf-8", errors="replace")
     for begin, kind in _UNREAD.items():
         if re.match(begin, whole):
             raise FileError(path, f"{kind}; write lines of '{' '.join(TUM)}', from the body to the world, in m")
-    for line, text in enumerate(whole.split("\n"), 1):
-        text = text.strip()
-        if text.startswith(("#", "%")):
-            found = _STATED.search(text)
-            axes = (found[1] or "body") if found else axes
-            comment = comment if cells else text
-        elif text and not (cells or first) and parse_number(re.split(r"[\s,;|]", text)[0]) is None:
-            first = text
-        elif text:
-            mark = mark or separator_of(text)
-            text = text if first else text.removesuffix(mark)  # lines of VINS end with a comma
-            text = text.replace(",", ".") if mark == ";" else text
-            cells[line] = text.split() if mark in " \t" else text.split(mark)
-    return first or comment, axes, cells
+    lines = [text.strip() for text in whole.split("\n")]
+    comments = {line: text for line, text in enumerate(lines) if text.startswith(("#", "%"))}
+    axes = [found[1] or "body" for found in map(_STATED.search, comments.values()) if found]
+    rows = ["" if text.startswith(("#", "%")) else text for text in lines]
+    filled = [line for line, text in enumerate(rows) if text]
+    first = rows[filled[0]] if filled and parse_number(re.split(r"[\s,;|]", rows[filled[0]])[0]) is None else ""
+    if first:
+        rows[filled.pop(0)] = ""
+    if not filled:
+        raise FileError(path, f"holds no pose; write lines of '{' '.join(TUM)}'")
+    comment = next((text for line, text in reversed(comments.items()) if line < filled[0]), "")
+    mark = separator_of(rows[filled[0]])
+    if mark == "\t":
+        rows = [text.replace("\t", " ") for text in rows]
+    elif mark != " " and not first:  # lines of VINS end with a comma
+        rows = [text.removesuffix(mark) for text in rows]
+    return first or comment, axes[-1] if axes else None, filled[0], rows
 
 
 def _header(path: Path, named: str, count: int) -> Header | None:
@@ -161,20 +166,16 @@ def _layout(path: Path, line: int, row: list[str]) -> Header:
     return Header(shown, {name: column for column, name in enumerate(names)}, {}, {})
 
 
-def _numbers(path: Path, line: int, cells: list[str], header: Header) -> list[float]:
-    if len(cells) != len(header.names):
-        raise FileError(path, f"{len(cells)} columns, wanted {len(header.names)}: {' '.join(header.names)}", line)
-    numbers = []
-    for noun, column in header.columns.items():
-        cell = cells[column]
-        if noun == "frame" and parse_number(cell) is None:  # the name of a picture is its last number
-            cell = (re.findall(r"\d+", re.sub(r"\.\w*$", "", cell)) or [cell])[-1]
-        value = finite_number(path, line, header.names[column], cell)
-        if abs(value) > _FARTHEST and noun not in ("time", "frame", "nanoseconds"):
-            problem = f"{header.names[column]} is {value:g}; it must be within ±{_FARTHEST:g} m"
-            raise FileError(path, problem, line)
-        numbers.append(value)
-    return numbers
+def _numbers(path: Path, text: str, header: Header) -> NamedColumns:
+    """The columns of rows, by a header that need not be theirs."""
+    nouns, count = {column: noun for noun, column in header.columns.items()}, len(header.names)
+    order = {nouns.get(column, f"column {column}"): name for column, name in enumerate(header.names)}
+    table = read_table(path, text.encode(), (), order=order, columns=(count, count), read=tuple(header.columns))
+    for noun in table.columns.keys() - {"time", "frame", "nanoseconds"}:
+        values = table.numbers(noun)
+        problem = f"it must be within ±{_FARTHEST:g} m"
+        _refuse(path, table.lines, np.abs(values) > _FARTHEST, f"{noun} is {{0:g}}; {problem}", values)
+    return table
 
 
 def _rotations(
