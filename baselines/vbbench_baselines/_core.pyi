@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench_baselines.cascade.crowd_graph import CrowdGraph
-from vbbench_baselines.cascade.factors import Factors
+from vbbench_baselines.cascade.factors import CrowdGraph, Factors
 from vbbench_baselines.common.motion import Spreads
 from vbbench_baselines.common.sightings import Sightings
 

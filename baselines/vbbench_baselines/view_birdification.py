@@ -22,9 +22,7 @@ from vbbench_baselines._core import (
     position_covariances,
 )
 from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, reanchor
-from vbbench_baselines.cascade.crowd_graph import select
-from vbbench_baselines.cascade.factors import VAGUE, Factors
-from vbbench_baselines.cascade.heights import Heights
+from vbbench_baselines.cascade.factors import VAGUE, Factors, Heights, select
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.facts import CASCADE

@@ -17,8 +17,16 @@ from vbbench.generation.tier import Sight, chosen_heights, chosen_tier, get_tier
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Truth
 from vbbench_generators.splits import sim
-from vbbench_generators.tiers.field.carriage import Carriage, Ground, carry, draw_ground
-from vbbench_generators.tiers.field.projection import cut_rows, drawn, frame, whole_boxes
+from vbbench_generators.tiers.field.carriage import (
+    Carriage,
+    Ground,
+    carry,
+    cut_rows,
+    draw_ground,
+    drawn,
+    frame,
+    whole_boxes,
+)
 from vbbench_generators.tiers.field.recipe import get_field
 from vbbench_generators.tiers.field.tier import Field
 

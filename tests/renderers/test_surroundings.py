@@ -10,7 +10,7 @@ from vbbench_renderers.surroundings.textures import TILE, Layer, textures
 
 STREET = (-11.0, -21.0, 11.0, 21.0)
 AREAS = [STREET, (2.0, -3.0, 18.0, 6.0), (-1.0, 0.0, 3.0, 4.0), (-60.0, -40.0, 60.0, 40.0)]
-MOST_TRIANGLES, MOST_AROUND_A_FIELD = 40_000, 60_000
+MOST_TRIANGLES, MOST_AROUND_A_FIELD = 25_000, 30_000
 
 
 def built(area: tuple[float, float, float, float], seed: int) -> Surroundings:

@@ -1,4 +1,4 @@
-// The crowd graph: who interacts with whom, and how strongly; see `crowd_graph.py`.
+// The crowd graph: who interacts with whom, and how strongly; see `factors.py`.
 #pragma once
 
 #include <algorithm>

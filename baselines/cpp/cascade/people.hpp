@@ -1,6 +1,6 @@
 // People's places given the pose: the cascade's second energy, with the interactions of people.
 //
-// E_p = Σ_k U_k(x_k) + λ Σ_(i,k) V(‖x_i − x_k‖) (arXiv 2111.05060, section IV-C; V in `crowd_graph.py`), a person's own
+// E_p = Σ_k U_k(x_k) + λ Σ_(i,k) V(‖x_i − x_k‖) (arXiv 2111.05060, section IV-C; V in `factors.py`), a person's own
 // energy, given the pose, being
 //
 //     U_k(x) = ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹}   (see `reweighting.hpp`).

@@ -1,16 +1,28 @@
-"""How a camera is carried, unknown to solvers: tilted, swaying, higher or lower than given, over uneven ground.
+"""A carried camera, and the boxes of people as it sees them: tilted, at its own height, over uneven ground.
 
 At frame t the camera's pitch and roll are p_t = p + sway and r_t = r + sway, constants p and r of the sequence with a
 sway that is an Ornstein–Uhlenbeck process. Its optical centre is at z(x_t, y_t) + h0 + h + bob_t above level zero.
+
+A person at (right X, forward Z), h tall, has the near edge of the body at ρ(X, Z), ρ = (d − δ)/d with d = √(X² + Z²)
+and the edge δ, but at least a half. Feet and head are D = m_t + z(camera) − z(person) and D − h below the optical
+centre, which is m_t over the ground. In the frame (right, down, forward) of the camera with pitch p and roll r a point
+(ρX, D, ρZ) is at
+
+    a = D cos p + ρZ sin p,   right = ρX cos r + a sin r,   down = a cos r − ρX sin r,   forward = ρZ cos p − D sin p,
+
+and `Camera.pixels` says where it appears. The box is as high as feet and head are apart, about their middle.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vbbench.camera import Camera
 from vbbench.generation.generator import Observer
-from vbbench.geometry import FloatArray
-from vbbench_generators.tiers.field.recipe import FieldRecipe, GroundModel, MountModel, TiltModel
+from vbbench.generation.tier import Sight
+from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
+from vbbench_generators import _core
+from vbbench_generators.tiers.field.recipe import AnnotatorModel, FieldRecipe, GroundModel, MountModel, TiltModel
 from vbbench_generators.tiers.noise import wandering
 
 
@@ -89,3 +101,97 @@ def _bob(poses: FloatArray, dt: float, phase: float, model: MountModel) -> Float
     time = np.arange(len(poses)) * dt
     bob: FloatArray = model.bob * pace * np.sin(2.0 * np.pi * model.step_rate * time + phase)
     return bob
+
+
+def drawn(boxes: FloatArray, who: IntArray, dt: float, model: AnnotatorModel, rng: np.random.Generator) -> FloatArray:
+    """Boxes [N, 3] (u, v, l) in px with the errors of whoever drew them.
+
+    Parameters
+    ----------
+    boxes : [T, K, 3] exact.
+    who : [N] of which of them, counted through [T, K]; everybody has errors, so that these do not depend on it.
+    dt : seconds per frame.
+    """
+    shape, person = boxes.shape[:2], who % max(boxes.shape[1], 1)
+    column_bias, bottom_bias = rng.standard_normal((2, shape[1]))[:, person]
+    column_walk = wandering(shape, model.column_time, dt, rng).take(who)
+    bottom_walk = wandering(shape, model.bottom_time, dt, rng).take(who)
+    column = model.column_person_std * column_bias + model.column_std * column_walk
+    bottom = model.bottom_person_std * bottom_bias + model.bottom_std * bottom_walk
+    top = model.top_std * rng.standard_normal(shape).take(who)
+    u, v, length = boxes.reshape(-1, 3).take(who, axis=0).T
+    return np.stack([u + column * length, v + 0.5 * (top + bottom) * length, length * (1.0 + bottom - top)], axis=-1)
+
+
+def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edge: float) -> FloatArray:
+    """Boxes [T, K, 3] (u, v, l) in px as if pictures had no borders and nobody was hidden; NaN behind the camera.
+
+    Parameters
+    ----------
+    relative : [T, K, 2] (right, forward) in m of everybody.
+    sight : who is where in the scene, and the camera that solvers are given.
+    carriage : how it is carried.
+    near_edge : δ in m.
+    """
+    truth, camera = sight.truth, sight.camera
+    there = np.flatnonzero(~np.isnan(camera.depth(relative)))
+    ground = carriage.ground
+    where = np.ascontiguousarray(relative), np.ascontiguousarray(truth.positions), truth.poses, truth.heights
+    tilt = np.stack([np.cos(carriage.pitch), np.sin(carriage.pitch), np.cos(carriage.roll), np.sin(carriage.roll)])
+    sights = _core.sights(
+        there, *where, carriage.mount, tilt, ground.amplitudes, ground.phases, ground.waves, near_edge
+    )
+    boxes = np.full((relative.shape[0] * relative.shape[1], 3), np.nan)
+    boxes[there] = _about(camera.pixels(camera.to_camera(sights)), camera)
+    return boxes.reshape(*relative.shape[:2], 3)
+
+
+@dataclass(frozen=True)
+class Framed:
+    """Boxes cut off at the borders of the picture.
+
+    Parameters
+    ----------
+    boxes : [T, K, 3] (u, v, l) in px of what is inside; NaN where nothing is.
+    inside : [T, K] share of the box's area inside.
+    """
+
+    boxes: FloatArray
+    inside: FloatArray
+
+    def where(self, kept: BoolArray) -> "Framed":
+        """Only the boxes marked in ``kept`` [T, K]."""
+        return replace(self, boxes=np.where(kept[..., None], self.boxes, np.nan))
+
+
+def frame(boxes: FloatArray, camera: Camera, aspect: float) -> Framed:
+    """Cut boxes [T, K, 3], ``aspect`` times as wide as high, off at the borders; a panorama has none."""
+    if camera.period is not None:
+        wrapped = np.concatenate([camera.wrap_column(boxes[..., :1]), boxes[..., 1:]], axis=-1)
+        return Framed(wrapped, np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
+    size = np.stack([aspect * boxes[..., 2], boxes[..., 2]], axis=-1)
+    last = np.array(camera.picture_size) - 1.0
+    low = np.clip(boxes[..., :2] - 0.5 * size, 0.0, last)
+    high = np.clip(boxes[..., :2] + 0.5 * size, 0.0, last)
+    inside = np.prod(high - low, axis=-1) / np.prod(size, axis=-1)
+    cut = np.concatenate([0.5 * (low + high), (high - low)[..., 1:]], axis=-1)
+    return Framed(np.where((inside > 0.0)[..., None], cut, np.nan), inside)
+
+
+def cut_rows(boxes: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [T, K, 3] without what is above or below the picture, NaN where nothing is left; a panorama has no end."""
+    if camera.period is not None:
+        return boxes
+    last, half = camera.picture_size[1] - 1.0, 0.5 * boxes[..., 2]
+    top, bottom = (np.clip(boxes[..., 1] + end, 0.0, last) for end in (-half, half))
+    cut = np.stack([boxes[..., 0], 0.5 * (top + bottom), bottom - top], axis=-1)
+    return np.where((bottom > top)[..., None], cut, np.nan)
+
+
+def _about(ends: FloatArray, camera: Camera) -> FloatArray:
+    """Boxes [N, 3] about feet and heads, ``ends`` [N, 2, 2], in px."""
+    (column, feet), (other, head) = np.moveaxis(ends[:, 0], -1, 0), np.moveaxis(ends[:, 1], -1, 0)
+    column = column + 0.5 * shorter_way(other - column, camera.period)
+    boxes = np.stack([column, 0.5 * (feet + head), feet - head], axis=-1)
+    boxes[~(boxes[:, 2] > 0.0)] = np.nan
+    return boxes
