@@ -32,12 +32,19 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if lacks or spared else None
 
 
+def installed(package: str) -> bool:
+    try:
+        return find_spec(package) is not None
+    except ModuleNotFoundError:
+        return False
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     if config.getoption("reverse"):
         items.reverse()
     for item in items:
         for package in (name for mark in item.iter_markers("extra") for name in mark.args):
-            if find_spec(package) is None:
+            if not installed(package):
                 item.add_marker(pytest.mark.skip(reason=f"{package} is not installed: make test-extras"))
 
 
