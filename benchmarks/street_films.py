@@ -185,7 +185,7 @@ def columns_of(film: Film, found: list[Detections], labels: FloatArray) -> dict[
             **dict(zip("xy", whole(places[frame, person], SCALE["m"]).T, strict=True)),
             **dict(zip(sides, whole(np.nan_to_num(labels[frame, person]), SCALE["px"]).T, strict=True)),
         },
-        "poses": {
+        "walks": {
             "frame": np.arange(FRAMES),
             **dict(zip("xy", whole(film.poses[:, :2], SCALE["m"]).T, strict=True)),
             "yaw": whole(film.poses[:, 2], SCALE["rad"]),

@@ -104,7 +104,8 @@ def take(site: Path, address: str, out: Path, parts: Sequence[str]) -> None:
     """A built page as a browser shows it: the window, or what reaches from one part to another."""
     sys.path.insert(0, str(ROOT))
     from playwright.sync_api import sync_playwright
-    from tests.browser.browsing import launch, visit
+
+    from tests.lib.browsing import launch, visit
 
     with sync_playwright() as playwright:
         browser = launch(playwright)

@@ -13,6 +13,8 @@ OWN_ENGINE = "numba"
 """What definitions call the crowd engine, after what first ran it: ids of datasets stay as they are."""
 FOOTAGE_FILES = {"poses": "poses", "boxes": "boxes", "bag": "bags"}
 """The options that name files of footage which its own folder does not hold, by what they hold."""
+PACKAGED = "street-film"
+"""The split of footage whose recordings come with the package."""
 _PLACES = {"source", *FOOTAGE_FILES.values()}
 """Options whose values are words for a file or folder of the user's."""
 _OPTIONS = (
@@ -93,7 +95,7 @@ def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict
         scenes = list(dict.fromkeys(str(scene).partition(".")[0] for scene in scenes))
     cyclists = isinstance(classes, list) and "Cyclist" in classes
     return {
-        "source": "FOLDER",
+        "source": None if facts.get("split") == PACKAGED else "FOLDER",
         "camera": ",".join(map(str, cameras)) or None,
         "sequences": ",".join(map(str, scenes)) if isinstance(scenes, list) else None,
         **{option: "FOLDER" if kind in kinds else None for kind, option in FOOTAGE_FILES.items()},

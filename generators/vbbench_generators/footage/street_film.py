@@ -36,10 +36,11 @@ _PLACE = dict.fromkeys("xy", pa.int16())
 TABLES: dict[str, dict[str, pa.DataType]] = {
     "boxes": {"frame": pa.uint8(), **_BOX, "score": pa.uint8()},
     "people": {"person": pa.uint8(), "frame": pa.uint8(), **_PLACE, **_BOX},
-    "poses": {"frame": pa.uint8(), **_PLACE, "yaw": pa.int16()},
+    "walks": {"frame": pa.uint8(), **_PLACE, "yaw": pa.int16()},
     "heights": {"person": pa.uint8(), "height": pa.int16()},
 }
-"""Columns of each table, after ``film``: detections; people, with a label unless its width is 0; poses; heights."""
+"""Columns of each table, after ``film``: detections; people, with a label unless its width is 0; where the camera went;
+heights. None has the name of a dataset's truth, which an isolated solver may not read."""
 
 CARD = Card(
     name="street-film",
@@ -116,7 +117,7 @@ def _unpacked(rows: Columns, unit: str, *names: str) -> FloatArray:
 
 def _film(facts: dict[str, Any], number: int, tables: dict[str, Columns]) -> tuple[Footage, FoundTracks]:
     """One film, and the tracks that were made of its boxes."""
-    poses, rows = _rows(tables, "poses", number), _rows(tables, "people", number)
+    poses, rows = _rows(tables, "walks", number), _rows(tables, "people", number)
     width, height = facts["width"], facts["height"]
     camera = PerspectiveCamera(
         width=width,

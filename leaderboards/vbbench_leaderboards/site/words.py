@@ -140,7 +140,8 @@ def decimals(values: Iterable[float]) -> int:
 
 def figure(value: float, most: int) -> str:
     """A figure in two or three significant digits, in a column of ``most`` decimals: 0.043, 0.79, 1.24, 12.4, 5,670."""
-    shown = f"{_to_three_digits(value):,.{figure_decimals(value, most)}f}"
+    digits = figure_decimals(value, most)
+    shown = f"{value if digits else _to_three_digits(value):,.{digits}f}"  # rounded once
     return f"<{10.0**-most:.{most}f}" if value > 0 and not float(shown.replace(",", "")) else shown
 
 

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 
 from benchmarks import street_films
+from vbbench.cli import main
 from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.exchange.detection import Detections
+from vbbench.files.generate_command import generate_command
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
 from vbbench.geometry import world_to_relative
+from vbbench.parsing.json_text import read_json
 from vbbench_generators.footage.street_film import FOLDER, SCALE, read_films, street_film
 from vbbench_generators.tiers.field.recipe import get_field
 
@@ -35,7 +38,7 @@ def test_films_differ_in_camera_carrier_and_time(films):
 
 def test_labels_are_where_a_camera_carried_like_that_of_tier_field_sees_people(films):
     facts, tables = films
-    people, poses, tallest = tables["people"], tables["poses"], tables["heights"]
+    people, poses, tallest = tables["people"], tables["walks"], tables["heights"]
     pitches, stretched = [], []
     for number, one in enumerate(facts):
         rows = (people["film"] == number) & (people["width"] > 0)
@@ -77,6 +80,14 @@ def test_a_source_is_refused():
         street_film.plan(Options(source=Path("films")))
 
 
+def test_the_command_of_a_dataset_names_no_source(tmp_path):
+    assert main(["generate", "street-film", "--sequences", "film-01", "--out", str(tmp_path / "data")]) == 0
+    facts = read_json(tmp_path / "data" / "dataset.json")
+    command = generate_command(facts, str(tmp_path / "again"))
+    assert main(command.split()[1:]) == 0
+    assert read_json(tmp_path / "again" / "dataset.json")["tables"] == facts["tables"]
+
+
 class Everybody:
     """Finds one box in every picture."""
 
@@ -94,7 +105,7 @@ def test_a_film_becomes_rows_of_the_tables(tmp_path, monkeypatch):
     facts, tables = read_films(tmp_path / "out")
     assert facts[0]["carried_by"] == "robot"
     assert tables["boxes"]["width"].tolist() == [121, 121, 121]
-    assert np.unique(tables["poses"]["frame"]).tolist() == [0, 1, 2]
-    assert np.allclose(tables["poses"]["x"] / SCALE["m"], street_films.plan_film(3).poses[:, 0], atol=1e-3)
+    assert np.unique(tables["walks"]["frame"]).tolist() == [0, 1, 2]
+    assert np.allclose(tables["walks"]["x"] / SCALE["m"], street_films.plan_film(3).poses[:, 0], atol=1e-3)
     shown = (tables["people"]["width"] > 0).sum()
     assert shown >= 3 * street_films.FEWEST

@@ -18,7 +18,7 @@ vbbench.figures = (function () {
 
   function figure(value, most) {
     const digits = figureDecimals(value, most), range = { minimumFractionDigits: digits, maximumFractionDigits: digits };
-    const shown = toThreeDigits(value).toLocaleString("en", range);
+    const shown = (digits ? value : toThreeDigits(value)).toLocaleString("en", range); // rounded once
     return value > 0 && !Number(shown.replaceAll(",", "")) ? "<" + (10 ** -most).toFixed(most) : shown;
   }
 
