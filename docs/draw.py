@@ -45,18 +45,21 @@ def digest(picture: Picture, made: dict[str, str]) -> str:
     return found.hexdigest()
 
 
+def drawn() -> dict[str, str]:
+    """The digest of each picture when it was drawn."""
+    return json.loads(SHOWN.read_text("utf-8")) if SHOWN.is_file() else {}
+
+
 def stale() -> list[str]:
     """The names of pictures whose files have changed since they were drawn, or that were never drawn."""
-    made, listed = pictures()
-    known = json.loads(SHOWN.read_text("utf-8")) if SHOWN.is_file() else {}
+    (made, listed), known = pictures(), drawn()
     return [name for name, picture in listed.items() if known.get(name) != digest(picture, made)]
 
 
 def record(names: list[str]) -> None:
     """Note what these pictures show now."""
     made, listed = pictures()
-    known = json.loads(SHOWN.read_text("utf-8")) if SHOWN.is_file() else {}
-    known |= {name: digest(listed[name], made) for name in names}
+    known = drawn() | {name: digest(listed[name], made) for name in names}
     SHOWN.write_text(json.dumps({name: known[name] for name in sorted(known) if name in listed}, indent=1) + "\n")
 
 
@@ -134,20 +137,15 @@ def small(out: Path) -> None:
 
 
 def main() -> int:
-    """Draw, record or check; the exit status."""
+    """Draw or record; the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument(
         "names", nargs="*", choices=[*pictures()[1], []], metavar="NAME", help="default: those out of date"
     )
     parser.add_argument("--work", type=Path, default=ROOT / "out" / "pictures", help="folder to work in; it is kept")
     parser.add_argument("--record", action="store_true", help="draw nothing: these were looked at, and show what is")
-    parser.add_argument("--check", action="store_true", help="draw nothing; fail if a picture is out of date")
     asked = parser.parse_args()
     names = asked.names or stale()
-    if asked.check:
-        names = [name for name in stale() if name in names]
-        sys.stderr.writelines(f"{name} is out of date: run 'python docs/draw.py {name}'\n" for name in names)
-        return int(bool(names))
     asked.work.mkdir(parents=True, exist_ok=True)
     for name in names:
         by_hand = pictures()[1][name].get("by_hand")

@@ -59,13 +59,11 @@ def birdify(
     from vbbench.birdify.birdify import birdify as make
     from vbbench.birdify.birdify import is_film
     from vbbench.errors import VbbenchError
-    from vbbench.exchange.bags import is_bag
 
     if example or recording is None:
         _example(recording, example, out, solver=solver, film=film, overwrite=overwrite, announce=announce)
         return
-    bag = str(recording).startswith("bag:") or is_bag(recording)
-    recording = Path(str(recording).removeprefix("bag:"))
+    recording, bag = _file_or_bag(recording)
     filmed = not bag and is_film(recording)
     asked = {"detector": detector, "weights": weights, "tracker": tracker, "every": every}
     given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
@@ -79,8 +77,7 @@ def birdify(
     mount: dict[str, float | str] = {name: value for name, value in stated.items() if value is not None}
     if person_class is not None and filmed:
         raise VbbenchError(f"--person-class is for boxes, and {recording} is a film; remove it")
-    if camera is None and not bag:
-        raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
+    _check_camera(camera, bag)
     if boxes is not None and not bag:
         raise VbbenchError(f"--boxes is for bags, and {recording} is none; write bag:{recording} if it is")
     if dt is not None and camera is not None and not bag:
@@ -135,14 +132,11 @@ def live(
     from vbbench.birdify.bags import BagTopics, files_from_bag
     from vbbench.birdify.birdify import named_files
     from vbbench.birdify.live import show_live
-    from vbbench.errors import VbbenchError, VbbenchWarning
-    from vbbench.exchange.bags import is_bag
+    from vbbench.errors import VbbenchWarning
     from vbbench.exchange.own.recording import read_recording
 
-    bag = str(source).startswith("bag:") or is_bag(source)
-    source = Path(str(source).removeprefix("bag:"))
-    if camera is None and not bag:
-        raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
+    source, bag = _file_or_bag(source)
+    _check_camera(camera, bag)
     with TemporaryDirectory() as room:
         if bag:
             files = files_from_bag(source, BagTopics(boxes=boxes, odometry=odometry, camera=camera), Path(room))
@@ -154,6 +148,20 @@ def live(
             warn(VbbenchWarning(note), stacklevel=1)
         frames = show_live(recording, solver, out)
     print(out if out is not None else f"{frames} frames shown")
+
+
+def _file_or_bag(source: Path) -> tuple[Path, bool]:
+    """The path without ``bag:``, and whether it is a ROS bag."""
+    from vbbench.exchange.bags import is_bag
+
+    return Path(str(source).removeprefix("bag:")), str(source).startswith("bag:") or is_bag(source)
+
+
+def _check_camera(camera: object, bag: bool) -> None:
+    from vbbench.errors import VbbenchError
+
+    if camera is None and not bag:
+        raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
 
 
 def _example(recording: Path | None, example: bool, out: Path, **options: Any) -> None:
