@@ -144,7 +144,7 @@ def test_many_at_once_make_it_once(room: Path, tmp_path: Path) -> None:
     for (_, errors), status in ended:
         if status:
             assert (status, errors.count("\n")) == (2, 1), errors
-            assert "is being written by" in errors or "exists; add --overwrite" in errors
+            assert "is being written by" in errors or "exists; set --overwrite" in errors
     assert contents(tmp_path / "out") == contents(room / "data")
     assert names(tmp_path) == ["out"]
 
