@@ -270,22 +270,16 @@ def _folders(results: Path | None) -> list[Path]:
     return [results] if results else [*added, published]
 
 
-def demo(out: Path = Path("vbbench-demo"), full: bool = False, jobs: int = 1) -> None:
+def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
     """Generate, solve, score and draw a first result, with a page to open in a browser.
 
     Args:
         out: Folder to make.
-        full: Every bundled solver under every protocol, on Hotel if its recording is here; takes a minute or two.
         jobs: Processes.
     """
-    if full:
-        from vbbench.reproduction.demo import run_demo
+    from vbbench_leaderboards.demo import quick_demo
 
-        print(run_demo(out, jobs=jobs))
-    else:
-        from vbbench_leaderboards.demo import quick_demo
-
-        print(quick_demo(out, jobs=jobs))
+    print(quick_demo(out, jobs=jobs))
 
 
 _NAMED = (add, build, check, export, rerun, template)

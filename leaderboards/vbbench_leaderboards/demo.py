@@ -1,16 +1,19 @@
 """The demo: one simulated split, four solvers, two protocols, and a page with a map, a table and the player."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
 from vbbench.files.dataset import Dataset
-from vbbench.folders.replacing import write_text_atomically
+from vbbench.folders.locks import locked
+from vbbench.folders.replacing import is_unused, write_text_atomically
+from vbbench.folders.work_folder import check_free
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.pictures.plotting import plot_to_file
 from vbbench.protocol import get_protocol
-from vbbench.reproduction.demo import demo_folder, shown_sequence
 from vbbench.solving import solve
 from vbbench.table import Table
 from vbbench_leaderboards.results.folder import dataset_folder, read_results, submission_folder
@@ -44,13 +47,13 @@ def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
     jobs : processes.
     """
     out = Path(out)
-    with demo_folder(out, PAGE, "<title>vbbench demo</title>It was interrupted; run it again.\n"):
+    with _demo_folder(out):
         dataset = generate(
             SPLIT, dataset_folder(out, SPLIT, TIER), Options(tier=TIER, limit=SEQUENCES), jobs=jobs, overwrite=True
         )
         results = _results(dataset, out, jobs)
         rows = [_row(solver, [results[solver, protocol] for protocol in PROTOCOLS]) for solver in SOLVERS]
-        shown = shown_sequence(dataset)
+        shown = _shown_sequence(dataset)
         board = Board(split=SPLIT, protocol=PROTOCOLS[0], tier=TIER)
         plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
         build(out / "site", out / "results", films=Films(work=out))
@@ -58,6 +61,31 @@ def quick_demo(out: Path | str, *, jobs: int = 1) -> str:
     table = "\n".join(Table(head=_head(), rows=rows, names=2).text())
     facts = f"{len(dataset)} sequences of simulated crowds, with the boxes of a detector and a tracker (tier {TIER})"
     return f"{facts}\n\n{table}\n\nOpen {out / PAGE} in a browser."
+
+
+@contextmanager
+def _demo_folder(out: Path) -> Iterator[None]:
+    """The folder of a demo, locked; its page says that it was interrupted until it is written.
+
+    Raises
+    ------
+    VbbenchError
+        If the folder is in use and holds no demo.
+    """
+    if not is_unused(out):
+        check_free(out, PAGE, "demo", overwrite=True)
+    with locked(out):
+        if not (out / PAGE).exists():
+            text = "<title>vbbench demo</title>It was interrupted; run it again.\n"
+            write_text_atomically(out / PAGE, text)
+        yield
+
+
+def _shown_sequence(dataset: Dataset) -> int:
+    """The number of the sequence that is shown: of those of about median length, the one with the most people."""
+    frames, people = dataset.rows["frames"], dataset.rows["people"]
+    typical = abs(frames - sorted(frames)[len(frames) // 2]) <= 2
+    return int((people * typical).argmax())
 
 
 def _results(dataset: Dataset, out: Path, jobs: int) -> dict[tuple[str, str], Result]:

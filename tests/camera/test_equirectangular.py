@@ -90,6 +90,6 @@ def test_datasets_are_made_and_solved_with_it(tmp_path: Path):
 
 @pytest.mark.slow
 def test_the_command_line_takes_its_name(tmp_path: Path):
-    words = ["generate", "sim", "--camera", "equirectangular", "--sequences", "1", "--people", "6"]
+    words = ["generate", "sim", "--camera", "equirectangular", "--sequences", "1", "--options", "people=6"]
     assert main([*words, "--out", str(tmp_path / "sim")]) == 0
     assert Dataset(tmp_path / "sim").info.camera == EquirectangularCamera()

@@ -103,7 +103,7 @@ def test_a_scenarios_numbers_have_ranges(
         read_scenario(path)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
-    status, error = run(capsys, "generate", "sim", "--scenario", path, "--out", tmp_path / "out")
+    status, error = run(capsys, "generate", "sim", "--options", f"scenario={path}", "--out", tmp_path / "out")
     assert (status, error.count("\n")) == (2, 1)
     assert not (tmp_path / "out").exists()
 
@@ -187,9 +187,9 @@ def test_numbers_of_people_are_bounded(text: str) -> None:
         ["demo", "--seed", "-1"],
         ["demo", "--seed", "9" * 200],
         ["sim", "--sequences", "9" * 30],
-        ["sim", "--people", "2:" + "9" * 5000],
-        ["sim", "--scenario", "a\x1b[2J.toml"],
-        ["sim", "--scenario", "/dev/null.toml"],
+        ["sim", "--options", "people=2:" + "9" * 5000],
+        ["sim", "--options", "scenario=a\x1b[2J.toml"],
+        ["sim", "--options", "scenario=/dev/null.toml"],
     ],
 )
 def test_numbers_on_the_command_line(arguments: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

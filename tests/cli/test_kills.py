@@ -34,7 +34,7 @@ SEED = 0xC0FFEE << 100
 """Of the withheld datasets: one that nobody guesses."""
 
 WALK = Path(__file__).parents[1] / "lib" / "short_walk.toml"
-SIM = f"generate sim --scenario {WALK} --camera panorama"
+SIM = f"generate sim --options scenario={WALK} --camera panorama"
 SECRET = f"{SIM} --withhold-truth --seed"
 REPORTING = "tests.solving.test_extras:Reporting"
 

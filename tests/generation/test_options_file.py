@@ -9,7 +9,6 @@ import pytest
 
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
-from vbbench.cli.data import generate_of_split
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
@@ -47,7 +46,7 @@ def written_info(folder: Path, split: str, options: Options) -> DatasetInfo:
 def test_the_options_of_a_dataset_make_it_again(tmp_path: Path, split: str, options: Options) -> None:
     info = written_info(tmp_path / "d", split, options)
     for place in (tmp_path / "d", tmp_path / "d" / INFO_FILE):
-        assert planned(split, made(read_options(place, split), split)).info.id == info.id
+        assert planned(split, made(read_options([str(place)], split), split)).info.id == info.id
 
 
 def test_keys_of_a_file_are_options(tmp_path: Path) -> None:
@@ -56,7 +55,7 @@ def test_keys_of_a_file_are_options(tmp_path: Path) -> None:
         'tier = "noisy"\nnoise = 2\nsigma_h = 0.1\nlook = "sway"\nseed = 3\nsequences = 7\npeople = "4:8:2"\n'
         '[camera]\nkind = "panorama"\nwidth = 1000\n'
     )
-    options = made(read_options(path, "sim"), "sim")
+    options = made(read_options([str(path)], "sim"), "sim")
     assert options.simulation == Simulation(sequences=7, people=(4, 6, 8))
     assert (options.tier, options.noise, options.height_std, options.look, options.seed) == ("noisy", 2, 0.1, "sway", 3)
     assert options.camera == PanoramaCamera(width=1000)
@@ -65,7 +64,7 @@ def test_keys_of_a_file_are_options(tmp_path: Path) -> None:
 def test_recordings_are_named_in_a_text_or_a_list(tmp_path: Path) -> None:
     for names in ('"0015, 0019"', '["0015", "0019"]'):
         (tmp_path / "o.toml").write_text(f"sequences = {names}\nevery = 2\ncyclists = true")
-        footage = made(read_options(tmp_path / "o.toml", "kitti"), "kitti").footage
+        footage = made(read_options([str(tmp_path / "o.toml")], "kitti"), "kitti").footage
         assert footage is not None
         assert (footage.sequences, footage.every, footage.cyclists) == (("0015", "0019"), 2, True)
 
@@ -91,18 +90,18 @@ def test_the_command_line_comes_before_the_file(tmp_path: Path) -> None:
 def test_a_wrong_file_is_refused(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "o.toml").write_text(text)
     with pytest.raises(VbbenchError, match=message):
-        made(read_options(tmp_path / "o.toml", "sim"), "sim")
+        made(read_options([str(tmp_path / "o.toml")], "sim"), "sim")
 
 
 def test_a_dataset_of_another_split_or_a_secret_seed_is_refused(tmp_path: Path) -> None:
     info = written_info(tmp_path / "d", "demo", Options())
     with pytest.raises(FileError, match="is of the split 'demo', not of sim"):
-        read_options(tmp_path / "d", "sim")
+        read_options([str(tmp_path / "d")], "sim")
     withheld = replace(info, seed=None, withheld_id=info.id)
     (tmp_path / "d" / INFO_FILE).write_text(withheld.to_json(), encoding="utf-8")
     with pytest.raises(FileError, match="its seed is withheld; add --seed"):
-        read_options(tmp_path / "d", "demo")
-    assert read_options(tmp_path / "d", "demo", seed=5).with_given(seed=5).seed == 5
+        read_options([str(tmp_path / "d")], "demo")
+    assert read_options([str(tmp_path / "d")], "demo", seed=5).with_given(seed=5).seed == 5
 
 
 @pytest.mark.parametrize(
@@ -111,10 +110,27 @@ def test_a_dataset_of_another_split_or_a_secret_seed_is_refused(tmp_path: Path) 
 def test_a_damaged_dataset_is_refused(tmp_path: Path, facts: dict[str, Any]) -> None:
     (tmp_path / INFO_FILE).write_text(json.dumps({"split": "sim", "tier": "ideal", "height_std": 0.07, **facts}))
     with pytest.raises(FileError, match="wrong type"):
-        read_options(tmp_path, "sim")
+        read_options([str(tmp_path)], "sim")
 
 
-@pytest.mark.parametrize("split", ["--help", "sim", "hotel", "kitti", "demo", "custom"])
-def test_a_split_has_at_most_16_options(split: str) -> None:
-    options = [name for name in generate_of_split(split).__annotations__ if name not in ("split", "return")]
-    assert len(options) <= 16
+def test_words_are_options_and_come_before_those_of_a_file(tmp_path: Path) -> None:
+    (tmp_path / "o.toml").write_text('noise = 2\nlook = "sway"\nboxes = "found"')
+    words = ["noise=0.5", str(tmp_path / "o.toml"), "detector=false", "people=4:8:2", "least-track=4"]
+    written = read_options(words, "sim")
+    assert (written.noise, written.look, written.detector, written.least_track) == (0.5, "sway", False, 4)
+    assert written.boxes == str(tmp_path / "found")
+    assert made(written, "sim").simulation == Simulation(people=(4, 6, 8))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["peeple=4"], "--options: options of generate: unknown key 'peeple'; did you mean 'people'"),
+        (["every=often"], "every = 'often' has the wrong type"),
+        (["observer=dog"], "observer = 'dog' has the wrong type; known: walker"),
+        (["a.toml", "b.toml"], "takes one file, not a.toml and b.toml"),
+    ],
+)
+def test_wrong_words_are_refused(words: list[str], message: str) -> None:
+    with pytest.raises(VbbenchError, match=message):
+        read_options(words, "sim")

@@ -19,7 +19,7 @@ def test_a_thinned_dataset_holds_every_third_sequence(tmp_path: Path) -> None:
     part = generate("demo", tmp_path / "part", Options(limit=8, stride=3, tier="noisy"))
     assert len(part) == 3
     assert part.info.id != whole.info.id
-    assert "--limit 8 --stride 3" in generate_command(json.loads(part.info.to_json()), "x")
+    assert "--limit 8 --options stride=3" in generate_command(json.loads(part.info.to_json()), "x")
     for index in range(len(part)):
         mine, theirs = part.sequence(index), whole.sequence(3 * index)
         assert mine.index == index
@@ -42,7 +42,7 @@ def test_the_recording_of_a_thinned_dataset_is_whole(data_folder: Path, tmp_path
 def test_footage_and_strides_that_are_none_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(VbbenchError, match="stride"):
         Options(stride=1)
-    assert main(["generate", "demo", "--stride", "1", "--out", str(tmp_path / "x")]) == 2
+    assert main(["generate", "demo", "--options", "stride=1", "--out", str(tmp_path / "x")]) == 2
     assert capsys.readouterr().err.count("\n") == 1
 
 

@@ -195,9 +195,8 @@ def test_from_boxes_and_bag_to_scores(files: Files, root: Path, tmp_path: Path, 
     """The whole way on the command line: truth to 3 % of the way, though clocks differ by .1 s and wheels slip."""
     bags = files.write_bag(tmp_path / "bags")
     out = tmp_path / "d"
-    assert (
-        main(["generate", "jrdb", "--source", str(root), "--bags", str(bags), "--every", "6", "--out", str(out)]) == 0
-    )
+    asked = ["--source", str(root), "--options", f"bags={bags}", "--every", "6"]
+    assert main(["generate", "jrdb", *asked, "--out", str(out)]) == 0
     assert "m driven, the end known to" in capsys.readouterr().out
     dataset = Dataset(out)
     verify(out)

@@ -183,13 +183,15 @@ def test_what_is_no_folder_of_jrdb(tmp_path: Path, root: Path, capsys: pytest.Ca
 
 def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], files: Files) -> None:
     assert "did you mean" in refusal(capsys, tmp_path, root, "--sequences", files.name + "0")
-    assert f"{files.name}.txt: is missing" in refusal(capsys, tmp_path, root, "--boxes", tmp_path)
-    assert "jrdb is footage and does not read --poses;" in refusal(capsys, tmp_path, root, "--poses", tmp_path)
+    assert f"{files.name}.txt: is missing" in refusal(capsys, tmp_path, root, "--options", f"boxes={tmp_path}")
+    assert "jrdb is footage and does not read `poses`;" in refusal(
+        capsys, tmp_path, root, "--options", f"poses={tmp_path}"
+    )
     (tmp_path / "options.toml").write_text("cyclists = true")
     unread = refusal(capsys, tmp_path, root, "--options", tmp_path / "options.toml")
     assert "does not read `cyclists`; " in unread
     assert f"holds neither {files.name}.bag nor {files.name}.json" in refusal(
-        capsys, tmp_path, root, "--bags", tmp_path
+        capsys, tmp_path, root, "--options", f"bags={tmp_path}"
     )
 
 
@@ -253,7 +255,7 @@ def test_what_bags_cannot_hold(
     files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], changes: dict[str, Any], said: str
 ) -> None:
     bags = files.write_bag(tmp_path / "bags", **changes)
-    line = refusal(capsys, tmp_path, root, "--bags", bags)
+    line = refusal(capsys, tmp_path, root, "--options", f"bags={bags}")
     assert said in line
     assert f"{files.name}.bag" in line
 
@@ -267,7 +269,7 @@ def test_bags_of_other_times_and_broken_ones(
     rng = np.random.default_rng(0)
     for broken in (b"", b"no bag at all", whole[: len(whole) // 2], whole[:20000] + rng.bytes(40000) + whole[60000:]):
         path.write_bytes(broken)
-        assert "is no whole ROS 1 bag" in refusal(capsys, tmp_path, root, "--bags", path.parent)
+        assert "is no whole ROS 1 bag" in refusal(capsys, tmp_path, root, "--options", f"bags={path.parent}")
     path.write_bytes(whole)
     for place in (TIMES, CLOUDS):
         stamps = root / place.format(files.name)
@@ -276,13 +278,22 @@ def test_bags_of_other_times_and_broken_ones(
             for sensor in row.get("cameras", row.get("pointclouds")):
                 sensor["timestamp"] += 86400.0
         stamps.write_text(json.dumps(values))
-    assert "is it the bag of another recording?" in refusal(capsys, tmp_path, root, "--bags", path.parent)
+    assert "is it the bag of another recording?" in refusal(capsys, tmp_path, root, "--options", f"bags={path.parent}")
 
 
 @pytest.mark.slow
 def test_without_rosbags_the_extra_is_named(files: Files, root: Path, tmp_path: Path) -> None:
     (tmp_path / f"{files.name}.bag").write_bytes(b"")
-    command: list[object] = ["generate", "jrdb", "--source", root, "--bags", tmp_path, "--out", tmp_path / "out"]
+    command: list[object] = [
+        "generate",
+        "jrdb",
+        "--source",
+        root,
+        "--options",
+        f"bags={tmp_path}",
+        "--out",
+        tmp_path / "out",
+    ]
     done: subprocess.CompletedProcess[str] = run_without(("rosbags",), command)
     assert done.returncode == 2, done.stderr
     (line,) = done.stderr.splitlines()

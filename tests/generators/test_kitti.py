@@ -102,29 +102,26 @@ def test_the_folder_may_be_training_its_parent_or_in_the_data_folder(tmp_path: P
 
 def test_sequences_are_as_long_as_is_asked(tmp_path: Path, capsys: Any) -> None:
     training = write_kitti(tmp_path / "training")
-    asked = ["generate", "kitti", "--source", str(training), "--every", "2", "--longest"]
+    asked = ["generate", "kitti", "--source", str(training), "--every", "2", "--options"]
     for longest, frames in ((25, [25, 25, 10]), (60, [60])):
-        assert main([*asked, str(longest), "--out", str(tmp_path / str(longest))]) == 0
+        assert main([*asked, f"longest={longest}", "--out", str(tmp_path / str(longest))]) == 0
         made = Dataset(tmp_path / str(longest))
         assert [one.frames for one in made.sequences()] == frames
         facts = json.loads((made.folder / "dataset.json").read_text("utf-8"))
-        assert f"--every 2 --longest {longest} --out again" in generate_command(facts, "again")
-    assert main([*asked, "3", "--out", str(tmp_path / "none")]) == 2
+        assert f"--every 2 --options longest={longest} --out again" in generate_command(facts, "again")
+    assert main([*asked, "longest=3", "--out", str(tmp_path / "none")]) == 2
     assert "longest must be" in capsys.readouterr().err
 
 
 def test_the_command_in_a_dataset_names_all_that_was_read(tmp_path: Path) -> None:
     training, out = write_kitti(tmp_path / "training"), tmp_path / "d"
-    folders = {"--source": training, "--poses": tmp_path / "poses"}
-    asked = [str(word) for pair in folders.items() for word in pair]
-    (tmp_path / "options.toml").write_text("cyclists = true")
-    asked += ["--options", str(tmp_path / "options.toml")]
+    asked = ["--source", str(training), "--options", f"poses={tmp_path / 'poses'}", "cyclists=true"]
     assert main(["generate", "kitti", *asked, "--out", str(out)]) == 0
     facts = json.loads((out / "dataset.json").read_text("utf-8"))
-    words = generate_command(facts, str(tmp_path / "again")).split()[1:]
-    for option, folder in {**folders, "--options": out / "dataset.json"}.items():
-        words[words.index(option) + 1] = str(folder)
-    assert main(words) == 0
+    command = generate_command(facts, str(tmp_path / "again"))
+    assert "--options poses=FOLDER cyclists=true" in command
+    command = command.replace("--source FOLDER", f"--source {training}").replace("poses=FOLDER", asked[3])
+    assert main(command.split()[1:]) == 0
     assert Dataset(tmp_path / "again").info.id == Dataset(out).info.id
 
 

@@ -256,9 +256,9 @@ def test_a_scenario_file_that_is_not_there() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["demo", "--people", "10"], "are for the splits sim and street"),
+        (["demo", "--options", "people=10"], "are for the splits sim and street"),
         (["sim", "--dt", "0.4"], "sim has no source"),
-        (["sim", "--people", "1"], "numbers of people are a number from 2 to 10,000"),
+        (["sim", "--options", "people=1"], "numbers of people are a number from 2 to 10,000"),
         (["sim", "--sequences", "0"], "sequences must be 1 to 10,000,000, not 0"),
         (["sim", "--tier", "blurred"], "no tier is called 'blurred'"),
     ],
@@ -274,7 +274,7 @@ def test_mistakes_on_the_command_line(
 
 
 def test_the_command_line_makes_a_plaza(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    asked = ["--scenario", "plaza", "--sequences", "2", "--people", "10:14:4", "--camera", "panorama"]
+    asked = ["--sequences", "2", "--options", "scenario=plaza", "people=10:14:4", "--camera", "panorama"]
     assert main(["generate", "sim", *asked, "--out", str(tmp_path / "plaza")]) == 0
     made = Dataset(tmp_path / "plaza")
     assert made.rows["people"].tolist() == [9, 13]

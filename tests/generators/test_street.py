@@ -165,5 +165,5 @@ def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert main(["generate", "street", "--limit", "1", "--tier", "tracked", "--out", str(out)]) == 0
     assert "tier tracked (10 px), dt 0.1 s" in capsys.readouterr().out
     assert main(["verify", str(out)]) == 0
-    assert main(["generate", "street", "--scenario", "open", "--out", str(tmp_path / "no")]) == 2
+    assert main(["generate", "street", "--options", "scenario=open", "--out", str(tmp_path / "no")]) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -101,10 +101,8 @@ def test_a_dataset_says_how_it_is_made_again() -> None:
 
 def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     out = tmp_path / "long"
-    few = ["generate", "street", "--sequences", "1", "--people", "16", "--tier"]
-    (tmp_path / "long.toml").write_text("least_track = 4")
-    (tmp_path / "rough.toml").write_text("noise = 2")
-    long, rough = ["--options", str(tmp_path / "long.toml")], ["--options", str(tmp_path / "rough.toml")]
+    few = ["generate", "street", "--sequences", "1", "--options", "people=16", "--tier"]
+    long, rough = ["--options", "least_track=4"], ["--options", "noise=2"]
     assert main([*few, "tracked", *long, "--out", str(out)]) == 0
     assert Dataset(out).info.id == plan("tracked", least_track=4).info.id
     assert "as written" in verify(out)

@@ -31,7 +31,7 @@ rules = ["Be kind."]
 [data]
 split = "sim"
 tier = "noisy"
-options = "--sequences 12 --people 4:6"
+options = "--sequences 12 --options people=4:6"
 [[phases]]
 name = "development"
 part = "public"

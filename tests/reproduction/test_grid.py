@@ -16,11 +16,11 @@ from vbbench.errors import VbbenchError
 from vbbench.paper import BEST, COLUMNS, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.reproduction import readings, robot
 from vbbench.reproduction.grid import Making, Row, Study, row_at, rows_at
-from vbbench.reproduction.keypoints import KeypointsStudy, People
+from vbbench.reproduction.keypoints import KeypointsStudy
 from vbbench.reproduction.posterior import CLAIMS, PosteriorStudy
 from vbbench.reproduction.readings import ReadingsStudy
 from vbbench.reproduction.report import Report, shown, write_report
-from vbbench.reproduction.robot import RobotStudy, default_entrants, with_and_without
+from vbbench.reproduction.robot import RobotStudy, default_entrants
 from vbbench.reproduction.sigma import PANELS, SIGMAS, SigmaStudy
 from vbbench.reproduction.solver_tables import SolverTableStudy
 from vbbench.reproduction.table4 import Table4Study
@@ -38,7 +38,11 @@ SMALL = SigmaStudy(sequences=2, sigmas=(0.07,), people=(8, 12), solvers=("vb-cv"
 KEYPOINTS = KeypointsStudy(
     distances=(2.0, 6.0, 20.0),
     trials=12,
-    people=People(splits=("demo", "hotel"), solvers=("vb-cv",), tiers=("noisy",), protocols=("one-step",), every=4),
+    splits=("demo", "hotel"),
+    solvers=("vb-cv",),
+    tiers=("noisy",),
+    protocols=("one-step",),
+    every=4,
 )
 
 
@@ -65,12 +69,12 @@ STUDIES: dict[str, Callable[[Path], Study]] = {
     "transfer": lambda kitti: TransferStudy(
         kitti=kitti / "training",
         variants={name: registered_variants()[name] for name in NAMES},
-        every=(1,),
+        every=1,
         split="demo",
-        limit=3,
+        sequences=3,
     ),
 }
-PICTURES = {"robot": ("simulated", "kitti")}
+PICTURES = {"robot": ("simulated", "kitti"), **dict.fromkeys(("demo", "hotel", "table4", "readings"), ())}
 NEEDS_RECORDINGS = ("hotel", "readings")
 
 
@@ -383,17 +387,16 @@ MISTAKES: list[tuple[Study, dict[str, Any], str]] = [
     (KEYPOINTS, {"distances": (4.0, 2.0)}, "ascending"),
     (KEYPOINTS, {"distances": (0.0, 2.0)}, "above 0 m"),
     (KEYPOINTS, {"trials": 1}, "trials must be 2 or more"),
-    (KEYPOINTS, {"people": People(every=0)}, "every must be 1 or more, not 0"),
+    (KEYPOINTS, {"every": 0}, "every must be 1 or more, not 0"),
     (TrajectoriesStudy(), {"splits": ("hotell",)}, "did you mean 'hotel'"),
     (TrajectoriesStudy(), {"splits": ("custom",)}, "custom"),
     (PosteriorStudy(), {"every": 0}, "every must be 1 or more"),
     (RobotStudy(), {"jrdb": Path("jrdb")}, "only its rosbags hold how JRDB's robot moved; name their folder"),
     (RobotStudy(), {"protocols": ()}, "nothing to measure: name a solver and a protocol"),
     (RobotStudy(), {"protocols": ("cold-strat",)}, "did you mean 'cold-start'"),
-    (RobotStudy(), {"entrants": with_and_without("map-casual")}, "did you mean 'map-causal'"),
+    (RobotStudy(), {"solvers": ("map-casual",)}, "did you mean 'map-causal'"),
     (RobotStudy(), {"sequences": 0}, "sequences"),
-    (TRANSFER, {"every": (0,)}, "every must be 1 to 1,000, not 0"),
-    (TRANSFER, {"smooth": float("nan")}, "people leave their recorded places by some m"),
+    (TRANSFER, {"every": 0}, "every must be 1 to 1,000, not 0"),
     (TRANSFER, {"variants": {"cv": Variant(solver="cv")}}, "1 solvers have no ranks to compare"),
 ]
 
@@ -412,7 +415,6 @@ def test_mistakes_are_found_before_anything_is_made(
     ("command", "said"),
     [
         ("figure-sigma --sequences 2 --solver vb-cv cv", "2 sequences at each"),
-        ("figure-keypoints --trials 2 --solver cv --every 12", "five-point method"),
         (
             "figure-trajectories --split demo --solver cv --protocol one-step",
             "as `cv` answers it under protocol `one-step`",
@@ -447,7 +449,11 @@ def test_commands_without_recordings(
         ("figure-posterior --every 0", "every must be 1 or more"),
         ("transfer --kitti nowhere --every 0", "every must be 1 to 1,000, not 0"),
         ("transfer --kitti nowhere --solver vb-fs", "did you mean 'vb-sf'"),
-        ("figure-sgima", "did you mean 'reproduce figure-sigma'?"),
+        ("figure-sgima", "no study is called 'figure-sgima'; did you mean 'figure-sigma'?"),
+        ("table1 --solver cv", "table1: --solver changes nothing here; remove it"),
+        ("figure-trajectories --solver cv vb-cv", "name one each"),
+        ("all --json", "a page writes that of each"),
+        ("", "which study? name some of all, table1, table2"),
     ],
 )
 def test_mistakes_on_the_command_line(

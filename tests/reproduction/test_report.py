@@ -14,7 +14,7 @@ from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.paper import the_paper
 from vbbench.reproduction.grid import Making
 from vbbench.reproduction.report import DONE, PAGE, Report, reproduce_all
-from vbbench.reproduction.studies import paper_studies
+from vbbench.reproduction.studies import chosen_studies
 from vbbench.table import Table
 
 TABLE = Table(title="Of `cv`", head=["who", "Δx < 1 m"], rows=[["**us**", "0.5"], ["the paper", ""]])
@@ -112,7 +112,14 @@ def test_numbers_that_are_not_known_are_null() -> None:
 
 
 def test_unknown_studies_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, _, errors = run(capsys, "reproduce", "all", "--study", "table44", "--out", tmp_path / "out")
+    status, _, errors = run(capsys, "reproduce", "all", "table44", "--out", tmp_path / "out")
     assert status == 2
     assert "no study is called 'table44'; did you mean 'table4'?" in errors
-    assert list(paper_studies(only=("figure-sigma",))) == ["figure-sigma"]
+
+
+def test_a_page_of_all_takes_parts_and_options_reach_who_reads_them() -> None:
+    every = {name: getattr(study, "every", None) for name, study in chosen_studies(["all"], {"seed": 3}).items()}
+    assert "transfer" not in every
+    assert (every["table2"], every["table3"], every["figure-posterior"]) == (10, 60, 1)
+    table, sheet = chosen_studies(["table2", "figure-trajectories"], {"solver": ("cv",), "every": 4}).values()
+    assert (table.every, table.solvers, sheet.solvers) == (4, ("cv",), ("cv",))

@@ -1,4 +1,4 @@
-"""Tables 2 and 3 of the paper: averages against pandas, stand-ins, and the picture."""
+"""Tables 2 and 3 of the paper: averages against pandas, and stand-ins."""
 
 import json
 from dataclasses import replace
@@ -12,7 +12,7 @@ from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.paper import PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.reproduction.grid import STAND_INS, Making, SimulatedRecording, row_at
-from vbbench.reproduction.solver_tables import COUNTERPARTS, PANELS, SolverTable, SolverTableStudy
+from vbbench.reproduction.solver_tables import COUNTERPARTS, SolverTable, SolverTableStudy
 
 DEMO = SolverTableStudy(table=2, splits=("demo",), solvers=("cv", "vb-cv"), every=16)
 
@@ -67,14 +67,6 @@ def test_the_papers_way_is_a_plain_mean_over_frames(
         assert own.frame_std == pytest.approx(frames.std(ddof=0), rel=1e-9)
 
 
-def test_the_picture_has_a_mark_a_row(found: SolverTable) -> None:
-    drawn = DEMO.plot(found, "eight sequences")
-    assert [axes.get_label() for axes in drawn.axes] == [f"demo {metric}" for metric in PANELS]
-    for axes, metric in zip(drawn.axes, PANELS, strict=True):
-        marks = sorted(float(line.get_xdata()[0]) for line in axes.lines if len(line.get_xdata()) == 1)
-        assert marks == sorted(row["figures"][metric].mean for row in found.rows)
-
-
 def test_whose_row_of_the_paper_a_solver_is_compared_with() -> None:
     assert set(COUNTERPARTS.values()) == {row.solver for row in the_paper().select("hotel")}
     assert the_paper().figures("demo", "VB-SF") == {}
@@ -87,7 +79,6 @@ def test_what_is_missing_is_said_with_its_command(no_data: Path, tmp_path: Path)
     report = study.report(found)
     assert "`eth` is not here: `vbbench fetch eth` gets it." in report.markdown
     assert json.loads(report.json)["missing"].keys() == {"hotel", "eth"}
-    assert not report.pictures
     with pytest.raises(VbbenchError, match="vbbench fetch hotel"):
         SolverTableStudy(table=2, splits=("hotel",), source=no_data).run(tmp_path / "out")
 
@@ -122,4 +113,3 @@ def test_table3_simulates_what_is_missing(
     values = json.loads(printed)
     assert values["recordings"]["shibuya01"]["simulated"]
     assert values["paper"]["shibuya01"]["CV"] == {"dx": 0.221}
-    assert (tmp_path / "out" / "table3.png").read_bytes()[:4] == b"\x89PNG"

@@ -165,7 +165,7 @@ def test_nothing_to_show_is_an_error(no_data: Path, tmp_path: Path) -> None:
 
 def test_footage_of_which_only_relative_places_are_known(tmp_path: Path) -> None:
     folder = jrdb_recording.recording().write(tmp_path / "jrdb")
-    study = TrajectoriesStudy(splits=("jrdb",), folders={"jrdb": folder})
+    study = TrajectoriesStudy(splits=("jrdb",), jrdb=folder)
     found = study.measure(tmp_path / "out", Making())
     (example,) = found.examples
     assert example.replay.info.truth == "relative"

@@ -35,20 +35,6 @@ def test_people_between_frames_are_on_a_smooth_curve_and_nobody_is_extrapolated(
     np.testing.assert_allclose(first[:, 2:], np.column_stack([0.12 * first[:, 0], 0.003 * first[:, 0] ** 2]), atol=1e-4)
 
 
-def test_people_on_smooth_walks_stay_near_where_they_were_recorded() -> None:
-    time, clicked = 0.4 * np.arange(30), np.random.default_rng(3).normal(0.0, 0.03, (30, 2))
-    walk = np.column_stack([1.2 * time, np.sin(0.4 * time)])
-    places = np.full((30, 2, 2), np.nan)
-    places[:, 0], places[:4, 1] = walk + clicked, (walk + clicked)[:4]
-    scene = Scene(name="two", dt=0.4, people=np.array([4, 7]), positions=places, heights=np.full(2, 1.7))
-    rows = np.array([line.split() for line in people_as_text(scene, 0.4, 0.03).splitlines()], float)
-    smooth, few = (rows[rows[:, 1] == person][:, 2:] for person in (4, 7))
-    assert (np.sqrt(np.mean((smooth - places[:, 0]) ** 2, axis=0)) < 0.0303).all()
-    assert np.abs(np.diff(smooth, 2, axis=0)).mean() < 0.3 * np.abs(np.diff(places[:, 0], 2, axis=0)).mean()
-    assert np.sqrt(np.mean((smooth - walk) ** 2)) < 0.02
-    np.testing.assert_allclose(few, places[:4, 1], atol=1e-4)
-
-
 def test_there_are_enough_variants_and_all_of_them_start() -> None:
     variants = registered_variants()
     assert len(variants) >= 20

@@ -40,18 +40,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "detect": exchange.detect,
     "birdify": birdify.birdify,
     "live": birdify.live,
-    "reproduce all": reproduce.everything,
-    "reproduce figure-robot": reproduce.figure_robot,
-    "reproduce figure-posterior": reproduce.figure_posterior,
-    "reproduce figure-keypoints": reproduce.figure_keypoints,
-    "reproduce figure-sigma": reproduce.figure_sigma,
-    "reproduce figure-trajectories": reproduce.figure_trajectories,
-    "reproduce readings": reproduce.readings,
-    "reproduce table1": reproduce.table1,
-    "reproduce table2": reproduce.table2,
-    "reproduce table3": reproduce.table3,
-    "reproduce table4": reproduce.table4,
-    "reproduce transfer": reproduce.transfer,
+    "reproduce": reproduce.reproduce,
     "export csv": exchange.export_csv,
     "export mot": exchange.export_mot,
     "import mot": exchange.import_mot,
@@ -141,8 +130,6 @@ def _run(arguments: list[str]) -> int:
         print(_listing(group))
         return 0
     name, rest = _named(commands, group, arguments)
-    if name == "generate" and {"-h", "--help"} & set(rest):
-        commands = {"generate": data.generate_of_split(rest[0])}
     command = parse(commands, [name, *rest])
     try:
         with plain_output():
@@ -174,6 +161,7 @@ _HEADINGS = {
     "vbbench.cli.views": "pictures",
     "vbbench.cli.birdify": "boxes and films",
     "vbbench.cli.exchange": "boxes and films",
+    "vbbench.cli.reproduce": "the paper",
 }
 """Headings of the overview by the module of a command; groups of commands are the last."""
 

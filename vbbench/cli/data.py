@@ -1,13 +1,9 @@
 """Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify, card."""
 
-import inspect
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from vbbench.cli.terminal import say_warning
-
-Observer = Literal["walker", "vehicle", "robot"]
 
 
 def splits() -> None:
@@ -46,27 +42,23 @@ def generate(
     camera: str | None = None,
     tier: str | None = None,
     sigma_h: float | None = None,
-    observer: Observer | None = None,
     dt: float | None = None,
     homography: Path | None = None,
-    scenario: str | None = None,
     sequences: str | None = None,
-    people: str | None = None,
     every: int | None = None,
-    longest: int | None = None,
-    poses: Path | None = None,
-    boxes: Path | None = None,
-    bags: Path | None = None,
     seed: int | Literal["secret"] | None = None,
     limit: int | None = None,
-    stride: int | None = None,
-    options: Path | None = None,
+    options: tuple[str, ...] = (),
     jobs: int = 1,
     scheduler: str | None = None,
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """Make a dataset folder; 'vbbench generate SPLIT --help' lists the options that a split reads.
+    """Make a dataset folder.
+
+    Behind --options stand, as NAME=VALUE: observer (walker, vehicle, robot), stride; of simulated crowds scenario and
+    people (30, 10:50, 10:50:10); of footage longest, poses, boxes, bags, person_class; and more of single splits and
+    tiers (docs/commands-data.md).
 
     Args:
         split: Its name; see 'vbbench splits'.
@@ -76,21 +68,13 @@ def generate(
             with commas between; default: the tier's, or the split's.
         tier: How boxes are corrupted; see 'vbbench tiers'; default: ideal (exact).
         sigma_h: Standard deviation of people's heights in m; default: .07, or the tier's.
-        observer: Who carries the camera; default: a walker, one of the people.
         dt: Seconds per frame of your own file.
         homography: File with the 3x3 image-to-ground homography of a file in pixels, or of the camera's pictures.
-        scenario: Scenario of a simulated crowd: a name such as open, or your own TOML file.
         sequences: Number of sequences (simulated), or names of recordings with commas between (footage).
-        people: Numbers of people, used in turn: 30, or 10:50, or 10:50:10 for steps of ten.
         every: Only every so many frames; default: the split's own.
-        longest: Frames after which a sequence is cut; default: the split's own.
-        poses: Folder or file of the camera's poses, instead of the source's.
-        boxes: Folder or file of a detector's or tracker's boxes, instead of drawn ones.
-        bags: Folder of the robot's recordings of its wheels and IMU, or of its odometry as JSON.
         seed: Seed of all random numbers; default: 0. With --withhold-truth also: secret, one that nobody can guess.
         limit: Make only this many sequences, from the first.
-        stride: Of these, make only every so many-th.
-        options: TOML file of these and all other options, or a dataset.json, whose options are taken.
+        options: All others, as NAME=VALUE; and a TOML file of options, or a dataset.json, whose options are taken.
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         withhold_truth: Write the truth tables and the seed to OUT.truth; the dataset keeps their hashes.
@@ -102,18 +86,17 @@ def generate(
     from vbbench.generation import generate_partitioned
     from vbbench.generation.datasets import generate as make
     from vbbench.generation.datasets import who_knows
-    from vbbench.generation.options_file import WrittenOptions, read_options
+    from vbbench.generation.options_file import read_options
 
     if seed == "secret" and not withhold_truth:
         raise VbbenchError("--seed secret is for --withhold-truth; without it the seed is published")
     number = secret_seed(out) if seed == "secret" else seed
-    given = {"camera": camera, "tier": tier, "sigma_h": sigma_h, "observer": observer, "dt": dt, "seed": number}
-    given |= {"scenario": scenario, "sequences": sequences, "people": people, "every": every, "longest": longest}
-    written = WrittenOptions() if options is None else read_options(options, split, seed=number)
-    written = written.with_given(**given, limit=limit, stride=stride)
+    given = {"camera": camera, "tier": tier, "sigma_h": sigma_h, "dt": dt, "seed": number}
+    given |= {"sequences": sequences, "every": every, "limit": limit}
+    written = read_options(options, split, seed=number).with_given(**given)
     if written.tls and scheduler is None:
         raise VbbenchError("`tls` is for a cluster; add --scheduler tls://HOST:PORT")
-    wanted = written.options(split, source=source, homography=homography, poses=poses, boxes=boxes, bags=bags)
+    wanted = written.options(split, source=source, homography=homography)
     if scheduler is None:
         facts = make(split, out, wanted, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info
     else:
@@ -124,39 +107,6 @@ def generate(
     if doubt is not None:
         say_warning(doubt.replace("a secret seed", "--seed secret"))
     print(describe(facts))
-
-
-_READ_BY_ALL = ("out", "seed", "limit", "stride", "options", "jobs", "scheduler", "withhold_truth", "overwrite")
-_OF_OBSERVERS = ("camera", "tier", "sigma_h", "observer")
-_OF_FOOTAGE = ("source", "sequences", "every", "longest", "poses", "boxes", "bags")
-_OF_CARS = ("source", "camera", "sequences", "every", "longest", "boxes")
-
-
-def generate_of_split(split: str) -> Callable[..., None]:
-    """`generate` with the options alone that a split reads, for its help; without a split those that most read."""
-    from vbbench.generation.generator import FootageGenerator
-    from vbbench.registry import load
-
-    own: tuple[str, ...] = (*_OF_OBSERVERS, "source")
-    if not split.startswith("-"):
-        generator = load("generator", split)
-        own = (*_OF_OBSERVERS, "source", "dt", "homography")
-        if isinstance(generator, FootageGenerator):
-            reads = getattr(generator, "reads", ())
-            own = _OF_CARS if "cameras" in reads else _OF_FOOTAGE
-        elif generator.card.people == "simulated":
-            own = (*_OF_OBSERVERS, "scenario", "sequences", "people")
-
-    def narrowed(*arguments: Any, **options: Any) -> None:
-        generate(*arguments, **options)
-
-    shown = {"split", *_READ_BY_ALL, *own}
-    signature = inspect.signature(generate)
-    kept = [parameter for name, parameter in signature.parameters.items() if name in shown]
-    narrowed.__signature__ = signature.replace(parameters=kept)  # type: ignore[attr-defined]
-    narrowed.__annotations__ = {name: hint for name, hint in generate.__annotations__.items() if name in shown}
-    narrowed.__doc__ = generate.__doc__
-    return narrowed
 
 
 def merge(folder: Path, /, out: Path | None = None, overwrite: bool = False) -> None:
@@ -177,7 +127,6 @@ def info(
     /,
     json: bool = False,
     realism: bool = False,
-    plot: Path | None = None,
     truth: Path | None = None,
 ) -> None:
     """Print a dataset's row of Table 1 and the paper's, its parameters, and how its people walk.
@@ -186,24 +135,22 @@ def info(
         folder: The dataset.
         json: Machine-readable.
         realism: Distributions of speed, nearest distance, acceleration and path efficiency, next to recordings.
-        plot: With --realism: PNG file to write; default: realism.png.
         truth: With --realism: folder with the truth tables, where they are kept elsewhere.
     """
     from vbbench.errors import VbbenchError
     from vbbench.files.dataset_info import DatasetInfo, describe, summary_json
 
     if not realism:
-        if plot or truth:
-            raise VbbenchError("--plot and --truth belong to --realism; add it")
+        if truth:
+            raise VbbenchError("--truth belongs to --realism; add it")
         facts = DatasetInfo.read(folder)
         print(summary_json(facts) if json else describe(facts))
         return
     from vbbench.files.dataset import Dataset
-    from vbbench.realism.report import describe_realism, measure_realism, plot_realism_to_file, realism_json
+    from vbbench.realism.report import describe_realism, measure_realism, realism_json
 
     report = measure_realism(Dataset(folder, truth))
-    picture = plot_realism_to_file(report, plot or Path("realism.png"))
-    print(realism_json(report, picture) if json else f"{describe_realism(report)}\n{picture}")
+    print(realism_json(report) if json else describe_realism(report))
 
 
 def verify(folder: Path, /, truth: Path | None = None) -> None:

@@ -161,6 +161,8 @@ def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parame
                 **{key: shape[key] for key in ("help", "default")},
             )
             continue
+        if count == "*":
+            shape["action"] = "extend"  # a second one adds to the first
         group.add_argument(each.option, dest=each.option, metavar=metavar, required=each.required, **shape)
         if each.required:
             usage.append(f"{each.option} {metavar}")

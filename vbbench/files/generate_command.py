@@ -17,11 +17,8 @@ PACKAGED = "street-film"
 """The split of footage whose recordings come with the package."""
 _PLACES = {"source", *FOOTAGE_FILES.values()}
 """Options whose values are words for a file or folder of the user's."""
-_OPTIONS = (
-    *("source", "camera", "tier", "observer", "sigma_h", "dt", "scenario", "sequences"),
-    *("poses", "boxes", "bags", "people", "every", "longest", "seed", "limit", "stride"),
-)
-"""Options of the command, in the order of the line; all others stand in a file."""
+_OWN = ("source", "camera", "tier", "sigma_h", "dt", "sequences", "every", "seed", "limit")
+"""Options with a name on the command line, in the order of the line; all others stand behind ``--options``."""
 _WORD = re.compile(r"[\w.,:~/+-]{0,200}")
 
 
@@ -35,12 +32,13 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
     if "import" in _object(facts.get("definition")):
         return f"vbbench import mot FOLDER --dataset DATASET --out {out}"
     options = options_of(facts)
-    needs_file = any(name not in _OPTIONS or isinstance(value, (dict, list)) for name, value in options.items())
+    needs_file = any(isinstance(value, (dict, list)) for value in options.values())
     if needs_file:
         options = {name: value for name, value in options.items() if name in _PLACES}
-    said = [f"--{name.replace('_', '-')} {word}" for name in _OPTIONS if (word := _word(options.get(name)))]
-    if needs_file:
-        said.append("--options dataset.json")
+    said = [f"--{name.replace('_', '-')} {word}" for name in _OWN if (word := _word(options.get(name)))]
+    others = ["dataset.json"] if needs_file else []
+    others += [f"{name}={word}" for name, value in options.items() if name not in _OWN and (word := _word(value))]
+    said += [f"--options {' '.join(others)}"] if others else []
     if facts.get("seed", 0) is None:
         said.append("--seed secret --withhold-truth")
     return " ".join(["vbbench generate", _word(facts.get("split")) or "SPLIT", *said, f"--out {out}"])
@@ -125,7 +123,7 @@ def _camera(values: Mapping[str, Any], tier: Any) -> str | Mapping[str, Any] | N
 
 
 def _people(numbers: list[Any]) -> str | list[int] | None:
-    """Numbers of people as ``--people`` takes them, or as they are where they are no range."""
+    """Numbers of people as the option takes them, or as they are where they are no range."""
     if not numbers or not all(type(number) is int for number in numbers):
         return None
     first, last, step = numbers[0], numbers[-1], numbers[1] - numbers[0] if len(numbers) > 1 else 1
@@ -140,6 +138,6 @@ def _object(value: Any) -> Mapping[str, Any]:
 
 def _word(value: Any) -> str | None:
     """The value as a word of the line; ``None`` if it cannot be one."""
-    text = f"{value:g}" if type(value) is float else str(value)
-    spoken = value is not None and not isinstance(value, (dict, list, bool))
+    text = f"{value:g}" if type(value) is float else str(value).lower() if type(value) is bool else str(value)
+    spoken = value is not None and not isinstance(value, (dict, list))
     return text if spoken and _WORD.fullmatch(text) else None

@@ -1,10 +1,12 @@
 """Options of a generator as a file or a command line writes them, and the `Options` that they make."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
+
+import msgspec
 
 from vbbench.camera import camera_from_dict, make_camera
 from vbbench.errors import FileError, VbbenchError, quoted
@@ -21,12 +23,14 @@ AS_THEY_ARE = ("tier", "look", "observer", "detector", "noise", "least_track", "
 SIMULATED = ("scenario", "sequences", "people")
 """Options of a simulated crowd."""
 OF_FOOTAGE = ("sequences", "every", "longest", "person_class", "cyclists", "interpolated")
-"""Options of footage that a file may have; ``poses``, ``boxes`` and ``bags`` are paths, for the command line."""
+"""Options of footage."""
+PLACES = ("poses", "boxes", "bags")
+"""Options of footage that are files or folders."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class WrittenOptions:
-    """The keys of a file of options, in TOML; ``None`` leaves an option to the split and its tier.
+    """Options by the names that a command line and a file in TOML give them; ``None`` leaves one to split and tier.
 
     All but these are as in `Options`, `Simulation` and `FootageOptions`.
 
@@ -37,7 +41,7 @@ class WrittenOptions:
     sigma_h : standard deviation in m of people's heights.
     sequences : number of simulated sequences, or names of recordings, in one text with commas between or as a list.
     people : a number of people, a list of them, or a text such as ``10:50:10``.
-    tls : folder of a cluster's certificates, from the folder of the file.
+    poses, boxes, bags, tls : files or folders, from the folder of the file; the last has a cluster's certificates.
     """
 
     camera: str | Mapping[str, Any] | None = None
@@ -60,20 +64,22 @@ class WrittenOptions:
     person_class: str | None = None
     cyclists: bool | None = None
     interpolated: bool | None = None
+    poses: str | None = None
+    boxes: str | None = None
+    bags: str | None = None
     tls: str | None = None
 
     def with_given(self, **given: Any) -> "WrittenOptions":
         """These options, with those of a command line that are not ``None`` in place of the file's."""
         return replace(self, **{name: value for name, value in given.items() if value is not None})
 
-    def options(self, split: str, *, source: Path | None, homography: Path | None, **paths: Path | None) -> Options:
+    def options(self, split: str, *, source: Path | None, homography: Path | None) -> Options:
         """The options of a generator.
 
         Parameters
         ----------
         split : what the options are for.
         source, homography : as in `Options`.
-        paths : ``poses``, ``boxes`` and ``bags``, as in `FootageOptions`.
 
         Raises
         ------
@@ -90,13 +96,13 @@ class WrittenOptions:
             homography=homography,
             height_std=self.sigma_h,
             simulation=self._simulation(is_footage),
-            footage=self._footage(is_footage, {**paths, "cameras": cameras}),
-            **self._set(
+            footage=self._footage(is_footage, cameras),
+            **self.chosen(
                 "tier", "look", "observer", "detector", "noise", "least_track", "seed", "limit", "stride", "dt"
             ),
         )
 
-    def _set(self, *names: str) -> dict[str, Any]:
+    def chosen(self, *names: str) -> dict[str, Any]:
         """Those of the options that are not ``None``."""
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
@@ -106,7 +112,7 @@ class WrittenOptions:
         return None if self.camera is None else make_camera(self.camera)
 
     def _simulation(self, is_footage: bool) -> Simulation | None:
-        asked = self._set(*SIMULATED)
+        asked = self.chosen(*SIMULATED)
         if is_footage:
             asked.pop("sequences", None)
         if "sequences" in asked:
@@ -115,8 +121,11 @@ class WrittenOptions:
             asked["people"] = self.people if isinstance(self.people, tuple) else parse_people(str(self.people))
         return Simulation(**asked) if asked else None
 
-    def _footage(self, is_footage: bool, others: Mapping[str, Any]) -> FootageOptions | None:
-        asked = {**self._set(*OF_FOOTAGE), **{name: value for name, value in others.items() if value is not None}}
+    def _footage(self, is_footage: bool, cameras: tuple[str, ...] | None) -> FootageOptions | None:
+        asked = self.chosen(*OF_FOOTAGE)
+        asked |= {name: Path(place).expanduser() for name, place in self.chosen(*PLACES).items()}
+        if cameras is not None:
+            asked["cameras"] = cameras
         if not is_footage:
             asked.pop("sequences", None)
         if "sequences" in asked and not isinstance(self.sequences, tuple):
@@ -126,24 +135,49 @@ class WrittenOptions:
         return FootageOptions(**asked) if asked else None
 
 
-def read_options(path: Path, split: str, *, seed: int | None = None) -> WrittenOptions:
-    """The options of a TOML file, or those that made the dataset whose ``dataset.json`` it is.
+def read_options(words: Sequence[str], split: str, *, seed: int | None = None) -> WrittenOptions:
+    """The options of words ``NAME=VALUE``, and of a file in their midst, before which they come.
 
     Parameters
     ----------
-    path : the file, or the folder of the dataset.
+    words : the file is in TOML, or a dataset's folder or ``dataset.json``, whose options are taken.
     split : what they are for.
     seed : in place of the file's; that of a dataset may be withheld.
 
     Raises
     ------
     VbbenchError
-        If the file is not valid, is of another split, or its seed is withheld and none is given.
+        If there is a second file, one is not valid or of another split, its seed is withheld and none is given, or a
+        word names no option or has another type.
     """
+    places = [word for word in words if not re.match(r"[\w-]+=", word)]
+    if len(places) > 1:
+        raise VbbenchError(f"`options` takes one file, not {' and '.join(places)}; write single ones NAME=VALUE")
+    table, hints = dict[str, Any](), get_type_hints(WrittenOptions)
+    for word in words:
+        name, equals, text = word.partition("=")
+        if word not in places and equals:
+            name = name.replace("-", "_")
+            table[name] = _typed(text, hints.get(name, str))
+    given = from_table(table, WrittenOptions, Path("--options"), "options of generate")
+    return _read_file(Path(places[0]), split, seed).with_given(**vars(given)) if places else given
+
+
+def _typed(text: str, hint: Any) -> Any:
+    """The text as a number or truth value where an option takes no text."""
+    if str in get_args(hint):
+        return text
+    try:
+        return msgspec.convert(text, hint, strict=False)
+    except msgspec.ValidationError:
+        return text  # the reader of files says what is wrong with it
+
+
+def _read_file(path: Path, split: str, seed: int | None) -> WrittenOptions:
     folder = path if path.is_dir() else path.parent
     if not path.is_dir() and path.name != INFO_FILE:
         read = read_toml(path, WrittenOptions, "options of generate")
-        return read if read.tls is None else replace(read, tls=str(folder / read.tls))
+        return read.with_given(**{name: str(folder / place) for name, place in read.chosen(*PLACES, "tls").items()})
     facts = read_object(folder / INFO_FILE, "generate the dataset again")
     if facts.get("split") != split:
         raise FileError(folder / INFO_FILE, f"is of the split {quoted(facts.get('split'))}, not of {split}")

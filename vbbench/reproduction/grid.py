@@ -246,18 +246,13 @@ def stride_of(every: int) -> int | None:
     return None if every == 1 else every
 
 
-def named_folders(**folders: Path | None) -> dict[str, Path]:
-    """The user's own downloads by split, without those that are not named."""
-    return {split: folder for split, folder in folders.items() if folder is not None}
-
-
-def plan_if_here(split: str, folders: Mapping[str, Path], seed: int) -> Plan | None:
-    """The split with its default options, from the user's folder for it; ``None`` if its source is missing."""
+def plan_if_here(split: str, source: Path | None, seed: int) -> Plan | None:
+    """The split with its default options, from the user's own ``source`` if there is one; ``None`` if it is missing."""
     generator: Generator = load("generator", split)
     try:
-        return generator.plan(Options(source=folders.get(split), seed=seed))
+        return generator.plan(Options(source=source, seed=seed))
     except SourceMissingError:
-        if split in folders:
+        if source is not None:
             raise
         return None
 

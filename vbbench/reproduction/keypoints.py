@@ -95,39 +95,6 @@ def paper_lines() -> list[Line]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class People:
-    """Whose boxes, and which solvers.
-
-    Parameters
-    ----------
-    splits, tiers, solvers, protocols : names; every combination is measured.
-    every : only every so-many-th observer of a split, and in tier `field` a third of that: every so-many-th window of
-        the time of a vehicle among them, of which there are fewer. KITTI is whole.
-    kitti : folder of KITTI's tracking benchmark; ``None`` to search the usual places, where it may be missing.
-    poses : folder of the poses of KITTI's camera.
-    seed : of the datasets.
-    """
-
-    splits: Sequence[str] = ("hotel", "eth")
-    tiers: Sequence[str] = ("tracked", FIELD)
-    solvers: Sequence[str] = ("map-causal", "vb-sf")
-    protocols: Sequence[str] = ("one-step", "sequential")
-    every: int = 6
-    kitti: Path | None = None
-    poses: Path | None = None
-    seed: int = 0
-
-    def options(self) -> Iterator[tuple[str, str, Options]]:
-        """Every split and tier with its options; a walker's camera with borders hardly sees people whole."""
-        for split in self.splits:
-            for tier in self.tiers:
-                stride = max(1, self.every // 3) if tier == FIELD else self.every
-                observer: Observer = "vehicle" if tier == FIELD else "walker"
-                yield split, tier, Options(tier=tier, seed=self.seed, stride=stride_of(stride), observer=observer)
-        yield KITTI, FOOTAGE, Options(source=self.kitti, footage=FootageOptions(poses=self.poses))
-
-
-@dataclass(frozen=True, kw_only=True)
 class Keypoints:
     """The results.
 
@@ -162,16 +129,35 @@ class KeypointsStudy(Study):
     setting : what is drawn.
     distances : in m, ascending.
     trials : at each distance.
-    people : whose errors are set next to it.
-    seed : of the trials.
+    splits, tiers, solvers, protocols : whose boxes and which solvers are set next to it; every combination is measured.
+    every : only every so-many-th observer of a split, and in tier `field` a third of that: every so-many-th window of
+        the time of a vehicle among them, of which there are fewer. KITTI is whole.
+    kitti : folder of KITTI's tracking benchmark; ``None`` to search the usual places, where it may be missing.
+    poses : folder of the poses of KITTI's camera.
+    seed : of the trials and the datasets.
     """
 
     name = "figure-keypoints"
     setting: Setting = field(default_factory=Setting)
     distances: Sequence[float] = DISTANCES
     trials: int = the_paper().keypoints.trials
-    people: People = field(default_factory=People)
+    splits: Sequence[str] = ("hotel", "eth")
+    tiers: Sequence[str] = ("tracked", FIELD)
+    solvers: Sequence[str] = ("map-causal", "vb-sf")
+    protocols: Sequence[str] = ("one-step", "sequential")
+    every: int = 6
+    kitti: Path | None = None
+    poses: Path | None = None
     seed: int = 0
+
+    def options(self) -> Iterator[tuple[str, str, Options]]:
+        """Every split and tier with its options; a walker's camera with borders hardly sees people whole."""
+        for split in self.splits:
+            for tier in self.tiers:
+                stride = max(1, self.every // 3) if tier == FIELD else self.every
+                observer: Observer = "vehicle" if tier == FIELD else "walker"
+                yield split, tier, Options(tier=tier, seed=self.seed, stride=stride_of(stride), observer=observer)
+        yield KITTI, FOOTAGE, Options(source=self.kitti, footage=FootageOptions(poses=self.poses))
 
     def check(self) -> None:
         """Raise VbbenchError if distances, trials or a solver are invalid, or OpenCV is missing."""
@@ -179,14 +165,14 @@ class KeypointsStudy(Study):
             raise VbbenchError("distances are two or more lengths above 0 m, ascending")
         if self.trials < 2:
             raise VbbenchError(f"trials must be 2 or more at each distance, not {self.trials}")
-        check_every(self.people.every)
-        check_grid(self.people.solvers, self.people.protocols)
+        check_every(self.every)
+        check_grid(self.solvers, self.protocols)
         check_opencv()
 
     def measure(self, out: Path, making: Making) -> Keypoints:
         """Datasets of every split and tier of the people, and all trials."""
         lines, missing = paper_lines(), []
-        for split, tier, options in self.people.options():
+        for split, tier, options in self.options():
             try:
                 dataset = making.dataset(split, out / f"{split}-{tier}" / "dataset", options)
             except SourceMissingError as error:
@@ -194,7 +180,7 @@ class KeypointsStudy(Study):
                     raise
                 missing.append(f"{split}, {tier}: {error}")
                 continue
-            cells = making.cells(dataset, self.people.solvers, self.people.protocols)
+            cells = making.cells(dataset, self.solvers, self.protocols)
             lines += [_line(split, tier, cell) for cell in cells]
         calls = [(self, one) for one in self.distances]
         trials = list(each(_trials_at, calls, making.jobs, "five-point", "distance"))
@@ -273,7 +259,7 @@ class KeypointsStudy(Study):
         lines = [
             line
             for line in found.lines
-            if (line.solver == self.people.solvers[0] if line.protocol else (line.split, line.tier) in _DRAWN_ROWS)
+            if (line.solver == self.solvers[0] if line.protocol else (line.split, line.tier) in _DRAWN_ROWS)
         ]
         for axes, kind in zip(drawn.axes, _PLACES, strict=True):
             _draw_errors(axes, found, kind)
@@ -281,7 +267,7 @@ class KeypointsStudy(Study):
         upper, lower = drawn.axes
         style.name_axes(upper, up="error of translation (m)")
         style.name_axes(lower, "distance of the static points (m)", "error of rotation (rad)")
-        names = {PAPER: "the paper", OURS: f"here, {self.people.solvers[0]}", CAR: "same, KITTI"}
+        names = {PAPER: "the paper", OURS: f"here, {self.solvers[0]}", CAR: "same, KITTI"}
         for colour, name in names.items():
             upper.plot([], [], color=colour, linewidth=1.6, label=name)
         camera = self.setting.camera

@@ -11,14 +11,11 @@ from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Generator, Options
 from vbbench.generation.planning import thinned
 from vbbench.paper import BEST, HEADLINE, PROTOCOLS, SIGMA_H, SPLITS, the_paper
-from vbbench.pictures.plotting import style
 from vbbench.registry import load
 from vbbench.reproduction.grid import Making, Row, Study, check_every, check_splits
 from vbbench.reproduction.report import Report
@@ -127,7 +124,6 @@ class ReadingsStudy(Study):
             facts=(FACT,),
             tables=[table],
             values=found,
-            pictures={"": plot_readings(found, conditions)},
         )
 
 
@@ -146,40 +142,3 @@ def _line(one: Row) -> list[str]:
     facts = [one["protocol"], HEIGHTS[one["heights"]], "yes" if one["ego_prior"] else "no"]
     name = f"`{one['solver']}`" if one["literal"] or one["solver"] == SOLVER else f"`{SOLVER}`, changed"
     return [*facts, "scaled" if one["scaled"] else "metres", name, *cells, times]
-
-
-_LEFT, _PANEL, _GAP, _LINE = 3.6, 2.6, 0.25, 0.2  # inches: names, width of a panel, between panels, height of a row
-_HEAD, _FOOT = 1.15, 0.65
-
-
-def plot_readings(found: dict[str, Any], conditions: str) -> Figure:
-    """Draw Δx of every reading, a panel a split, the paper's as a line."""
-    readings: list[Row] = found["readings"]
-    height, step = _LINE * len(readings), _PANEL + _GAP
-    panels: style.Rectangles = {
-        split: (_LEFT + n * step, _FOOT, _PANEL, height) for n, split in enumerate(found["paper"])
-    }
-    drawn = style.lay_out((_LEFT + len(panels) * step, _FOOT + height + _HEAD), panels)
-    places = np.arange(len(readings))
-    look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4.5}
-    for axes, (split, printed) in zip(drawn.axes, found["paper"].items(), strict=True):
-        own = [one["figures"][split][HEADLINE] for one in readings]
-        axes.axvline(printed[HEADLINE], color=style.ESTIMATE, linewidth=1.2, label="the paper's figure")
-        axes.plot([s.frame_mean for s in own], places, color=style.TRUTH, fillstyle="none", label="over frames", **look)
-        axes.plot([s.mean for s in own], places, color=style.GIVEN, label="over sequences", **look)
-        axes.set_xscale("log")
-        style.plain_logarithm(axes.xaxis, LogLocator(subs=(1.0, 2.0, 5.0)))
-        style.name_rows(axes, [""] * len(readings))
-        style.name_axes(axes, LABEL, title=split)
-        style.draw_grid(axes)
-        for place, (one, after) in enumerate(itertools.pairwise(readings)):
-            if one["protocol"] != after["protocol"]:
-                axes.axhline(place + 0.5, color=style.INK, linewidth=0.6)
-    style.name_rows(drawn.axes[0], list(map(_name, readings)))
-    style.draw_heading(drawn, 0.3, f"{LABEL} of every reading of the paper", conditions, drawn.axes[0])
-    return drawn
-
-
-def _name(one: Row) -> str:
-    observer = "to the letter" if one["literal"] else "observer walks" if one["ego_prior"] else "observer free"
-    return f"{one['protocol']}, {'scaled, ' if one['scaled'] else ''}heights {HEIGHTS[one['heights']]}, {observer}"

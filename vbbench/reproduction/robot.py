@@ -223,7 +223,8 @@ class RobotStudy(Study):
         folders where no ``kitti`` is named.
     sequences : of the simulated robot, a minute each.
     seed : of all random numbers.
-    entrants : the solvers.
+    entrants : the solvers of the experiment.
+    solvers : further ones, each without odometry and with it: registered names or ``module:attribute``.
     protocols : names of protocols; maps show the first.
     """
 
@@ -235,13 +236,20 @@ class RobotStudy(Study):
     sequences: int = 6
     seed: int = 0
     entrants: Sequence[Entrant] = field(default_factory=default_entrants)
+    solvers: Sequence[str] = ()
     protocols: Sequence[str] = ("sequential", "cold-start")
+
+    @property
+    def everybody(self) -> list[Entrant]:
+        """All solvers, each once."""
+        further = (entrant for solver in self.solvers for entrant in with_and_without(solver))
+        return list(dict.fromkeys([*self.entrants, *further]))
 
     def check(self) -> None:
         """Raise VbbenchError if a solver or a protocol is unknown, or JRDB is named without bags."""
         if self.jrdb is not None and self.bags is None:
             raise VbbenchError(f"{self.jrdb}: only its rosbags hold how JRDB's robot moved; name their folder (--bags)")
-        check_grid((entrant.solver for entrant in self.entrants), self.protocols)
+        check_grid((entrant.solver for entrant in self.everybody), self.protocols)
         self.recordings()
 
     def recordings(self) -> list[Recording]:
@@ -335,7 +343,7 @@ class RobotStudy(Study):
             measured = [(one.given.odometry, own[0]) for one, own in zip(sequences, truths, strict=True)]
             add(recording.reference, [dead_reckoning(moved, start) for moved, start in measured if moved is not None])
         for protocol in self.protocols:
-            for solver, title, odometry in self.entrants:
+            for solver, title, odometry in self.everybody:
                 if odometry and alone is whole:
                     continue
                 dataset = whole if odometry else alone

@@ -11,14 +11,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from vbbench.errors import SourceMissingError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.generation.generator import Generator, Options
 from vbbench.paper import BEST, COLUMNS, HEADLINE, PROTOCOLS, SIGMA_H, SPLITS, the_paper
-from vbbench.pictures.plotting import style
 from vbbench.registry import load
 from vbbench.reproduction.grid import (
     STAND_INS,
@@ -175,7 +172,6 @@ class SolverTableStudy(Study):
             facts=paragraphs("solver_table", sigma_h=SIGMA_H, table=self.table, simulated=simulated, missing=missing),
             tables=tables,
             values=values,
-            pictures={"": self.plot(found, conditions)} if found.recordings else {},
             whole=not found.missing and not simulated,
         )
 
@@ -212,64 +208,6 @@ class SolverTableStudy(Study):
             rows=rows,
             names=2,
         )
-
-    def plot(self, found: SolverTable, conditions: str) -> Figure:
-        """Draw Δx and Δt over sequences with 95 % intervals, a column of panels a recording, the paper's as marks."""
-        splits, height = list(found.recordings), _LINE * len(self.solvers)
-        step = (_WIDTH - _LEFT) / len(splits)
-        panels: style.Rectangles = {
-            f"{split} {metric}": (_LEFT + n * step, _FOOT + (1 - m) * (height + _BETWEEN), step - _GAP, height)
-            for m, metric in enumerate(PANELS)
-            for n, split in enumerate(splits)
-        }
-        drawn = style.lay_out((_WIDTH, _HEAD + 2 * height + _BETWEEN + _FOOT), panels)
-        for axes in drawn.axes:
-            split, _, metric = str(axes.get_label()).rpartition(" ")
-            self._draw_panel(axes, found, split, metric)
-            style.name_rows(axes, list(self.solvers) if split == splits[0] else [""] * len(self.solvers))
-            style.name_axes(axes, METRICS[metric].label, title=found.name(split) if metric == PANELS[0] else "")
-        self._draw_legend(drawn.axes[0])
-        known = any(np.isfinite(row["figures"][metric].ci95).all() for row in found.rows for metric in PANELS)
-        bars = "with 95 % intervals" if known else "(too little time for intervals)"
-        title = f"Table {self.table}: Δx and Δt of every solver, mean over sequences {bars}"
-        style.draw_heading(drawn, 0.3, title, conditions, drawn.axes[0])
-        return drawn
-
-    def _draw_panel(self, axes: Axes, found: SolverTable, split: str, metric: str) -> None:
-        solvers, protocols = list(self.solvers), list(self.protocols)
-        for row in rows_at(found.rows, split=split):
-            side = 2 * _APART * (protocols.index(row["protocol"]) - (len(protocols) - 1) / 2)
-            place, own, look = solvers.index(row["solver"]) + side, row["figures"][metric], self._look(row["protocol"])
-            if row["sigma_h"] == SIGMA_H:
-                axes.plot(own.ci95, 2 * [place], color=look["color"], linewidth=1.4)
-                axes.plot(own.mean, place, markersize=_DOT, linestyle="none", **look)
-            else:
-                axes.plot(own.mean, place, markersize=_RING, fillstyle="none", linestyle="none", **look)
-        for place, solver in enumerate(solvers):
-            printed = the_paper().figures(split, COUNTERPARTS.get(solver, BEST)).get(metric)
-            if printed is not None:
-                axes.plot(2 * [printed], [place - 0.36, place + 0.36], color=style.ESTIMATE, linewidth=2.4, zorder=1.5)
-        axes.set_xscale("log")
-        axes.set_xlim(*_limits(found, metric))
-        style.plain_logarithm(axes.xaxis)
-        axes.tick_params(axis="y", length=0)
-        style.draw_grid(axes, 0.8, axis="x")
-        for place in range(1, len(solvers)):
-            axes.axhline(place - 0.5, color=style.FAINT, linewidth=0.8)
-
-    def _look(self, protocol: str) -> dict[str, Any]:
-        return _LOOKS[list(self.protocols).index(protocol) % len(_LOOKS)]
-
-    def _draw_legend(self, axes: Axes) -> None:
-        """Labels of marks for the legend."""
-        for protocol in self.protocols:
-            label = f"{protocol}, σ_h = {SIGMA_H:g} m"
-            axes.plot([], [], markersize=_DOT, label=label, linestyle="none", **self._look(protocol))
-        ring: dict[str, Any] = {"marker": "o", "color": style.TRUTH, "fillstyle": "none", "markersize": _RING}
-        for sigma_h in self.sigmas:
-            if sigma_h != SIGMA_H:
-                axes.plot([], [], label=f"σ_h = {sigma_h:g} m", linestyle="none", **ring)
-        axes.plot([], [], color=style.ESTIMATE, linewidth=2.4, label=f"the paper's, over frames, σ_h = {SIGMA_H:g} m")
 
 
 def _row(split: str, cell: Cell) -> Row:
@@ -373,27 +311,3 @@ def _three(value: float | None) -> str:
 
 def _two_digits(value: float) -> str:
     return "< 0.00001" if value < 1e-5 else np.format_float_positional(value, 2, fractional=False, trim="-")
-
-
-PANELS = ("dx", "dt")
-"""The metrics of the picture, from the top."""
-_WIDTH, _LEFT, _GAP, _LINE = 11.0, 1.25, 0.25, 0.4  # inches: the whole, names, between panels, height of a row
-_BETWEEN, _HEAD, _FOOT = 0.75, 1.15, 0.55
-_APART = 0.18
-"""How far, in rows, protocols are from the middle of their solver's row."""
-_LOOKS: Sequence[dict[str, Any]] = ({"marker": "o", "color": style.GIVEN}, {"marker": "s", "color": style.INK})
-"""Of the protocols, in their order."""
-_DOT, _RING = 4.5, 8.5
-"""Sizes in points of the marks at the paper's σ_h and at others: where both agree, a ring is around a dot."""
-
-
-def _limits(found: SolverTable, metric: str) -> tuple[float, float]:
-    """The same for all recordings, so that they can be compared."""
-    own = [row["figures"][metric] for row in found.rows]
-    printed = [
-        the_paper().figures(row["split"], row["compared_with"]).get(metric, np.nan)
-        for row in rows_at(found.rows, sigma_h=SIGMA_H)
-    ]
-    values = np.array([*(value for one in own for value in (one.mean, *one.ci95)), *printed])
-    values = values[values > 0.0]  # a NaN is none
-    return float(values.min()) / 1.6, float(values.max()) * 1.6

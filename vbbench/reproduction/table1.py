@@ -5,21 +5,17 @@ People are counted from a split's plan: no dataset is made, and boxes only where
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, NullLocator
 
 from vbbench.files.dataset_info import DatasetInfo, summary
 from vbbench.generation.generator import ForesightedPlan, Plan
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import IntArray
 from vbbench.paper import the_paper
-from vbbench.pictures.plotting import style
 from vbbench.reproduction.grid import STAND_INS, Making, Study, check_splits, how_to_get, plan_if_here, stand_in_plan
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.table import Table
@@ -162,11 +158,11 @@ _SHIBUYA = {"shibuya01": (811, 5, 1000), "shibuya02": (580, 12, 997)}
 
 @dataclass(frozen=True, kw_only=True)
 class Table1Study(Study):
-    """The rows of some ``splits``; ``folders`` are the user's own downloads, and the seed is of what is simulated."""
+    """The rows of some ``splits``; ``motsynth`` is the user's own download, and the seed is of what is simulated."""
 
     name = "table1"
     splits: Sequence[str] = tuple(_ROWS)
-    folders: Mapping[str, Path] = field(default_factory=dict)
+    motsynth: Path | None = None
     seed: int = 0
 
     def check(self) -> None:
@@ -182,14 +178,14 @@ class Table1Study(Study):
             if row.simulated:
                 plan: Plan | None = stand_in_plan(row.split, out / f"like-{row.split}", self.seed, making)
             else:
-                plan = plan_if_here(row.split, self.folders, self.seed)
+                plan = plan_if_here(row.split, self.motsynth if row.split == "motsynth" else None, self.seed)
             if plan is None:
                 missing.add(row.split)
             rows.append(row if plan is None else row._replace(tally=count_people(plan)))
         return rows
 
     def report(self, found: list[Counted]) -> Report:
-        """Two lines a row, the paper's and ours; what differs; and a picture of the distributions."""
+        """Two lines a row, the paper's and ours, and what differs."""
         numbers = Table(
             facts=paragraphs("table1"),
             head=["", "", "sequences", "mean frames", "people", "counted", "seen in a frame", "seen during a sequence"],
@@ -207,7 +203,6 @@ class Table1Study(Study):
             title="Table 1: sequences and people of every split",
             tables=[numbers, why],
             values={"seed": self.seed, "rows": list(map(_values, found))},
-            pictures={"": plot_table1(found)},
             whole=all(row.tally is not None for row in found),
         )
 
@@ -247,111 +242,3 @@ def _values(row: Counted) -> dict[str, Any]:
     people = tally.people(row.counted)
     bounds = {"least": int(people.min()), "mean": float(people.mean()), "most": int(people.max())}
     return values | {"ours": tally.row, "people": bounds, "histograms": histograms}
-
-
-_WIDTH, _HEAD, _FOOT, _ROW = 11.0, 1.0, 0.62, 0.9  # inches
-_LEFT, _PEOPLE, _FRAMES = 0.3, (2.4, 4.1), (7.85, 2.3)
-"""Left edge of the names, left edge and width of the panels, in inches; figures stand to the right of both panels."""
-_OURS, _PAPERS, _LOWEST, _HIGHEST = -0.24, -0.58, -0.8, 1.02
-"""Heights of the two ranges and of a panel's edges; histograms are .95 high."""
-_TICKS = (1, 3, 10, 30, 100, 300, 1000)
-_EDGES = np.unique(np.geomspace(1.0, 1200.0, 55).round()) - 0.5
-"""Edges of bins of numbers, as even on a logarithmic scale as whole numbers can be."""
-
-
-def plot_table1(rows: Sequence[Counted]) -> Figure:
-    """Draw a line for every row that is here, and for missing ones whose figures of the paper have no other line."""
-    here = {row.printed for row in rows if row.tally is not None}
-    shown = [row for row in rows if row.tally is not None or row.printed not in here]
-    bottoms = [_FOOT + (len(shown) - 1 - line) * _ROW for line in range(len(shown))]
-    height = _HEAD + _ROW * len(shown) + _FOOT
-    panels: style.Rectangles = {
-        f"{name} {line}": (left, bottom, width, _ROW - 0.12)
-        for line, bottom in enumerate(bottoms)
-        for name, (left, width) in (("people", _PEOPLE), ("frames", _FRAMES))
-    }
-    drawn = style.lay_out((_WIDTH, height), panels)
-    for line, row in enumerate(shown):
-        people, frames = drawn.axes[2 * line : 2 * line + 2]
-        left, middle = _LEFT / _WIDTH, (bottoms[line] + 0.36) / height
-        drawn.text(left, middle + 0.016, row.title, fontsize=10.0, weight="bold", color=style.INK)
-        counts = [] if row.tally is None else [f"{len(row.tally.frames)} sequences"]
-        counts += [f"the paper {row.printed.sequences}"] if row.printed.sequences != "–" else []
-        drawn.text(left, middle - 0.012, ", ".join(counts), fontsize=style.TEXT_SIZE, color=style.TRUTH)
-        _draw_people(people, row)
-        _draw_frames(frames, row)
-        last = line == len(shown) - 1
-        _finish(people, "people" if last else "")
-        _finish(frames, "frames of a sequence" if last else "")
-    legend = next((axes for row, axes in zip(shown, drawn.axes[::2], strict=True) if row.tally), drawn.axes[0])
-    title = "How many people, and how many frames: the splits next to the paper's Table 1"
-    facts = (
-        "figures: least / mean / most people, and mean frames; heights within a panel are shares, each on its own scale"
-    )
-    style.draw_heading(drawn, _LEFT, title, facts, legend)
-    return drawn
-
-
-def _draw_people(axes: Axes, row: Counted) -> None:
-    axes.axhline(0.0, color=style.TRUTH_FAINT, linewidth=0.8)
-    tally = row.tally
-    if tally is None:
-        look: dict[str, Any] = {"fontsize": style.TEXT_SIZE, "style": "italic", "color": style.TRUTH}
-        command = row.missing.replace("`", "")
-        axes.text(0.5, 0.62, f"missing: {command}", ha="center", transform=axes.transAxes, **look)
-    else:
-        seen = _heights(tally.people(IN_A_FRAME))
-        axes.stairs(seen, _EDGES, fill=True, color=style.GIVEN, alpha=0.3, label="in a frame")
-        look = {"color": style.GIVEN, "linewidth": 1.0, "label": "seen during a sequence"}
-        axes.stairs(_heights(tally.passing), _EDGES, baseline=None, **look)
-        if row.counted == OF_THE_SCENE and tally.crowd is not None:
-            sizes, often = np.unique(tally.crowd, return_counts=True)
-            heights = 0.95 * often / often.max()
-            axes.vlines(sizes, 0.0, heights, color=style.INK, linewidth=2.0, label="in the scene")
-        people = tally.people(row.counted)
-        bounds = (people.min(), people.mean(), people.max())
-        _draw_range(axes, _OURS, bounds, _three(people), label="ours: mean")
-    _draw_range(axes, _PAPERS, row.printed.bounds, row.printed.people, label="the paper's: mean")
-
-
-def _draw_frames(axes: Axes, row: Counted) -> None:
-    axes.axhline(0.0, color=style.TRUTH_FAINT, linewidth=0.8)
-    if row.tally is not None:
-        frames = row.tally.frames
-        axes.stairs(_heights(frames), _EDGES, fill=True, color=style.GIVEN, alpha=0.3)
-        bounds = (frames.min(), float(frames.mean()), frames.max())
-        _draw_range(axes, _OURS, bounds, f"{frames.mean():.2f}")
-    _draw_range(axes, _PAPERS, (math.nan, float(row.printed.frames), math.nan), row.printed.frames)
-
-
-def _draw_range(
-    axes: Axes, height: float, bounds: tuple[float, float, float], text: str, label: str | None = None
-) -> None:
-    """A line from the least to the most, with its ends, a mark at the mean, and the figures to its right."""
-    least, mean, most = bounds
-    colour, marker = (style.GIVEN, "o") if height == _OURS else (style.ESTIMATE, "D")
-    axes.plot([least, most], [height, height], color=colour, linewidth=1.6, marker="|", markersize=7.0)
-    look: dict[str, Any] = {"markersize": 5.0, "color": colour, "linestyle": "none", "label": label}
-    axes.plot(mean, height, marker=marker, **look)
-    place = axes.get_yaxis_transform()
-    axes.text(1.02, height, text, transform=place, fontsize=style.TEXT_SIZE, color=colour, va="center_baseline")
-
-
-def _heights(counts: IntArray) -> FloatArray:
-    """Shares of the numbers in each bin by the bin's width on a logarithmic scale, the highest .95."""
-    shares = np.histogram(counts, _EDGES)[0] / np.diff(np.log(_EDGES))
-    return np.asarray(0.95 * shares / shares.max())
-
-
-def _finish(axes: Axes, label: str) -> None:
-    axes.set_xscale("log")
-    axes.set(xlim=(0.8, 1250.0), ylim=(_LOWEST, _HIGHEST), yticks=[])
-    axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS] if label else [])
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.xaxis.set_minor_locator(NullLocator())
-    style.draw_grid(axes, axis="x")
-    axes.tick_params(length=3 if label else 0)
-    for side in ("top", "left", "right"):
-        axes.spines[side].set_visible(False)
-    axes.spines["bottom"].set_color(style.TRUTH_TAIL if label else "none")
-    style.name_axes(axes, label)

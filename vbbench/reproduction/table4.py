@@ -9,23 +9,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Rectangle
-from matplotlib.ticker import LogLocator
 
 from vbbench.errors import VbbenchError
-from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.generator import Options, Simulation
 from vbbench.generation.planning import DerivedPlan
 from vbbench.paper import COLUMNS, PROTOCOLS, the_paper
-from vbbench.pictures.plotting import style
 from vbbench.protocol import arrivals_given
 from vbbench.registry import load
 from vbbench.reproduction.grid import Making, Row, Study, check_grid, row_at, rows_at
@@ -92,13 +84,11 @@ def linked_by_truth(data: SequenceData) -> SequenceData:
 
 
 class Table4(NamedTuple):
-    """Number of sequences, what each input is, a row for each protocol, input and solver, and the frame to draw."""
+    """Number of sequences, what each input is, and a row for each protocol, input and solver."""
 
     sequences: int
     inputs: list[Row]
     rows: list[Row]
-    lines: Dataset
-    tracks: Dataset
 
     def figures(self, protocol: str, solver: str, source: str) -> dict[str, Summary]:
         """Metric → summary of one row."""
@@ -165,8 +155,7 @@ class Table4Study(Study):
             for protocol, (name, dataset) in product(PROTOCOLS, datasets.items())
             for cell in making.cells(dataset, self.solvers, [protocol])
         ]
-        lines = datasets[list(self.lines)[-1]]
-        return Table4(len(lines), inputs, rows, lines, datasets[KEPT])
+        return Table4(len(datasets[KEPT]), inputs, rows)
 
     def report(self, found: Table4) -> Report:
         """The rows of both protocols, and their ratios."""
@@ -191,7 +180,6 @@ class Table4Study(Study):
                 "rows": found.rows,
                 "ratios": ratios,
             },
-            pictures={"": self.plot(found, paper)},
         )
 
     def _errors(self, found: Table4, protocol: str, paper: dict[str, dict[str, float]]) -> Table:
@@ -220,58 +208,6 @@ class Table4Study(Study):
             }
             yield {"protocol": protocol, "solver": solver, "jitter": jitter, **times}
 
-    def plot(self, found: Table4, paper: dict[str, dict[str, float]]) -> Figure:
-        """Draw a frame with both inputs, and the errors that come of them, with the paper's."""
-        rectangles: style.Rectangles = {
-            **{name: (_LEFT + n * (_VIEW[0] + 0.1), 3.55, *_VIEW) for n, name in enumerate(("lines", "boxes"))},
-            **{name: (_LEFT + n * _STEP, 0.75, *_PANEL) for n, name in enumerate(COLUMNS)},
-        }
-        drawn = style.lay_out((_WIDTH, _HEIGHT), rectangles)
-        axes = {str(one.get_label()): one for one in drawn.axes}
-        _draw_example(axes["lines"], axes["boxes"], found, self.jitter[-1])
-        for metric in COLUMNS:
-            self._draw_panel(axes[metric], metric, found, paper)
-        facts = (
-            f"split {SPLIT}, seed {self.seed}, {found.sequences} sequences; below: means over frames, as the paper "
-            "has them; tracks of 4 frames or more"
-        )
-        style.draw_heading(drawn, _LEFT, "Centre lines and a tracker's boxes", facts, axes["lines"])
-        point: dict[str, Any] = {"marker": "o", "markersize": 4.0}
-        handles = [Line2D([], [], color=colour, label=solver, **point) for solver, colour in self._colours.items()]
-        handles += [Line2D([], [], color=style.TRUTH, label=name, **point, **look) for name, look in LOOKS.items()]
-        handles.append(Line2D([], [], color=style.INK, linewidth=2.2, label="the paper"))
-        look: dict[str, Any] = {"borderaxespad": 0.0, "frameon": False, "fontsize": style.TEXT_SIZE}
-        place = (_LEFT / _WIDTH, 0.12 / _HEIGHT)
-        drawn.legend(handles=handles, loc="lower left", bbox_to_anchor=place, ncols=len(handles), **look)
-        return drawn
-
-    @property
-    def _colours(self) -> dict[str, str]:
-        return {solver: COLOURS[n % len(COLOURS)] for n, solver in enumerate(dict.fromkeys(self.solvers))}
-
-    def _draw_panel(self, axes: Axes, metric: str, found: Table4, paper: dict[str, dict[str, float]]) -> None:
-        inputs, lines = [*self.lines, KEPT, LINKED], len(self.lines)
-        places = np.arange(len(inputs))
-        for (solver, colour), protocol in product(self._colours.items(), PROTOCOLS):
-            means = [found.figures(protocol, solver, name)[metric].frame_mean for name in inputs]
-            look: dict[str, Any] = {"color": colour, "marker": "o", "markersize": 4.0, **LOOKS[protocol]}
-            axes.plot(places[:lines], means[:lines], **look)
-            axes.plot(places[lines:], means[lines:], **look)
-        axes.axvspan(lines - 0.5, len(inputs) - 0.5, color="#f6f6f6", zorder=0)
-        look = {"color": style.INK, "linewidth": 2.2, "zorder": 5, "solid_capstyle": "butt"}
-        axes.plot([-0.4, lines - 0.6], [paper["cline"][metric]] * 2, **look)
-        axes.plot([lines - 0.4, len(inputs) - 0.6], [paper["tracked"][metric]] * 2, **look)
-        middle = (lines + len(inputs) - 1) / 2
-        look = {"ha": "center", "va": "bottom", "fontsize": style.TEXT_SIZE, "color": style.INK}
-        axes.text(middle, 1.08 * paper["tracked"][metric], f"× {paper['ratio'][metric]:.2f}", **look)
-        axes.set_yscale("log")
-        style.plain_logarithm(axes.yaxis, LogLocator(numticks=8))
-        axes.set_xlim(-0.5, len(inputs) - 0.5)
-        names = [f"{jitter:g} px" if jitter else "exact" for jitter in self.jitter]
-        axes.set_xticks(places, [*names, "tracked", "true\nids"], fontsize=7.0)
-        style.name_axes(axes, title=METRICS[metric].label)
-        style.draw_grid(axes)
-
 
 def _cell(own: Summary) -> str:
     places = 4 if own.mean < 0.1 else 3 if own.mean < 1.0 else 2
@@ -290,58 +226,3 @@ def _ratio_table(ratios: Sequence[Row], paper: dict[str, float]) -> Table:
         rows.append([f"`{one['solver']}`", one["protocol"], jitter, *cells])
     head = ["solver", "protocol", "cline", *plain, *(f"{label}, true ids" for label in plain[:2])]
     return Table(title="The ratio of the two rows", facts=paragraphs("table4_ratios"), head=head, rows=rows, names=3)
-
-
-COLOURS = (style.GIVEN, style.ESTIMATE, "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
-LOOKS: dict[str, dict[str, Any]] = {
-    "one-step": {"linestyle": "-", "linewidth": 1.6},
-    "sequential": {"linestyle": (0, (2.5, 2.0)), "linewidth": 1.0, "fillstyle": "none"},
-}
-ASPECT = 0.36
-"""Width of a person's box over its height, as the tracker's boxes have it."""
-SKY = 0.2
-"""Upper part of the picture that is not drawn: nobody is there."""
-_WIDTH, _HEIGHT, _LEFT = 13.0, 7.25, 0.7  # inches
-_VIEW, _PANEL, _STEP = (5.95, 2.68), (2.45, 2.35), 3.12
-
-
-def _draw_example(left: Axes, right: Axes, found: Table4, jitter: float) -> None:
-    """Centre lines and tracked boxes in the frame of the first sequence with most tracks after an identity switch."""
-    drawn, tracked = found.lines.sequence(0), found.tracks.sequence(0)
-    persons, observed = found.tracks.track_persons(tracked), tracked.observed
-    begun = persons[(persons != NOBODY).argmax(axis=0), np.arange(len(tracked.tracks))]
-    frame = int((observed & (persons != NOBODY) & (persons != begun)).sum(axis=1).argmax())
-    seen = observed[frame]
-    camera = found.tracks.camera(tracked)
-    width, height = camera.picture_size
-    horizon = float(camera.horizon(np.array([width / 2.0]))[0])
-    hand = f"jitter of {jitter:g} px" if jitter else "exact"
-    titles = {
-        left: f"cline ({hand}), sequence 0, frame {frame}",
-        right: "tracked, the same frame: that with the most tracks after an identity switch",
-    }
-    for axes, title in titles.items():
-        axes.add_patch(Rectangle((0, 0), width, horizon, color="#f4f7fa", zorder=0))
-        axes.add_patch(Rectangle((0, horizon), width, height - horizon, color=style.FIELD, zorder=0))
-        axes.axhline(horizon, color=style.FIELD_EDGE, linewidth=0.8, zorder=1)
-        axes.set(xlim=(0, width), ylim=(height, SKY * height), xticks=[], yticks=[])
-        style.name_axes(axes, title=title)
-    lines = drawn.observations[frame, drawn.observed[frame]]
-    u, v, length = lines[np.argsort(lines[:, 2])].T
-    ends = np.stack([np.stack([u, v - length / 2], axis=-1), np.stack([u, v + length / 2], axis=-1)], axis=1)
-    style.draw_lines(left, ends, style.INK, 1.2, 3)
-    left.plot(*ends.reshape(-1, 2).T, linestyle="none", marker="o", markersize=2.6, color=style.INK, zorder=4)
-    labels = {
-        style.GIVEN: "still the person it began with",
-        style.ESTIMATE: "another person by now",
-        style.UNSEEN: "nobody",
-    }
-    for (u, v, length), person, first in zip(
-        tracked.observations[frame, seen], persons[frame, seen], begun[seen], strict=True
-    ):
-        colour = style.UNSEEN if person == NOBODY else style.GIVEN if person == first else style.ESTIMATE
-        corner, size = (u - ASPECT * length / 2, v - length / 2), (ASPECT * length, length)
-        right.add_patch(Rectangle(corner, *size, facecolor=(*to_rgb(colour), 0.12), edgecolor="none", zorder=2))
-        right.add_patch(Rectangle(corner, *size, fill=False, edgecolor=colour, linewidth=1.3, zorder=3))
-    handles = [Line2D([], [], color=colour, linewidth=2.0, label=label) for colour, label in labels.items()]
-    right.legend(handles=handles, loc="upper right", fontsize=style.TEXT_SIZE, frameon=True, framealpha=0.9, ncols=3)

@@ -1,8 +1,8 @@
 """One sequence of every split that is here: true and estimated trajectories of people and observer, on one sheet."""
 
 import textwrap
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -91,29 +91,44 @@ class TrajectoriesStudy(Study):
     Parameters
     ----------
     splits : names; none for all that `vbbench splits` lists, but for the user's own recordings.
-    solver : registered name or ``module:attribute``.
-    protocol : which truth it is given, and when; footage without its whole truth is solved from a cold start.
-    folders : the user's own downloads by split.
+    solvers : one registered name or ``module:attribute``.
+    protocols : one, which truth it is given, and when; footage without its whole truth is solved from a cold start.
+    kitti, jrdb, motsynth : the user's own downloads.
     seed : of the datasets.
     """
 
     name = "figure-trajectories"
     splits: tuple[str, ...] = ()
-    solver: str = "vb-sf"
-    protocol: str = "sequential"
-    folders: Mapping[str, Path] = field(default_factory=dict)
+    solvers: Sequence[str] = ("vb-sf",)
+    protocols: Sequence[str] = ("sequential",)
+    kitti: Path | None = None
+    jrdb: Path | None = None
+    motsynth: Path | None = None
     seed: int = 0
+
+    @property
+    def solver(self) -> str:
+        """Whose answers are drawn."""
+        return self.solvers[0]
+
+    @property
+    def protocol(self) -> str:
+        """The protocol of its answers."""
+        return self.protocols[0]
 
     def check(self) -> None:
         """Raise VbbenchError if a split, the solver or the protocol is unknown."""
-        check_grid([self.solver], [self.protocol])
+        check_grid(self.solvers, self.protocols)
+        if len(self.solvers) + len(self.protocols) > 2:
+            raise VbbenchError("a sheet shows one solver under one protocol; name one each")
         check_splits(self.splits or shown_splits(), shown_splits(), "split with an example")
 
     def measure(self, out: Path, making: Making) -> Trajectories:
         """Choose and solve a sequence of each split."""
         found = Trajectories([], {})
+        folders = {"kitti": self.kitti, "jrdb": self.jrdb, "motsynth": self.motsynth}
         for split in self.splits or shown_splits():
-            name, folder, plan = split, out / split, plan_if_here(split, self.folders, self.seed)
+            name, folder, plan = split, out / split, plan_if_here(split, folders.get(split), self.seed)
             if plan is None:
                 found.missing[split] = how_to_get(split)
                 if split not in STAND_INS:

@@ -6,6 +6,7 @@ a vehicle's camera in tier `field` at the same frame times. `vbbench.reproductio
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -69,24 +70,35 @@ class TransferStudy(Study):
     kitti : folder of KITTI's tracking benchmark, as split `kitti` reads it.
     poses : folder of the camera's poses by another method, used where they keep parked cars in place better.
     variants : by name.
-    every : every how many of KITTI's frames; the made datasets have the same seconds a frame.
+    solvers : further ones to rank: registered names or ``module:attribute``.
+    every : every how many of KITTI's frames; ``None`` for every 4th and for all. The made datasets have the same
+        seconds a frame.
     split : whose people the made datasets show; between their frames people follow smooth curves.
-    smooth : m by which people may leave where they were recorded, root mean square, so that paths are smooth.
     protocols : names of protocols.
-    limit : most sequences of a made dataset.
+    sequences : at most, of a made dataset.
     seed : of the made datasets.
     """
 
     name = "transfer"
-    kitti: Path
+    kitti: Path | None = None
     poses: Path | None = None
     variants: Mapping[str, Variant] = field(default_factory=registered_variants)
-    every: Sequence[int] = (4, 1)
+    solvers: Sequence[str] = ()
+    every: int | None = None
     split: str = "eth-15fps"
-    smooth: float = 0.0
     protocols: Sequence[str] = ("sequential", "one-step")
-    limit: int | None = 60
+    sequences: int | None = 60
     seed: int = 0
+
+    @cached_property
+    def ranked(self) -> dict[str, Variant]:
+        """All that are ranked, by name."""
+        return {**self.variants, **{name: Variant(solver=name) for name in self.solvers}}
+
+    @property
+    def steps(self) -> tuple[int, ...]:
+        """Every how many frames, a case each."""
+        return (4, 1) if self.every is None else (self.every,)
 
     def real(self, every: int) -> Options:
         """Options of KITTI's dataset."""
@@ -94,20 +106,18 @@ class TransferStudy(Study):
 
     def check(self) -> None:
         """Raise VbbenchError if a solver or protocol is unknown, variants are too few, or a number is out of range."""
-        if not 0.0 <= self.smooth < np.inf:
-            raise VbbenchError(f"people leave their recorded places by some m, or 0, not {self.smooth}")
-        if len(self.variants) < 3:
-            raise VbbenchError(f"{len(self.variants)} solvers have no ranks to compare; name at least three")
-        for every in self.every:
+        if len(self.ranked) < 3:
+            raise VbbenchError(f"{len(self.ranked)} solvers have no ranks to compare; name at least three")
+        for every in self.steps:
             self.real(every)
         load("generator", self.split)
-        check_grid((variant.solver for variant in self.variants.values()), self.protocols)
+        check_grid((variant.solver for variant in self.ranked.values()), self.protocols)
 
     def measure(self, out: Path, making: Making) -> list[Comparison]:
         """Two datasets for each number of frames."""
-        feet = np.array([variant.feet for variant in self.variants.values()])
-        solvers, found = [variant.solver for variant in self.variants.values()], []
-        for every in self.every:
+        feet = np.array([variant.feet for variant in self.ranked.values()])
+        solvers, found = [variant.solver for variant in self.ranked.values()], []
+        for every in self.steps:
             real = making.dataset(REAL, out / f"{REAL}-{every}" / "dataset", self.real(every))
             split, options = self._people(every, out)
             made = making.dataset(split, out / f"{TIER}-{every}" / "dataset", options)
@@ -119,13 +129,13 @@ class TransferStudy(Study):
         return found
 
     def _people(self, every: int, out: Path) -> tuple[str, Options]:
-        """The split and the options of a made dataset; of a file made of the split if frames or paths differ."""
-        options = Options(tier=TIER, observer="vehicle", detector=False, seed=self.seed, limit=self.limit)
+        """The split and the options of a made dataset; of a file made of the split if its frames differ."""
+        options = Options(tier=TIER, observer="vehicle", detector=False, seed=self.seed, limit=self.sequences)
         generator: Generator = load("generator", self.split)
         scene, dt = generator.plan(Options(seed=self.seed)).scenes[0], every * DT
-        if abs(scene.dt - dt) < 1e-6 and not self.smooth:
+        if abs(scene.dt - dt) < 1e-6:
             return self.split, options
-        path, text = out / f"{self.split}-{every}.txt", people_as_text(scene, dt, self.smooth)
+        path, text = out / f"{self.split}-{every}.txt", people_as_text(scene, dt)
         if not path.is_file() or path.read_text("utf-8") != text:
             write_text_atomically(path, text)
         return "custom", replace(options, source=path, dt=dt)
@@ -150,25 +160,23 @@ class TransferStudy(Study):
             head=["field / KITTI, capped means", *(one.title for one in found)],
             rows=[
                 [f"`{name}`", *(f"{one.made.means[n]:.3f} / {one.real.means[n]:.3f}" for one in found)]
-                for n, name in enumerate(self.variants)
+                for n, name in enumerate(self.ranked)
             ],
         )
-        paths = f", walks smoothed by up to {self.smooth:g} m" if self.smooth else ""
         return Report(
             name=self.name,
-            title=f"{TITLE} {len(self.variants)} solvers and variants, seed {self.seed}{paths}",
+            title=f"{TITLE} {len(self.ranked)} solvers and variants, seed {self.seed}",
             tables=[ranks, errors],
             values={
-                "variants": {name: asdict(variant) for name, variant in self.variants.items()},
+                "variants": {name: asdict(variant) for name, variant in self.ranked.items()},
                 "seed": self.seed,
-                "smooth": self.smooth,
                 "cases": [self._values(one) for one in found],
             },
             pictures={"": self.plot(found)},
         )
 
     def _values(self, one: Comparison) -> dict[str, Any]:
-        means = zip(self.variants, one.made.means.tolist(), one.real.means.tolist(), strict=True)
+        means = zip(self.ranked, one.made.means.tolist(), one.real.means.tolist(), strict=True)
         return {
             "every": one.every,
             "protocol": one.protocol,
@@ -190,13 +198,13 @@ class TransferStudy(Study):
             for n, one in enumerate(found)
         }
         figure = style.lay_out((width, height), places)
-        families = list(dict.fromkeys(map(_family, self.variants)))
-        colours = {name: _COLOURS[families.index(_family(name)) % len(_COLOURS)] for name in self.variants}
+        families = list(dict.fromkeys(map(_family, self.ranked)))
+        colours = {name: _COLOURS[families.index(_family(name)) % len(_COLOURS)] for name in self.ranked}
         for axes, one in zip(figure.axes, found, strict=True):
             self._draw_panel(axes, one, colours)
         facts = "mean of each sequence's error, at most 2 m; lines: 95 % intervals by blocks; hollow: relies on feet"
         style.write_heading(figure, _LEFT, TITLE, facts)
-        gap, top = min(0.22, (height - _HEAD) / len(self.variants)), _HEAD + 0.45
+        gap, top = min(0.22, (height - _HEAD) / len(self.ranked)), _HEAD + 0.45
         for n, (name, colour) in enumerate(colours.items()):
             place = 1 - (_KEY - 0.1) / width, 1 - (top + n * gap) / height
             figure.text(*place, f"{n + 1}  {name}", fontsize=style.TEXT_SIZE, color=colour, va="center")
@@ -215,7 +223,7 @@ class TransferStudy(Study):
         for n, (name, colour) in enumerate(colours.items()):
             axes.plot(spreads[0][:, n], [real[n]] * 2, color=colour, alpha=0.2, linewidth=0.8, zorder=1)
             axes.plot([made[n]] * 2, spreads[1][:, n], color=colour, alpha=0.2, linewidth=0.8, zorder=1)
-            face = "white" if self.variants[name].feet else colour
+            face = "white" if self.ranked[name].feet else colour
             axes.plot(made[n], real[n], "o", color=colour, markerfacecolor=face, markersize=4.5, zorder=2)
             axes.annotate(str(n + 1), (made[n], real[n]), fontsize=style.LABEL_SIZE, color=style.INK, **shift)
         axes.set(xlim=(low, high), ylim=(low, high))
@@ -249,12 +257,9 @@ _STEP = (3.7, 4.05)
 _COLOURS = ("#56b4e9", "#009e73", "#0072b2", "#d55e00", "#cc79a7", "#444444", "#e69f00")
 
 
-def people_as_text(scene: Scene, dt: float, smooth: float = 0.0) -> str:
-    """A scene at frames of ``dt`` s, a line ``frame id x y`` for each person, on cubic splines through their places.
-
-    With ``smooth`` the splines may leave x and y by so many m, root mean square, where five places or more are known.
-    """
-    from scipy.interpolate import CubicSpline, UnivariateSpline
+def people_as_text(scene: Scene, dt: float) -> str:
+    """A scene at frames of ``dt`` s, a line ``frame id x y`` for each person, on cubic splines through their places."""
+    from scipy.interpolate import CubicSpline
 
     times, lines = np.asarray(scene.dt * np.arange(scene.frames), np.float64), []
     for column, person in enumerate(scene.people.tolist()):
@@ -263,11 +268,7 @@ def people_as_text(scene: Scene, dt: float, smooth: float = 0.0) -> str:
                 continue
             own, places = times[first:last], scene.positions[first:last, column]
             frames = np.arange(np.ceil(own[0] / dt - 1e-9), own[-1] / dt + 1e-9)
-            if not smooth or len(own) < 5:
-                found: FloatArray = np.asarray(CubicSpline(own, places)(frames * dt))
-            else:
-                splines = (UnivariateSpline(own, one, s=len(own) * smooth**2) for one in places.T)
-                found = np.stack([spline(frames * dt) for spline in splines], axis=-1)
+            found: FloatArray = np.asarray(CubicSpline(own, places)(frames * dt))
             lines += [f"{frame:.0f} {person} {x:.4f} {y:.4f}" for frame, (x, y) in zip(frames, found, strict=True)]
     return "\n".join(lines) + "\n"
 

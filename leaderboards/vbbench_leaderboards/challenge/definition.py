@@ -59,7 +59,7 @@ class SecretSet:
         share = f"[data] public_share = {self.public_share:g}: must be between 0 and 1, such as 0.5"
         _require(0.0 < self.public_share < 1.0, share)
         for word in self.words:
-            own = word.partition("=")[0].replace("_", "-") in _OWN_OPTIONS
+            own = f"--{word.partition('=')[0].lstrip('-').replace('_', '-')}" in _OWN_OPTIONS
             _require(not own, f"[data] options: {word} is decided by the challenge; remove it")
 
     @property

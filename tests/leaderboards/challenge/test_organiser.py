@@ -52,8 +52,9 @@ MISTAKES = {
     "a team twice": ('name = "cheat"', 'name = "Honest"', "[[teams]] name = 'honest' stands there twice"),
     "a team's name": ('name = "cheat"', 'name = "a/b"', "[[teams]] name = 'a/b'"),
     "share": ('tier = "noisy"', 'tier = "noisy"\npublic_share = 1.0', "[data] public_share = 1"),
-    "the seed is ours": ("--people 4:6", "--seed 1", "[data] options: --seed is decided by the challenge"),
-    "quotes": ("--people 4:6", "--people '4", "[data] options cannot be read"),
+    "the seed is ours": ("--options people=4:6", "--seed 1", "[data] options: --seed is decided by the challenge"),
+    "the seed is ours in a word": ("people=4:6", "seed=1", "[data] options: seed=1 is decided by the challenge"),
+    "quotes": ("people=4:6", "people='4", "[data] options cannot be read"),
     "address": ('name = "tiny"', 'name = "tiny"\nbundle = "ftp:x"', "bundle = 'ftp:x' is not an address"),
 }
 
@@ -80,9 +81,9 @@ def test_the_starting_file_is_one_and_overwrites_nothing(tmp_path: Path, capsys:
 
 
 def test_options_that_cannot_be_are_told_with_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "challenge.toml").write_text(TEXT.replace("--people", "--peeple"), encoding="utf-8")
+    (tmp_path / "challenge.toml").write_text(TEXT.replace("people", "peeple"), encoding="utf-8")
     assert vbbench("challenge", "generate", tmp_path) == 2
-    assert "challenge.toml: [data]: no option of 'generate' is called '--peeple'" in capsys.readouterr().err
+    assert "challenge.toml: [data]: --options: options of generate: unknown key 'peeple'" in capsys.readouterr().err
     assert not (tmp_path / "data").exists()
 
 
@@ -216,7 +217,7 @@ def test_lines_on_published_boards_are_commands(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_lines_on_other_boards_run_as_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    dataset = ["generate", "sim", "--tier", "noisy", "--sequences", "3", "--people", "4", "--out", "crowd"]
+    dataset = ["generate", "sim", "--tier", "noisy", "--sequences", "3", "--options", "people=4", "--out", "crowd"]
     assert main(dataset) == 0
     assert main(["solve", "crowd", "--solver", "cv", "--protocol", "rollout", "--out", "stranger"]) == 0
     made_results(tmp_path / "published")
@@ -225,7 +226,7 @@ def test_lines_on_other_boards_run_as_they_are(tmp_path: Path, monkeypatch: pyte
     assert main(["leaderboard", "add", "stranger", "--dataset", "crowd", "--results", "own", "--name", "me"]) == 0
     site = site_of(tmp_path / "own")
     lines = take_part_lines(site)
-    assert lines[2].startswith("vbbench generate sim --camera perspective --tier noisy --sequences 3 --people 4")
+    assert lines[2].startswith("vbbench generate sim --camera perspective --tier noisy --sequences 3")
     assert again_lines(site, site.first) == lines  # of a solver that nobody else has, no figures can be made again
     run_lines(lines)
     assert Dataset("sim-noisy").info.id == Dataset(tmp_path / "crowd").info.id

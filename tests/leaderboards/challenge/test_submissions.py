@@ -342,7 +342,7 @@ def test_the_page_shows_what_may_be_known(room: Path, tmp_path: Path) -> None:
     page = (site / "index.html").read_text("utf-8")
     assert "Phase final is open, to the end of 2027-02-07" in page
     assert all(words in page for words in ("A tiny challenge", "honest", "M. Allory", "3 a team", "Be kind."))
-    assert "vbbench generate sim --tier noisy --sequences 12 --people 4:6 --seed 1 --out practice" in page
+    assert "vbbench generate sim --tier noisy --sequences 12 --options people=4:6 --seed 1 --out practice" in page
     assert "Hidden part" not in page
     assert sorted(path.name for path in site.iterdir()) == [".vbbench-site", "assets", "index.html"]
     assert vbbench(*build, "--date", "2027-02-08") == 0

@@ -82,7 +82,7 @@ class _Topic:
 
 def _messages(path: Path) -> tuple[_Topic, _Topic]:
     """The messages of the wheels and of the fullest IMU topic; a topic without a name where there is none."""
-    with open_bag(path, "reading a robot's motion (--bags)") as bag:
+    with open_bag(path, "reading a robot's motion (bags)") as bag:
         if not any(bag.counts.values()):
             raise FileError(path, "is an empty bag: it holds no message")
         driven = bag.topics_of(ODOMETRY)

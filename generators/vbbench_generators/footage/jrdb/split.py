@@ -307,7 +307,7 @@ jrdb = JrdbSplit(
         sources=(),
         own_files=True,
         caution="boxes are drawn by hand, furniture hides legs, some people sit; poses are of a robot that stands, or "
-        "come from its wheels and gyro (--bags), whose errors are in the truth, too",
+        "come from its wheels and gyro (bags), whose errors are in the truth, too",
     ),
     every=6,
     height_mean=1.75,

@@ -14,7 +14,7 @@ from vbbench_generators.footage.sequences import FootageSequences, RunRules
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, LEAST_SCORE, FoundTracks
 
-SPOKEN = {"oxts": "oxts", "poses": "--poses"}
+SPOKEN = {"oxts": "oxts", "poses": "your files"}
 LONGEST = 900
 """Characters of the text; with more sequences, it says less of each."""
 
