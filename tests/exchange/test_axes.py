@@ -156,6 +156,24 @@ def test_given_axes_in_which_a_body_climbs_are_said(tmp_path):
     assert "99% of the way leads up or down: is it 'body'?" in found.notes[0]
 
 
+@pytest.mark.parametrize(("unit", "aside"), [(1.0, 0.0), (1.0, 1.5), (57.29578, 0.0)])
+def test_a_yaw_without_a_name_is_no_height(tmp_path, unit, aside):
+    places, yaw = drive(1.57)
+    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], unit * wrap_angle(yaw + aside)])
+    np.savetxt(tmp_path / "t.txt", rows)
+    with pytest.raises(FileError, match="z turns as the path does: is it the yaw"):
+        ground_poses(read_trajectory(tmp_path / "t.txt"))
+
+
+def test_a_yaw_without_a_unit_is_in_degrees_where_motion_shows_it(tmp_path):
+    places, yaw = drive(0.1)
+    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], np.degrees(yaw)])
+    np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
+    found = ground_poses(read_trajectory(tmp_path / "t.txt"))
+    same_motion(found.poses, places, yaw)
+    assert "is read as yaw in degrees" in found.notes[0]
+
+
 def test_places_alone_give_the_yaw_of_their_path_or_none(tmp_path):
     path, (places, yaw) = tmp_path / "t.txt", drive(1.0, still=10)
     path.write_text("".join(f"{0.1 * n} {x} {y}\n" for n, (x, y, _) in enumerate(places)))

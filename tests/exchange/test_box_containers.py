@@ -73,6 +73,8 @@ def test_sinks_of_supervision_are_read(tmp_path: Path) -> None:
         ("{0},{1},11,21,20,40,{2},-1.5,8.25,0.5", 1, 1.0, np.nan),  # ground truth of 2D MOT15
         ("{0},{1},11,21,20,40,1,{1},0.25", 1, 1.0, 0.25),  # ground truth of MOT16
         ("{0},{1},11,21,20,40,1,0,0,0", 2, 1.0, np.nan),
+        ("{0},{1},11,21,20,40,{2}{2},0.75", 1, 0.75, np.nan),  # class, score
+        ("{0},{1},11,21,20,40,{2}{2},0.75,-1,-1", 1, 0.75, np.nan),
     ],
 )
 def test_the_last_columns_mean_what_the_whole_file_shows(
@@ -83,6 +85,17 @@ def test_the_last_columns_mean_what_the_whole_file_shows(
     assert rows.boxes[0].tolist() == [10.0, 20.0, 20.0, 40.0]
     np.testing.assert_equal(rows.scores[0], scores)
     np.testing.assert_equal(rows.visible[0], visible)
+
+
+def test_columns_that_could_be_class_or_mark_are_refused(read: Read) -> None:
+    with pytest.raises(FileError, match="could be class and score, or a mark of rows that count and a visibility"):
+        read("tracks.txt", "".join(f"{1 + n},{1 + k},11,21,20,40,{k},0.75\n" for n in FRAMES for k in (1, 0)))
+
+
+@pytest.mark.parametrize("third", ["0", "0.75"])
+def test_a_class_or_score_is_no_left(read: Read, third: str) -> None:
+    with pytest.raises(FileError, match=r"left would be 0.* in all 12 boxes: is it a (class|score)"):
+        read("tracks.txt", "".join(f"{n},{k},{third},11.5,21,31,61\n" for n in FRAMES for k in (1, 2)))
 
 
 def classes(counts: dict[Any, int], column: str = "class") -> str:
@@ -130,6 +143,8 @@ def test_classes_that_do_not_show_people_are_counted_and_refused(read: Read, cou
         ("timestamp_ms,id,u,v,width,l", "{0}00,5,20,40,20,40"),
         ("frame,timestamp,id,x,y,w,h", "{0},{0}.5,5,10,20,20,40"),
         ("# frame id x1 y1 x2 y2", "{0} 5 10 20 30 60"),
+        ("frame,track_id,bbox,conf", '{0},5,"[10, 20, 20, 40.0]",0.5'),
+        ("frame,track_id,conf,xyxy", "{0},5,0.5,[10.  20.  30.  60.]"),
     ],
 )
 def test_columns_are_found_by_their_names(read: Read, head: str, row: str) -> None:
@@ -339,6 +354,15 @@ def test_text_of_kittis_tracks_is_read(read: Read, score: str) -> None:
     assert found.boxes[0].tolist() == [10.0, 20.0, 30.0, 90.0]
 
 
+def test_annotations_of_stanfords_drones_are_read(read: Read) -> None:
+    rows = [f'{i} 10 20 40 110 {t} {lost} 0 1 "{kind}"' for t in FRAMES for i, lost, kind in DRONES]
+    found = read("annotations.txt", "\n".join(rows) + "\n")
+    assert found.track.tolist() == [3] * len(FRAMES)
+    assert found.frame.tolist() == list(FRAMES)
+    assert found.boxes[0].tolist() == [10.0, 20.0, 30.0, 90.0]
+
+
+DRONES = [(3, 0, "Pedestrian"), (4, 0, "Biker"), (5, 1, "Pedestrian")]
 HASHES = [f"{0x1F3A9 + 7919 * t:x}{t * 31 % 97}" for t in FRAMES]
 
 

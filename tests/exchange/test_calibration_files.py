@@ -79,6 +79,17 @@ XML = """\
 PYTHON = {"camera_matrix": [K[:3], K[3:6], K[6:]], "dist_coeff": [BROWN], "image_size": [1280, 720]}
 EUROC = {**CHAIN, "distortion_model": "radial-tangential", "distortion_coefficients": BROWN}
 del EUROC["distortion_coeffs"]
+SIZE, INTRINSICS = {"width": 1280, "height": 720}, {"fx": 701.5, "fy": 702.25, "cx": 633.25, "cy": 351.5}
+NAMED = dict(zip(("k1", "k2", "p1", "p2", "k3"), BROWN, strict=True))
+ORB = {"type": "PinHole", "fps": 30.0, **SIZE, **INTRINSICS, **NAMED}
+WIDE = {**SIZE, **INTRINSICS, **{f"k{n}": value for n, value in enumerate(ROUND, 1)}}
+VINS = {
+    "model_type": "PINHOLE",
+    "image_width": 1280,
+    "image_height": 720,
+    "distortion_parameters": NAMED,
+    "projection_parameters": INTRINSICS,
+}
 HEAD = "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n"
 PINHOLE, COEFFICIENTS = "1280 720 701.5 702.25 633.25 351.5", "-0.28 0.11 1e-3 -8e-4"
 FILES = {
@@ -94,6 +105,13 @@ FILES = {
     "opencv of a fisheye": (yaml.dump({**PYTHON, "fisheye_model": 1, "dist_coeff": ROUND}), "round"),
     "opencv xml": (XML, "brown"),
     "opencv json": (json.dumps(PYTHON), "brown"),
+    "opencv of rows first": (json.dumps({**PYTHON, "image_size": [720, 1280]}), "brown"),
+    "orb-slam": (yaml.dump({f"Camera.{name}": value for name, value in ORB.items()}), "brown"),
+    "orb-slam of a fisheye": (
+        yaml.dump({f"Camera1.{name}": value for name, value in {**WIDE, "type": "KannalaBrandt8"}.items()}),
+        "round",
+    ),
+    "vins": (yaml.dump(VINS), "brown"),
     "colmap pinhole": (f"{HEAD}# Number of cameras: 1\n1 PINHOLE {PINHOLE}\n", ""),
     "colmap full": (f"{HEAD}1 FULL_OPENCV {PINHOLE} {COEFFICIENTS} -0.02 0 0 0\n", "brown"),
     "colmap fisheye": (f"{HEAD}7 OPENCV_FISHEYE {PINHOLE} 0.01 0.002 -0.001 5e-4\n", "round"),
@@ -144,7 +162,7 @@ FOUR = {**PYTHON, "dist_coeff": ROUND}
         (OPENCV + "K: [1, 0, 2, 0, 1, 2, 0, 0, 1]\n", "states K twice"),
         (yaml.dump({**ECHO_1, "roi": {**ROI, "x_offset": 100}}), "has a roi: write width, height and K"),
         (yaml.dump({**ECHO_1, "binning_x": 2, "binning_y": 2}), "has a binning_x"),
-        (yaml.dump({**ECHO_1, "K": [0.0] * 9}), r"camera_matrix must be \[fx, 0, cx"),
+        (yaml.dump({**ECHO_1, "K": [0.0] * 9}), "is zero: this camera has not been calibrated"),
         (yaml.dump({**ECHO_1, "K": [*K[:1], 9.0, *K[2:]]}), "has a skew of 9 px"),
         (yaml.dump({**ECHO_1, "D": [*BROWN, 0.0]}), "6 coefficients; lists of lens model 'opencv' have 4, 5, 8"),
         (yaml.dump({**ECHO_1, "D": [*BROWN, 0.0, 0.0, 0.0, 0.1, 0.0, 0.0, 0.0]}), "the numbers after them must be 0"),

@@ -352,4 +352,4 @@ def test_a_small_yaw_in_degrees_is_named(tmp_path):
     folder = write_folder(tmp_path / "turn", walk)
     rows = np.column_stack([0.1 * np.arange(len(walk.poses)), walk.poses[:, :2], np.degrees(walk.poses[:, 2])])
     np.savetxt(folder / "odometry.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
-    assert any("name the column 'yaw [deg]'" in note for note in read(folder).notes)
+    assert any("read as yaw in degrees" in note for note in read(folder).notes)

@@ -279,6 +279,8 @@ def test_a_homography_of_another_direction_is_named_for_splines(write: Write) ->
     [
         "# id frame x/m y/m",
         "# framerate: 2.50 fps\n# id frame x/m y/m",
+        "# framerate: 25.00\n# id frame x/m y/m",
+        "trackId,frame,xCenter,yCenter",
         "# columns: id frame x y",
         "id frame x y",
         "track_id,frame_index,pos_x,pos_y",
@@ -305,6 +307,12 @@ def test_columns_are_read_by_their_names(tmp_path: Path, head: str, encoding: st
     scene = read(tmp_path / "tracks.txt")
     assert scene.people.tolist() == [3, 7]
     np.testing.assert_allclose(scene.positions[:, 1], [[0.5 * frame, -7] for frame in range(4)])
+
+
+def test_a_frame_rate_in_a_comment_must_be_that_of_dt(write: Write) -> None:
+    path = write("# framerate: 25.00\n# id frame x/m y/m\n" + "".join(f"1 {n} {n / 25} 0\n" for n in range(20)))
+    with pytest.raises(FileError, match=r"has 25 frames a second by its comment, and --dt is 0\.4; write --dt 0\.04"):
+        read(path)
 
 
 def test_swapped_frames_and_ids_are_named(write: Write) -> None:

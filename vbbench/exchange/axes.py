@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError
-from vbbench.exchange.trajectory import MATRIX, XYZW, Trajectory
+from vbbench.exchange.trajectory import DEGREES, MATRIX, XYZW, Trajectory
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 
 Axes = Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"]
@@ -82,6 +82,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     axes, orders = axes or (trajectory.axes if trajectory.axes in AXES else None), trajectory.rotations
     places, name = trajectory.places, trajectory.path.name
     if not orders:
+        _refuse_yaw_as_height(trajectory)
         return _along_path(trajectory, axes, "there are no rotations")
     first = next(iter(orders.values()))
     still = axes is None and np.abs(first - first[0]).max() < 1e-6
@@ -94,8 +95,13 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     fitting = [one for one in readings if (one.fits if axes is None else one.upright)]
     starts = {order for order in orders if np.allclose(orders[order][0], np.eye(3), atol=1e-3)}
     fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.heading)]
+    degrees = next((one for one in fitting if one.order == DEGREES and one.axes == readings[0].axes), None)
+    if degrees and degrees.heading and degrees.heading.real < (readings[0].heading or 0.0).real + _UNUSUAL:
+        degrees = None
     unusual = {order: -0.01 if order in starts else _UNUSUAL * (order != usual) for order in orders}
-    found = min(fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None)
+    found = degrees or min(
+        fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None
+    )
     if axes is None:
         _refuse_inverse(trajectory, found)
     if found is None:
@@ -106,7 +112,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
         words = f"{name} is read in the axes of '{found.axes}', which its motion fits: {described(found.axes)}"
         notes.append(words + ("; SLAM of one camera has no scale: are places in m?" if found.axes == "camera" else ""))
     if found.order != usual:
-        notes.append(f"{name} is read as {found.order}, the order that its motion fits")
+        notes.append(f"{name} is read as {found.order}, which its motion fits")
     if axes is not None and found.climb > _CLIMB:
         notes.append(f"{name}: in the axes of '{axes}' {found.climb:.0%} of the way leads up or down: is it '{axes}'?")
     aside = phase(found.heading or 1.0)
@@ -323,6 +329,20 @@ def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:
     yaw = np.interp(at + share, np.concatenate([[0.0], knots, [len(yaws) + 1.0]]), ends)
     note = f"{path.name}: {why}: the yaw is taken from the path, as of a camera that looks where it goes"
     return Grounded(poses=np.column_stack([places, wrap_angle(yaw)]), from_path=True, notes=(note,))
+
+
+def _refuse_yaw_as_height(trajectory: Trajectory) -> None:
+    """Raise FileError where z turns as the path on the ground does: it is a yaw, and no height."""
+    ground, z = trajectory.places[:, :2], trajectory.places[:, 2]
+    rows = _corners(ground, _CHORD)
+    ways = np.unwrap(np.arctan2(*np.diff(ground[rows], axis=0).T[::-1]))
+    if len(ways) < 3 or np.ptp(ways) < _TURNED:
+        return
+    for unit in (1.0, np.radians(1.0)):
+        angles = np.unwrap(unit * z)[rows]
+        if np.ptp(0.5 * (angles[1:] + angles[:-1]) - ways) < 0.3 * np.ptp(ways):
+            problem = "z turns as the path does: is it the yaw? Then write 'time x y yaw' in a first line"
+            raise FileError(trajectory.path, f"{problem}, or 'yaw_deg'")
 
 
 def _axes_of_path(trajectory: Trajectory) -> str:

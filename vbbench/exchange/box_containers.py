@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.errors import FileError, quoted
-from vbbench.exchange.box_tables import NOUNS, BoxTable, box_table, read_box_text
+from vbbench.exchange.box_tables import NOUNS, SIDES, BoxTable, box_table, read_box_text
 from vbbench.exchange.text_tables import columns_of_records, decode
 from vbbench.generation.archives import open_archive
 from vbbench.parsing.column_names import name_columns
@@ -44,10 +44,6 @@ _UNREAD = (
 )
 """How files begin that are not read, and what to do."""
 _FRAME_KEYS = ("frame_id", "frame_index", "frame_idx", "frame_number", "frame")
-_LISTS = {
-    "bbox tlwh ltwh box bb": ("left", "top", "width", "height"),
-    "xyxy tlbr ltrb bbox_xyxy": ("left", "top", "right", "bottom"),
-}
 _NOT_OF_PEOPLE = {"category_id", "track_id", "tracker_id"}
 """Keys next to which ``id`` numbers boxes."""
 _PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff", ".ppm")
@@ -234,7 +230,7 @@ def _flat(value: Mapping[str, Any]) -> dict[str, Any]:
     """The numbers and words of an object and of those in it, with the four numbers of a box under their own names."""
     flat = dict[str, Any]()
     for key, part in value.items():
-        names = next((sides for keys, sides in _LISTS.items() if key.lower() in keys.split()), None)
+        names = next((sides for keys, sides in SIDES.items() if key.lower() in keys.split()), None)
         if names and isinstance(part, list) and len(part) == len(names):
             flat |= dict(zip(names, part, strict=True))
         elif isinstance(part, dict):

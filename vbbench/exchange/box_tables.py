@@ -18,7 +18,7 @@ from vbbench.boxes import rectangles
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.parsing.column_names import SHARES, UNITS
+from vbbench.parsing.column_names import SHARES, UNITS, separator_of, split_cells
 from vbbench.parsing.numbers import parse_number
 
 UNKNOWN = -1
@@ -99,18 +99,27 @@ NOUNS = (
 MOT_ORDER = {name: name for name in ("frame", "id", "left", "top", "width", "height")}
 MOT_ORDER |= {"score": "conf", "class": "class", "visible": "visibility", "last": "last"}
 """Columns of MOTChallenge text, and what it calls them."""
-_KITTI = (
-    *("frame", "id", "class", "truncated", "occluded", "alpha", "left", "top", "right", "bottom"),
-    *("h", "w", "l", "x", "y", "z", "rotation", "score"),
+_WORDED = (
+    "frame id class truncated occluded alpha left top right bottom h w l x y z rotation",
+    "frame id class truncated occluded alpha left top right bottom h w l x y z rotation score",
+    "id left top right bottom frame ignored occluded generated class",
 )
-"""Columns of KITTI's text of tracks; the last may be missing."""
+"""Columns of text in which classes are words: KITTI's tracks, without scores or with, and Stanford's drones."""
+SIDES = {
+    "bbox tlwh ltwh box bb": ("left", "top", "width", "height"),
+    "xyxy tlbr ltrb bbox_xyxy": ("left", "top", "right", "bottom"),
+}
+"""What four numbers in one column or list are, by its names."""
+_FOUR = re.compile(rb"[\"']?[\[(]" + rb"[\s,]+".join([rb"\s*([-+.\deE]+)"] * 4) + rb"\s*[\])][\"']?")
 _SIDES = (
     ("left", "right", "u", "width"),
     ("top", "bottom", "v", "height"),
 )
 _SIZES = ("left", "top", "width", "height")
 FEWEST_HIDDEN = 10
-"""Where so many boxes, and all, have visibility 0, it is not known."""
+"""Where so many boxes, and all, have visibility 0, it is not known; as many show what their third column is."""
+FEW_CLASSES, LAST_CLASS = 5, 100.0
+"""As few whole numbers, up to this, are of a class."""
 _DIGITS, _ENDING = re.compile(r"\d+"), re.compile(r"(\.rf\.\w+)?\.\w*$")
 LEAST_PER_CENT = 10.0
 """Scores of which one is above it are per cent; others above 1 are of a detector that is sure."""
@@ -184,18 +193,29 @@ def read_box_text(
         As `read_table` and `box_table`.
     """
     cells = content[:1000].partition(b"\n")[0].decode("utf-8", "replace").split()
-    if (
-        len(cells) in (len(_KITTI) - 1, len(_KITTI))
-        and parse_number(cells[2]) is None
-        and parse_number(cells[0]) is not None
-    ):
-        order = dict(zip(_KITTI, _KITTI, strict=True))
-        kitti = read_table(path, content, NOUNS, order=order, columns=(17, 18), read=NOUNS)
-        return box_table(kitti, picture, base=0)
+    words = [column for column, cell in enumerate(cells) if parse_number(cell) is None]
+    for names in map(str.split, _WORDED):
+        if len(cells) == len(names) and words == [names.index("class")]:
+            order, count = {name: name for name in names}, (len(names), len(names))
+            worded = read_table(path, content, NOUNS, order=order, columns=count, read=NOUNS)
+            return box_table(worded, picture, base=0)
+    content = _four_columns(content)
     table = read_table(path, content, NOUNS, order=MOT_ORDER, required=_SIZES, columns=columns)
     if table.header is None:
         return _mot_boxes(table)
     return box_table(table, picture, base=0 if path.suffix.lower() in (".csv", ".tsv") else 1)
+
+
+def _four_columns(content: bytes) -> bytes:
+    """A text with four columns in place of one of lists, ``bbox`` with ``"[1, 2, 3, 4]"``, as pandas writes it."""
+    head, _, body = content.partition(b"\n")
+    if not _FOUR.search(body, 0, 1000):
+        return content
+    mark = separator_of(head.decode("utf-8", "replace"))
+    cells = split_cells(head.decode("utf-8", "replace"))
+    sides = {name: four for names, four in SIDES.items() for name in names.split()}
+    names = mark.join(name for cell in cells for name in sides.get(cell.lower(), (cell,)))
+    return names.encode() + b"\n" + _FOUR.sub(mark.encode().join(rb"\%d" % n for n in range(1, 5)), body)
 
 
 def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: int) -> BoxTable:
@@ -333,7 +353,9 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
     Ground truth has 1 or 0 in the seventh, whether the row counts. What follows is class and visibility, or in 2D
     MOT15 a place in the world; trackers write class and −1, or class and the number of a detection.
     """
-    scores, classes = table.numbers("score"), _classes(table)
+    boxes = np.stack([table.numbers(name) for name in _SIZES], axis=-1)
+    _refuse_class_as_left(table, boxes)
+    scores, classes = _scores_and_classes(table)
     visible = table.numbers("visible", UNLINKED)
     last = table.numbers("last", UNLINKED) if table.columns.get("last", scores).dtype.kind in "if" else scores * 0.0
     flags = bool(np.isin(scores, (0.0, 1.0, UNLINKED)).all())
@@ -358,7 +380,7 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
     return BoxTable(
         table=table,
         frame=frame,
-        boxes=np.stack([table.numbers(name) for name in _SIZES], axis=-1) - [1.0, 1.0, 0.0, 0.0],
+        boxes=boxes - [1.0, 1.0, 0.0, 0.0],
         id=table["id"],
         classes=classes,
         scores=np.where(scores == UNLINKED, np.nan, scores) if counts or (scores != 0.0).any() else scores * np.nan,
@@ -367,6 +389,37 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
         base=1,
         timed=bool((frame != np.round(frame)).any()),
     )
+
+
+def _scores_and_classes(table: NamedColumns) -> tuple[FloatArray, NDArray[Any]]:
+    """[N] the seventh and eighth column, which are class and score where these are whole numbers and shares.
+
+    Raises
+    ------
+    FileError
+        If they could also be a mark of rows that count, and a visibility.
+    """
+    scores, classes = table.numbers("score"), _classes(table)
+    shares = classes.dtype.kind == "f" and ((classes >= 0.0) & (classes <= 1.0)).all() and (classes % 1.0).any()
+    if not shares or (scores % 1.0).any() or ("visible" in table and (table.numbers("visible") != UNLINKED).any()):
+        return scores, classes
+    kinds = np.unique(scores).tolist()
+    if kinds == [0.0, 1.0]:
+        problem = "its last columns could be class and score, or a mark of rows that count and a visibility"
+        raise FileError(table.path, f"{problem}; name the columns in a first line")
+    return (scores, classes) if kinds in ([1.0], [UNLINKED]) else (classes, scores)
+
+
+def _refuse_class_as_left(table: NamedColumns, boxes: FloatArray) -> None:
+    """Raise FileError if the third column of a table without names is a class or score, and no side of boxes."""
+    left, rest = boxes[:, 0], boxes[:, 1:]
+    kinds = np.unique(left[:1000])
+    few = len(kinds) <= FEW_CLASSES and not (left % 1.0).any() and left.min() >= 0.0 and left.max() <= LAST_CLASS
+    share = left.min() >= 0.0 and left.max() <= 1.0 and (left % 1.0).any()
+    if len(left) >= FEWEST_HIDDEN and ((few and (rest % 1.0).any()) or (share and (np.abs(rest) > 1.5).any())):
+        what = "a score" if share else "a class"
+        problem = f"left would be {', '.join(f'{one:g}' for one in kinds[:3])} in all {len(left)} boxes: is it {what}?"
+        raise FileError(table.path, f"{problem} Then name the columns in a first line: frame,id,class,left,top,…")
 
 
 def _plain(values: FloatArray) -> BoolArray:

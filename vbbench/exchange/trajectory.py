@@ -20,7 +20,7 @@ from vbbench.parsing.column_names import UNITS, Header, header_of, separator_of
 from vbbench.parsing.numbers import parse_number
 
 TUM = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
-XYZW, WXYZ, MATRIX, YAW = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw"
+XYZW, WXYZ, MATRIX, YAW, DEGREES = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw", "yaw in degrees"
 """Orders in which rotations stand in columns."""
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _NOUNS = ("frame", "time", "nanoseconds", "x", "y", "z", *_QUATERNION, "yaw")
@@ -31,8 +31,11 @@ _UNREAD = {
     r"VERTEX_|EDGE_": "is a graph of g2o",
     r"(?:---\s+)?header:\s": "is printed messages; print CSV, with ros2 topic echo --csv or rostopic echo -p",
     r"(?:#.*\n)*\d+ (?:\S+ ){8}\S+\.\w+\s": "is COLMAP's images.txt, from the world to the camera and in no unit",
+    r"(?:(?:[-+.\deE]+[ \t]+){3}[-+.\deE]+[ \t]*\n){3}(?:[-+0.e]+[ \t]+){3}\+?1": "is matrices of four lines each",
 }
 """How files begin that are not read, and what they are."""
+_ROTATION = re.compile(r"(?i)(?:r|rot)[_.]?[xyz]|.*(?:rotation|rotvec|quat|euler|bearing|compass|course).*")
+"""Names of columns of rotations that are not read."""
 _FARTHEST, _MOST_RADIANS = 2e7, 7.0
 """Largest distance in m of a pose from the world's origin, and angle in a column that names no unit."""
 _UNIT_TOLERANCE, _SKEW = 1e-3, 1e-2
@@ -146,6 +149,10 @@ def _header(path: Path, named: str, count: int) -> Header | None:
     for noun, names in header.doubtful.items():
         if noun not in ("time", "frame"):
             raise FileError(path, f"columns {' and '.join(names)} are both {noun}; keep one of them", 1)
+    lost = [] if turned or "yaw" in header else [name for name in header.ignored if _ROTATION.fullmatch(name)]
+    if lost:
+        wanted = "'yaw [rad]' or 'yaw [deg]', or qx, qy, qz, qw"
+        raise FileError(path, f"rotations are not read by the names {', '.join(lost)}; write {wanted}, or remove them")
     return header
 
 
@@ -194,7 +201,8 @@ def _rotations(
         yaw = table["yaw"] * UNITS.get(unit or "", 1.0)
         far = (np.abs(yaw) > _MOST_RADIANS) & (unit is None)
         _refuse(path, lines, far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
-        return {YAW: Rotation.from_euler("z", yaw[:, None]).as_matrix()}
+        turned = {YAW: yaw} | ({DEGREES: np.radians(yaw)} if unit is None else {})
+        return {order: Rotation.from_euler("z", angle[:, None]).as_matrix() for order, angle in turned.items()}
     quaternions = np.stack([table.get(name, np.zeros(len(lines))) for name in _QUATERNION], axis=-1)
     length = np.linalg.norm(quaternions, axis=-1)
     if not length.any():

@@ -47,8 +47,14 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     ),
     "visible": ("visible visibility vis visratio visibilityratio visiblefraction visibleratio visiblity",),
     "ignored": ("ignored ignore isignored ignoreflag ignoreregion lost outside outofview dontcare iscrowd",),
-    "x": ("x xest px tx easting posx xpos positionx positionsx posepositionx xworld worldx groundx xground prsrx",),
-    "y": ("y yest py ty northing posy ypos positiony positionsy posepositiony yworld worldy groundy yground prsry",),
+    "x": (
+        "x xest px tx easting posx xpos positionx positionsx posepositionx xworld worldx groundx xground prsrx "
+        "xcenter xcentre centerx",
+    ),
+    "y": (
+        "y yest py ty northing posy ypos positiony positionsy posepositiony yworld worldy groundy yground prsry "
+        "ycenter ycentre centery",
+    ),
     "z": ("z pz tz posz zpos positionz positionsz posepositionz zworld worldz prsrz",),
     "qx": ("qx quatx quaternionx orientationx poseorientationx rotationx rotx qrsx",),
     "qy": ("qy quaty quaterniony orientationy poseorientationy rotationy roty qrsy",),

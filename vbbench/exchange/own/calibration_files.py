@@ -26,7 +26,7 @@ NAMES = {
     "matrix": ("camera_matrix", "K", "mtx", "intrinsic_matrix"),
     "coefficients": ("distortion_coefficients", "distortion_coeffs", "dist_coeffs", "dist_coeff", "dist", "D"),
     "lens": ("distortion_model",),
-    "projection": ("camera_model",),
+    "projection": ("camera_model", "model_type", "Camera.type", "Camera1.type"),
     "fisheye": ("fisheye_model",),
     "intrinsics": ("intrinsics",),
     "size": ("resolution", "image_size"),
@@ -34,7 +34,9 @@ NAMES = {
     "height": ("height", "image_height"),
     **{name: (name,) for name in ("fx", "fy", "cx", "cy", "roi", "binning_x", "binning_y", *COEFFICIENTS["opencv"])},
 }
-"""What a calibration states, by the names that programs give it."""
+"""What a calibration states, by the names that programs give it, after ``Camera.`` or ``Camera1.`` or without."""
+PARTS = ("distortion_parameters", "projection_parameters")
+"""Tables of VINS programs within a calibration."""
 _QUANTITIES = {plain_name(name): quantity for quantity, names in NAMES.items() for name in names}
 WHICH = "distortion_model: plumb_bob (k1 k2 p1 p2 k3) or distortion_model: equidistant (fisheye: k1 k2 k3 k4)"
 ONE = "keep the camera that the boxes are of, in a separate file"
@@ -118,9 +120,11 @@ def calibration_keys(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
 def _quantities(table: Mapping[str, Any]) -> dict[str, Any]:
     """What a table states, by our names."""
     found: dict[str, Any] = {}
-    for name, value in table.items():
-        quantity = _QUANTITIES.get(plain_name(name))
-        if quantity is None and re.search("dist|coef", plain_name(name)) and isinstance(value, list | str):
+    parts = [value for name, value in table.items() if name in PARTS and isinstance(value, Mapping)]
+    for name, value in [*table.items(), *(item for part in parts for item in part.items())]:
+        plain = plain_name(name)
+        quantity = _QUANTITIES.get(plain, _QUANTITIES.get(re.sub("^camera1?", "", plain)))
+        if quantity is None and re.search("dist|coef", plain) and isinstance(value, list | str):
             raise ValueError(
                 f"{name} is no name that is read here; call it distortion_coefficients or distortion_model"
             )
@@ -139,6 +143,8 @@ def _keys(found: Mapping[str, Any]) -> dict[str, Any]:
     if len(size) != 2 or not all(size):
         raise ValueError("the size of the picture is missing: write image_width: and image_height: in px into the file")
     roi = found["roi"] if isinstance(found.get("roi"), Mapping) else {}
+    if "size" in found and size[0] < size[1] and (_off_middle(keys, size[::-1]) < 0.1 < _off_middle(keys, size)):
+        size.reverse()  # rows first, as OpenCV's shapes are
     uncut = [roi.get("width") or size[0], roi.get("height") or size[1]] == size
     parts = {"roi": roi.get("x_offset") or roi.get("y_offset") or not uncut}
     parts |= {name: _number(name, found.get(name, 0)) > 1 for name in ("binning_x", "binning_y")}
@@ -157,6 +163,8 @@ def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
     names = ("fx", "fy", "cx", "cy")
     if "matrix" in found:
         values = _numbers("camera_matrix", found["matrix"])
+        if not values.any():
+            raise ValueError("camera_matrix (K) is zero: this camera has not been calibrated")
         if len(values) != 9 or values[[3, 6, 7]].any() or values[8] != 1.0:
             raise ValueError("camera_matrix must be [fx, 0, cx, 0, fy, cy, 0, 0, 1]")
         if abs(skew := values[1]) > MOST_SKEW * values[0]:
@@ -174,9 +182,16 @@ def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
     return {name: _number(name, found[name]) for name in names}
 
 
+def _off_middle(keys: Mapping[str, float], size: Sequence[float]) -> float:
+    """How far the principal point is from the middle of a picture of this size, as a share of it."""
+    return max(abs(keys["cx"] / size[0] - 0.5), abs(keys["cy"] / size[1] - 0.5))
+
+
 def _model(found: Mapping[str, Any]) -> str | None:
     """The lens model that a calibration names."""
     projection = str(found.get("projection", "pinhole"))
+    if "lens" not in found and plain_name(projection).startswith("kannalabrandt"):
+        return lens_model(projection)
     if plain_name(projection) != "pinhole":
         raise ValueError(f"camera model {quoted(projection)} is not read; a pinhole with a lens is")
     if "fisheye" in found and "lens" not in found:

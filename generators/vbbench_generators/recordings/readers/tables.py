@@ -4,6 +4,7 @@ Without one, four columns are Trajnet's ``frame id x y``, and eight ETH's ``obsm
 metres, where z is up.
 """
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from vbbench.errors import FileError
 from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing
 from vbbench.geometry import FloatArray
 from vbbench.parsing.column_names import SHARES, UNITS, header_of
+from vbbench.parsing.numbers import parse_number
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
 from vbbench_generators.recordings.readers.tracks import (
@@ -62,7 +64,18 @@ def read_trajnet(
         refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])
         lines, person, points = table.lines, table.numbers("id"), _points(table, homography)
         frame = table.numbers("frame") if "frame" in table else _frames(table, dt)
+    _check_rate(path, dt, steps_of_people(frame, person, frame[:, None]))
     return scene_of_rows(path, frame, person, points, lines, dt=dt, frame_step=frame_step, homography=homography)
+
+
+def _check_rate(path: Path, dt: float, steps: FloatArray) -> None:
+    """Raise FileError if a comment states another frame rate, of rows or of frames ``steps`` [N] apart, than ``dt``."""
+    found = re.search(rb"^#\s*(?:framerate|frame rate|fps)\s*[:=]\s*([\d.]+)", path.read_bytes(), re.I | re.M)
+    rate = 0.0 if found is None else parse_number(found[1].decode()) or 0.0
+    step = float(np.median(steps)) if len(steps) else 1.0
+    if rate and min(abs(rate * dt - 1.0), abs(rate * dt / step - 1.0)) > JITTER:
+        problem = f"has {rate:g} frames a second by its comment, and --dt is {dt:g}"
+        raise FileError(path, f"{problem}; write --dt {step / rate:.4g}")
 
 
 def _points(table: NamedColumns, homography: FloatArray | None) -> FloatArray:
