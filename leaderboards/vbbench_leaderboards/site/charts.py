@@ -1,4 +1,4 @@
-"""The charts of the pages, as SVG: error against time, the spread over sequences, and the course of a row."""
+"""The charts of the pages, as SVG: error against time, and the spread over sequences."""
 
 import math
 from collections import Counter
@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from vbbench.geometry import FloatArray
 from vbbench.pictures.solver_colours import ON_DARK, ON_LIGHT, solver_number
-from vbbench_leaderboards.site.words import Term, figure
+from vbbench_leaderboards.site.words import Term
 
 LEAST_CONTRAST = 3.0
 """Of a mark on paper (WCAG 2.2, 1.4.11)."""
@@ -30,9 +30,6 @@ _RADIUS, _DROP = 5.5, 4
 _ROW, _NAMES, _LONGEST = 62, 118, 12
 """Of the spread: the height of a row, the width of the names' column, and the letters that fit into it."""
 _DOTS, _PITCH = 100, 4.4
-
-_EDGE, _LEAST = 7, 1e-6
-"""Of a course: its margin, and the least that its height stands for: equal figures have one, too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,33 +188,6 @@ def _piled(x: Axis, dots: FloatArray, floor: float) -> str:
         places.append(f"M{_NAMES + column * _PITCH:.0f} {floor - pile[column] * pitch:.1f}h0")
         pile[column] += 1
     return "".join(places)
-
-
-def trend(
-    name: str, solver: str, colour: int, points: Sequence[tuple[float, float | None, float | None]], most: int
-) -> Markup:
-    """A row's figures one after the other, the oldest left: a dot for each, and a bar for its interval.
-
-    Parameters
-    ----------
-    name : unique on the page.
-    points : figures with the ends of their intervals.
-    most : decimals of the figures.
-    """
-    values = [value for point in points for value in point if value is not None]
-    y = Axis(low=min(values), high=max(*values, min(values) + _LEAST), start=44 - _EDGE, end=_EDGE)
-    step = (150 - 2 * _EDGE) / max(len(points) - 1, 1)
-    places = [(_EDGE + n * step, y.place(value)) for n, (value, _, _) in enumerate(points)]
-    bars = [
-        _line(x, y.place(low), x, y.place(high), "bar")
-        for (x, _), (_, low, high) in zip(places, points, strict=True)
-        if low is not None and high is not None
-    ]
-    path = _path("course", "M" + "L".join(f"{_number(x)} {_number(up)}" for x, up in places))
-    dots = [_circle(x, up, 4 if n + 1 == len(places) else 3) for n, (x, up) in enumerate(places)]
-    drawn = Markup('<g class="mark c{}">{}</g>').format(colour, Markup().join([*bars, path, *dots]))
-    words = ", ".join(figure(value, most) for value, _, _ in points)
-    return _frame(name, f"{solver} over time", words, (150, 44), [drawn])
 
 
 def _frame(name: str, title: str, description: str, size: tuple[int, int], parts: Iterable[Markup]) -> Markup:

@@ -1,37 +1,4 @@
-/* Numbers as the build writes them (site/words.py): two or three significant digits, points of a column in line. */
 "use strict";
-vbbench.figures = (function () {
-  /** The power of ten of a number's first digit, 0 for 0. */
-  const power = (value) => (value ? Number(Math.abs(value).toExponential().split("e")[1]) : 0);
-  const toThreeDigits = (value) => Number(value.toPrecision(3));
-
-  /** Decimals of a column of figures. */
-  function decimals(values) {
-    const sizes = values.filter((value) => value).map(Math.abs);
-    return Math.min(4, Math.max(2, 1 - power(sizes.length ? Math.min(...sizes) : 1)));
-  }
-
-  /** Decimals of a figure in a column of `most`. */
-  function figureDecimals(value, most) {
-    return value ? Math.min(most, Math.max(0, 2 - power(toThreeDigits(value)))) : most;
-  }
-
-  function figure(value, most) {
-    const digits = figureDecimals(value, most), range = { minimumFractionDigits: digits, maximumFractionDigits: digits };
-    const shown = (digits ? value : toThreeDigits(value)).toLocaleString("en", range); // rounded once
-    return value > 0 && !Number(shown.replaceAll(",", "")) ? "<" + (10 ** -most).toFixed(most) : shown;
-  }
-
-  const signed = (value, most) => (value < 0 ? "−" : "+") + figure(Math.abs(value), most);
-
-  function chance(p) {
-    if (p === null) return "–";
-    return p < 0.0001 ? "< 0.0001" : p.toFixed(p < 0.1 ? 4 : 2);
-  }
-
-  return { decimals, figure, figureDecimals, signed, chance };
-})();
-
 /* The table of a board: order, filter, columns, and the ranks by the metric that it is sorted by. */
 const boardView = (function () {
   const BY = "dx", BIG_IS_GOOD = ["coverage"];
@@ -193,259 +160,13 @@ const boardView = (function () {
   return { show, fail, note };
 })();
 
-/** An element, of SVG if `space` says so; text is text, whoever wrote it, and `on…` are listeners. */
+/** An element; text is text, whoever wrote it. */
 function make(name, facts, ...parts) {
-  return fill(document.createElement(name), facts, parts);
-}
-
-function draw(name, facts, ...parts) {
-  return fill(document.createElementNS("http://www.w3.org/2000/svg", name), facts, parts);
-}
-
-function fill(element, facts, parts) {
-  for (const [key, value] of Object.entries(facts)) {
-    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-    else if (value !== undefined) element.setAttribute(key, value);
-  }
+  const element = document.createElement(name);
+  for (const [key, value] of Object.entries(facts)) element.setAttribute(key, value);
   element.append(...parts);
   return element;
 }
-
-/* The charts of two solvers: an error against the other, and all differences in order. */
-const pairCharts = (function () {
-  const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [460, 360, 52, 446, 30, 314];
-  const HEAVY_TAILED = 20;
-  const words = (x, y, text, kind, anchor = "start") => draw("text", { x, y, class: kind, "text-anchor": anchor }, text);
-  const rule = (x1, y1, x2, y2, kind) => draw("path", { class: kind, d: `M${x1} ${y1}L${x2} ${y2}` });
-  const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
-
-  /** From values to places on the drawing, with round ticks; logarithmic where the values are heavy-tailed. */
-  function axis(values, start, end) {
-    const positive = values.filter((value) => value > 0), least = Math.min(...values);
-    const high = Math.max(...values, 1e-9), low = positive.length ? Math.min(...positive) : high;
-    const log = least > 0 && high / low > HEAVY_TAILED, scaled = (value) => (log ? Math.log(value) : value);
-    const [first, last] = log ? [low / 1.25, high * 1.25] : [Math.min(0, least * 1.08), high * 1.08];
-    const place = (value) => start + ((scaled(value) - scaled(first)) / (scaled(last) - scaled(first))) * (end - start);
-    const ticks = (log ? powers(first) : steps(first, last)).filter((value) => value >= first && value <= last);
-    return { place, log, ends: [log ? first : Math.max(first, 0), last], ticks };
-  }
-
-  function powers(first) {
-    return Array.from({ length: 40 }, (_, n) => (n % 2 ? 3 : 1) * 10 ** (Math.floor(Math.log10(first)) + (n >> 1)));
-  }
-
-  function steps(first, last) {
-    const rough = (last - first) / 6, power = 10 ** Math.floor(Math.log10(rough));
-    const step = power * [1, 2, 2.5, 5, 10].find((factor) => power * factor >= rough * 0.999);
-    return Array.from({ length: 12 }, (_, n) => (Math.ceil(first / step) + n) * step);
-  }
-
-  function chart(id, title, text, caption, parts) {
-    const names = { "aria-labelledby": `${id}-title ${id}-desc` };
-    return make("figure", {}, draw("svg", { class: "chart", viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "group", ...names },
-      draw("title", { id: `${id}-title` }, title), draw("desc", { id: `${id}-desc` }, text), ...parts),
-      make("figcaption", {}, caption));
-  }
-
-  /** A dot for each sequence: A's error across, B's upwards. */
-  function against(view) {
-    const { rows, metric, a, b } = view, values = rows.flatMap((row) => [row.a, row.b]);
-    const x = axis(values, LEFT, RIGHT), y = axis(values, BOTTOM, TOP), scale = x.log ? " (log scale)" : "";
-    const grid = x.ticks.flatMap((value) => [
-      rule(LEFT, y.place(value), RIGHT, y.place(value), "grid"),
-      words(LEFT - 8, y.place(value) + 4, short(value), "tick", "end"),
-      words(x.place(value), BOTTOM + 19, short(value), "tick", "middle"),
-    ]);
-    const parts = [...grid, rule(...x.ends.flatMap((end) => [x.place(end), y.place(end)]), "even"),
-      words(0, 14, `${metric.name} of B, ${b}, ${metric.unit}${scale}`, "axis-name"),
-      words(RIGHT, HEIGHT - 6, `${metric.name} of A, ${a}, ${metric.unit}${scale}`, "axis-name", "end"),
-      ...rows.map((row) => point(view, row, x.place(row.a), y.place(row.b)))];
-    return chart("against", `${metric.name} of both solvers in every sequence`,
-      `A dot for each of ${rows.length} sequences; above the line A is better, below it B.`,
-      "A dot for each sequence, in the colour of the better solver: above the line A, below it B." +
-      (view.found.films.size ? " Those with a rim can be watched." : ""), parts);
-  }
-
-  const colourOf = ({ a, b, colours }, { difference }) => (difference ? ` c${colours[difference < 0 ? a : b]}` : "");
-
-  function point(view, row, across, up) {
-    const film = view.found.films.has(row.sequence), most = vbbench.figures.decimals([row.a, row.b]);
-    const [a, b] = [row.a, row.b].map((value) => vbbench.figures.figure(value, most));
-    return draw("circle", { class: `seq${colourOf(view, row)}${film ? " film" : ""}`, cx: across.toFixed(1), cy: up.toFixed(1),
-      r: film ? 5 : 4, "data-tip": `Sequence ${row.sequence}: A ${a}, B ${b} ${view.metric.unit}${film ? "; click to watch" : ""}`,
-      ...(film ? { onclick: () => { location.hash = comparison.watched(view, row.sequence); } } : {}) });
-  }
-
-  /** Every sequence's A − B as a bar, the smallest left. */
-  function inOrder(view) {
-    const { metric } = view, rows = [...view.rows].sort((one, two) => one.difference - two.difference);
-    const y = axis([...rows.map((row) => row.difference), 0], BOTTOM, TOP), zero = y.place(0), step = (RIGHT - LEFT) / rows.length;
-    const bars = rows.map((row, n) => {
-      const end = y.place(row.difference), width = Math.max(step - (step > 4 ? 1 : 0), 0.6).toFixed(2);
-      return draw("rect", { class: `seq${colourOf(view, row)}`, x: (LEFT + n * step).toFixed(2), width,
-        y: Math.min(zero, end).toFixed(1), height: Math.abs(end - zero).toFixed(1) });
-    });
-    const grid = y.ticks.flatMap((value) => [
-      rule(LEFT, y.place(value), RIGHT, y.place(value), value === 0 ? "even solid" : "grid"),
-      words(LEFT - 8, y.place(value) + 4, short(value), "tick", "end"),
-    ]);
-    const count = (holds) => rows.filter((row) => holds(row.difference)).length;
-    const [won, lost] = [count((value) => value < 0), count((value) => value > 0)], even = rows.length - won - lost;
-    const counts = [[LEFT, `A is better in ${won}`, "start"], [(LEFT + RIGHT) / 2, even ? `alike in ${even}` : "", "middle"],
-      [RIGHT, `B is better in ${lost}`, "end"]];
-    return chart("in-order", `${metric.name} of A − B in every sequence`,
-      `${won} sequences in which A is better, ${lost} in which B is.`,
-      "Every sequence's difference in order, in the colour of the better solver.",
-      [...grid, ...bars, words(0, 14, `${metric.name} of A − B, ${metric.unit}`, "axis-name"),
-        ...counts.map(([x, text, anchor]) => words(x, BOTTOM + 22, text, "tick", anchor))]);
-  }
-
-  return (view) => (view.rows.length ? [against(view), inOrder(view)] : []);
-})();
-
-/* Two solvers of a board next to one another: their differences, sequence by sequence, and where they differ most. */
-const comparison = (function () {
-  const { decimals, figure, signed, figureDecimals, chance } = vbbench.figures;
-  const BY = "dx", LEVEL = 0.05, SHOWN = 5;
-
-  /** The errors and differences of a board's solvers, and which sequences can be watched. */
-  async function load(board) {
-    const found = await vbbench.load(`pages/pairs/${board.key}`);
-    const index = board.playable.length ? await vbbench.load(`player/${board.split}`).catch(() => null) : null;
-    return { ...found, films: new Set(index ? index.sequences : []) };
-  }
-
-  /** The two solvers and the metric that the address asks for; where it asks for none, the two that lead. */
-  function chosen(found, options) {
-    const { solvers } = found, by = Object.hasOwn(found.metrics, options.by || "") ? options.by : BY;
-    const rank = (name) => found.metrics[by].capped[solvers.indexOf(name)] ?? Infinity;
-    const order = [...solvers].sort((one, two) => rank(one) - rank(two));
-    const a = solvers.includes(options.a) ? options.a : order.find((name) => name !== options.b);
-    const b = solvers.includes(options.b) && options.b !== a ? options.b : order.find((name) => name !== a);
-    return { a, b, by, missing: [options.a, options.b].filter((name) => name && !solvers.includes(name)) };
-  }
-
-  /** A − B of a metric: the build's figures, turned where the pair stands the other way. */
-  function contrast({ found, a, b, rowsOf }, metric) {
-    const [i, j] = [a, b].map((name) => found.solvers.indexOf(name));
-    const [, , own] = found.pairs.find(([one, two]) => one === Math.min(i, j) && two === Math.max(i, j));
-    const [difference, low, high, p, sequences, won] = own[metric], minus = (value) => (value === null ? null : -value);
-    if (i < j) return { difference, low, high, p, sequences, won };
-    const lost = rowsOf(metric).filter((row) => row.difference < 0).length;
-    return { difference: minus(difference), low: minus(high), high: minus(low), p, sequences, won: lost };
-  }
-
-  /** Sequences that both have, with their errors and difference. */
-  function paired(found, a, b, metric) {
-    const [one, two] = [a, b].map((name) => found.metrics[metric].errors[found.solvers.indexOf(name)]);
-    return found.sequences
-      .map((sequence, n) => ({ sequence, a: one[n], b: two[n], difference: one[n] - two[n] }))
-      .filter((row) => row.a !== null && row.b !== null);
-  }
-
-  /** Show it in a place, and return who is shown; `change` is called with what the reader chose. */
-  function show(place, board, found, options, change) {
-    const state = chosen(found, options), rowsOf = (metric) => paired(found, state.a, state.b, metric);
-    const focused = place.contains(document.activeElement) && document.activeElement.id;
-    const colours = Object.fromEntries(board.solvers.map((solver) => [solver.name, solver.colour]));
-    const view = { ...state, board, found, rowsOf, rows: rowsOf(state.by), colours, metric: found.metrics[state.by] };
-    place.replaceChildren(
-      make("h3", { id: "comparison-title", tabindex: "-1" }, "Two solvers, sequence by sequence ",
-        make("span", { class: "which" }, board.words)),
-      chooser(view, change), verdict(view), table(view), make("div", { class: "pair" }, ...pairCharts(view)), extremes(view),
-    );
-    if (focused) document.getElementById(focused)?.focus();
-    return state;
-  }
-
-  const dot = (view, name) => make("span", { class: `dot c${view.colours[name]}` });
-  const head = (text, n, ...parts) => make("th", { scope: "col", class: n ? "num" : undefined }, ...parts, text);
-
-  function chooser(view, change) {
-    const { a, b, by, found } = view, set = (next) => change({ a, b, by, ...next });
-    const side = (name, other) => make("label", { class: "side" }, make("span", {}, name.toUpperCase()), dot(view, view[name]),
-      make("select", { id: `side-${name}`, onchange: ({ target: { value } }) =>
-        set({ [name]: value, ...(value === view[other] ? { [other]: view[name] } : {}) }) },
-        ...found.solvers.map((solver) => make("option", { value: solver, selected: solver === view[name] ? "" : undefined }, solver))));
-    const metrics = Object.entries(found.metrics).map(([key, metric]) =>
-      make("button", { type: "button", id: `by-${key}`, "aria-pressed": String(key === by), "data-def": `def-${key}`,
-        "aria-describedby": `def-${key}`, onclick: () => set({ by: key }) }, metric.name));
-    return make("div", { class: "versus" }, side("a", "b"),
-      make("button", { type: "button", id: "swap", class: "quiet", onclick: () => set({ a: b, b: a }) }, "Swap"),
-      side("b", "a"), make("div", { class: "choices", role: "group", "aria-label": "Metric" }, ...metrics));
-  }
-
-  function verdict(view) {
-    const own = contrast(view, view.by), most = decimals([own.difference]), fine = figureDecimals(own.difference || 1, most);
-    const words = make("p", { class: "verdict", role: "status" });
-    if (view.missing.length) words.append(`No solver ${view.missing.join(", ")} is on this board. `);
-    if (own.difference === null) words.append("They share no sequence with this figure.");
-    else if (own.p === null) words.append("Too few sequences, or too little time, for an interval: nothing is settled.");
-    else if (own.p < LEVEL) {
-      const ends = [own.low, own.high].map(Math.abs).sort((one, two) => one - two).map((end) => end.toFixed(fine));
-      words.append(make("b", {}, own.difference < 0 ? view.a : view.b), ` is better: ${view.metric.name} is smaller by `,
-        make("b", {}, `${figure(Math.abs(own.difference), most)} ${view.metric.unit}`),
-        ` (${ends.join(" to ")}, p ${chance(own.p).replace(/^(?=\d)/, "= ")}).`);
-    } else words.append(make("b", {}, "Nothing is settled"), `: the data are consistent with no difference (p = ${chance(own.p)}).`);
-    return words;
-  }
-
-  function table(view) {
-    const heads = ["Metric", "A", "B", "A − B, 95 % interval", "p", "A better in"], sides = { A: view.a, B: view.b };
-    return make("div", { class: "scroll", tabindex: "0", role: "region", "aria-label": "Table of differences" },
-      make("table", { class: "plain stacked", id: "differences" },
-        make("thead", {}, make("tr", {}, ...heads.map((text, n) => head(text, n, sides[text] ? dot(view, sides[text]) : "")))),
-        make("tbody", {}, ...Object.keys(view.found.metrics).map((key) => line(view, key)))),
-      make("p", { class: "note" }, "Capped means, as boards rank by them; intervals and p are those of vbbench compare: a " +
-        "bootstrap of this pair over blocks of time. Ranks correct p for all pairs of a board."));
-  }
-
-  function line(view, key) {
-    const metric = view.found.metrics[key], own = contrast(view, key);
-    const [a, b] = [view.a, view.b].map((name) => metric.capped[view.found.solvers.indexOf(name)]);
-    const most = decimals([a, b]), show = (value) => (value === null ? "–" : figure(value, most));
-    const cell = (label, ...parts) => make("td", { class: "num", "data-label": label }, ...parts);
-    const fine = decimals([own.difference]), places = figureDecimals(own.difference ?? 0, fine);
-    const ends = own.low === null ? [] : [own.low, own.high].map((end) => (end < 0 ? "−" : "+") + Math.abs(end).toFixed(places));
-    return make("tr", { "data-metric": key, class: key === view.by ? "main" : undefined },
-      make("th", { scope: "row" }, `${metric.name} `, make("span", { class: "unit" }, metric.unit)),
-      cell("A", show(a)), cell("B", show(b)),
-      cell("A − B", own.difference === null ? "–" : signed(own.difference, fine),
-        ...(ends.length ? [make("span", { class: "ci" }, ends.join(" to "))] : [])),
-      cell("p", chance(own.p)), cell("A better in", `${own.won} of ${own.sequences}`));
-  }
-
-  function extremes(view) {
-    const sorted = [...view.rows].sort((one, two) => one.difference - two.difference || one.sequence - two.sequence);
-    const films = view.rows.filter((row) => view.found.films.has(row.sequence)).length;
-    return make("section", { class: "extremes", "aria-labelledby": "extremes-title" },
-      make("h4", { id: "extremes-title" }, "Where they differ most"),
-      make("p", { class: "note" }, films ? `${films} of ${view.rows.length} sequences can be watched here.`
-        : "The sequences cannot be watched: this page was built without them."),
-      make("div", { class: "pair" },
-        side(view, view.a, sorted.filter((row) => row.difference < 0).slice(0, SHOWN)),
-        side(view, view.b, sorted.filter((row) => row.difference > 0).slice(-SHOWN).reverse())));
-  }
-
-  function side(view, name, rows) {
-    const title = make("h5", {}, dot(view, name), `${name} is better`), most = decimals(rows.flatMap((row) => [row.a, row.b]));
-    if (!rows.length) return make("div", {}, title, make("p", { class: "note" }, "In no sequence."));
-    const heads = ["Sequence", "A", "B", `A − B, ${view.metric.unit}`].map((text, n) => head(text, n));
-    const body = rows.map((row) => make("tr", { "data-sequence": row.sequence },
-      make("th", { scope: "row" }, view.found.films.has(row.sequence)
-        ? make("a", { href: watched(view, row.sequence) }, `Watch ${row.sequence}`) : String(row.sequence)),
-      ...[figure(row.a, most), figure(row.b, most), signed(row.difference, most)].map((text) => make("td", { class: "num" }, text))));
-    return make("div", {}, title, make("table", { class: "plain" },
-      make("thead", {}, make("tr", {}, ...heads)), make("tbody", {}, ...body)));
-  }
-
-  /** The address at which the player shows both solvers in a sequence. */
-  function watched({ board, a, b }, sequence) {
-    return vbbench.address.format({ board: board.key, view: "play", options: { sequence, solvers: `${a},${b}` } });
-  }
-
-  return { load, show, watched };
-})();
 
 /* Tooltips: what a word means, or what a mark of a chart says; on hover and focus, gone with Escape. */
 (function () {
@@ -492,14 +213,13 @@ const comparison = (function () {
   });
 })();
 
-/* What the address asks for is what the page shows: a board's table, its sequences in the player, two of its solvers,
-   a solver's own page; and where it asks for nothing that there is, what lies near. */
+/* What the address asks for is what the page shows: a board's table, its sequences in the player, a solver's own page. */
 (function () {
   const { parse, format, decoded } = vbbench.address;
   const picker = document.getElementById("picker"), listed = (name) => picker.dataset[name].split(" ").filter(Boolean);
-  const [known, solvers, leading] = [listed("boards"), listed("solvers"), listed("leading")], { first } = picker.dataset;
-  const TITLE = ": results of vbbench", NEAR = { most: 5, far: 1.3, unsaid: 0.3 };
-  const [board, player, compared, page] = ["board", "player", "comparison", "page"].map((name) => document.getElementById(name));
+  const [known, solvers] = [listed("boards"), listed("solvers")], { first } = picker.dataset;
+  const TITLE = ": results of vbbench";
+  const [board, player, page] = ["board", "player", "page"].map((name) => document.getElementById(name));
   const boards = document.getElementById("boards"), back = document.getElementById("back");
   let turn = 0, playing = "";
 
@@ -544,13 +264,13 @@ const comparison = (function () {
     if (kept?.querySelector("[aria-current]")) kept.open = true;
   }
 
-  /** Show one place and no other; player and comparison lead back to the table of their board. */
+  /** Show one place and no other; the player leads back to the table of its board. */
   function only(place, key = "") {
     if (place !== player && playing) {
       vbbench.player.unmount();
       playing = "";
     }
-    for (const other of [board, player, compared, page]) other.hidden = other !== place;
+    for (const other of [board, player, page]) other.hidden = other !== place;
     document.body.dataset.view = place.id;
     back.hidden = !key;
     if (key) back.firstElementChild.href = format({ board: key });
@@ -580,22 +300,6 @@ const comparison = (function () {
     if (arrives) reach(back);
   }
 
-  async function showComparison(found, options, own) {
-    const pairs = await comparison.load(found), arrives = document.body.dataset.view !== "comparison";
-    if (own !== turn) return;
-    const show = (state) => {
-      const { a, b } = comparison.show(compared, found, pairs, state, (next) => {
-        replace({ board: found.key, view: "compare", options: next });
-        show(next);
-      });
-      document.title = `${a} and ${b} on ${found.words}${TITLE}`;
-      aim(found.key, { view: "compare", options: { a, b } });
-    };
-    only(compared, found.key);
-    show(options);
-    if (arrives) arrive(compared, back);
-  }
-
   async function showSolver(name, own) {
     const { html } = await vbbench.load(`pages/solver/${name}`);
     if (own !== turn) return;
@@ -606,39 +310,12 @@ const comparison = (function () {
     arrive(page, document.body);
   }
 
-  /** Share of letters to change in one text to get the other, 0 = the same. */
-  function unlikeness(one, other) {
-    const [a, b] = [one.toLowerCase(), other.toLowerCase()];
-    let row = Array.from({ length: b.length + 1 }, (_, n) => n);
-    for (let i = 1; i <= a.length; i++) {
-      const next = [i];
-      for (let j = 1; j <= b.length; j++) {
-        next.push(Math.min(next[j - 1] + 1, row[j] + 1, row[j - 1] + (a[i - 1] === b[j - 1] ? 0 : 1)));
-      }
-      row = next;
-    }
-    return row[b.length] / Math.max(a.length, b.length, 1);
-  }
-
-  /** The known paths nearest to that of an address, the nearest first; of those that are equally near, the first. */
-  function near(parts) {
-    const far = (path) => {
-      const [one, two] = path.split("/"), rest = parts.length > 1 ? unlikeness(parts[1], two) : NEAR.unsaid;
-      return 2 * unlikeness(parts[0] || "", one) + rest;
-    };
-    const paths = [...new Set([...solvers.map((name) => `solver/${name}`), ...leading, ...known])];
-    return paths.filter((path) => far(path) < NEAR.far).sort((one, two) => far(one) - far(two)).slice(0, NEAR.most);
-  }
-
   function showUnknown(parts) {
-    const paths = near(parts), words = parts[0] === "solver" ? "No solver of this name is here" : "No board of this name is here";
-    const item = (href, text) => make("li", {}, make("a", { href }, text));
-    const links = paths.map((path) => item(`#/${path}`, path.replace("solver/", "solver ").replace("/", ", ")));
+    const words = parts[0] === "solver" ? "No solver of this name is here" : "No board of this name is here";
     page.replaceChildren(
       make("h1", { id: "missing-title", tabindex: "-1" }, parts.length === 2 ? words : "There is no such page"),
       make("p", {}, make("code", {}, decoded(location.hash) || location.hash)),
-      make("h2", {}, paths.length ? "What lies near" : "Where to go on"),
-      make("ul", { class: "plain-list" }, ...links, item("#/", "All solvers and boards")),
+      make("p", {}, make("a", { href: "#/" }, "All solvers and boards")),
     );
     document.title = `No such page${TITLE}`;
     only(page);
@@ -652,7 +329,6 @@ const comparison = (function () {
     if (own !== turn) return;
     document.title = `${found.title}, ${found.protocol}, ${found.tier}${TITLE}`;
     if (view === "play" && found.playable.length) await showPlayer(found, options, own);
-    else if (view === "compare" && found.solvers.length > 1) await showComparison(found, options, own);
     else {
       showTable(found, options);
       if (came && came !== "board") arrive(board);
@@ -680,11 +356,6 @@ const comparison = (function () {
     }
   }
 
-  document.addEventListener("keydown", (event) => {
-    const free = !(event.target instanceof Element && event.target.closest("select, input"));
-    const leaves = event.key === "Escape" && !event.defaultPrevented && free && document.body.dataset.view === "comparison";
-    if (leaves) back.firstElementChild.click();
-  });
   addEventListener("hashchange", route);
   route();
 })();
