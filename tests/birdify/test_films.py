@@ -173,7 +173,7 @@ def test_boxes_stay_where_the_map_cannot_be_made(folder, tmp_path):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")  # HOG's map is not a good one
 def test_hog_makes_a_map_of_a_rendered_street(tmp_path):
-    frames = range(140, 152)
+    frames = range(140, 147)
     generate("street", tmp_path / "street", Options(seed=5, simulation=Simulation(sequences=1)))
     dataset = Dataset(tmp_path / "street")
     sequence = dataset.sequence(0)

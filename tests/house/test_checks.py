@@ -1,10 +1,8 @@
 """What is run where: `.ci/run` begins with README's commands in an empty environment, and no test it wants can skip."""
 
 import os
-import re
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -132,29 +130,3 @@ def test_a_skip_fails_where_none_is_allowed(pytester: pytest.Pytester, skip: str
     allowed.stdout.fnmatch_lines("SKIPPED*for want of it")
     assert wanted.ret != 0
     wanted.stdout.fnmatch_lines("*for want of it*")
-
-
-NEEDS = {
-    **dict.fromkeys(("test_cluster", "test_rerun_on_a_cluster"), "dask"),
-    **dict.fromkeys(("test_loop", "test_torch"), "torch"),
-    "test_viewer": "viewer",
-}
-WITHOUT_EXTRAS = """
-import sys, pytest
-class Missing:
-    def find_spec(name, path, target=None):
-        if name.partition('.')[0] in ('torch', 'rerun', 'distributed'):
-            raise ModuleNotFoundError(f'No module named {name!r}', name=name)
-sys.meta_path.insert(0, Missing)
-sys.exit(pytest.main(['--collect-only', '-q', '-p', 'no:cacheprovider']))
-"""
-
-
-@pytest.mark.slow
-def test_every_test_is_found_without_any_extra() -> None:
-    found = subprocess.run(
-        [sys.executable, "-c", WITHOUT_EXTRAS], cwd=ROOT, capture_output=True, encoding="utf-8", check=False
-    )
-    assert found.returncode == 0, found.stdout[-3000:]
-    skipped = dict(re.findall("SKIPPED .* tests/(?:\\w+/)*(\\w+).py:.*: needs the extra (\\w+)", found.stdout))
-    assert skipped == NEEDS
