@@ -342,7 +342,7 @@ def test_results_of_two_trackers_are_paired_by_direction(files: Files, tmp_path:
     ("folder", "row", "said"),
     [
         ("tracks_2d", "0 1 Pedestrian 0 0 -1 5 5 0 9 -1 -1 -1 -1 -1 -1 -1 1", "line 1: its box is 0 px wide and 9"),
-        ("tracks_2d", "0 1 Pedestrian 0 0 -1 5 5 9", "line 1: has 9 columns, not 18"),
+        ("tracks_2d", "0 1 Pedestrian 0 0 -1 5 5 9", "line 1: 9 columns with blanks between, wanted 18"),
         ("tracks_3d", "0 1 Pedestrian 0 0 -1 -1 -1 -1 -1 2000 1 2 .9 1.7 .5 0 1", "line 1: the place is 2000 m away"),
         ("tracks_3d", "0 1 Pedestrian 0 0 -1 -1 -1 -1 -1 1 1 2 .9 17 .5 0 1", "line 1: h is 17; people are up to"),
         ("tracks_3d", 2 * "0 1 Pedestrian 0 0 -1 -1 -1 -1 -1 1 1 2 .9 1.7 .5 0 1\n", "line 2: id 1 stands in frame 0"),

@@ -199,7 +199,7 @@ def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixt
     ("text", "said"),
     [
         ("", "is empty"),
-        ("0,1,2\n", "line 1: has 3 columns, not 12 with commas between: frame id x y h w l rot_z left top"),
+        ("0,1,2\n", "line 1: 3 columns with commas between, wanted 12: frame,id,x,y,h,w,l,rot_z,left,top"),
         ("0,1,1,1,1.7,1,1,0,5,5,5,x\n", "line 1: height is 'x'; write a number"),
         ("\n\n" + "0,1,1,1,1.7,1,1,0,5,5,5,9\n" * 2, "line 4: id 1 stands in frame 0 twice"),
         ("0.5,1,1,1,1.7,1,1,0,5,5,5,9\n", "line 1: 0.5 is no frame: those are whole numbers from 0"),

@@ -206,11 +206,15 @@ def changed(pattern: str, by: str, line: int | None = None) -> Change:
 @pytest.mark.parametrize(
     ("folder", "change", "message"),
     [
-        ("label_02", changed(r" -1.5$", "", 4), r"label_02/0003.txt, line 4: has 16 columns, not 17 with blanks betw"),
+        (
+            "label_02",
+            changed(r" -1.5$", "", 4),
+            r"label_02/0003.txt, line 4: 16 columns with blanks between, wanted",
+        ),
         (
             "label_02",
             changed(r"Pedestrian", "Pedestrain", 4),
-            r"line 4: type is 'Pedestrain'; did you mean 'Pedestrian",
+            r"line 4: class is 'Pedestrain'; did you mean 'Pedestrian",
         ),
         ("label_02", changed(r" 1\.7 ", " tall ", 3), r"line 3: height is 'tall'; write a number"),
         ("label_02", changed(r" 1\.7 ", " nan ", 3), r"line 3: height is nan; write a finite number"),
@@ -263,7 +267,7 @@ def changed(pattern: str, by: str, line: int | None = None) -> Change:
         (
             "oxts",
             changed(r" 0.5 $", "", 7),
-            r"oxts/0003.txt, line 7: has 29 columns, not 30 with blanks between: lat l",
+            r"oxts/0003.txt, line 7: 29 columns with blanks between, wanted 30: lat l",
         ),
         ("oxts", changed(r"^49", "149", 7), r"line 7: lat is 149.*°; the map ends at 85°"),
         ("oxts", lambda lines: [], r"oxts/0003.txt: is empty; it should hold GPS/IMU"),
@@ -272,7 +276,7 @@ def changed(pattern: str, by: str, line: int | None = None) -> Change:
         ("calib", changed(r"R_rect \S+", "R_rect 0.1", 2), r"line 2: R_rect holds no rotation"),
         ("calib", changed(r"721.5377", "0", 1), r"line 1: P2 has focal lengths 0 and 0 px; they are above 0"),
         ("calib", changed(r"721.5377", "90000", 1), r"0003.txt: P2 has focal lengths 90000 and 90000 px, for pictures"),
-        ("poses", changed(r" \S+$", "", 9), r"poses/0003.txt, line 9: has 11 columns, not 12"),
+        ("poses", changed(r" \S+$", "", 9), r"poses/0003.txt, line 9: 11 columns with blanks between, wanted 12"),
         ("poses", changed(r"^\S+", "3", 9), r"poses/0003.txt, line 9: the pose holds no rotation: its rows are off by"),
         ("poses", lambda lines: lines[:50], r"poses/0003.txt, line 50: has 50 lines, but labels go on to frame 119"),
     ],

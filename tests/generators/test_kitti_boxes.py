@@ -214,7 +214,7 @@ HALVED = [(f, t, *(0.3 * edge for edge in edges)) for f, t, *edges in LABELLED]
     [
         (
             detections(LABELLED).replace(",0\n0", "\n0", 2).replace("\n", ",0\n", 1),
-            r"0003.txt, line 2: has 14 columns, not",
+            r"0003.txt, line 2: 14 columns with commas between, wanted",
         ),
         (detections(LABELLED).replace("0,1,", "0,one,", 1), r"line 1: type is 'one'; write a number"),
         (detections([(FRAMES, 1, 1.0, 1.0, 9.0, 9.0)]), r"line 1: frame 120, counted from 0, is beyond the"),
@@ -226,7 +226,7 @@ HALVED = [(f, t, *(0.3 * edge for edge in edges)) for f, t, *edges in LABELLED]
             mot(HALVED, linked=True),
             r"0003.txt: only 0 of 600 boxes are on people, of whom there are 600 \(recall 0",
         ),
-        ("", r"0003.txt: is empty; it should hold boxes on the pictures"),
+        ("", r"0003.txt: holds no box"),
     ],
 )
 def test_boxes_that_cannot_be_are_refused_with_file_and_row(training: Path, text: str, message: str) -> None:

@@ -87,8 +87,8 @@ def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tupl
     [
         pytest.param("", None, "empty", id="empty file"),
         pytest.param("\n# only a comment\n\n", None, "empty", id="no rows"),
-        pytest.param("0 1 0 0\n10 1 .5\n", 2, "3 columns, not 4", id="missing column"),
-        pytest.param("0 1 0\n10 1 .5\n", 1, "3 columns, not 4", id="column missing everywhere"),
+        pytest.param("0 1 0 0\n10 1 .5\n", 2, "3 columns with", id="missing column"),
+        pytest.param("0 1 0\n10 1 .5\n", 1, "3 columns with", id="column missing everywhere"),
         pytest.param("0,1,,0\n", 1, "3 columns", id="empty cell"),
         pytest.param("0 1 0 0 9\n", 1, "5 columns", id="superfluous column"),
         pytest.param("frame id left y\n" + WALK, 1, "has no column x", id="incomplete header"),
@@ -192,7 +192,7 @@ def test_homography_is_projective() -> None:
     [
         ("1 0 0\n0 1 0\n", 2, "3 rows of 3 numbers, not 2"),
         ("1 0 0\n0 1 0\n0 0 1\n0 0 1\n", 4, "not 4"),
-        ("1 0\n0 1\n", 1, "2 columns, not 3"),
+        ("1 0\n0 1\n", 1, "2 columns with blanks between, wanted 3: h1 h2 h3"),
         ("1 0 0\n0 one 0\n0 0 1\n", 2, "'one'; write a number"),
         ("1 0 0\n0 nan 0\n0 0 1\n", 2, "finite"),
         ("1 0 0\n2 0 0\n0 0 1\n", None, "singular"),

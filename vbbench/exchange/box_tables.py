@@ -209,12 +209,15 @@ def read_box_text(
 def _four_columns(content: bytes) -> bytes:
     """A text with four columns in place of one of lists, ``bbox`` with ``"[1, 2, 3, 4]"``, as pandas writes it."""
     head, _, body = content.partition(b"\n")
-    if not _FOUR.search(body, 0, 1000):
+    found = _FOUR.search(body, 0, 1000)
+    if not found:
         return content
     mark = separator_of(head.decode("utf-8", "replace"))
     cells = split_cells(head.decode("utf-8", "replace"))
     sides = {name: four for names, four in SIDES.items() for name in names.split()}
     names = mark.join(name for cell in cells for name in sides.get(cell.lower(), (cell,)))
+    if mark == "," and b"," in found[0]:
+        return names.encode() + b"\n" + body.translate(None, b"\"'[]()")
     return names.encode() + b"\n" + _FOUR.sub(mark.encode().join(rb"\%d" % n for n in range(1, 5)), body)
 
 

@@ -22,7 +22,7 @@ from pyarrow import csv
 
 from vbbench.errors import FileError, quoted, suggestion
 from vbbench.files.tables import column_values
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS, Header, header_of, name_columns, separator_of, split_cells
 from vbbench.parsing.numbers import finite_number, parse_number
 
@@ -80,7 +80,7 @@ class NamedColumns:
             if row is not None:
                 raise self.fault(row, f"{noun} is {quoted(str(column[row]))}; write a number")
             column = np.array(found)
-        values = column.astype(np.float64)
+        values = column.astype(np.float64, copy=False)
         return values if np.isnan(missing) else np.where(np.isnan(values), missing, values)
 
     def unit(self, noun: str) -> str:
@@ -90,6 +90,38 @@ class NamedColumns:
     def scaled(self, noun: str) -> FloatArray:
         """[N] the numbers of a column in s, m, rad, px or shares, by its `unit`."""
         return np.asarray(self.numbers(noun) * UNITS.get(self.unit(noun), 1.0))
+
+    def stacked(self, *nouns: str) -> FloatArray:
+        """[N, C] numbers of some columns."""
+        return np.stack([self.numbers(noun) for noun in nouns], axis=-1)
+
+    def whole(self, noun: str, least: int, most: int, wanted: str) -> IntArray:
+        """[N] the column as integers.
+
+        Raises
+        ------
+        FileError
+            At the first row with something else than a whole number from ``least`` to ``most``, which is ``wanted``.
+        """
+        values = self.numbers(noun)
+        bad = (values != np.round(values)) | (values < least) | (values > most)
+        self.refuse(bad, "{0:.10g} is " + wanted, values)
+        return values.astype(np.int64)
+
+    def places(self, noun: str, known: Sequence[str]) -> IntArray:
+        """[N] place of each word of the column among the ``known``; raises FileError at the first that is none."""
+        words, place = np.unique(self[noun].astype(np.str_), return_inverse=True)
+        lost = ~np.isin(words, known)[place]
+        if lost.any():
+            word = str(words[place[lost.argmax()]])
+            raise self.fault(int(lost.argmax()), f"{noun} is {quoted(word)}; {suggestion(word, known)}")
+        return np.array([known.index(word) for word in words.tolist()], np.int64)[place]
+
+    def refuse(self, wrong: BoolArray, problem: str, *facts: FloatArray) -> None:
+        """Raise FileError at the first row marked in ``wrong`` [N]; ``problem`` is filled with that row's ``facts``."""
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise self.fault(row, problem.format(*(fact[row] for fact in facts)))
 
     def fault(self, row: int, problem: str) -> FileError:
         """The error to raise about a row."""
@@ -125,10 +157,15 @@ def read_table(
         If several columns have one meaning, or nothing names the columns; with the line, if a cell is not a finite
         number, or a line has another number of cells.
     """
-    body, header, first = _after_header(path, decode(path, content), nouns, bool(order))
+    body, header, first = split_header(decode(path, content), nouns)
     end = body.find(b"\n", 0, 100 * _SHOWN)
     sample = body[: end if end >= 0 else 100 * _SHOWN].decode("utf-8", "replace").strip()
     mark = separator_of(sample) if sample else ","
+    if sample and header is None and not (order and _may_be_row(sample)):
+        known = ", ".join(nouns or order)
+        raise FileError(
+            path, f"its first line is {quoted(sample)}, which names no columns that are known: {known}", first
+        )
     if header is not None:
         refuse_doubtful(path, header, first - 1)
         places, width, span = dict(header.columns), len(header.names), None
@@ -146,6 +183,51 @@ def read_table(
     found, lines = _read_fast(body, layout) or _read_carefully(body, layout)
     widest = len(found) if header is None else width
     return NamedColumns(path=path, columns=found, lines=lines, header=header, widest=widest)
+
+
+def read_fixed(
+    path: Path, names: str, wanted: str, *, least: int | None = None, read: Collection[str] | None = None
+) -> NamedColumns:
+    """The columns of a text without names.
+
+    Parameters
+    ----------
+    path : the file.
+    names : of its columns, in order, blanks between.
+    wanted : what it should hold, for messages.
+    least : how many columns each row must have; all by default.
+    read : the names of those that are read; all by default.
+
+    Raises
+    ------
+    FileError
+        If it is missing or empty, or as `read_table`.
+    """
+    order = names.split()
+    columns = least or len(order), len(order)
+    table = read_table(
+        path, read_content(path, wanted), (), order=dict(zip(order, order, strict=True)), columns=columns, read=read
+    )
+    if not len(table):
+        raise FileError(path, f"is empty; it should hold {wanted}")
+    return table
+
+
+def read_content(path: Path, wanted: str) -> bytes:
+    """The bytes of a file that should hold what is ``wanted``; raises FileError if it is missing or unreadable."""
+    try:
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise FileError(path, f"is missing; it holds {wanted}") from error
+    except OSError as error:
+        raise FileError(path, f"cannot be read: {error.strerror}") from error
+
+
+def first_cells(path: Path) -> list[str]:
+    """The cells of the first line of a text that is not blank; none where there is no file."""
+    content = path.read_bytes()[: 100 * _SHOWN] if path.is_file() else b""
+    lines = content.decode("utf-8-sig", "replace").split("\n")
+    return split_cells(next((line for line in lines if line.strip()), "").strip())
 
 
 def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: Sequence[str]) -> NamedColumns:
@@ -226,30 +308,34 @@ class _Layout:
 Read = tuple[dict[str, NDArray[Any]], IntArray]
 
 
-def _after_header(path: Path, content: bytes, nouns: Sequence[str], ordered: bool) -> tuple[bytes, Header | None, int]:
-    """The text after its header and the comments before it, the header, and the number of the text's first line."""
+def split_header(content: bytes, nouns: Sequence[str]) -> tuple[bytes, Header | None, int]:
+    """The text after its header and the comments before it, the header, and the number of the text's first line.
+
+    A first line must name at least two of the ``nouns``, a comment three. Of a comment that begins with other words its
+    last words count, as many as a row has columns.
+    """
     header, line, begin, number = None, b"", 0, 0
     while begin < len(content):
         number += 1
         line = content[begin : (content.find(b"\n", begin) + 1) or len(content)]
         text = line[: 100 * _SHOWN].decode("utf-8", "replace").strip()
         comment = text.startswith(("#", "sep="))
-        found = header_of(text, nouns) if text else None
+        found = header_of(text, nouns, least=3 if comment else 2) if text else None
         header = found or header
         if found and not comment:
             return content[begin + len(line) :], found, number + 1
         if text and not comment:
             break
         begin += len(line)
-    text = line[:_SHOWN].decode("utf-8", "replace").strip()
-    numbers = [cell for cell in split_cells(text) if parse_number(cell) is not None]
-    if text and header is None and not (ordered and (numbers or not re.search("[A-Za-z]", text))):
-        problem = f"its first line is {quoted(text)}, which names no columns that are known here: {', '.join(nouns)}"
-        raise FileError(path, problem, number)
-    width = len(split_cells(text))
+    width = len(split_cells(line[:_SHOWN].decode("utf-8", "replace").strip()))
     if header is not None and len(header.names) != width:  # a comment may begin with other words
         header = name_columns(header.names[-width:], nouns) if len(header.names) > width else None
     return content[begin:], header, max(number, 1)
+
+
+def _may_be_row(text: str) -> bool:
+    """Whether a line has a number, or no letters."""
+    return any(parse_number(cell) is not None for cell in split_cells(text)) or not re.search("[A-Za-z]", text)
 
 
 def _read_fast(body: bytes, layout: _Layout) -> Read | None:
@@ -260,7 +346,13 @@ def _read_fast(body: bytes, layout: _Layout) -> Read | None:
     by_name = {names[column]: noun for noun, column in layout.places.items() if column < layout.width}
     parse = csv.ParseOptions(delimiter=layout.mark, ignore_empty_lines=False)
     kinds = {name: _TEXTS if noun in WORDS else pa.float64() for name, noun in by_name.items()}
-    first = dict(zip(names, split_cells(body.partition(b"\n")[0].decode("utf-8", "replace")), strict=False))
+    first = dict(
+        zip(
+            names,
+            split_cells(body[: body.find(b"\n") if b"\n" in body else None].decode("utf-8", "replace")),
+            strict=False,
+        )
+    )
     digits = [name for name in by_name if first.get(name, "").lstrip("+-").isdecimal()]
     whole = [name for name in digits if by_name[name] in WORDS and by_name[name] != "class_name"]
     for integers in (dict.fromkeys(whole, pa.int64()), {}):
@@ -314,7 +406,7 @@ def _check_width(layout: _Layout, line: int, count: int) -> None:
         least, most = layout.span
         wanted = f"{least}" if least == most else f"{least} to {most}"
         separated = {",": "commas", ";": "semicolons", " ": "blanks", "\t": "tabs"}.get(layout.mark, layout.mark)
-        shown = ",".join(list(layout.called.values())[:most])
+        shown = layout.mark.join(list(layout.called.values())[:most])
         raise FileError(layout.path, f"{count} columns with {separated} between, wanted {wanted}: {shown}", line)
 
 

@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
+from vbbench.exchange.text_tables import split_header
 from vbbench.files.tables import file_sha256
 from vbbench.generation.sources import locate
 from vbbench.geometry import FloatArray
+from vbbench.parsing.column_names import split_cells
 from vbbench.registry import load_all, load_registered
 from vbbench.scene import Scene
 from vbbench.streams import Stream, random_stream
-from vbbench_generators.recordings.readers.tracks import count_columns, read_header, read_homography, read_lines
+from vbbench_generators.recordings.readers.tracks import NOUNS, read_homography, read_text
 from vbbench_generators.recordings.recipe import DETECTED, Recipe, Rules
 
 
@@ -161,15 +163,15 @@ def detect_format(path: Path) -> str:
     FileError
         If it is none that can be read.
     """
-    number, line = read_lines(path)[0]
-    named = read_header(path)
-    if named is not None and named[1] < number:
-        line = " ".join(named[0].names)
+    body, header, number = split_header(read_text(path), NOUNS)
+    line = " ".join(header.names) if header else body.partition(b"\n")[0].decode().strip()
+    if not line:
+        raise FileError(path, "is empty: it holds no row of numbers")
     readers = load_all("reader")
     found = next((name for name, reader in readers.items() if reader.recognises(line)), None)
     if found is None:
         known = ", ".join(sorted(reader.signature for reader in readers.values() if reader.signature))
-        raise FileError(path, f"has {count_columns(line)} columns; known are {known}", number)
+        raise FileError(path, f"has {len(split_cells(line))} columns; known are {known}", number)
     return found
 
 

@@ -15,10 +15,10 @@ import numpy as np
 from vbbench.errors import FileError, quoted, suggestion
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
-from vbbench.files.tables import first_repetition
+from vbbench.exchange.text_tables import NamedColumns, first_cells, read_fixed
+from vbbench.files.tables import LARGEST_ID, first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
-from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
 from vbbench_generators.footage.tracks import sure_boxes
 
 VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.25, "Fully_occluded": 0.0}
@@ -235,15 +235,14 @@ BOXES, PLACES = "tracks_2d", "tracks_3d"
 """Folders of the two kinds of results."""
 
 MOST_FRAMES = 10**6
-_SAMPLE = names("frame id x y h w l rot_z left top width height")
-_RESULT = names("frame id type truncated occluded alpha left top width height x y z l h w rot score")
-_OF_SAMPLE = Layout(columns=_SAMPLE, wanted=_SAMPLE, commas=True)
-_OF_RESULT = Layout(columns=_RESULT, wanted=tuple(name for name in _RESULT if name != "type"))
+SAMPLE = "frame id x y h w l rot_z left top width height"
+RESULTS = "frame id type truncated occluded alpha left top width height x y z l h w rot score"
+"""Columns of both."""
 
 
 def are_results(path: Path) -> bool:
     """Whether a file is text of 18 columns with blanks between."""
-    return path.is_file() and len(first_cells(read_content(path, "boxes in the panorama"), _OF_RESULT)) == len(_RESULT)
+    return len(first_cells(path)) == len(RESULTS.split())
 
 
 def read_sample(path: Path) -> tuple[PictureLabels, PlaceLabels]:
@@ -254,8 +253,8 @@ def read_sample(path: Path) -> tuple[PictureLabels, PlaceLabels]:
     FileError
         At the first row that has other columns, what is no number, or what cannot be.
     """
-    rows = _read(path, "JRDB-Traj's sample", _OF_SAMPLE)
-    return pictures_of(_boxes(rows, np.ones(len(rows)))), _places(rows, rows.numbers("x", "y"))
+    rows = _read(path, "JRDB-Traj's sample", SAMPLE)
+    return pictures_of(_boxes(rows, np.ones(len(rows)))), _places(rows, rows.stacked("x", "y"))
 
 
 def read_tracked_boxes(path: Path) -> BoxRows:
@@ -266,8 +265,8 @@ def read_tracked_boxes(path: Path) -> BoxRows:
     FileError
         At the first row that is no box of a person.
     """
-    rows = _read(path, "a tracker's boxes", _OF_RESULT)
-    return _boxes(rows, rows.columns["score"])
+    rows = _read(path, "a tracker's boxes", RESULTS)
+    return _boxes(rows, rows.numbers("score"))
 
 
 def pictures_of(found: BoxRows) -> PictureLabels:
@@ -293,15 +292,15 @@ def read_tracked_places(path: Path) -> PlaceLabels:
     FileError
         At the first row that is no place of a tracked person.
     """
-    rows = _read(path, "a tracker's places", _OF_RESULT)
-    return _places(rows, np.stack([rows.columns["z"], -rows.columns["x"]], axis=-1))
+    rows = _read(path, "a tracker's places", RESULTS)
+    return _places(rows, rows.stacked("z", "x") * [1.0, -1.0])
 
 
-def _read(path: Path, wanted: str, layout: Layout) -> Rows:
+def _read(path: Path, wanted: str, names: str) -> NamedColumns:
     """Rows with whole frames and ids, a person once in a frame."""
-    rows = parse_rows(path, read_content(path, wanted), layout)
+    rows = read_fixed(path, names, wanted, read=[name for name in names.split() if name != "type"])
     frames = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
-    people = rows.whole("id", UNLINKED, LONGEST_ID, "no id: those are whole numbers from 0 on, or -1 for none")
+    people = rows.whole("id", UNLINKED, LARGEST_ID, "no id: those are whole numbers from 0 on, or -1 for none")
     linked = np.flatnonzero(people != UNLINKED)
     found = first_repetition(frames[linked], people[linked])
     if found is not None:
@@ -310,8 +309,8 @@ def _read(path: Path, wanted: str, layout: Layout) -> Rows:
     return rows
 
 
-def _boxes(rows: Rows, scores: FloatArray) -> BoxRows:
-    boxes = rows.numbers("left", "top", "width", "height")
+def _boxes(rows: NamedColumns, scores: FloatArray) -> BoxRows:
+    boxes = rows.stacked("left", "top", "width", "height")
     far = np.abs(boxes).max(axis=1)
     rows.refuse(far > MOST_PIXELS, "the box reaches {0:g} px; boxes are in px of the panorama", far)
     rows.refuse(boxes[:, 2:].min(axis=1) <= 0.0, "its box is {0:g} px wide and {1:g} px high", *boxes[:, 2:].T)
@@ -319,15 +318,15 @@ def _boxes(rows: Rows, scores: FloatArray) -> BoxRows:
     return sure_boxes(rows_of(rows.path, frames, people, boxes, scores, rows.lines))
 
 
-def _places(rows: Rows, places: FloatArray) -> PlaceLabels:
+def _places(rows: NamedColumns, places: FloatArray) -> PlaceLabels:
     """Places [N, 2] forward and to the left, of people who are as tall as people are."""
-    far, heights = np.abs(places).max(axis=1), rows.columns["h"]
+    far, heights = np.abs(places).max(axis=1), rows.numbers("h")
     rows.refuse(far > MOST_METRES, "the place is {0:g} m away; x, y and z are in m", far)
     rows.refuse((heights <= 0.0) | (heights > TALLEST), "h is {0:g}; people are up to 4 m tall", heights)
     frames, people = _of_whom(rows)
     return PlaceLabels(path=rows.path, frames=frames, people=people, places=places, heights=heights)
 
 
-def _of_whom(rows: Rows) -> IntArray:
+def _of_whom(rows: NamedColumns) -> IntArray:
     """[2, N] frames and ids."""
-    return rows.numbers("frame", "id").astype(np.int64).T
+    return rows.stacked("frame", "id").astype(np.int64).T

@@ -7,9 +7,9 @@ import numpy as np
 
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import FileError
+from vbbench.exchange.text_tables import read_content
 from vbbench.geometry import FloatArray
 from vbbench.parsing.numbers import finite_number
-from vbbench_generators.footage.kitti.text import read_content
 
 MOUNT_HEIGHT = 1.65
 """Height of the cameras above the ground in m (Geiger et al. 2013, figure 3)."""

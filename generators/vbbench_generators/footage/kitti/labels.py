@@ -10,10 +10,10 @@ import numpy as np
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
-from vbbench.files.tables import first_repetition
+from vbbench.exchange.text_tables import NamedColumns, first_cells, read_fixed
+from vbbench.files.tables import LARGEST_ID, first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench_generators.footage.kitti.calibration import Calibration
-from vbbench_generators.footage.kitti.text import LONGEST_ID, Layout, Rows, first_cells, names, parse_rows, read_content
 from vbbench_generators.footage.tracks import read_found, sure_boxes
 
 WALKERS = ("Pedestrian", "Person", "Person_sitting")
@@ -22,11 +22,10 @@ CYCLISTS = ("Cyclist",)
 CARS = ("Car", "Van", "Truck")
 CLASSES = (*WALKERS, *CYCLISTS, *CARS, "Tram", "Misc", "DontCare")
 
-_COLUMNS = names("frame track type truncated occluded alpha left top right bottom height width length x y z rotation")
-_READ = tuple(name for name in _COLUMNS if name not in ("alpha", "width", "length", "rotation"))
-LABELS = Layout(columns=_COLUMNS, wanted=_READ, words={"type": CLASSES})
-RESULTS = Layout(columns=(*_COLUMNS, "score"), wanted=(*_READ, "score"), words={"type": CLASSES})
-"""What trackers write for KITTI's evaluation."""
+LABELS = "frame track class truncated occluded alpha left top right bottom height width length x y z rotation score"
+"""Columns; trackers write the last one for KITTI's evaluation."""
+_READ = frozenset(LABELS.split()) - {"alpha", "width", "length", "rotation"}
+_COUNTS = 17, 18
 
 FARTHEST = 250.0
 """In m: no label is of anything farther off; a lidar reaches half as far."""
@@ -124,20 +123,14 @@ def read_labels(path: Path) -> Labels:
         At the first row with other columns, a class that KITTI does not have, a frame, track or level that is none, a
         box without size, or a track's second box in a frame.
     """
-    return parse_labels(path, read_content(path, "labelled boxes"))
-
-
-def parse_labels(path: Path, content: bytes) -> Labels:
-    """The labels in the text of a file; see `read_labels`."""
-    scored = len(first_cells(content, LABELS)) == len(RESULTS.columns)
-    rows = parse_rows(path, content, RESULTS if scored else LABELS)
-    track = rows.whole("track", -1, LONGEST_ID, "no track: those are whole numbers from 0 on, -1 for nobody")
-    kind = rows.columns["type"].astype(np.int64)
+    rows = read_fixed(path, LABELS, "labelled boxes", least=_COUNTS[0], read=_READ)
+    track = rows.whole("track", -1, LARGEST_ID, "no track: those are whole numbers from 0 on, -1 for nobody")
+    kind = rows.places("class", CLASSES)
     linked = (track >= 0) & (kind != CLASSES.index("DontCare"))
-    boxes = rows.numbers("left", "top", "right", "bottom")
+    boxes = rows.stacked("left", "top", "right", "bottom")
     wide, high = boxes[:, 2] - boxes[:, 0], boxes[:, 3] - boxes[:, 1]
     rows.refuse(linked & ~((wide > 0.0) & (high > 0.0)), "the box is {0:g} x {1:g} px; remove it", wide, high)
-    height, places = rows.columns["height"].copy(), rows.numbers("x", "y", "z")
+    height, places = rows.numbers("height").copy(), rows.stacked("x", "y", "z")
     unknown = places[:, 2] == UNKNOWN
     height[unknown], places[unknown] = np.nan, np.nan
     known = linked & ~np.isnan(places[:, 2])
@@ -145,7 +138,7 @@ def parse_labels(path: Path, content: bytes) -> Labels:
     far = np.abs(places).max(axis=1)
     rows.refuse(known & ~(far < FARTHEST), "the place is {0:g} m away; x, y and z are in m", far)
     rows.refuse(people & ~((height >= 0.3) & (height <= 3.0)), "the height is {0:g} m, which no person's is", height)
-    behind = people & (places[:, 2] < -1.0) & (rows.columns["truncated"] == 0.0)
+    behind = people & (places[:, 2] < -1.0) & (rows.numbers("truncated") == 0.0)
     rows.refuse(behind, "z is {0:g} m, behind the camera that shows the box; z is forward", places[:, 2])
     labels = Labels(
         path=path,
@@ -157,7 +150,7 @@ def parse_labels(path: Path, content: bytes) -> Labels:
         boxes=boxes,
         height=height,
         places=places,
-        scores=rows.columns["score"] if scored else np.ones(len(rows)),
+        scores=rows.numbers("score", 1.0),
         lines=rows.lines,
     )
     _refuse_repetition(labels)
@@ -205,8 +198,8 @@ def refuse_places_elsewhere(labels: Labels, calibration: Calibration) -> None:
     warnings.warn(VbbenchWarning(str(fault)), stacklevel=2)
 
 
-def _level(rows: Rows, name: str, linked: BoolArray, levels: int) -> IntArray:
-    values = np.where(linked, rows.columns[name], 0.0)
+def _level(rows: NamedColumns, name: str, linked: BoolArray, levels: int) -> IntArray:
+    values = np.where(linked, rows.numbers(name), 0.0)
     bad = (values != np.round(values)) | (values < -1) | (values >= levels)
     rows.refuse(bad, f"{name} is {{0:g}}; levels are 0 to {levels - 1}, -1 if unknown", values)
     return np.maximum(values, 0.0).astype(np.int64)
@@ -221,8 +214,8 @@ def _refuse_repetition(labels: Labels) -> None:
         raise FileError(labels.path, f"{problem}, in line {labels.lines[before]}; remove one", int(labels.lines[again]))
 
 
-_DETECTED = names("frame type left top right bottom score height width length x y z rotation alpha")
-DETECTIONS = Layout(columns=_DETECTED, wanted=_DETECTED[:7], commas=True)
+DETECTIONS = "frame type left top right bottom score height width length x y z rotation alpha"
+"""Columns of lidar detectors, with commas between."""
 TYPES = {1: "Pedestrian", 2: "Car", 3: "Cyclist"}
 """Classes of these detections."""
 LARGEST_LOG_ODDS = 20.0
@@ -249,28 +242,28 @@ def read_boxes(
     FileError
         At the first row that is not valid.
     """
-    content = read_content(path, "boxes on the pictures") if path.is_file() else b""
-    if len(first_cells(content, LABELS)) in (len(LABELS.columns), len(RESULTS.columns)):
-        return _from_labels(path, content, classes).within(frames)
-    if len(first_cells(content, DETECTIONS)) == len(DETECTIONS.columns):
-        return _from_detections(path, content, classes).within(frames)
+    count = len(first_cells(path))
+    if count in _COUNTS:
+        return _from_labels(path, classes).within(frames)
+    if count == len(DETECTIONS.split()):
+        return _from_detections(path, classes).within(frames)
     return read_found(path, frames, dt, picture, person_class)
 
 
-def _from_detections(path: Path, content: bytes, classes: tuple[str, ...]) -> BoxRows:
-    rows = parse_rows(path, content, DETECTIONS)
+def _from_detections(path: Path, classes: tuple[str, ...]) -> BoxRows:
+    rows = read_fixed(path, DETECTIONS, "boxes on the pictures", read=DETECTIONS.split()[:7])
     frame = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
-    corners = rows.numbers("left", "top", "right", "bottom")
+    corners = rows.stacked("left", "top", "right", "bottom")
     sizes = corners[:, 2:] - corners[:, :2]
     rows.refuse((sizes[:, 0] <= 0.0) | (sizes[:, 1] <= 0.0), "the box is {0:g} x {1:g} px; remove it", *sizes.T)
-    wanted = np.isin(rows.columns["type"], [number for number, name in TYPES.items() if name in classes])
+    wanted = np.isin(rows["type"], [number for number, name in TYPES.items() if name in classes])
     boxes, track = np.concatenate([corners[:, :2], sizes], axis=-1), np.full(len(rows), UNLINKED)
-    scores = _log_odds(rows.columns["score"][wanted])
+    scores = _log_odds(rows["score"][wanted])
     return sure_boxes(rows_of(path, frame[wanted], track[wanted], boxes[wanted], scores, rows.lines[wanted]))
 
 
-def _from_labels(path: Path, content: bytes, classes: tuple[str, ...]) -> BoxRows:
-    labels = parse_labels(path, content).of(classes)
+def _from_labels(path: Path, classes: tuple[str, ...]) -> BoxRows:
+    labels = read_labels(path).of(classes)
     boxes = np.concatenate([labels.boxes[:, :2], labels.boxes[:, 2:] - labels.boxes[:, :2]], axis=-1)
     return sure_boxes(rows_of(path, labels.frame, labels.track, boxes, _log_odds(labels.scores), labels.lines))
 

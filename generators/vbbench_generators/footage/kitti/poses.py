@@ -14,24 +14,21 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
+from vbbench.exchange.text_tables import NamedColumns, read_fixed
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_generators.footage.kitti.calibration import Calibration, refuse_skewed
 from vbbench_generators.footage.kitti.labels import CARS, Labels
-from vbbench_generators.footage.kitti.text import Layout, Rows, names, parse_rows, read_content
 
 EARTH_RADIUS = 6378137.0
 
-OXTS = Layout(
-    columns=names(
-        "lat lon alt roll pitch yaw vn ve vf vl vu ax ay az af al au wx wy wz wf wl wu "
-        "pos_accuracy vel_accuracy navstat numsats posmode velmode orimode"
-    ),
-    wanted=("lat", "lon", "alt", "roll", "pitch", "yaw"),
+PLACE = "lat lon alt roll pitch yaw"
+OXTS = (
+    f"{PLACE} vn ve vf vl vu ax ay az af al au wx wy wz wf wl wu pos_accuracy vel_accuracy navstat numsats posmode "
+    "velmode orimode"
 )
 """The 30 columns of the devkit."""
 
-_CELLS = tuple(f"{row}{column}" for row in "123" for column in "1234")
-MATRICES = Layout(columns=_CELLS, wanted=_CELLS)
+MATRICES = "11 12 13 14 21 22 23 24 31 32 33 34"
 """A line is a [3, 4] matrix, row after row."""
 
 LONGEST_STEP = 15.0
@@ -49,8 +46,8 @@ def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
     FileError
         If a line has other columns, a place that is none on earth, or one far from that of the line before.
     """
-    rows = parse_rows(path, read_content(path, "GPS/IMU, a line a frame"), OXTS)
-    latitude, longitude, altitude, roll, pitch, yaw = (rows.columns[name] for name in OXTS.wanted)
+    rows = read_fixed(path, OXTS, "GPS/IMU, a line a frame", read=PLACE.split())
+    latitude, longitude, altitude, roll, pitch, yaw = (rows[name] for name in PLACE.split())
     rows.refuse(np.abs(latitude) > 85.0, "lat is {0:g}°; the map ends at 85°", latitude)
     rows.refuse(np.abs(longitude) > 180.0, "lon is {0:g}°; it is -180° to 180°", longitude)
     for name, angle in (("roll", roll), ("pitch", pitch), ("yaw", yaw)):
@@ -77,16 +74,16 @@ def read_poses(path: Path) -> FloatArray:
     FileError
         If a line has other columns, a rotation that is none, or a place far from that of the line before.
     """
-    rows = parse_rows(path, read_content(path, "poses of camera 0, a line a frame"), MATRICES)
+    rows = read_fixed(path, MATRICES, "poses of camera 0, a line a frame")
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
-    motions[:, :3] = rows.numbers(*MATRICES.wanted).reshape(-1, 3, 4)
+    motions[:, :3] = rows.stacked(*MATRICES.split()).reshape(-1, 3, 4)
     for motion, line in zip(motions, rows.lines.tolist(), strict=True):
         refuse_skewed(path, line, "the pose", motion[:3, :3])
     _refuse_leaps(rows, motions[:, :3, 3])
     return _Z_UP @ np.linalg.inv(motions[0]) @ motions
 
 
-def _refuse_leaps(rows: Rows, places: FloatArray) -> None:
+def _refuse_leaps(rows: NamedColumns, places: FloatArray) -> None:
     """Raise FileError at the first of the ``places`` [T, 3] that no camera reaches from the one before."""
     moved = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1)
     rows.refuse(

@@ -10,17 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing
+from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing, split_header
 from vbbench.geometry import FloatArray
-from vbbench.parsing.column_names import SHARES, UNITS, header_of
+from vbbench.parsing.column_names import SHARES, UNITS, header_of, split_cells
 from vbbench.parsing.numbers import parse_number
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
 from vbbench_generators.recordings.readers.tracks import (
     NOUNS,
-    count_columns,
-    read_header,
-    read_numbers,
+    read_rows,
+    read_text,
     scene_of_rows,
     steps_of_people,
 )
@@ -53,24 +52,23 @@ def read_trajnet(
     FileError
         With file and line, if a row or a track is bad.
     """
-    if read_header(path) is None:
-        values, lines = read_numbers(path, TRAJNET)
-        frame, person, points = values[:, 0], values[:, 1], values[:, 2:]
+    content = read_text(path)
+    named = split_header(content, NOUNS)[1] is not None
+    table = read_table(path, content, NOUNS, required=NOUNS) if named else read_rows(path, TRAJNET)
+    if not len(table):
+        raise FileError(path, "is empty: it names columns and holds no row of numbers")
+    refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])
+    person, points = table.numbers("id"), _points(table, homography)
+    frame = table.numbers("frame") if "frame" in table else _frames(table, dt)
+    if not named:
         _refuse_swapped(path, frame, person, points)
-    else:
-        table = read_table(path, path.read_bytes(), NOUNS, required=NOUNS)
-        if not len(table):
-            raise FileError(path, "is empty: it names columns and holds no row of numbers")
-        refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])
-        lines, person, points = table.lines, table.numbers("id"), _points(table, homography)
-        frame = table.numbers("frame") if "frame" in table else _frames(table, dt)
-    _check_rate(path, dt, steps_of_people(frame, person, frame[:, None]))
-    return scene_of_rows(path, frame, person, points, lines, dt=dt, frame_step=frame_step, homography=homography)
+    _check_rate(path, content, dt, steps_of_people(frame, person, frame[:, None]))
+    return scene_of_rows(path, frame, person, points, table.lines, dt=dt, frame_step=frame_step, homography=homography)
 
 
-def _check_rate(path: Path, dt: float, steps: FloatArray) -> None:
+def _check_rate(path: Path, content: bytes, dt: float, steps: FloatArray) -> None:
     """Raise FileError if a comment states another frame rate, of rows or of frames ``steps`` [N] apart, than ``dt``."""
-    found = re.search(rb"^#\s*(?:framerate|frame rate|fps)\s*[:=]\s*([\d.]+)", path.read_bytes(), re.I | re.M)
+    found = re.search(rb"^#\s*(?:framerate|frame rate|fps)\s*[:=]\s*([\d.]+)", content, re.I | re.M)
     rate = 0.0 if found is None else parse_number(found[1].decode()) or 0.0
     step = float(np.median(steps)) if len(steps) else 1.0
     if rate and min(abs(rate * dt - 1.0), abs(rate * dt / step - 1.0)) > JITTER:
@@ -133,8 +131,9 @@ def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scen
     FileError
         With file and line, if a row or a track is bad.
     """
-    values, lines = read_numbers(path, OBSMAT)
-    return scene_of_rows(path, values[:, 0], values[:, 1], values[:, [2, 4]], lines, dt=dt, frame_step=frame_step)
+    table = read_rows(path, OBSMAT)
+    frame, person, points = table.numbers("frame"), table.numbers("id"), table.stacked("x", "y")
+    return scene_of_rows(path, frame, person, points, table.lines, dt=dt, frame_step=frame_step)
 
 
 class Trajnet(Reader):
@@ -144,7 +143,7 @@ class Trajnet(Reader):
 
     def recognises(self, line: str) -> bool:
         """By names of columns, or their number."""
-        return count_columns(line) == len(TRAJNET) or header_of(line, NOUNS) is not None
+        return len(split_cells(line)) == len(TRAJNET) or header_of(line, NOUNS) is not None
 
     def read(self, file: SceneFile) -> Scene:
         """As `read_trajnet`."""
@@ -158,7 +157,7 @@ class Obsmat(Reader):
 
     def recognises(self, line: str) -> bool:
         """By the number of columns, where they have no names."""
-        return count_columns(line) == len(OBSMAT) and header_of(line, NOUNS) is None
+        return len(split_cells(line)) == len(OBSMAT) and header_of(line, NOUNS) is None
 
     def read(self, file: SceneFile) -> Scene:
         """As `read_obsmat`."""

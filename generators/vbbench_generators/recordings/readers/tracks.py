@@ -1,6 +1,5 @@
 """The rows that readers make of a file, the gates that they pass, and the dense scene made of them."""
 
-import re
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,110 +7,47 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchWarning
-from vbbench.exchange.text_tables import decode
+from vbbench.exchange.text_tables import NamedColumns, decode, read_table
 from vbbench.files.dataset_checks import CELLS_PER_ROW, FEW_CELLS
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.parsing.column_names import Header, name_columns, split_cells
-from vbbench.parsing.numbers import finite_number
 from vbbench.scene import Scene
-
-LONGEST_ROW = 10_000
-"""Characters of a line; a row of numbers has some hundred at most."""
 
 NOUNS = ("frame", "time", "id", "x", "y")
 """What a header may name."""
 
-Lines = list[tuple[int, str]]
-"""1-based line numbers with what stands there."""
 
-
-def read_lines(path: Path) -> Lines:
-    """The lines of a text file that are neither blank nor comments (``#``).
+def read_text(path: Path) -> bytes:
+    """The text of a file in UTF-8, whatever its encoding and line ends.
 
     Raises
     ------
     FileError
-        If the file cannot be read, is not text, holds no such line, or one of absurd length.
+        If it cannot be read or is no text.
     """
-    lines = [(number, line) for number, line in _all_lines(path) if not line.startswith("#")]
-    if not lines:
-        raise FileError(path, "is empty: it holds no row of numbers")
-    endless = next((number for number, line in lines if len(line) > LONGEST_ROW), None)
-    if endless is not None:
-        raise FileError(path, f"has more than {LONGEST_ROW:,} characters; write one row of numbers a line", endless)
-    return lines
-
-
-def _all_lines(path: Path) -> Lines:
-    """The lines of a text file that are not blank, in UTF-8 or with a mark of UTF-16."""
     try:
-        text = decode(path, path.read_bytes()).decode("utf-8")
+        content = decode(path, path.read_bytes())
+        content.decode("utf-8")
     except UnicodeDecodeError as error:
         raise FileError(path, "is not a text file") from error
     except OSError as error:
         raise FileError(path, f"cannot be read: {error.strerror}") from error
-    if "\0" in text:
-        raise FileError(path, "is not a text file: it holds zero bytes")
-    stripped = ((number, line.strip()) for number, line in enumerate(text.split("\n"), 1))
-    return [(number, line) for number, line in stripped if line]
+    return content
 
 
-def read_header(path: Path) -> tuple[Header, int] | None:
-    """What the first line names the columns, or a comment before the first row, and the number of that line.
-
-    It must name at least two of `NOUNS`, a comment three. Of a comment that begins with other words its last words
-    count, as many as a row has columns.
-    """
-    first, row = read_lines(path)[0]
-    for number, line in [*((n, line) for n, line in _all_lines(path) if n < first), (first, row)]:
-        words = split_cells(re.sub(r"^#[#\s]*", "", line))
-        header = name_columns(words if number == first else words[-len(split_cells(row)) :], NOUNS)
-        if len(header.columns) >= (2 if number == first else 3):
-            return header, number
-    return None
-
-
-def read_numbers(path: Path, columns: Sequence[str]) -> tuple[FloatArray, IntArray]:
-    """Rows of finite numbers, parted by white space, tabs or commas.
-
-    Parameters
-    ----------
-    path : the file.
-    columns : names of the columns, all of which every row must have, and no more.
-
-    Returns
-    -------
-    [N, C] numbers and [N] 1-based line numbers.
+def read_rows(path: Path, names: Sequence[str]) -> NamedColumns:
+    """Columns of numbers without a header, parted by white space or commas; every row has all ``names``, and no more.
 
     Raises
     ------
     FileError
-        At the first line with a missing or superfluous column, text in a number, or a number that is not finite.
+        If there is no row, or at the first line with other columns or something else than a finite number.
     """
-    lines = read_lines(path)
-    rows = [line.replace(",", " ") for _, line in lines]
-    try:
-        values = np.loadtxt(rows, comments=None, ndmin=2)
-    except ValueError:
-        values = np.empty((0, 0))
-    if values.shape != (len(lines), len(columns)) or not np.isfinite(values).all():
-        for number, line in lines:
-            parse_row(path, number, line, columns)  # raises at the first fault
-        raise FileError(path, f"cannot be read as rows of {' '.join(columns)}")
-    return values, np.array([number for number, _ in lines], np.int64)
-
-
-def parse_row(path: Path, number: int, line: str, columns: Sequence[str]) -> list[float]:
-    """The numbers of one line, or the error that says what is wrong with it."""
-    words = line.replace(",", " ").split()
-    if len(words) != len(columns):
-        raise FileError(path, f"has {len(words)} columns, not {len(columns)} ({' '.join(columns)})", number)
-    return [finite_number(path, number, name, word) for name, word in zip(columns, words, strict=True)]
-
-
-def count_columns(line: str) -> int:
-    """How many columns a line has, parted by white space, tabs or commas."""
-    return len(line.replace(",", " ").split())
+    order = dict(zip(names, names, strict=True))
+    content = read_text(path).replace(b",", b" ")
+    table = read_table(path, content, (), order=order, columns=(len(names), len(names)))
+    if not len(table):
+        raise FileError(path, "is empty: it holds no row of numbers")
+    return table
 
 
 def read_homography(path: Path) -> FloatArray:
@@ -122,9 +58,11 @@ def read_homography(path: Path) -> FloatArray:
     FileError
         If the shape differs, a number is bad, or the matrix is singular.
     """
-    matrix, lines = read_numbers(path, ("h1", "h2", "h3"))
+    names = ("h1", "h2", "h3")
+    rows = read_rows(path, names)
+    matrix = rows.stacked(*names)
     if len(matrix) != 3:
-        raise FileError(path, f"a homography has 3 rows of 3 numbers, not {len(matrix)}", int(lines[-1]))
+        raise FileError(path, f"a homography has 3 rows of 3 numbers, not {len(matrix)}", int(rows.lines[-1]))
     largest = np.abs(matrix).max()
     if not largest or np.linalg.matrix_rank(matrix / largest) < 3:
         raise FileError(path, "the homography is singular: it maps the image onto a line or a point")

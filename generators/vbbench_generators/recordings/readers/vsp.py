@@ -18,15 +18,14 @@ import numpy as np
 
 from vbbench.errors import FileError, quoted
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.parsing.numbers import finite_number
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
 from vbbench_generators.recordings.readers.tracks import (
-    Lines,
     check_homography,
     check_integers,
     check_on_ground,
-    parse_row,
-    read_lines,
+    read_text,
     scene_of_rows,
     to_ground,
 )
@@ -38,6 +37,9 @@ COLUMNS = ("x", "y", "frame", "gaze")
 
 FEW_SAMPLES, SAMPLES_PER_KEY = 10**5, 2000
 """A file is sampled at so many places or fewer, or so many for each key point: 80 s of every frame between two."""
+
+Lines = list[tuple[int, str]]
+"""Numbers of lines from 1, with what stands there."""
 
 Curve = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 """Positions [M, 2] at times [M] from key times [N] and key points [N, 2]."""
@@ -115,7 +117,10 @@ def read_key_points(path: Path) -> list[KeyPoints]:
     FileError
         With file and line, if the annotation is bad or cut short.
     """
-    lines = read_lines(path)
+    stripped = ((number, line.strip()) for number, line in enumerate(read_text(path).decode().split("\n"), 1))
+    lines = [(number, line) for number, line in stripped if line and not line.startswith("#")]
+    if not lines:
+        raise FileError(path, "is empty: it holds no spline")
     people = _header(path, lines, 0, "the number of splines")
     found, row = [], 1
     for _ in range(people):
@@ -153,13 +158,20 @@ def _key_points(path: Path, lines: Lines, count: int, header: int) -> KeyPoints:
     if len(lines) < count or count == 0:
         raise FileError(path, f"a spline of {count} control points has {len(lines)}", header)
     numbers = np.array([number for number, _ in lines])
-    values = np.array([parse_row(path, number, line.partition(" - ")[0], COLUMNS) for number, line in lines])
+    values = np.array([_numbers(path, number, line.partition(" - ")[0]) for number, line in lines])
     frame = check_integers(path, "frame", values[:, 2], numbers)
     back = np.flatnonzero(np.diff(frame) <= 0)
     if len(back):
         row = back[0] + 1
         raise FileError(path, f"key frame {frame[row]} does not come after {frame[row - 1]}", int(numbers[row]))
     return KeyPoints(frame=frame, points=values[:, :2], lines=numbers)
+
+
+def _numbers(path: Path, number: int, line: str) -> list[float]:
+    words = line.replace(",", " ").split()
+    if len(words) != len(COLUMNS):
+        raise FileError(path, f"has {len(words)} columns, not {len(COLUMNS)} ({' '.join(COLUMNS)})", number)
+    return [finite_number(path, number, name, word) for name, word in zip(COLUMNS, words, strict=True)]
 
 
 def smooth_curve(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> FloatArray:
