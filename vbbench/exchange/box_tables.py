@@ -416,10 +416,12 @@ def _scores_and_classes(table: NamedColumns) -> tuple[FloatArray, NDArray[Any]]:
 def _refuse_class_as_left(table: NamedColumns, boxes: FloatArray) -> None:
     """Raise FileError if the third column of a table without names is a class or score, and no side of boxes."""
     left, rest = boxes[:, 0], boxes[:, 1:]
+    if len(left) < FEWEST_HIDDEN:
+        return
     kinds = np.unique(left[:1000])
     few = len(kinds) <= FEW_CLASSES and not (left % 1.0).any() and left.min() >= 0.0 and left.max() <= LAST_CLASS
     share = left.min() >= 0.0 and left.max() <= 1.0 and (left % 1.0).any()
-    if len(left) >= FEWEST_HIDDEN and ((few and (rest % 1.0).any()) or (share and (np.abs(rest) > 1.5).any())):
+    if (few and (rest % 1.0).any()) or (share and (np.abs(rest) > 1.5).any()):
         what = "a score" if share else "a class"
         problem = f"left would be {', '.join(f'{one:g}' for one in kinds[:3])} in all {len(left)} boxes: is it {what}?"
         raise FileError(table.path, f"{problem} Then name the columns in a first line: frame,id,class,left,top,…")

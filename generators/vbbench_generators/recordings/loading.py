@@ -12,11 +12,10 @@ from vbbench.exchange.text_tables import split_header
 from vbbench.files.tables import file_sha256
 from vbbench.generation.sources import locate
 from vbbench.geometry import FloatArray
-from vbbench.parsing.column_names import split_cells
 from vbbench.registry import load_all, load_registered
 from vbbench.scene import Scene
 from vbbench.streams import Stream, random_stream
-from vbbench_generators.recordings.readers.tracks import NOUNS, read_homography, read_text
+from vbbench_generators.recordings.readers.tracks import NOUNS, count_columns, read_homography, read_text
 from vbbench_generators.recordings.recipe import DETECTED, Recipe, Rules
 
 
@@ -171,7 +170,7 @@ def detect_format(path: Path) -> str:
     found = next((name for name, reader in readers.items() if reader.recognises(line)), None)
     if found is None:
         known = ", ".join(sorted(reader.signature for reader in readers.values() if reader.signature))
-        raise FileError(path, f"has {len(split_cells(line))} columns; known are {known}", number)
+        raise FileError(path, f"has {count_columns(line)} columns; known are {known}", number)
     return found
 
 

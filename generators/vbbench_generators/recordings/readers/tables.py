@@ -12,12 +12,13 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing, split_header
 from vbbench.geometry import FloatArray
-from vbbench.parsing.column_names import SHARES, UNITS, header_of, split_cells
+from vbbench.parsing.column_names import SHARES, UNITS, header_of
 from vbbench.parsing.numbers import parse_number
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
 from vbbench_generators.recordings.readers.tracks import (
     NOUNS,
+    count_columns,
     read_rows,
     read_text,
     scene_of_rows,
@@ -143,7 +144,7 @@ class Trajnet(Reader):
 
     def recognises(self, line: str) -> bool:
         """By names of columns, or their number."""
-        return len(split_cells(line)) == len(TRAJNET) or header_of(line, NOUNS) is not None
+        return count_columns(line) == len(TRAJNET) or header_of(line, NOUNS) is not None
 
     def read(self, file: SceneFile) -> Scene:
         """As `read_trajnet`."""
@@ -157,7 +158,7 @@ class Obsmat(Reader):
 
     def recognises(self, line: str) -> bool:
         """By the number of columns, where they have no names."""
-        return len(split_cells(line)) == len(OBSMAT) and header_of(line, NOUNS) is None
+        return count_columns(line) == len(OBSMAT) and header_of(line, NOUNS) is None
 
     def read(self, file: SceneFile) -> Scene:
         """As `read_obsmat`."""

@@ -50,6 +50,11 @@ def read_rows(path: Path, names: Sequence[str]) -> NamedColumns:
     return table
 
 
+def count_columns(line: str) -> int:
+    """How many columns a line has, parted by white space or commas."""
+    return len(line.replace(",", " ").split())
+
+
 def read_homography(path: Path) -> FloatArray:
     """Read a [3, 3] homography: three rows of three numbers.
 
