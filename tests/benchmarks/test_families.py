@@ -11,8 +11,8 @@ import pytest
 
 from benchmarks.families.families import families
 from benchmarks.families.places import Places
-from benchmarks.families.robot import STEP, Drive, boxes_of, correlated, crowd, robot_path, wheels, write
-from benchmarks.families.table import HEAD, Row, brief, lines, written
+from benchmarks.families.robot import Drive, boxes_of, crowd, robot_path, write
+from benchmarks.families.table import HEAD, Row, lines
 from benchmarks.real_camera.measuring import Run, Runs
 from vbbench.errors import SourceMissingError
 
@@ -33,30 +33,6 @@ def test_a_drive_is_written_as_a_recording_and_the_same_again(tmp_path: Path) ->
     assert files == {"boxes.csv", "camera.toml", "odometry.txt", "people.csv", "poses.txt"}
     assert all((tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes() for name in files)
     assert "pitch" not in (tmp_path / "a" / "camera.toml").read_text("utf-8")
-
-
-def test_another_rate_shows_the_same_drive(tmp_path: Path) -> None:
-    slow, fast = (write(tmp_path / f"{rate:g}", replace(SHORT, rate=rate), 1) for rate in (5.0, 15.0))
-    poses = [np.loadtxt(folder / "poses.txt") for folder in (slow, fast)]
-    np.testing.assert_allclose(poses[0], poses[1][::3])
-
-
-def test_wheels_err_by_a_scale_and_a_share_of_turns() -> None:
-    rng = np.random.default_rng(0)
-    time = np.arange(0.0, 60.0, STEP)
-    poses = np.stack([np.cos(0.2 * time), np.sin(0.2 * time), 0.2 * time + np.pi / 2], axis=-1) * (5.0, 5.0, 1.0)
-    found = np.array([wheels(poses, 1, rng) for _ in range(60)])
-    lengths = np.hypot(*np.moveaxis(np.diff(found[..., :2], axis=1), -1, 0)).sum(axis=1)
-    turns = found[:, -1, 2] - found[:, 0, 2]
-    true = np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()
-    assert 0.008 < np.std(lengths / true) < 0.022
-    assert 0.012 < np.std(turns / (poses[-1, 2] - poses[0, 2])) < 0.03
-
-
-def test_noise_is_correlated_over_its_memory() -> None:
-    noise = correlated((4000, 8), 0.1, 0.2, np.random.default_rng(0))
-    assert noise.std() == pytest.approx(1.0, abs=0.05)
-    assert (noise[2:] * noise[:-2]).mean() == pytest.approx(np.exp(-1.0), abs=0.05)
 
 
 @pytest.mark.slow
@@ -87,34 +63,6 @@ def test_figures_of_a_row() -> None:
     assert cells[2:5] == ["3.00 (×0.50)", ".500 (×0.50)", ".200"]
     assert list(naive.cells(naive))[2] == "6.00"
     assert len(list(lines([cells]))) == 3
-
-
-def test_the_page_gets_a_table_of_headlines_in_place_of_its_own() -> None:
-    page = "a\n\n| family | `old` |\n|---|---:|\n| gone | 1 |\n\nb\n"
-    groups = [
-        [
-            Row(
-                family=family,
-                solver=solver,
-                plain=(1.0, 1.0, 1.0),
-                capped=(known, known, known),
-                held=(1.0, 1.0),
-                squares=(1.0, 1.0),
-                worst=(1.0, 1.0),
-                pace=1.5,
-                runs=1,
-                rate=1.0,
-            )
-            for solver in ("ground-plane", "cv")
-        ]
-        for family, known in (("robot", 0.25), ("walk", np.nan))
-    ]
-    assert written(page, brief([*groups, []])) == (
-        "a\n\n| family | `ground-plane` | `cv` |\n|---|---:|---:|\n| robot | .250 | .250 |\n"
-        "| walk | 1.50 m/s | 1.50 m/s |\n\nb\n"
-    )
-    page = (Path(__file__).parents[2] / "docs" / "families.md").read_text("utf-8")
-    assert written(page, brief(groups)) != page
 
 
 @pytest.mark.slow

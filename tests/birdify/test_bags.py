@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.lib.own_recording import Walk, make_walk
+from tests.lib.ros_messages import Messages
 from vbbench.birdify.bags import BagTopics, birdify_bag
 from vbbench.cli import main
 from vbbench.errors import FileError
@@ -41,46 +42,16 @@ def walk() -> Walk:
     return make_walk(frames=30)
 
 
-class Writing:
+class Writing(Messages):
     """Messages of a bag of ROS 1 or 2."""
 
     def __init__(self, ros: int) -> None:
-        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+        from rosbags.typesys import get_types_from_msg
 
-        self.ros, self.roi = ros, (0, 0)
-        self.store = get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
+        super().__init__(ros, START)
+        self.roi = (0, 0)
         for name, text in (OLD if ros == 1 else NEW).items():
             self.store.register(get_types_from_msg(text, f"vision_msgs/msg/{name}"))
-
-    def make(self, kind: str, **fields: Any) -> Any:
-        return self.store.types[kind](**fields)
-
-    def header(self, time: float) -> Any:
-        nanoseconds = round((START + time) * 1e9)
-        stamp = self.make("builtin_interfaces/msg/Time", sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
-        number = {"seq": 0} if self.ros == 1 else {}
-        return self.make("std_msgs/msg/Header", stamp=stamp, frame_id="camera", **number)
-
-    def pose(self, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> Any:
-        turned = {"x": 0.0, "y": 0.0, "z": np.sin(yaw / 2), "w": np.cos(yaw / 2)}
-        pose = self.make(
-            "geometry_msgs/msg/Pose",
-            position=self.make("geometry_msgs/msg/Point", x=x, y=y, z=0.0),
-            orientation=self.make("geometry_msgs/msg/Quaternion", **turned),
-        )
-        return self.make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=np.zeros(36))
-
-    def odometry(self, time: float, pose: np.ndarray) -> Any:
-        zero = self.make("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0)
-        twist = self.make("geometry_msgs/msg/Twist", linear=zero, angular=zero)
-        spread = self.make("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=np.zeros(36))
-        return self.make(
-            "nav_msgs/msg/Odometry",
-            header=self.header(time),
-            child_frame_id="base",
-            pose=self.pose(*pose.tolist()),
-            twist=spread,
-        )
 
     def detections(self, time: float, boxes: dict[int, np.ndarray]) -> Any:
         found = [self._detection(name, box, self.header(time)) for name, box in boxes.items()]
@@ -161,7 +132,7 @@ def write_bag(folder: Path, walk: Walk, ros: int, *, second: bool = False, writi
             for name, kind in {row[1]: row[2] for row in rows}.items()
         }
         for time, name, kind, message in rows:
-            bag.write(topics[name], round((START + time + 0.05) * 1e9), serialize(message, kind))
+            bag.write(topics[name], writing.nanoseconds(time + 0.05), serialize(message, kind))
     return path
 
 
@@ -213,8 +184,8 @@ class Optical(Writing):
 
     def odometry(self, time: float, pose: np.ndarray) -> Any:
         message = super().odometry(time, pose)
-        turned = Rotation.from_euler("z", pose[2]) * Rotation.from_quat([-0.5, 0.5, -0.5, 0.5])
-        names = dict(zip("xyzw", turned.as_quat().tolist(), strict=True))
+        optical = Rotation.from_euler("z", pose[2]) * Rotation.from_quat([-0.5, 0.5, -0.5, 0.5])
+        names = dict(zip("xyzw", optical.as_quat().tolist(), strict=True))
         message.pose.pose.orientation = self.make("geometry_msgs/msg/Quaternion", **names)
         return message
 

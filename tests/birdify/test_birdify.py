@@ -199,16 +199,6 @@ def test_noise_does_not_bend_the_line():
     assert abs(cues.tilt) < 3 * cues.tilt_std
 
 
-@pytest.mark.parametrize("wrong", [-0.4, 0.15, 0.5])
-def test_a_tilt_is_found_however_large(wrong):
-    camera = PerspectiveCamera(mount_height=1.6)
-    boxes = camera.project(*walkers(np.random.default_rng(0)))
-    cues = compare_cues(boxes, replace(camera, pitch=wrong), PEOPLE, STEP)
-    assert cues is not None
-    assert cues.tilt == pytest.approx(-wrong, abs=0.01)
-    assert cues.mount_height == pytest.approx(1.6, abs=3 * cues.mount_height_std)
-
-
 def test_cues_of_a_panorama_and_of_a_camera_that_looks_straight_down():
     rng = np.random.default_rng(0)
     ahead, heights = walkers(rng)

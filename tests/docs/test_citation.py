@@ -10,8 +10,6 @@ import pytest
 import yaml
 from jsonschema import Draft7Validator
 
-from vbbench.paper import the_paper
-
 ROOT = Path(__file__).parents[2]
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
 CODEMETA = json.loads((ROOT / "codemeta.json").read_text("utf-8"))
@@ -31,16 +29,6 @@ def test_issue_forms_are_valid(form: Path) -> None:
     assert not [error.message for error in Draft7Validator(json.loads(schema.read_text("utf-8"))).iter_errors(filled)]
 
 
-@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "CODE_OF_CONDUCT.md"])
-def test_what_contributors_are_sent_to_exists(page: str) -> None:
-    text = (ROOT / page).read_text("utf-8")
-    for target in re.findall(r"\]\((?!https:)([^)#]+)", text):
-        assert (ROOT / target).is_file(), target
-    makefile = (ROOT / "Makefile").read_text("utf-8")
-    for target in re.findall(r"(?m)\bmake ([\w-]+)`|^    make ([\w-]+)", text):
-        assert re.search(rf"(?m)^{''.join(target)}:", makefile), target
-
-
 def test_name_licence_and_words_are_the_packages() -> None:
     package = metadata("vbbench")
     assert CITATION["title"] == CODEMETA["name"] == package["Name"]
@@ -57,8 +45,3 @@ def test_the_version_is_the_last_that_was_released() -> None:
     assert CITATION["version"] == CODEMETA["version"] == released
     installed = tuple(map(int, re.findall(r"\d+", metadata("vbbench")["Version"])[:3]))
     assert installed >= tuple(map(int, released.split(".")))
-
-
-@pytest.mark.parametrize("address", [CITATION["references"][0]["url"], CODEMETA["referencePublication"][0]["url"]])
-def test_the_paper_is_the_one_that_is_quoted_everywhere(address: str) -> None:
-    assert address == the_paper().link

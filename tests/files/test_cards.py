@@ -16,12 +16,11 @@ import yaml
 from tests.generators.test_footage import made as made_footage
 from tests.generators.test_footage import recording as footage
 from tests.generators.test_footage import relative
-from tests.lib import cars, jrdb_recording, kitti_files, motsynth_recording, own_recording
 from tests.lib.crohd_files import write_recording
 from tests.lib.make_dataset import Crowd, write_dataset
 from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main
-from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.errors import FileError, VbbenchError
 from vbbench.files.cards.origin import Publisher
 from vbbench.files.cards.readme import hub_identifier, licence_address, size_category
 from vbbench.files.cards.subject import TABLE_MEANINGS
@@ -33,7 +32,6 @@ from vbbench.files.tables import OPTIONAL, SCHEMAS
 from vbbench.files.verification import verify
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate, generate_partitioned
-from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options, Simulation
 from vbbench.parallel import cluster
 from vbbench.parallel.partitions import merge
@@ -87,7 +85,7 @@ def check_records(described: mlcroissant.Dataset, table: str, columns: dict[str,
 
 @pytest.mark.parametrize("split", sorted(registered("generator")))
 def test_cards_of_every_split_are_valid_and_name_licence_and_citation(split: str, tmp_path: Path) -> None:
-    """The tables of a small crowd stand for each split's own, which `test_cards_of_what_is_generated` makes."""
+    """The tables of a small crowd stand for each split's own."""
     card, folder = load("generator", split).card, tmp_path / "d"
     info = replace(write_dataset(folder, TINY), split=split, title=card.title, caution=card.caution)
     write_text_atomically(folder / "dataset.json", info.to_json())
@@ -105,39 +103,6 @@ def test_cards_of_every_split_are_valid_and_name_licence_and_citation(split: str
     assert ("no real person can be found" in text) is (card.people == "simulated")
     assert all(source.url in text for source in card.sources)
     assert "2111.05060" in values["citeAs"]
-
-
-def made_kitti(room: Path) -> Path:
-    training = kitti_files.write_kitti(room / "kitti" / "training")
-    return generate("kitti", room / "d", Options(source=training)).folder
-
-
-def made_jrdb(room: Path) -> Path:
-    source = jrdb_recording.recording(robot=jrdb_recording.Robot(seconds=15.0)).write(room / "jrdb")
-    return generate("jrdb", room / "d", Options(source=source)).folder
-
-
-def made_motsynth(room: Path) -> Path:
-    source = motsynth_recording.write(room / "s", motsynth_recording.recording(frames=40))
-    asked = FootageOptions(every=1)
-    return generate("motsynth", room / "d", Options(source=source, footage=asked)).folder
-
-
-def made_argoverse2(room: Path) -> Path:
-    source = cars.write_log(room / cars.LOG, cars.Drive())
-    return generate("argoverse2", room / "d", Options(source=source)).folder
-
-
-def made_nuscenes(room: Path) -> Path:
-    source = cars.write_tables(room / "v1.0-mini", {"scene-0001": cars.Drive(ground=0.0)})
-    return generate("nuscenes", room / "d", Options(source=source)).folder
-
-
-def made_own(room: Path) -> Path:
-    source = own_recording.write_folder(room / "walk", own_recording.make_walk())
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", VbbenchWarning)
-        return generate("own", room / "d", Options(source=source)).folder
 
 
 def made_custom(room: Path) -> Path:
@@ -165,19 +130,9 @@ def of_several_cameras(room: Path) -> Path:
     return made_footage(room / "d", footage("one", odometry=moved), footage("two", 1.2, odometry=moved)).folder
 
 
-def of_recording(split: str) -> Callable[[Path], Path]:
-    return lambda room: made_sim(room, split, tier="noisy")
-
-
 MADE: dict[str, Callable[[Path], Path]] = {
     "demo": lambda room: made_sim(room, "demo"),
     "withheld": made_secret,
-    "kitti": made_kitti,
-    "jrdb": made_jrdb,
-    "motsynth": made_motsynth,
-    "argoverse2": made_argoverse2,
-    "nuscenes": made_nuscenes,
-    "own": made_own,
     "custom": made_custom,
     "several cameras": of_several_cameras,
     "truth relative": lambda room: made_footage(room / "d", relative(footage())).folder,
@@ -193,22 +148,10 @@ def test_cards_of_what_is_generated(name: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_cards_of_a_robot_and_of_a_street(tmp_path: Path) -> None:
-    check_cards(made_sim(tmp_path / "robot", observer="robot", simulation=Simulation(scenario="concourse")))
-    check_cards(made_sim(tmp_path / "tracks", "street", tier="tracked"))
-
-
-@pytest.mark.slow
 def test_cards_of_heads_that_were_lifted(tmp_path: Path) -> None:
     folder = made_shibuya(tmp_path)
     check_cards(folder)
     assert "Calibration:" in (folder / README).read_text("utf-8")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("split", ["hotel", "eth", "eth-15fps", "students", "students-resampled"])
-def test_cards_of_real_recordings(split: str, tmp_path: Path, data_folder: Path) -> None:
-    check_cards(of_recording(split)(tmp_path))
 
 
 @pytest.fixture(scope="module")

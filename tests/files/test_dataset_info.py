@@ -3,15 +3,12 @@
 import hashlib
 import json
 import shutil
-import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 
 from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
@@ -142,33 +139,20 @@ TABLE = {"bytes": 1, "rows": 1, "sha256": "0" * 64}
         (lambda v: v.update(split="../x"), r"at `\$\.split`"),
         (lambda v: v.update(tier=7), r"Expected `str`, got `int` - at `\$\.tier`"),
         (lambda v: v.update(seed=-1), r"Expected `int` >= 0, got -1 - at `\$\.seed`"),
-        (lambda v: v.update(seed=True), r"got `bool` - at `\$\.seed`"),
         (lambda v: v.update(dt=0), r"Expected `float` > 0\.0 - at `\$\.dt`"),
         (lambda v: v.update(dt=10**30), r"<= 1000\.0 - at `\$\.dt`"),
-        (lambda v: v.update(dt="0.4"), r"got `str` - at `\$\.dt`"),
-        (lambda v: v.update(height_mean=None), r"got `null` - at `\$\.height_mean`"),
         (lambda v: v.update(scenes="scene0"), r"Expected `array`, got `str` - at `\$\.scenes`"),
-        (lambda v: v.update(scenes=[1]), r"got 1 - at `\$\.scenes\[0\]`"),
-        (lambda v: v.update(definition=[]), r"at `\$\.definition`"),
-        (lambda v: v.update(camera=[]), r"at `\$\.camera`"),
         (lambda v: v["camera"].update(kind="fisheye"), "key 'camera': no camera is called 'fisheye'"),
         (lambda v: v["camera"].update(focal=-1), "key 'camera': .*focal must be 0.01 to"),
         (lambda v: v["camera"].update(focal="wide"), "key 'camera': .*focal must be a number"),
-        (lambda v: v["camera"].update(cy=10**30), "key 'camera': .*cy must be"),
         (lambda v: v["camera"].update(zoom=1), "key 'camera': .*zoom"),
         (drop("counts", "frames"), r"lacks frames - at `\$\.counts`"),
         (lambda v: v["counts"].update(frames=-1), r"Expected `int` >= 0 - at `\$\.counts\.frames`"),
-        (lambda v: v["counts"].update(frames=1.5), r"got `float` - at `\$\.counts\.frames`"),
-        (lambda v: v.update(tables=[]), r"Expected `object`, got `array` - at `\$\.tables`"),
         (lambda v: v["tables"].update({"../x": TABLE}), r"unknown field `\.\./x` - at `\$\.tables`"),
         (lambda v: v["tables"].update({"/etc/passwd": TABLE}), r"unknown field `/etc/passwd` - at `\$\.tables`"),
-        (lambda v: v["tables"].update(given=7), r"got `int` - at `\$\.tables\.given`"),
         (drop("tables", "given", "bytes"), r"missing required field `bytes` - at `\$\.tables\.given`"),
-        (drop("tables", "given", "sha256"), r"missing required field `sha256` - at `\$\.tables\.given`"),
-        (lambda v: v["tables"]["given"].update(rows="9"), r"at `\$\.tables\.given\.rows`"),
         (lambda v: v["tables"]["given"].update(sha256="x"), r"at `\$\.tables\.given\.sha256`"),
         (drop("tables", "truth/poses"), r"lacks truth/poses - at `\$\.tables`"),
-        (lambda v: v.update(calibration={"summary": 7}), r"got 7 - at `\$\.calibration\.summary`"),
         (lambda v: v.update(id="0"), r"at `\$\.id`"),
         (lambda v: v.update(format_version=1.5), "format version 1.5"),
         (lambda v: v.update(format_version=3), "format version 3"),
@@ -194,34 +178,3 @@ def test_what_is_no_json_object_is_damaged(dataset: Path, text: str) -> None:
     (dataset / "dataset.json").write_bytes(text.encode("utf-8", "surrogateescape"))
     with pytest.raises(FileError, match=r"is damaged|format version"):
         Dataset(dataset)
-
-
-json_values = st.recursive(
-    st.none() | st.booleans() | st.integers(-(10**40), 10**40) | st.floats() | st.text(max_size=9),
-    lambda part: st.lists(part, max_size=3) | st.dictionaries(st.text(max_size=5), part, max_size=3),
-    max_leaves=6,
-)
-
-
-@pytest.mark.slow
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.data())
-def test_any_value_anywhere_is_read_or_refused_on_one_line(made: Path, tmp_path: Path, data: st.DataObject) -> None:
-    values = json.loads((made / "dataset.json").read_text("utf-8"))
-    place: Any = values
-    while True:
-        key = data.draw(
-            st.sampled_from(sorted(place)) if isinstance(place, dict) else st.sampled_from(range(len(place)))
-        )
-        if not isinstance(place[key], (dict, list)) or not place[key] or data.draw(st.booleans()):
-            break
-        place = place[key]
-    place[key] = data.draw(json_values)
-    values.pop("digest", None)
-    (tmp_path / "dataset.json").write_text(json.dumps(values), encoding="utf-8")
-    try:
-        assert DatasetInfo.read(tmp_path).to_json()
-    except FileError as error:
-        kinds = {unicodedata.category(letter) for letter in str(error)}
-        assert not kinds & {"Cc", "Cs", "Zl", "Zp"}
-        assert len(error.problem) < 700  # noqa: PT017

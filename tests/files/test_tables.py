@@ -8,7 +8,7 @@ import pytest
 
 from vbbench.files import tables
 from vbbench.files.sequence_tables import SequenceTable
-from vbbench.files.tables import row_groups, to_arrow
+from vbbench.files.tables import to_arrow
 from vbbench.parallel.parts import Part, write_in_parts
 
 
@@ -25,22 +25,6 @@ def test_long_tables_share_row_groups(tmp_path: Path, monkeypatch: pytest.Monkey
     table = SequenceTable(path, "truth/poses")
     for sequence in (0, 4, 5, 19):
         assert table.read(sequence, sequence + 1)["sequence"].tolist() == [sequence] * 2
-
-
-def test_rows_that_become_arrow_together_are_those_that_become_it_one_by_one() -> None:
-    rng = np.random.default_rng(0)
-    names = ("u", "v", "l", "visible")
-    pieces = [
-        {
-            "sequence": np.full(rows, index),
-            "frame": np.arange(rows),
-            "track": np.arange(rows, dtype=np.int32),
-            **{name: rng.random(rows) for name in names},
-        }
-        for index, rows in enumerate((3, 0, 5))
-    ]
-    for some in (pieces, pieces[:1]):
-        assert row_groups("observations", some) == [to_arrow("observations", piece) for piece in some]
 
 
 def test_a_table_gets_a_column_that_only_a_later_part_has_and_is_begun_before_that_part_is_made(tmp_path: Path) -> None:

@@ -13,10 +13,9 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.verification import verify
 from vbbench.files.withholding import GUESSABLE_BITS, SEED_FILE, draw_seed
-from vbbench.generation import generate, generate_partitioned
+from vbbench.generation import generate
 from vbbench.generation.datasets import who_knows
 from vbbench.generation.generator import Options
-from vbbench.parallel.partitions import merge
 from vbbench.scoring import score
 from vbbench.solving import solve
 
@@ -125,24 +124,6 @@ def test_info_prints_one_hash_that_sha256sum_gives_too(
     assert verify(challenge, kept).endswith(f"truth is the published one, SHA-256 {digest}")
 
 
-def test_a_cluster_keeps_the_seed_apart_too(challenge: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench.parallel.cluster.on_cluster", _here)
-    generate_partitioned("sim", tmp_path / "spread", options(), scheduler="tcp://nowhere", withhold_truth=True)
-    merge(tmp_path / "spread")
-    for name in ("challenge", "challenge.truth"):
-        for path in challenge.with_name(name).iterdir():
-            assert path.read_bytes() == (tmp_path / name.replace("challenge", "spread") / path.name).read_bytes()
-    assert not (tmp_path / "spread" / "partitioned").exists()
-
-
-@pytest.mark.slow
-def test_workers_open_withheld_truth(challenge: Path, tmp_path: Path) -> None:
-    opened = Dataset(challenge, challenge.with_name("challenge.truth"))
-    for jobs in (1, 2):
-        solve(opened, "cv", "one-step", tmp_path / str(jobs), jobs=jobs)
-    assert (tmp_path / "1" / "poses.parquet").read_bytes() == (tmp_path / "2" / "poses.parquet").read_bytes()
-
-
 def test_the_only_copy_of_a_truth_is_not_overwritten(challenge: Path, tmp_path: Path) -> None:
     generate("sim", tmp_path / "a", options(), withhold_truth=True)
     shutil.rmtree(tmp_path / "a")
@@ -219,9 +200,3 @@ def test_a_challenge_has_boards_of_its_own(
     check = ["leaderboard", "check", "--results", "board", "--submission", "answer", "--dataset", str(whole.folder)]
     assert main(check) == 0
     assert "1 scored again" in capsys.readouterr().out
-
-
-def _here(work, ranges, _scheduler, _tls):  # type: ignore[no-untyped-def]
-    from vbbench.parallel.parts import pack, part_name
-
-    return (pack(work(first, last), part_name(first)) for first, last in ranges)

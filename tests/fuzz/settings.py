@@ -50,28 +50,12 @@ KINDS = (
         weight=4,
     ),
     Kind(
-        name="recipe-lifting",
-        make=lambda folder: _toml(folder, "recipes/shibuya01.toml"),
-        target="made.toml",
-        mutations=TOML,
-        read=lambda folder: read_recipe(folder / "made.toml"),
-        weight=3,
-    ),
-    Kind(
         name="scenario",
         make=lambda folder: _toml(folder, "scenarios/plaza.toml"),
         target="made.toml",
         mutations=TOML,
         read=lambda folder: read_scenario(folder / "made.toml"),
         weight=4,
-    ),
-    Kind(
-        name="scenario-walls",
-        make=lambda folder: _toml(folder, "scenarios/corridor.toml"),
-        target="made.toml",
-        mutations=TOML,
-        read=lambda folder: read_scenario(folder / "made.toml"),
-        weight=3,
     ),
     Kind(
         name="detector",

@@ -111,10 +111,6 @@ def test_what_is_in_the_way_is_left_alone(copy: Path, tmp_path: Path) -> None:
     assert len(Dataset(copy)) == 3
 
 
-def test_a_whole_dataset_is_verified(made: Dataset) -> None:
-    assert f"{LIMIT} sequences" in verify(made.folder)
-
-
 @pytest.mark.parametrize("table", ["observations", "truth/poses"])
 def test_one_changed_byte_is_found(copy: Path, table: str) -> None:
     path = copy / f"{table}.parquet"

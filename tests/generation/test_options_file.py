@@ -17,7 +17,6 @@ from vbbench.generation.options_file import WrittenOptions, read_options
 from vbbench.generation.planning import planned
 
 SMALL = Simulation(sequences=1, people=(6,))
-DAMAGED = [{"definition": {"scenario": {"people": ["x"]}, "look": 3}, "seed": 0}, {"seed": [1]}]
 
 
 def made(written: WrittenOptions, split: str) -> Options:

@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 from vbbench.camera import PanoramaCamera
-from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset
 from vbbench.generation import write_dataset
 from vbbench.generation.generator import Options
 from vbbench.registry import load
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_generators.recordings.recipe import read_recipe
 from vbbench_generators.tiers.noise import Precision
 
 FINE = Precision(u_bits=10, v_bits=10, l_bits=12)
@@ -69,19 +67,3 @@ def test_solvers_do_not_feel_it(pair: tuple[Dataset, Dataset], tmp_path: Path) -
         figures.append(score(tmp_path / name, dataset.folder).summaries)
     for metric in ("dt", "dx", "dx_rel"):
         assert abs(figures[0][metric].mean - figures[1][metric].mean) < 2e-4
-
-
-@pytest.mark.parametrize(
-    ("table", "problem"),
-    [
-        ("u_bits = 10\nv_bits = 10\nl_bits = -1", "must be 0 to 32"),
-        ("u_bits = 10\nv_bits = 10", "'l_bits' is missing"),
-        ("u_bits = 10\nv_bits = 10\nl_bit = 12", "did you mean 'l_bits'"),
-    ],
-)
-def test_a_wrong_table_is_named(tmp_path: Path, table: str, problem: str) -> None:
-    path = tmp_path / "wrong.toml"
-    head = 'name = "a"\ntitle = "b"\nlicence = "c"\ncitation = "d"\nformat = "trajnet"\n[sequences]\n'
-    path.write_text(f"{head}[precision]\n{table}\n")
-    with pytest.raises(FileError, match=problem):
-        read_recipe(path)

@@ -19,7 +19,6 @@ from vbbench.sequence import Truth
 from vbbench_generators.splits import sim
 from vbbench_generators.tiers.field.carriage import (
     Carriage,
-    Ground,
     carry,
     cut_rows,
     draw_ground,
@@ -28,7 +27,6 @@ from vbbench_generators.tiers.field.carriage import (
     whole_boxes,
 )
 from vbbench_generators.tiers.field.recipe import get_field
-from vbbench_generators.tiers.field.tier import Field
 
 RECIPE = get_field()
 SMALL = Simulation(sequences=2, people=(12,))
@@ -107,20 +105,6 @@ def test_boxes_are_those_of_another_projection(
     np.testing.assert_allclose(made, by_rotations(sight, carriage, edge), atol=1e-7)
 
 
-def test_without_tilt_waves_and_edge_boxes_are_the_exact_ones() -> None:
-    sight, zero = crowd(), np.zeros(12)
-    flat = Ground(np.zeros(1), np.zeros(1), np.zeros((1, 2)))
-    carriage = Carriage(zero, zero, zero + sight.camera.mount_height, flat)
-    relative = world_to_relative(sight.truth.positions, sight.truth.poses)
-    made = whole_boxes(relative, sight, carriage, 0.0)
-    np.testing.assert_allclose(made[~np.isnan(sight.boxes)], sight.boxes[~np.isnan(sight.boxes)], atol=1e-9)
-
-
-def correlation(values: FloatArray) -> float:
-    """Of values [T, N] from one row to the next, means of columns taken off by the known mean 0."""
-    return float(np.mean(values[1:] * values[:-1]) / np.mean(values**2))
-
-
 def test_the_camera_is_tilted_and_sways_as_the_recipe_says() -> None:
     rng, dt, poses = np.random.default_rng(0), 0.4, np.zeros((40, 3))
     made = [carry(poses, 1.65, dt, "vehicle", RECIPE, rng) for _ in range(800)]
@@ -172,24 +156,6 @@ def test_boxes_are_drawn_as_the_recipe_says() -> None:
         assert values.std() == pytest.approx(np.hypot(person, std), rel=0.05)
         assert np.diff(values, axis=0).std() == pytest.approx(std * np.sqrt(2 * (1 - np.exp(-dt / time))), rel=0.03)
     assert float(np.sqrt(np.mean([column**2, top**2, bottom**2]))) == pytest.approx(model.box_std, rel=0.03)
-
-
-def test_the_constant_tilt_and_the_mean_near_edge_are_found_again_in_boxes() -> None:
-    camera, sight = RECIPE.camera, crowd(frames=6, people=20)
-    slopes, stretches = [], []
-    for seed in range(150):
-        boxes = Field(name="field", summary="", detects=False).observe(sight, np.random.default_rng(seed))
-        frame_of, track = np.nonzero(boxes.boxes[..., 1] + 0.5 * boxes.boxes[..., 2] < camera.height - 2.0)
-        away = sight.truth.positions[frame_of, track]
-        reach = np.hypot(*(away - sight.truth.poses[frame_of, :2]).T)
-        _, v, length = boxes.boxes[frame_of, track].T
-        ahead = away[:, 0] * (1.0 - 0.5 * (RECIPE.body.nearest_edge + RECIPE.body.farthest_edge) / reach)
-        feet = (v + 0.5 * length - camera.cy) / camera.focal - camera.mount_height / ahead
-        slopes.append(feet[reach > 12.0].mean())
-        heights = sight.truth.heights[track]
-        stretches.append(np.median(length * away[:, 0] / camera.focal / heights / (ahead / away[:, 0]) ** -1))
-    assert np.std(slopes) == pytest.approx(np.hypot(RECIPE.tilt.pitch_std, 0.008), rel=0.2)
-    assert np.mean(stretches) == pytest.approx(1.0, abs=0.01)
 
 
 def test_boxes_end_at_the_borders_of_the_picture() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.lib.jrdb_recording import START, Files, Robot, recording
+from tests.lib.jrdb_recording import Files, Robot, recording
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.dataset import Dataset
@@ -150,7 +150,8 @@ def test_boxes_by_hand_need_not_begin_with_the_first_picture(files: Files, root:
     assert made(tmp_path / "d", root, interpolated=False).sequence(0).observed.any()
 
 
-def test_pictures_are_named_where_they_are(files: Files, root: Path, tmp_path: Path) -> None:
+def test_pictures_are_named_where_they_are(files: Files, tmp_path: Path) -> None:
+    root = files.write(tmp_path / "jrdb{x}")
     (root / "images/image_stitched" / files.name).mkdir(parents=True)
     dataset = made(tmp_path / "d", root)
     pictures = dataset.info.pictures[0]
@@ -420,48 +421,3 @@ def test_results_of_a_tracker_on_labelled_pictures(root: Path, files: Files, tmp
     boxes = files.write_results(tmp_path / "results") / "tracks_2d"
     facts = (jrdb.recordings(Options(source=root, footage=FootageOptions(boxes=boxes))).calibration or {})["recordings"]
     assert facts[0]["tracked"] == {**facts[0]["tracked"], "recall": 1.0, "precision": 1.0, "overlap": 1.0}
-
-
-def test_a_folder_may_have_braces_in_its_name(files: Files, tmp_path: Path) -> None:
-    root = files.write(tmp_path / "jrdb{x}")
-    (root / "images/image_stitched" / files.name).mkdir(parents=True)
-    pictures = made(tmp_path / "d", root).info.pictures[0]
-    assert pictures is not None
-    assert pictures.path(0).parent == root / "images/image_stitched" / files.name
-
-
-def test_start_of_the_clock_is_a_real_one() -> None:
-    """Stamps of 2019 keep microseconds in a float."""
-    assert np.spacing(START) < 1e-6
-
-
-@pytest.mark.slow
-def test_boxes_of_a_detector_are_linked_and_matched_across_the_seam(root: Path, files: Files, tmp_path: Path) -> None:
-    labelled = read_recording(find_recordings(root)[0])
-    rng = np.random.default_rng(3)
-    slot, column = np.nonzero(~np.isnan(labelled.boxes[..., 2]))
-    boxes = labelled.rectangles[slot, column] + rng.normal(0.0, 0.5, (len(slot), 4))
-    boxes[rng.random(len(slot)) < 0.1, 0] += 900.0  # false alarms
-    boxes[:, 0] %= CAMERA.width
-    frames = labelled.grid.frames[np.searchsorted(labelled.grid.slots, slot)]
-    rows = np.column_stack(
-        [frames + 1, np.full(len(slot), -1), boxes + np.array([1.0, 1.0, 0.0, 0.0]), rng.random(len(slot)) * 0.3 + 0.7]
-    )
-    np.savetxt(tmp_path / f"{files.name}.txt", rows, delimiter=",", fmt="%.3f")
-    dataset = made(tmp_path / "d", root, boxes=tmp_path, every=3)
-    facts = (dataset.info.calibration or {})["recordings"][0]
-    assert facts["detected"]["recall"] > 0.85
-    assert 0.85 < facts["detected"]["precision"] < 0.95
-    persons = [dataset.track_persons(sequence) for sequence in dataset.sequences()]
-    alone = sum(len(np.unique(track[track >= 0])) == 1 for one in persons for track in one.T)
-    assert alone > 0.9 * sum(one.shape[1] for one in persons)
-    away = np.concatenate(
-        [
-            np.linalg.norm(
-                dataset.relative_truth(one) - CAMERA.unproject(one.observations, np.full(one.visible.shape, 1.75)),
-                axis=-1,
-            )[one.observed]
-            for one in dataset.sequences()
-        ]
-    )
-    assert np.nanmedian(away) < 0.6

@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.cli.test_missing_packages import run_without
 from tests.lib.jrdb_recording import Files, Robot, recording
 from vbbench.cli import main
 from vbbench.errors import VbbenchWarning
@@ -279,23 +276,3 @@ def test_bags_of_other_times_and_broken_ones(
                 sensor["timestamp"] += 86400.0
         stamps.write_text(json.dumps(values))
     assert "is it the bag of another recording?" in refusal(capsys, tmp_path, root, "--options", f"bags={path.parent}")
-
-
-@pytest.mark.slow
-def test_without_rosbags_the_extra_is_named(files: Files, root: Path, tmp_path: Path) -> None:
-    (tmp_path / f"{files.name}.bag").write_bytes(b"")
-    command: list[object] = [
-        "generate",
-        "jrdb",
-        "--source",
-        root,
-        "--options",
-        f"bags={tmp_path}",
-        "--out",
-        tmp_path / "out",
-    ]
-    done: subprocess.CompletedProcess[str] = run_without(("rosbags",), command)
-    assert done.returncode == 2, done.stderr
-    (line,) = done.stderr.splitlines()
-    assert line.endswith("needs rosbags: python -m pip install 'vbbench[robot]'")
-    assert run_without(("rosbags",), command[:4] + command[6:]).returncode == 0, sys.executable

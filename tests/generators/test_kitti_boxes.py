@@ -17,7 +17,6 @@ from vbbench.generation.generator import Options
 from vbbench.scoring import score
 from vbbench.sequence import NOBODY
 from vbbench.solving import solve
-from vbbench_generators.footage.kitti.labels import WALKERS
 from vbbench_generators.footage.kitti.split import kitti
 from vbbench_generators.footage.split import Recordings
 
@@ -133,29 +132,8 @@ def test_detections_of_less_than_even_odds_do_not_count(training: Path) -> None:
     assert figures(read(training, twice))["detected"]["found"] == len(LABELLED)
 
 
-@pytest.mark.parametrize("factor", [1.0, 100.0], ids=["shares", "per cent"])
-def test_scores_are_shares_or_per_cent(training: Path, factor: float) -> None:
-    """Of per cent that count as log-odds all are sure, and the rows of 2 % would make tracks of nobody."""
-    nobody = [(f, 99, 30.0 + f, 300.0, 60.0 + f, 360.0) for f in range(30)]
-    text = mot(LABELLED, linked=False, score=0.9 * factor) + mot(nobody, linked=False, score=0.02 * factor)
-    text = "\n".join(sorted(text.splitlines(), key=lambda line: int(line.split(",")[0])))
-    recordings = read(training, text)
-    assert figures(recordings)["dropped"] == 0
-    seen = recordings.footage[0].visible[recordings.footage[0].observed]
-    np.testing.assert_allclose(seen, 0.9)
-
-
 def with_class(text: str, number: int) -> str:
     return "".join(f"{line},{number},-1\n" for line in text.splitlines())
-
-
-@pytest.mark.parametrize(("people", "others"), [(0, 1), (1, 3)], ids=["as in COCO", "as in MOTChallenge"])
-def test_classes_of_trackers_are_left_out_and_counted(training: Path, people: int, others: int) -> None:
-    bicycles = [(f, 50 + t, *edges) for f, t, *edges in LABELLED[:99]]
-    text = with_class(mot(LABELLED, linked=True), people) + with_class(mot(bicycles, linked=True), others)
-    with pytest.warns(VbbenchWarning, match=f"99 of 699 boxes are dropped: 99 of class {others}"):
-        recordings = read(training, text)
-    assert figures(recordings)["detected"]["found"] == len(LABELLED)
 
 
 def test_whoever_knows_says_which_class_is_people(training: Path) -> None:
@@ -165,20 +143,6 @@ def test_whoever_knows_says_which_class_is_people(training: Path) -> None:
     recordings = read(training, text, person_class="7")
     assert figures(recordings)["detected"]["recall"] == 1.0
     assert recordings.definition["person_class"] == "7"
-
-
-def test_boxes_may_be_named_columns_of_shares(training: Path) -> None:
-    rows = "".join(
-        f"{(left + right) / 2484},{(top + bottom) / 750},{(right - left) / 1242},{(bottom - top) / 375},{t},{f},Ped\n"
-        for f, t, left, top, right, bottom in LABELLED
-    )
-    head = "x_center_norm,y_center_norm,width_norm,height_norm,tracker_id,frame_idx,label\n"
-    folder = training.parent / "boxes"
-    folder.mkdir()
-    (folder / "0003.csv").write_text(head + rows)
-    asked = FootageOptions(boxes=folder)
-    found = kitti.recordings(Options(source=training, footage=asked))
-    assert figures(found)["tracked"]["overlap"] == 1.0
 
 
 def test_types_of_detections_are_those_of_the_people_who_count(training: Path) -> None:
@@ -267,25 +231,6 @@ def test_boxes_of_other_frames_are_named(training: Path, late: int, words: str) 
         read(training, mot(moved, linked=True))
 
 
-def test_refused_boxes_of_other_frames_are_named(training: Path) -> None:
-    moved = [(f - 20, *rest) for f, *rest in LABELLED if f >= 20]
-    with pytest.raises(
-        FileError, match=r"only \d+ of \d+ boxes are on people.*boxes overlap people 20 frames later by"
-    ):
-        read(training, mot(moved, linked=True))
-
-
-def test_real_labels_as_text_that_counts_from_0(recordings_of_kitti: Path, tmp_path: Path) -> None:  # noqa: F811
-    """REAL: the people of 0017 as MOTChallenge text that counts from 0, frame 0 left out."""
-    rows = [line.split() for line in (recordings_of_kitti / "training/label_02/0017.txt").read_text().splitlines()]
-    people = [(int(row[0]), int(row[1]), *map(float, row[6:10])) for row in rows if row[2] in WALKERS]
-    boxes = tmp_path / "0017.txt"
-    boxes.write_text(mot([(f - 1, *rest) for f, *rest in people if f > 0], linked=True))
-    asked = FootageOptions(boxes=boxes, sequences=("0017",))
-    with pytest.warns(VbbenchWarning, match=r"one frame later by 1.00, now by 0.79: do frames count from 0 or from 1"):
-        kitti.recordings(Options(source=recordings_of_kitti, footage=asked))
-
-
 def test_false_alarms_where_nobody_is_are_left_out_without_complaint(training: Path) -> None:
     nobody = [line for line in Drive().labels() if "Pedestrian" not in line]
     write_kitti(training, label_02=nobody)
@@ -294,10 +239,3 @@ def test_false_alarms_where_nobody_is_are_left_out_without_complaint(training: P
     assert figures(recordings)["tracked"]["labelled"] == 0
     with pytest.raises(VbbenchError, match="frames in a row"):
         generate("kitti", training.parent / "d", Options(source=training))
-
-
-def test_real_boxes_of_another_sequence_are_refused(recordings_of_kitti: Path, tmp_path: Path) -> None:  # noqa: F811
-    boxes = tmp_path / "0015.txt"
-    boxes.write_bytes((recordings_of_kitti / "detections" / "0017.txt").read_bytes())
-    with pytest.raises(FileError, match=r"only \d+ of \d+ boxes are on people"):
-        kitti.recordings(Options(source=recordings_of_kitti, footage=FootageOptions(boxes=boxes, sequences=("0015",))))

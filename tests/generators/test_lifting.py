@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import asdict, replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -10,12 +9,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.lib.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photograph, walk
-from tests.lib.work import work_of
 from vbbench.errors import VbbenchError
 from vbbench_generators.lifting.camera import camera_of_homography, camera_of_plane
 from vbbench_generators.lifting.heads import HeadBoxes, Heads, LiftingSettings, SizePlane, split_at_gaps
 from vbbench_generators.lifting.lift import lift
-from vbbench_generators.lifting.walking import estimate_strength, smooth
+from vbbench_generators.lifting.walking import smooth
 
 DT = 0.04
 AREA = (-9.0, 10.0, 9.0, 32.0)
@@ -82,27 +80,6 @@ def test_a_homography_gives_the_camera_in_any_frame(camera: Camera, turn: float,
     u, v, _ = camera.view(ground, HEAD_HEIGHT)
     lifted = found.to_ground(u - SIZE[0] / 2, v - SIZE[1] / 2)
     np.testing.assert_allclose(lifted, ground @ frame[:2, :2].T + frame[:2, 2], atol=1e-6)
-
-
-def test_lifting_by_homography_puts_heads_where_feet_are() -> None:
-    truth, boxes = crowd()
-    lifted = lift(boxes, LiftingSettings(), np.linalg.inv(ground_matrix(Camera())))
-    places = lifted.tracks.positions[boxes.frame, np.searchsorted(lifted.tracks.people, boxes.track)]
-    off = np.abs(places - truth[boxes.frame, boxes.track - 1])
-    assert off.max() < 0.05  # the smoother has to guess that there is no noise
-    assert not lifted.calibration.pseudo_metric
-    assert lifted.calibration.focal.low == lifted.calibration.focal.high
-
-
-def test_the_plane_and_its_camera_agree() -> None:
-    plane = SizePlane(a=18.0, b=0.02, c=0.001)
-    camera = camera_of_plane(plane, 1500.0, 0.24, HEAD_HEIGHT)
-    x, nu = np.array([100.0, -300.0]), np.array([50.0, 200.0])
-    step = 1e-3
-    moved = np.stack([camera.to_ground(x + step, nu), camera.to_ground(x, nu + step)], axis=2)
-    numeric = (moved - camera.to_ground(x, nu)[:, :, None]) / step
-    np.testing.assert_allclose(camera.jacobian(x, nu), numeric, rtol=1e-4, atol=1e-7)
-    assert camera.horizon == pytest.approx(-plane.a / plane.b)
 
 
 def test_the_same_boxes_give_the_same_intervals_and_json_takes_them() -> None:
@@ -178,19 +155,6 @@ def test_the_scale_check_is_reported_and_applied_only_when_asked() -> None:
     assert scaled.calibration.head_size == pytest.approx(0.24 * factor)
 
 
-def test_noise_and_motion_are_told_apart() -> None:
-    rng = np.random.default_rng(0)
-    people, frames, noise, q = 200, 400, 0.05, 0.1
-    velocity = np.cumsum(rng.normal(size=(people, frames)) * np.sqrt(q * DT), axis=1)
-    path = np.cumsum(velocity * DT, axis=1)
-    scale = rng.uniform(0.5, 2.0, size=(people, 1)) * np.ones(frames)
-    value = (path + noise * scale * rng.normal(size=path.shape)).ravel()
-    frame, track = np.tile(np.arange(frames), people), np.repeat(np.arange(people), frames)
-    found = estimate_strength(value, scale.ravel(), frame, track, dt=DT)
-    assert found.noise == pytest.approx(noise * np.sqrt(DT), rel=0.15)
-    assert found.acceleration == pytest.approx(q, rel=0.2)
-
-
 def test_the_smoother_is_the_least_squares_solution() -> None:
     rng = np.random.default_rng(1)
     count, q = 12, 0.3
@@ -219,13 +183,3 @@ def test_smoothing_brings_tracks_nearer_to_the_truth() -> None:
     wanted = np.diff(truth[:, lifted.tracks.people - 1], axis=0)[: len(speed)] / DT
     assert np.sqrt(np.nanmean((speed - wanted) ** 2)) < 0.15
     assert 0.5 < lifted.calibration.smoothing_residual_px / (0.2 * 18.0 * np.sqrt(2.0)) < 1.5
-
-
-@pytest.mark.slow
-def test_work_grows_with_the_boxes_and_calls_do_not_grow() -> None:
-    noise = {"size_noise": 0.12, "jitter": 0.06, "key": 10}
-    (_, some), (_, many) = (crowd(people=people, frames=400, **noise) for people in (100, 800))
-    assert len(many.frame) > 7 * len(some.frame)
-    little, much = (work_of(partial(lift, boxes, LiftingSettings())) for boxes in (some, many))
-    assert much.calls < 1.2 * little.calls
-    assert much.bytes / len(many.frame) < 1.2 * little.bytes / len(some.frame)

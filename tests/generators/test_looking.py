@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Look, Options, Simulation
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.registry import load
@@ -134,8 +133,3 @@ def test_a_tier_says_how_heads_turn_unless_the_user_does(monkeypatch: pytest.Mon
     plain = demo.plan(Options(tier="noisy"))
     assert plain.info.id == demo.plan(Options(tier="noisy", look="motion")).info.id
     assert "natural" not in plain.info.definition
-
-
-def test_footage_has_no_look() -> None:
-    with pytest.raises(VbbenchError, match="`look`"):
-        load("generator", "kitti").plan(Options(look="natural"))

@@ -1,8 +1,5 @@
 """The split motsynth, on made recordings in the layout of its annotations."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -93,15 +90,6 @@ def test_people_who_bob_and_joints_that_shake_do_no_harm(tmp_path, shift):
     found = find_camera_path(read_annotations(write(tmp_path, values) / "annotations" / "000.json"))
     assert found.report["pose_shift"] == shift
     assert 0.0 < found.report["pose_error"] < 0.05
-
-
-@pytest.mark.parametrize("order", [(1, 0, 2), (2, 0, 1)])
-def test_angles_in_another_order_are_recognised_by_upright_people(tmp_path, order):
-    values = recording()
-    for image in values["images"]:
-        image["cam_world_rot"] = [image["cam_world_rot"][n] for n in order]
-    path = write(tmp_path, values) / "annotations" / "000.json"
-    assert find_camera_path(read_annotations(path)).pitch == pytest.approx(np.radians(PITCH), abs=0.005)
 
 
 @pytest.mark.parametrize("shift", [0, -2])
@@ -331,25 +319,6 @@ def test_without_a_source_it_says_where_to_get_it(tmp_path):
         motsynth.plan(Options())
     with pytest.raises(SourceMissingError, match="no annotation files of MOTSynth here"):
         motsynth.plan(options(tmp_path))
-
-
-@pytest.mark.slow
-def test_the_command_makes_it_and_pictures_are_found(tmp_path):
-    source = write(tmp_path / "s", recording())
-    (source / "frames" / "000" / "rgb").mkdir(parents=True)
-    command = ["generate", "motsynth", "--source", str(source), "--every", "2", "--out", str(tmp_path / "d")]
-    done = subprocess.run([sys.executable, "-m", "vbbench", *command], capture_output=True, text=True, check=True)
-    assert "1 videos; at worst joints reproject to 0.0 px" in done.stdout
-    plan = motsynth.plan(options(source, every=2))
-    assert str(plan.info.pictures[0].path(3)).endswith("s/frames/000/rgb/0006.jpg")
-
-
-def test_a_leap_is_named_by_the_frame_of_the_pose(tmp_path):
-    values = recording(frames=60, pose_shift=3)
-    _move(values, 30, 31, 5000.0)
-    path = write(tmp_path, values) / "annotations" / "000.json"
-    with pytest.raises(FileError, match="frame 30: the camera moves"):
-        find_camera_path(read_annotations(path))
 
 
 def test_a_folder_may_have_braces_in_its_name_and_a_video_is_read_once(tmp_path):

@@ -182,11 +182,6 @@ def test_point_on_the_horizon(write: Write) -> None:
     assert caught.value.line == 2
 
 
-def test_homography_is_projective() -> None:
-    matrix = np.array([[2.0, 0, 1], [0, 3, -1], [0.5, 0, 1]])
-    np.testing.assert_allclose(to_ground(np.array([[2.0, 1.0]]), matrix), [[5 / 2, 2 / 2]])
-
-
 @pytest.mark.parametrize(
     ("text", "line", "problem"),
     [
@@ -430,18 +425,3 @@ def test_vsp_gives_the_published_students(data_folder: Path, name: str) -> None:
     # The text rounds each person's first and last key frame to the nearest sample: up to two more rows each.
     assert (published.present & ~made.present).sum() <= 2 * len(made.people)
     assert np.abs(made.positions[both] - published.positions[both]).max() < 1e-3
-
-
-def test_eth_text_is_too_fast(data_folder: Path) -> None:
-    """biwi_eth.txt is the authors' table at every 10th frame of a 15 Hz video, which is 0.67 s and not 0.4 s."""
-    text = np.loadtxt(data_folder / "eth/biwi_eth.txt")
-    obsmat = np.loadtxt(data_folder / "eth/seq_eth_obsmat.txt")
-    for person in (1, 100, 360):
-        here, there = text[text[:, 1] == person], obsmat[obsmat[:, 1] == person]
-        here = here[(here[:, 0] >= there[0, 0]) & (here[:, 0] <= there[-1, 0])]
-        np.testing.assert_allclose(here[:, 2], np.interp(here[:, 0], there[:, 0], there[:, 2]), atol=0.02)
-    medians = []
-    for read_file, name, step in [(read_trajnet, "biwi_eth", 10), (read_obsmat, "seq_eth_obsmat", 6)]:
-        scene = read_file(data_folder / f"eth/{name}.txt", dt=0.4, frame_step=step)
-        medians.append(np.nanmedian(np.linalg.norm(np.diff(scene.positions, axis=0), axis=-1)) / scene.dt)
-    assert medians == pytest.approx([2.45, 1.47], abs=0.01)

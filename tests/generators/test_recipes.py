@@ -19,7 +19,6 @@ from vbbench_generators.recordings.recipe import (
     get_recipe,
     observed_crowd,
     read_recipe,
-    recipe_names,
 )
 
 Write = Callable[..., Path]
@@ -63,10 +62,6 @@ def table1(recipe: Recipe, source: Path) -> tuple[int, float, int, float, int]:
             spans += 1
     seen = np.concatenate(people)
     return spans, len(seen) / spans, int(seen.min()), float(seen.mean()), int(seen.max())
-
-
-def test_every_split_has_its_recipe() -> None:
-    assert recipe_names() == NAMES
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -118,6 +118,8 @@ def test_a_homography_takes_the_doubt_away(trip, tmp_path):
     assert main(["generate", "shibuya01", "--source", str(trip.recording), *wanted]) == 0
     surveyed = Trip(recording=trip.recording, made=Dataset(out))
     assert not surveyed.calibration["pseudo_metric"]
+    assert surveyed.made.info.caution is None
+    assert surveyed.made.info.definition["files"][2][0] == "homography"
     assert surveyed.calibration["focal"]["value"] == pytest.approx(camera_of(OPTIONS).focal, rel=1e-6)
     true, lifted = surveyed.pairs()
     assert np.median(lifted / true) == pytest.approx(1.0, abs=0.002)

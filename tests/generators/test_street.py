@@ -7,7 +7,6 @@ import pytest
 
 from tests.lib.answers import submit, true_answers
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
-from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
@@ -83,12 +82,6 @@ def test_the_definition_names_the_input() -> None:
     assert len({plan(tier).info.id for tier in ("ideal", "noisy", "occluded", "tracked")}) == 4
 
 
-def test_noise_comes_on_top() -> None:
-    exact, noisy = plan("ideal").build(1).sequence, plan("noisy").build(1).sequence
-    np.testing.assert_array_equal(exact.observed, noisy.observed)
-    assert np.nanstd(noisy.observations[..., 0] - exact.observations[..., 0]) == pytest.approx(1.0, abs=0.05)
-
-
 def test_what_street_does_not_take() -> None:
     with pytest.raises(VbbenchError, match="`scenario` is for the split 'sim'"):
         plan(simulation=Simulation(scenario="open"))
@@ -158,12 +151,3 @@ def test_tracks_in_the_panorama() -> None:
     assert np.all(sequence.observations[sequence.observed][:, 0] < 1440)
     assert made.persons is not None
     assert (made.persons >= 0).sum() > 0.9 * sequence.observed.sum()
-
-
-def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    out = tmp_path / "street"
-    assert main(["generate", "street", "--limit", "1", "--tier", "tracked", "--out", str(out)]) == 0
-    assert "tier tracked (10 px), dt 0.1 s" in capsys.readouterr().out
-    assert main(["verify", str(out)]) == 0
-    assert main(["generate", "street", "--options", "scenario=open", "--out", str(tmp_path / "no")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1

@@ -8,17 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.exchange.mot import export_mot, import_mot
-from vbbench.files.dataset import Dataset
 from vbbench.files.generate_command import options_of
-from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Plan, Simulation
 from vbbench.generation.tier import chosen_tier
 from vbbench.sequence import SequenceData
-from vbbench_generators.footage.own import own
 from vbbench_generators.splits import sim, street
 
 FEW = Simulation(sequences=1, people=(16,))
@@ -80,12 +76,6 @@ def test_what_cannot_be_is_refused(options: dict[str, object], message: str) -> 
         chosen_tier(Options(**options))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("name", "value"), [("noise", 2.0), ("least_track", 4)])
-def test_footage_is_as_it_was_seen(name: str, value: float, tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match=f"own is footage and does not read `{name}`"):
-        own.plan(Options(source=tmp_path, **{name: value}))  # type: ignore[arg-type]
-
-
 def test_a_dataset_says_how_it_is_made_again() -> None:
     def made(tier: str, **options: object) -> dict[str, Any]:
         return options_of(json.loads(sim.plan(Options(tier=tier, **options)).info.to_json()))  # type: ignore[arg-type]
@@ -97,19 +87,6 @@ def test_a_dataset_says_how_it_is_made_again() -> None:
         assert "least_track" not in made(tier)
     assert "noise" not in made("noisy")
     assert "noise" not in made("tracked")
-
-
-def test_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    out = tmp_path / "long"
-    few = ["generate", "street", "--sequences", "1", "--options", "people=16", "--tier"]
-    long, rough = ["--options", "least_track=4"], ["--options", "noise=2"]
-    assert main([*few, "tracked", *long, "--out", str(out)]) == 0
-    assert Dataset(out).info.id == plan("tracked", least_track=4).info.id
-    assert "as written" in verify(out)
-    assert main([*few, "noisy", *rough, "--out", str(tmp_path / "rough")]) == 0
-    assert "tier noisy (2 px)" in capsys.readouterr().out
-    assert main([*few, "ideal", *rough, "--out", str(tmp_path / "no")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.toml_text import read_toml
-from vbbench_generators.tiers.noise import Outline, see, wandering
+from vbbench_generators.tiers.noise import Outline, see
 from vbbench_generators.tiers.tracking.detector import Visible, detect, log_odds
 from vbbench_generators.tiers.tracking.observing import track_people
 from vbbench_generators.tiers.tracking.settings import DetectorModel, TrackingSettings, get_tracking
@@ -88,12 +88,6 @@ def test_misses_come_at_the_rate_that_the_model_says(height: float, visible: flo
         assert np.mean(scores >= least) == pytest.approx(wanted, abs=0.015)
 
 
-def test_misses_grow_as_people_get_smaller_and_hidden() -> None:
-    heights, visible = np.array([20.0, 40.0, 80.0, 160.0]), np.array([0.2, 0.5, 0.8, 1.0])
-    assert np.all(np.diff(log_odds(heights, np.ones(4), SETTINGS.detector)) > 0)
-    assert np.all(np.diff(log_odds(np.full(4, 100.0), visible, SETTINGS.detector)) > 0)
-
-
 def test_miss_rates_stand_beside_those_of_the_benchmark() -> None:
     """CityPersons leaderboard: 6-13 % of people of 50 px and more hidden by at most 35 %, 25-53 % of others."""
     visible = np.linspace(0.0, 1.0, 101)
@@ -166,12 +160,6 @@ def test_false_alarms_stand_as_many_as_the_model_says() -> None:
     assert np.all(feet > 360.0)
     quiet = list(detect(standing(50, 0, 100.0), model, CAMERA, DT, np.zeros(50, bool), rng()))
     assert not any(len(d.scores) for d in quiet)
-
-
-def test_wandering_numbers_are_normal_and_remember() -> None:
-    numbers = wandering((4000, 20), 0.5, 0.1, rng())
-    assert numbers.std() == pytest.approx(1.0, abs=0.03)
-    assert np.mean(numbers[1:] * numbers[:-1]) == pytest.approx(np.exp(-0.2), abs=0.03)
 
 
 # The tracker
@@ -304,15 +292,6 @@ def test_a_flawless_detector_gives_everybody_a_track_of_their_own(camera: Camera
     exact = camera.project(np.stack([-positions[-1, :, 1], positions[-1, :, 0]], axis=-1), heights)
     place = np.searchsorted(people, made.persons[-1])
     np.testing.assert_allclose(made.boxes[-1], exact[place], atol=0.5)
-
-
-def test_the_same_numbers_give_the_same_tracks_and_others_do_not() -> None:
-    crowd = walkers(CAMERA)
-    one, same = (_tracked(CAMERA, *crowd, SETTINGS.detector) for _ in range(2))
-    np.testing.assert_array_equal(one.boxes, same.boxes)
-    np.testing.assert_array_equal(one.persons, same.persons)
-    other = _tracked(CAMERA, *crowd, SETTINGS.detector, seed=8)
-    assert other.boxes.shape != one.boxes.shape or not np.array_equal(other.boxes, one.boxes, equal_nan=True)
 
 
 def test_short_tracks_are_dropped_and_nobody_is_two() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.tracker_table import Tally, switches
+from benchmarks.tracker_table import Tally
 from vbbench.boxes import overlaps, suppress
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.exchange.matching import match_boxes, match_tracks
@@ -137,9 +137,3 @@ def test_of_two_side_by_side_the_one_does_not_become_the_other() -> None:
     assert match_tracks(apart, real, people, camera, staying=True)[1].tolist() == [-1, -1]
     kept = match_boxes(swapped, true, camera, paired=np.array([[True, False], [False, False]]))
     assert [rows.tolist() for rows in kept] == [[0, 1], [0, 1]]
-
-
-def test_switches_are_counted_as_by_the_clear_metrics() -> None:
-    persons = np.array([[5, -1, 7], [5, -1, 7], [-1, -1, 7], [-1, 5, 7], [7, 5, -1]])
-    assert switches(persons) == 2  # 5 from the first to the second track, 7 from the third to the first
-    assert switches(persons[:3]) == 0

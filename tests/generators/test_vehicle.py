@@ -18,7 +18,6 @@ from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, SequenceData
 from vbbench_generators.crowds.sim import record_plaza
-from vbbench_generators.footage.own import own
 from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.splits import sim, street
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
@@ -158,8 +157,6 @@ def test_a_dataset_says_who_carries_the_camera(tmp_path: Path) -> None:
     assert "2 sequences are as written" in verify(data.folder)
 
 
-def test_a_vehicle_looks_ahead_and_footage_has_its_own(tmp_path: Path) -> None:
+def test_a_vehicle_looks_ahead() -> None:
     with pytest.raises(VbbenchError, match="a vehicle looks where it drives; remove `look`"):
         plan(Options(observer="vehicle", look="wander"))
-    with pytest.raises(VbbenchError, match="own is footage and does not read `observer`"):
-        own.plan(Options(observer="vehicle", source=tmp_path))

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.lib.commands import wait_until
-
 ROOT = Path(__file__).parents[2]
 TARGETS = ("demo", "test", "packages", "check", "sanitize", "test-kills", "test-slow", "bench-summary")
 ASIDE, UNTIL = ("test-extras", "browser", "wheel-test"), "test-slow"
@@ -73,38 +71,6 @@ def test_a_stage_that_fails_is_the_last(clone: Path, target: str) -> None:
     status, ran = run_checks(clone)
     assert status != 0
     assert one_by_one(ran) == TARGETS[: TARGETS.index(target) + 1]
-
-
-@pytest.mark.parametrize("target", [ASIDE[1]])
-def test_a_stage_that_fails_beside_others_ends_the_checks_when_these_have_ended(clone: Path, target: str) -> None:
-    (clone / f"no-{target}").touch()
-    status, ran = run_checks(clone)
-    assert status != 0
-    assert one_by_one(ran) == TARGETS[: TARGETS.index(UNTIL) + 1]
-
-
-def test_what_runs_beside_a_stage_that_fails_is_ended(clone: Path) -> None:
-    (clone / "no-check").touch()
-    makefile = clone / "Makefile"
-    waiting = "\t@echo $$$$ > ../../../waiting; exec sleep 600\n"
-    text = makefile.read_text("utf-8").replace(f"{ASIDE[0]}:\n", f"{ASIDE[0]}:\n{waiting}")
-    text = text.replace("\ncheck:\n", "\ncheck:\n\t@until test -s ../../../waiting; do sleep 0.05; done\n")
-    makefile.write_text(text, "utf-8")
-    subprocess.run(
-        ["git", "-c", "user.name=t", "-c", "user.email=t@t", "commit", "-qam", "wait"], cwd=clone, check=True
-    )
-    status, ran = run_checks(clone)
-    assert status != 0
-    assert not {*ASIDE} & {*ran}
-    wait_until(lambda: not Path("/proc", (clone / "waiting").read_text("utf-8").strip()).exists())
-
-
-def test_what_is_left_from_before_is_not_in_the_clone(clone: Path) -> None:
-    (clone / "out/ci/vbbench").mkdir(parents=True)
-    (clone / "out/ci/vbbench/left").touch()
-    (clone / "unknown").touch()
-    assert run_checks(clone)[0] == 0
-    assert not {"left", "unknown"} & {path.name for path in (clone / "out/ci/vbbench").iterdir()}
 
 
 OTHERS = """

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from tests.lib.ros_messages import Messages
 from vbbench.geometry import FloatArray, moved_as_one, wrap_angle
 from vbbench_generators.footage.jrdb.recording import CAMERA
 from vbbench_generators.footage.odometry_filter import Readings
@@ -216,78 +217,35 @@ def write_bag(
     restarted : drivers are started again in the middle, and write on connections of their own from then on.
     """
     from rosbags.rosbag1 import Writer
-    from rosbags.typesys import Stores, get_typestore
 
-    store = get_typestore(Stores.ROS1_NOETIC)
-    types = store.types
-    path.unlink(missing_ok=True)
+    said = Messages(1, START)
     rows: list[tuple[float, str, Any]] = []
     if messages:
-        rows += [(t, wheels, m) for t, m in _wheel_messages(types, driven, jump, poses_only)]
-        rows += [(t, imu, m) for t, m in _imu_messages(types, driven, upside_down)] if imu else []
+        rows += [(t, wheels, m) for t, m in _wheel_messages(said, driven, jump, poses_only)]
+        up = -1.0 if upside_down else 1.0
+        turns = zip(driven.gyro.times, driven.gyro.values, strict=True)
+        rows += [(t, imu, said.imu(t, turn, up)) for t, turn in turns] if imu else []
+    path.unlink(missing_ok=True)
     with Writer(path) as bag:
         kinds = {wheels: "nav_msgs/msg/Odometry", **({imu: "sensor_msgs/msg/Imu"} if imu else {})}
         open_ = {
-            (topic, caller): bag.add_connection(topic, kind, typestore=store, callerid=caller)
+            (topic, caller): bag.add_connection(topic, kind, typestore=said.store, callerid=caller)
             for topic, kind in kinds.items()
             for caller in ("/first", "/again")[: 1 + restarted]
         }
         for n, (time, topic, message) in enumerate(sorted(rows, key=lambda row: row[0])):
-            raw = store.serialize_ros1(message, kinds[topic])
+            raw = said.store.serialize_ros1(message, kinds[topic])
             caller = "/again" if restarted and n >= len(rows) // 2 else "/first"
-            bag.write(open_[topic, caller], round((START + time) * 1e9), raw)
+            bag.write(open_[topic, caller], said.nanoseconds(time), raw)
 
 
-def _header(types: Any, time: float) -> Any:
-    nanoseconds = round((START + time) * 1e9)
-    stamp = types["builtin_interfaces/msg/Time"](sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
-    return types["std_msgs/msg/Header"](seq=0, stamp=stamp, frame_id="odom")
-
-
-def _wheel_messages(types: Any, driven: Drive, jump: float, poses_only: bool) -> list[tuple[float, Any]]:
-    vector, spread = types["geometry_msgs/msg/Vector3"], np.zeros(36)
+def _wheel_messages(said: Messages, driven: Drive, jump: float, poses_only: bool) -> list[tuple[float, Any]]:
     passed = np.diff(driven.speed.times, prepend=driven.speed.times[0])
     yaws = np.cumsum(driven.turn.values * passed)
     xs, ys = (np.cumsum(driven.speed.values * one(yaws) * passed) for one in (np.cos, np.sin))
     found = []
-    for n, (time, speed, turn) in enumerate(
-        zip(driven.speed.times, driven.speed.values, driven.turn.values, strict=True)
-    ):
+    for n, time in enumerate(driven.speed.times):
         late = time + (jump if n >= len(xs) // 2 else 0.0)
-        told = (0.0, 0.0) if poses_only else (speed, turn)
-        pose = types["geometry_msgs/msg/Pose"](
-            position=types["geometry_msgs/msg/Point"](x=xs[n], y=ys[n], z=0.0),
-            orientation=types["geometry_msgs/msg/Quaternion"](
-                x=0.0, y=0.0, z=np.sin(yaws[n] / 2), w=np.cos(yaws[n] / 2)
-            ),
-        )
-        twist = types["geometry_msgs/msg/Twist"](
-            linear=vector(x=told[0], y=0.0, z=0.0), angular=vector(x=0.0, y=0.0, z=told[1])
-        )
-        message = types["nav_msgs/msg/Odometry"](
-            header=_header(types, late),
-            child_frame_id="base_link",
-            pose=types["geometry_msgs/msg/PoseWithCovariance"](pose=pose, covariance=spread),
-            twist=types["geometry_msgs/msg/TwistWithCovariance"](twist=twist, covariance=spread),
-        )
-        found.append((time, message))
+        speeds = (0.0, 0.0) if poses_only else (driven.speed.values[n], driven.turn.values[n])
+        found.append((time, said.odometry(late, (xs[n], ys[n], yaws[n]), *speeds)))
     return found
-
-
-def _imu_messages(types: Any, driven: Drive, upside_down: bool) -> list[tuple[float, Any]]:
-    vector, spread, up = types["geometry_msgs/msg/Vector3"], np.zeros(9), -1.0 if upside_down else 1.0
-    return [
-        (
-            time,
-            types["sensor_msgs/msg/Imu"](
-                header=_header(types, time),
-                orientation=types["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
-                orientation_covariance=spread,
-                angular_velocity=vector(x=0.0, y=0.0, z=up * turn),
-                angular_velocity_covariance=spread,
-                linear_acceleration=vector(x=0.0, y=0.0, z=up * 9.81),
-                linear_acceleration_covariance=spread,
-            ),
-        )
-        for time, turn in zip(driven.gyro.times, driven.gyro.values, strict=True)
-    ]

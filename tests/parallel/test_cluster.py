@@ -1,6 +1,5 @@
 """A real scheduler and real workers, some of them killed: nothing is lost, nothing is there twice."""
 
-import json
 import os
 import re
 import shlex
@@ -35,7 +34,7 @@ from vbbench.solving import solve
 pytest.importorskip("distributed", reason="needs the extra dask")
 pytestmark = pytest.mark.extra
 
-SPLIT, SOLVER = "tests.lib.slow_split:SLOW", "tests.lib.slow_split:SlowSolver"
+SPLIT = "tests.lib.slow_split:SLOW"
 
 
 def free_port() -> int:
@@ -183,31 +182,6 @@ def test_a_worker_killed_while_generating_loses_nothing(dask: Cluster, single: D
     merge(out)
     assert digests(out) == digests(single.folder)
     verify(out)
-
-
-@pytest.mark.slow
-def test_a_worker_killed_while_solving_loses_nothing(dask: Cluster, single: Dataset, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    run = start(
-        "solve", single.folder, "--solver", SOLVER, "--protocol", "one-step", "--out", out, "--scheduler", dask.of(2)
-    )
-    wait_until(at_the_gate(out, dask))
-    dask.workers[0].kill()
-    dask.open_gate()
-    status, errors = ended(run)
-    assert status == 0, errors
-    with pytest.raises(VbbenchError, match="out is partitioned; run"):
-        score(out, single.folder)
-    alone = solve(single, SOLVER, "one-step", tmp_path / "alone")
-    assert tables(merge(out)) == tables(alone)
-    assert score(out, single.folder).coverage == 1.0
-    declared, here = (json.loads((folder / "submission.json").read_text()) for folder in (out, alone))
-    assert declared | {"seconds_per_frame": 0} == here | {"seconds_per_frame": 0}
-    assert declared["seconds_per_frame"] > 0
-
-
-def tables(folder: Path) -> dict[str, str]:
-    return {name: digest for name, digest in digests(folder).items() if name.endswith(".parquet")}
 
 
 @contextmanager

@@ -127,17 +127,3 @@ def test_whatever_is_in_a_cell_is_read_or_refused_by_one_error(log, tmp_path_fac
     with suppress(VbbenchError):
         read_log(folder, ("panorama", "ring_front"))
     shutil.rmtree(folder)
-
-
-@settings(max_examples=60, deadline=None)
-@given(place=st.integers(0, 10**6), bytes_=st.binary(min_size=1, max_size=8), file=st.sampled_from(sorted(COLUMNS)))
-def test_whatever_a_file_holds_is_read_or_refused_by_one_error(log, tmp_path_factory, place, bytes_, file):
-    folder = tmp_path_factory.mktemp("fuzz") / LOG
-    shutil.copytree(log, folder)
-    content = bytearray((folder / file).read_bytes())
-    start = place % len(content)
-    content[start : start + len(bytes_)] = bytes_
-    (folder / file).write_bytes(content)
-    with suppress(VbbenchError):
-        read_log(folder, ("panorama", "ring_front"))
-    shutil.rmtree(folder)

@@ -138,17 +138,3 @@ def test_whatever_is_in_a_row_is_read_or_refused_by_one_error(tables, tmp_path_f
     with suppress(VbbenchError):
         read(folder)
     shutil.rmtree(folder)
-
-
-@settings(max_examples=60, deadline=None)
-@given(place=st.integers(0, 10**6), text=st.binary(min_size=1, max_size=8), name=st.sampled_from(sorted(TABLES)))
-def test_whatever_a_table_holds_is_read_or_refused_by_one_error(tables, tmp_path_factory, place, text, name):
-    folder = tmp_path_factory.mktemp("fuzz")
-    path = edited(tables, folder, name, lambda rows: rows)
-    content = bytearray(path.read_bytes())
-    start = place % len(content)
-    content[start : start + len(text)] = text
-    path.write_bytes(content)
-    with suppress(VbbenchError):
-        read(folder)
-    shutil.rmtree(folder)

@@ -1,21 +1,17 @@
 """The split of filmed streets: its tables, whom the detector found, and how films are made."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from benchmarks import street_films
 from vbbench.cli import main
-from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.errors import UnknownNameError
 from vbbench.exchange.detection import Detections
 from vbbench.files.generate_command import generate_command
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
-from vbbench.geometry import world_to_relative
 from vbbench.parsing.json_text import read_json
 from vbbench_generators.footage.street_film import FOLDER, SCALE, read_films, street_film
-from vbbench_generators.tiers.field.recipe import get_field
 
 MOST_BYTES = 1_500_000
 
@@ -27,34 +23,6 @@ def films():
 
 def test_the_tables_are_small():
     assert sum(path.stat().st_size for path in FOLDER.iterdir()) < MOST_BYTES
-
-
-def test_films_differ_in_camera_carrier_and_time(films):
-    facts, _ = films
-    assert {one["carried_by"] for one in facts} == {"person", "robot"}
-    assert {one["time"] for one in facts} == set(street_films.TIMES)
-    assert len({(one["mount_height"], one["focal"]) for one in facts}) == len(facts)
-
-
-def test_labels_are_where_a_camera_carried_like_that_of_tier_field_sees_people(films):
-    facts, tables = films
-    people, poses, tallest = tables["people"], tables["walks"], tables["heights"]
-    pitches, stretched = [], []
-    for number, one in enumerate(facts):
-        rows = (people["film"] == number) & (people["width"] > 0)
-        place = np.stack([people["x"], people["y"]], axis=-1)[rows] / SCALE["m"]
-        pose = np.stack([poses["x"] / SCALE["m"], poses["y"] / SCALE["m"], poses["yaw"] / SCALE["rad"]], axis=-1)
-        pose = pose[poses["film"] == number][people["frame"][rows]]
-        ahead = np.stack([world_to_relative(p[None], q)[0] for p, q in zip(place, pose, strict=True)])[:, 1]
-        height = (tallest["height"][tallest["film"] == number] / SCALE["m"])[people["person"][rows]]
-        length = people["height"][rows] / SCALE["px"]
-        stretched.append(np.median(np.abs(np.log(length * ahead / (one["focal"] * height)))))  # by the tilt
-        feet = (people["top"][rows] + people["height"][rows]) / SCALE["px"] - 240.0
-        pitches.append(np.median(feet / one["focal"] - one["mount_height"] / ahead))
-    assert np.max(stretched) < get_field().tilt.pitch_std
-    assert np.mean(stretched) < 0.01
-    assert np.abs(pitches).max() < 5.0 * get_field().tilt.pitch_std
-    assert np.std(pitches) > 0.3 * get_field().tilt.pitch_std
 
 
 def test_people_are_found_and_followed():
@@ -73,11 +41,6 @@ def test_films_are_chosen_by_name():
     assert plan.info.scenes == ("film-01",)
     with pytest.raises(UnknownNameError, match="film-99"):
         street_film.plan(Options(footage=FootageOptions(sequences=("film-99",))))
-
-
-def test_a_source_is_refused():
-    with pytest.raises(VbbenchError, match="does not read `source`"):
-        street_film.plan(Options(source=Path("films")))
 
 
 def test_the_command_of_a_dataset_names_no_source(tmp_path):
