@@ -27,7 +27,7 @@ from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.rendering import Picture, bearer
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
-from vbbench_generators.footage.street_film import DT, SCALE, TABLES
+from vbbench_generators.footage.street_film import DT, FOLDER, SCALE, TABLES
 from vbbench_generators.splits import street
 from vbbench_generators.tiers.field.carriage import carry
 from vbbench_generators.tiers.field.recipe import get_field
@@ -36,7 +36,7 @@ from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import Drawer
 from vbbench_renderers.surroundings import surroundings_of
 
-FILMS, FRAMES, SEED = 22, 80, 52
+FILMS, FRAMES, SEED = 50, 80, 52
 SIZE = 640, 480
 FEWEST = 4
 """People who must be in the picture and not hidden in every frame of a film."""
@@ -235,8 +235,7 @@ def main() -> None:
     parser.add_argument("--detector", required=True, help="an ONNX file")
     parser.add_argument("--first", type=int, default=FILMS, help="so many films (default: %(default)s)")
     parser.add_argument("--work", type=Path, default=Path("out/street-film"))
-    default = Path("generators/vbbench_generators/footage/street_film")
-    parser.add_argument("--out", type=Path, default=default, help="folder of the tables (default: %(default)s)")
+    parser.add_argument("--out", type=Path, default=FOLDER, help="folder of the tables (default: %(default)s)")
     asked = parser.parse_args()
     asked.work.mkdir(parents=True, exist_ok=True)
     detector = make_detector(asked.detector)
