@@ -73,6 +73,7 @@ def test_sinks_of_supervision_are_read(tmp_path: Path) -> None:
         ("{0},{1},11,21,20,40,{2},-1.5,8.25,0.5", 1, 1.0, np.nan),  # ground truth of 2D MOT15
         ("{0},{1},11,21,20,40,1,{1},0.25", 1, 1.0, 0.25),  # ground truth of MOT16
         ("{0},{1},11,21,20,40,1,0,0,0", 2, 1.0, np.nan),
+        ("{0},{1},11,21,20,40,1,1,{2}", 2, 1.0, np.nan),  # occluded or not
         ("{0},{1},11,21,20,40,{2}{2},0.75", 1, 0.75, np.nan),  # class, score
         ("{0},{1},11,21,20,40,{2}{2},0.75,-1,-1", 1, 0.75, np.nan),
     ],
@@ -289,6 +290,27 @@ def test_json_is_read(read: Read, value: Any) -> None:
 
 def test_json_of_one_object_a_line_is_read(read: Read) -> None:
     assert len(read("a.jsonl", "\n".join(json.dumps({"frame": n, **BOX}) for n in FRAMES)).frame) == len(FRAMES)
+
+
+def test_frames_of_coco_count_as_its_images_do(read: Read) -> None:
+    images = [{"id": n, "frame_id": n + 1} for n in FRAMES]
+    boxes = [{"image_id": n, "category_id": 1, "bbox": [10, 20, 20, 40], "track_id": 5} for n in FRAMES if n]
+    rows = read("a.json", json.dumps({"images": images, "annotations": boxes}))
+    np.testing.assert_allclose(rows.timeline.times, [0.1, 0.2, 0.3, 0.4, 0.5])
+
+
+@pytest.mark.parametrize("name", ["cam0/{0}.{1:06d}.png", "{0}{1:06d}000.png"])
+def test_pictures_named_by_their_time_are_timed(read: Read, name: str) -> None:
+    lines = [f"{name.format(1700000000, 100000 * n)},5,10,20,20,40\n" for n in FRAMES]
+    rows = read("a.csv", "image,id,left,top,width,height\n" + "".join(lines))
+    np.testing.assert_allclose(rows.timeline.times, 1.7e9 + 0.1 * np.arange(len(FRAMES)), rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("people", [0, 1])
+def test_names_of_classes_count_as_classes_do(read: Read, tmp_path: Path, people: int) -> None:
+    (tmp_path / "labels.txt").write_text("person\nbicycle\n")
+    rows = read("t.txt", "".join(f"{1 + n},{k},11,21,20,40,.9,{k}\n" for n in FRAMES for k in (people, people + 1)))
+    assert np.unique(rows.track).tolist() == [people]
 
 
 def test_several_films_in_one_file_are_named(read: Read) -> None:

@@ -66,7 +66,7 @@ def read_box_file(path: Path, picture: Picture = None) -> BoxTable:
         return _of_archive(path, picture)
     table = _of_content(path, path.read_bytes(), picture)
     labels = path.parent / "labels.txt"
-    return replace(table, class_names=_class_names(labels.read_bytes(), 1)) if labels.is_file() else table
+    return _with_names(table, labels.read_bytes()) if labels.is_file() else table
 
 
 def is_label_folder(path: Path) -> bool:
@@ -112,7 +112,7 @@ def _of_archive(path: Path, picture: Picture) -> BoxTable:
         tables = [name for name in tables if not name.lower().endswith(rest)]
         texts = [name for name in tables if name.endswith(".txt")]
         if texts and (len(texts) > 1 or len(tables) == 1) and _is_label(archive.read(texts[0])):
-            table, first = _labels(path, {name: archive.read(name) for name in texts}, picture), 0
+            table = _labels(path, {name: archive.read(name) for name in texts}, picture)
         else:
             found = [name for name in tables if name.endswith("gt/gt.txt")] or tables
             if not found and any(name.endswith(".xml") for name in names):
@@ -121,8 +121,13 @@ def _of_archive(path: Path, picture: Picture) -> BoxTable:
                 listed = ", ".join(map(quoted, (found or names)[:4]))
                 what = "several tables" if found else "no table of boxes"
                 raise FileError(path, f"holds {what}: {listed}; unpack it, and name the file of boxes")
-            table, first = _of_content(path / found[0], archive.read(found[0]), picture), 1
-        return replace(table, class_names=_class_names(archive.read(named), first)) if named else table
+            table = _of_content(path / found[0], archive.read(found[0]), picture)
+        return _with_names(table, archive.read(named)) if named else table
+
+
+def _with_names(table: BoxTable, content: bytes) -> BoxTable:
+    """The boxes with a list of names of classes, whose first is 0 if there is a class 0."""
+    return replace(table, class_names=_class_names(content, 0 if (table.classes == 0).any() else 1))
 
 
 def _class_names(content: bytes, first: int) -> dict[int, str]:
@@ -193,7 +198,7 @@ def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
     except (RecursionError, UnicodeDecodeError) as error:
         raise FileError(path, "is not JSON that can be read") from error
     coco = isinstance(value, dict) and {"images", "annotations"} <= value.keys()
-    records = _coco(path, value) if coco else list(_records(value, {}))
+    records, first = _coco(path, value) if coco else (list(_records(value, {})), 0)
     if not records:
         raise FileError(path, f"holds no boxes, as lists of objects; {_CSV}, or COCO")
     table = columns_of_records(path, records, NOUNS)
@@ -202,7 +207,7 @@ def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
         raise FileError(
             path, f"holds no boxes as objects with bbox, or left, top, width, height: {listed}; {_CSV}, or COCO"
         )
-    return box_table(table, picture, base=0)
+    return replace(box_table(table, picture, base=0), base=first)
 
 
 def _records(value: Any, outer: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
@@ -240,8 +245,8 @@ def _flat(value: Mapping[str, Any]) -> dict[str, Any]:
     return flat
 
 
-def _coco(path: Path, value: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The annotations of COCO or CocoVid, each with its frame and the name of its class."""
+def _coco(path: Path, value: Mapping[str, Any]) -> tuple[list[dict[str, Any]], int]:
+    """The annotations of COCO or CocoVid, each with its frame and the name of its class; and if frames count from 1."""
     try:
         images = {image["id"]: image for image in value["images"]}
         used = [images[one["image_id"]] for one in value["annotations"]]
@@ -264,7 +269,8 @@ def _coco(path: Path, value: Mapping[str, Any]) -> list[dict[str, Any]]:
         kind = one.get("category_id")
         of_class = {"class_name": names[kind]} if kind in names else {"class": kind}
         records.append({**record, **of_class, "frame": frames[one["image_id"]]})
-    return records
+    first = min((frame for frame in map(_frame_of, images.values()) if isinstance(frame, int)), default=0)
+    return records, min(max(first, 0), 1)
 
 
 def _frame_of(image: Mapping[str, Any]) -> Any:

@@ -117,7 +117,9 @@ _SIDES = (
 )
 _SIZES = ("left", "top", "width", "height")
 FEWEST_HIDDEN = 10
-"""Where so many boxes, and all, have visibility 0, it is not known; as many show what their third column is."""
+"""Where most of so many boxes have visibility 0, and others 1, it is not known; as many show their third column."""
+LEAST_STAMP = 1e9
+"""Names of pictures from this number on are time stamps, in s, ms, us or ns since 1970."""
 FEW_CLASSES, LAST_CLASS = 5, 100.0
 """As few whole numbers, up to this, are of a class."""
 _DIGITS, _ENDING = re.compile(r"\d+"), re.compile(r"(\.rf\.\w+)?\.\w*$")
@@ -251,8 +253,8 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
         boxes = np.stack([across[0], down[0], across[1], down[1]], axis=-1)
     if not SHARES.intersection(table.unit(noun) for names in _SIDES for noun in names):
         boxes -= [base, base, 0.0, 0.0]
-    timed = "frame" not in table
-    frame = table.scaled("time") if timed else frame_numbers(table)
+    stamps = table.scaled("time") if "frame" not in table else _stamps_of_pictures(table)
+    frame = frame_numbers(table) if stamps is None else stamps
     scores = table.scaled("score")
     if scores[scores < 0.0].tolist() == [UNLINKED] * int((scores < 0.0).sum()):
         scores[scores < 0.0] = np.nan
@@ -269,8 +271,24 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
         visible=table.numbers("visible"),
         ignored=(table.numbers("ignored", 0.0) != 0.0) | (_are_flags(scores) & (scores == 0.0)),
         base=base,
-        timed=timed,
+        timed=stamps is not None,
     )
+
+
+def _stamps_of_pictures(table: NamedColumns) -> FloatArray | None:
+    """[N] time stamps in s that pictures are named by, as of ROS and EuRoC; ``None`` where names are others."""
+
+    def stamp(name: str) -> float:
+        return parse_number(re.sub(r"\.[A-Za-z]\w*$", "", name.rpartition("/")[2])) or 0.0
+
+    if table["frame"].dtype.kind in "if" or stamp(str(table["frame"][0])) < LEAST_STAMP:
+        return None
+    names, inverse = np.unique(table["frame"], return_inverse=True)
+    found = list(map(stamp, names.tolist()))
+    if min(found) < LEAST_STAMP:
+        return None
+    unit = next(unit for unit, most in ((1.0, 1e11), (1e-3, 1e14), (1e-6, 1e17), (1e-9, np.inf)) if max(found) < most)
+    return unit * np.array(found)[inverse]
 
 
 def frame_numbers(table: NamedColumns) -> FloatArray:
@@ -371,7 +389,7 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
     if (
         not fraction.any()
         and hidden.any()
-        and (table.widest == 10 or not flags or (hidden.all() and len(table) >= FEWEST_HIDDEN))
+        and (table.widest == 10 or not flags or (hidden.mean() >= 0.5 and len(table) >= FEWEST_HIDDEN))
     ):
         visible = np.full(len(table), float(UNLINKED))  # truncation, or the number of a detection
     elif not flags and (visible > 1.0).any() and (visible == np.round(visible)).all():

@@ -13,8 +13,6 @@ OWN_ENGINE = "numba"
 """What definitions call the crowd engine, after what first ran it: ids of datasets stay as they are."""
 FOOTAGE_FILES = {"poses": "poses", "boxes": "boxes", "bag": "bags"}
 """The options that name files of footage which its own folder does not hold, by what they hold."""
-PACKAGED = "street-film"
-"""The split of footage whose recordings come with the package."""
 _PLACES = {"source", *FOOTAGE_FILES.values()}
 """Options whose values are words for a file or folder of the user's."""
 _OWN = ("source", "camera", "tier", "sigma_h", "dt", "sequences", "every", "seed", "limit")
@@ -92,8 +90,9 @@ def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict
     if len(cameras) > 1 and isinstance(scenes, list):
         scenes = list(dict.fromkeys(str(scene).partition(".")[0] for scene in scenes))
     cyclists = isinstance(classes, list) and "Cyclist" in classes
+    packaged = "detector" in definition  # a definition names it where boxes come with a package
     return {
-        "source": None if facts.get("split") == PACKAGED else "FOLDER",
+        "source": None if packaged else "FOLDER",
         "camera": ",".join(map(str, cameras)) or None,
         "sequences": ",".join(map(str, scenes)) if isinstance(scenes, list) else None,
         **{option: "FOLDER" if kind in kinds else None for kind, option in FOOTAGE_FILES.items()},

@@ -29,7 +29,7 @@ NAMES = {
     "projection": ("camera_model", "model_type", "Camera.type", "Camera1.type"),
     "fisheye": ("fisheye_model",),
     "intrinsics": ("intrinsics",),
-    "size": ("resolution", "image_size"),
+    "size": ("resolution", "image_size", "DIM"),
     "width": ("width", "image_width"),
     "height": ("height", "image_height"),
     **{name: (name,) for name in ("fx", "fy", "cx", "cy", "roi", "binning_x", "binning_y", *COEFFICIENTS["opencv"])},
