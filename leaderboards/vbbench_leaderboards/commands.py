@@ -16,21 +16,13 @@ def add(
     truth: Path | None = None,
     results: Path = RESULTS,
     name: str = "",
-    reference: str = "",
-    code: str = "",
-    authors: str = "",
-    trained_on: str = "",
-    tuned_on: str = "",
-    delay: str = "",
+    about: tuple[str, ...] = (),
     date: str = "",
-    rerun_by: str = "",
     overwrite: bool = False,
 ) -> None:
     """Score a submission and write its result file.
 
     In a challenge's results it is taken in for the team --name, if a phase is open: 'vbbench challenge accept'.
-
-    What its row must say comes from submission.json, or from the options here: authors, trained-on, tuned-on, delay.
 
     Args:
         submission: Folder with submission.json, poses and positions.
@@ -38,37 +30,25 @@ def add(
         truth: Folder with the truth tables, if they are not in the dataset.
         results: Folder of the result files.
         name: Name of the solver on the board; default: the one in the submission.
-        reference: Where it is described, in one line; default: the one in the submission.
-        code: Web address of the solver's code.
-        authors: Who made it.
-        trained_on: What its parameters were learned from; 'nothing' is an answer.
-        tuned_on: What you looked at when you chose the rest; 'nothing' is an answer.
-        delay: Frames that an answer comes after its own: 0 for a causal solver; or 'offline'.
+        about: Facts of the row, as NAME=VALUE in place of those in submission.json: authors; trained_on and tuned_on
+            ('nothing' is an answer); delay, the frames that an answer comes after its own, or 'offline'; reference,
+            where it is described; code, its address; rerun_by, who else made the figures again.
         date: Day of the result, YYYY-MM-DD; default: today.
-        rerun_by: Who else made the figures again, and when.
         overwrite: Replace an existing result.
     """
     from vbbench_leaderboards.results.folder import challenge_folder_of
-    from vbbench_leaderboards.results.result import parse_delay
+    from vbbench_leaderboards.results.result import parse_facts
     from vbbench_leaderboards.submitting import add as write
 
-    about = {
-        "reference": reference,
-        "code": code,
-        "authors": authors,
-        "trained_on": trained_on,
-        "tuned_on": tuned_on,
-        "delay": parse_delay(delay),
-        "rerun_by": rerun_by,
-    }
+    facts = parse_facts(about)
     challenge = challenge_folder_of(results)
     if challenge is None:
-        print(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **about))
+        print(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **facts))
         return
     from vbbench_leaderboards.challenge.definition import parse_moment
     from vbbench_leaderboards.challenge.submissions import accept
 
-    print(accept(challenge, submission, name, parse_moment(date), **about).text())
+    print(accept(challenge, submission, name, parse_moment(date), **facts).text())
 
 
 def try_(
@@ -144,9 +124,6 @@ def rerun(
     fresh: bool = False,
     together: bool = False,
     jobs: int = 1,
-    scheduler: str | None = None,
-    tls: Path | None = None,
-    root: Path | None = None,
 ) -> int:
     """Make the datasets, solve and score every board again with a new seed, and report which results stand.
 
@@ -167,10 +144,6 @@ def rerun(
         together: Solve with bundled solvers in one process a board, instead of a fresh process for each group of
             sequences that share no moment. Several times as fast.
         jobs: Number of processes; the figures do not depend on it.
-        scheduler: Address of a Dask cluster (tcp://...) that generates and solves instead.
-        tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
-        root: Folder with your downloads of real recordings, in folders kitti, argoverse2, nuscenes and jrdb; default:
-            the usual places.
     """
     from vbbench_leaderboards.checks.rerunning import Rerun
 
@@ -183,9 +156,6 @@ def rerun(
         fresh=fresh,
         together=together,
         jobs=jobs,
-        scheduler=scheduler,
-        tls=tls,
-        root=root,
     )
     drifted = 0
     for outcome in run.boards(split, solver, tier):

@@ -50,7 +50,7 @@ name = "honest"
 name = "cheat"
 members = "M. Allory"
 """
-FACTS = ["--authors", "somebody", "--trained-on", "nothing", "--tuned-on", "nothing", "--delay", "0"]
+FACTS = ["--about", "authors=somebody", "trained_on=nothing", "tuned_on=nothing", "delay=0"]
 
 
 def vbbench(*words: object) -> int:

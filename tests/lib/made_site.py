@@ -37,7 +37,7 @@ def make_site(room: Path) -> Made:
                 run("solve", dataset, "--solver", solver, "--protocol", protocol, "--out", answers / solver)
                 run("leaderboard", "add", answers / solver, "--dataset", dataset, "--results", results)
             shutil.copytree(answers / TWIN, answers / STRANGER)
-            words = ["--name", STRANGER, "--reference", HOSTILE, "--code", "https://example.org/?a=1&b=2"]
+            words = ["--name", STRANGER, "--about", f"reference={HOSTILE}", "code=https://example.org/?a=1&b=2"]
             run("leaderboard", "add", answers / STRANGER, "--dataset", dataset, "--results", results, *words)
     run("leaderboard", "build", "--out", room / "site", "--results", results, "--work", work)
     return Made(site=room / "site", results=results)

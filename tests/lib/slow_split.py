@@ -90,10 +90,10 @@ class SlowSolver(ConstantVelocity):
 
 
 class DeadlySolver(ConstantVelocity):
-    """Takes its process with it half-way."""
+    """Takes its process with it in the last sequence."""
 
     def step(self, frame: Frame) -> FrameEstimate:
-        if sequence_of(frame) >= SEQUENCES // 2:
+        if sequence_of(frame) == SEQUENCES - 1:
             os.kill(os.getpid(), signal.SIGKILL)
         return super().step(frame)
 

@@ -18,11 +18,10 @@ import pytest
 from tests.generation.test_datasets import digests
 from tests.lib.commands import ROOT, ended, start, wait_until
 from tests.lib.slow_split import BEFORE_THE_GATE, GATE, PARTS, SEQUENCES
-from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
-from vbbench.generation import generate
+from vbbench.generation import generate, generate_partitioned
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
 from vbbench.parallel.partitions import merge
@@ -61,13 +60,14 @@ class Cluster:
         self.workers: list[subprocess.Popen[bytes]] = []
         port = self.address.rpartition(":")[2]
         protocol = self.address.partition(":")[0]
-        options = ["--host", "127.0.0.1", "--port", port, "--protocol", protocol, *certificates(tls)]
-        self.scheduler = self._start("scheduler", *options)
+        options = ["--host", "127.0.0.1", "--port", port, "--protocol", protocol]
+        self.scheduler = self._start(tls, "scheduler", *options)
         wait_until(lambda: reachable(self.address))
 
-    def _start(self, *command: str) -> "subprocess.Popen[bytes]":
+    def _start(self, tls: Path | None, *command: str) -> "subprocess.Popen[bytes]":
         settings = {"ALLOWED_FAILURES": "2", "NO_WORKERS_TIMEOUT": "1s"}
         environment = os.environ | {f"DASK_DISTRIBUTED__SCHEDULER__{key}": value for key, value in settings.items()}
+        environment |= certificates(tls)
         self._started += 1
         with (self._folder / f"{self._started}.log").open("wb") as log:
             return subprocess.Popen(
@@ -81,12 +81,12 @@ class Cluster:
     def worker(self, address: str, tls: Path | None) -> "subprocess.Popen[bytes]":
         """One more, which gives up where it may not join."""
         options = ["--no-nanny", "--nthreads", "1", "--memory-limit", "1GiB", "--local-directory", "scratch"]
-        return self._start("worker", address, *options, "--death-timeout", "20", *certificates(tls))
+        return self._start(tls, "worker", address, *options, "--death-timeout", "20")
 
     def of(self, count: int) -> str:
         """The address, when so many workers, or more, are there; one that ends meanwhile is replaced."""
         self._fill(count)
-        with cluster._client(self.address, self.tls) as client:
+        with known(self.tls), cluster._client(self.address) as client:
             wait_until(lambda: self._fill(count) and len(client.scheduler_info(n_workers=-1)["workers"]) >= count)
         return self.address
 
@@ -110,12 +110,28 @@ class Cluster:
             process.wait()
 
 
-def certificates(folder: Path | None) -> list[str]:
-    """Dask's options for a folder of certificates."""
+def certificates(folder: Path | None) -> dict[str, str]:
+    """Dask's settings for a folder of certificates, as docs/scale.md has them."""
     if folder is None:
-        return []
-    files = {"--tls-ca-file": "ca.pem", "--tls-cert": "cert.pem", "--tls-key": "key.pem"}
-    return [word for option, name in files.items() for word in (option, str(folder / name))]
+        return {}
+    start = "DASK_DISTRIBUTED__COMM__"
+    files = {
+        f"TLS__{who}__{file.upper()}": f"{file}.pem"
+        for who in ("SCHEDULER", "WORKER", "CLIENT")
+        for file in ("cert", "key")
+    }
+    found = {f"{start}{name}": str(folder / file) for name, file in {**files, "TLS__CA_FILE": "ca.pem"}.items()}
+    return found | {f"{start}REQUIRE_ENCRYPTION": "true"}
+
+
+@contextmanager
+def known(folder: Path | None) -> Iterator[None]:
+    """This process with these settings."""
+    import dask
+
+    values = dask.config.collect_env(certificates(folder))
+    with dask.config.set(dask.config.merge(dask.config.config, values)):
+        yield
 
 
 @contextmanager
@@ -360,56 +376,29 @@ def tls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_certificates(tmp_path_factory.mktemp("certificates") / "ours")
 
 
+def generated(out: Path, address: str) -> Path:
+    generate_partitioned(SPLIT, out, Options(), scheduler=address)
+    return out
+
+
 @pytest.mark.slow
 def test_an_encrypted_cluster_and_who_is_kept_out(tls: Path, single: Dataset, tmp_path: Path) -> None:
     out = tmp_path / "out"
     with started(tmp_path, tls) as secret:
         secret.open_gate()
         address = secret.of(1)
-        options = tmp_path / "options.toml"
-        options.write_text(f'tls = "{tls}"')
-        status, errors = ended(start("generate", SPLIT, "--out", out, "--scheduler", address, "--options", options))
-        assert status == 0, errors
-        assert digests(merge(out)) == digests(single.folder)
-        solved = solve(single, "cv", "rollout", tmp_path / "cv", scheduler=address, tls=tls)
-        assert score(merge(solved), single.folder).coverage == 1.0
-
-        plain = address.replace("tls://", "tcp://")
-        with pytest.raises(VbbenchError, match=f"no Dask scheduler answers at {plain}"):
-            list(cluster.on_cluster(one_pose, [(0, 32)], plain))
+        with known(tls):
+            assert digests(merge(generated(out, address))) == digests(single.folder)
+            solved = solve(single, "cv", "rollout", tmp_path / "cv", scheduler=address)
+            assert score(merge(solved), single.folder).coverage == 1.0
+            plain = address.replace("tls://", "tcp://")
+            with pytest.raises(VbbenchError, match=f"{plain} is not encrypted, as Dask"):
+                list(cluster.on_cluster(one_pose, [(0, 32)], plain))
         strangers = make_certificates(tmp_path / "strangers")
-        with pytest.raises(VbbenchError, match=f"{strangers}: the scheduler at {address} has other certificates"):
-            list(cluster.on_cluster(one_pose, [(0, 32)], address, strangers))
+        for folder in (strangers, None):
+            with known(folder), pytest.raises(VbbenchError, match="check that it knows the certificates of Dask's"):
+                list(cluster.on_cluster(one_pose, [(0, 32)], address))
         for outsider in (secret.worker(plain, None), secret.worker(address, strangers)):
             assert outsider.wait(120) != 0
-        with cluster._client(address, tls) as client:
+        with known(tls), cluster._client(address) as client:
             assert len(client.scheduler_info(n_workers=-1)["workers"]) == 1
-
-
-def test_certificates_and_addresses_that_do_not_go_together(tmp_path: Path) -> None:
-    def complaint(address: str, folder: Path | None) -> str:
-        with pytest.raises(VbbenchError) as caught:
-            list(cluster.on_cluster(one_pose, [(0, 32)], address, folder))
-        assert "\n" not in str(caught.value)
-        return str(caught.value)
-
-    secret, folder = "tls://127.0.0.1:8786", tmp_path / "tls"
-    assert "needs certificates: name the folder that holds ca.pem, cert.pem and key.pem" in complaint(secret, None)
-    for plain in ("tcp://127.0.0.1:8786", "127.0.0.1:8786"):
-        assert f"for an address tls://HOST:PORT, and {plain} is not encrypted" in complaint(plain, folder)
-    folder.mkdir()
-    for name in ("ca.pem", "cert.pem", "key.pem"):
-        assert f"{folder / name}: the file is missing; a folder of certificates holds" in complaint(secret, folder)
-        (folder / name).write_text("nonsense")
-    assert f"{folder}: the certificates cannot be used" in complaint(secret, folder)
-
-
-def test_certificates_without_a_cluster(single: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    options, out = tmp_path / "options.toml", tmp_path / "out"
-    options.write_text('tls = "certificates"')
-    generating = ["generate", "demo", "--options", str(options)]
-    solving = ["solve", str(single.folder), "--solver", "cv", "--tls", str(tmp_path)]
-    for command in (generating, solving):
-        assert main([*command, "--out", str(out)]) == 2
-        assert capsys.readouterr().err.count("\n") == 1
-        assert not out.exists()

@@ -23,9 +23,7 @@ from vbbench.solving import solve
 LIMIT = 70
 
 
-def last_part_first(
-    work: Work, ranges: Sequence[tuple[int, int]], scheduler: str, tls: Path | None
-) -> Iterator[PackedPart]:
+def last_part_first(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) -> Iterator[PackedPart]:
     """Stands for a cluster: parts come back in any order."""
     yield from reversed([pack(work(first, last), part_name(first)) for first, last in ranges])
 

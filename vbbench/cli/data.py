@@ -94,15 +94,12 @@ def generate(
     given = {"camera": camera, "tier": tier, "sigma_h": sigma_h, "dt": dt, "seed": number}
     given |= {"sequences": sequences, "every": every, "limit": limit}
     written = read_options(options, split, seed=number).with_given(**given)
-    if written.tls and scheduler is None:
-        raise VbbenchError("`tls` is for a cluster; add --scheduler tls://HOST:PORT")
     wanted = written.options(split, source=source, homography=homography)
     if scheduler is None:
         facts = make(split, out, wanted, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info
     else:
-        tls = None if written.tls is None else Path(written.tls)
         kept = {"withhold_truth": withhold_truth, "overwrite": overwrite}
-        facts = generate_partitioned(split, out, wanted, scheduler=scheduler, tls=tls, **kept)
+        facts = generate_partitioned(split, out, wanted, scheduler=scheduler, **kept)
     doubt = who_knows(split, wanted.seed) if withhold_truth else None
     if doubt is not None:
         say_warning(doubt.replace("a secret seed", "--seed secret"))

@@ -28,7 +28,6 @@ def solve(
     truth: Path | None = None,
     jobs: int = 1,
     scheduler: str | None = None,
-    tls: Path | None = None,
     isolate: bool = False,
     fresh_processes: bool = False,
     covariance: bool = False,
@@ -44,7 +43,6 @@ def solve(
         truth: Folder with the truth tables, if they are not in the dataset (one-step needs them).
         jobs: Processes; the answers do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
-        tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
         isolate: Run the solver in a separate process that never holds truth.
         fresh_processes: Isolate it in a new process for each group of sequences that share no frame of a scene, so that
             nothing learned in one answers another.
@@ -62,7 +60,6 @@ def solve(
             out,
             jobs=jobs,
             scheduler=scheduler,
-            tls=tls,
             isolate=isolate,
             fresh_processes=fresh_processes,
             covariance=covariance,

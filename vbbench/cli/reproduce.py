@@ -49,7 +49,6 @@ class Work:
             study, or reproduced.
         jobs: Processes; the numbers do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that makes datasets and submissions instead.
-        tls: Folder with the certificates (ca.pem, cert.pem, key.pem) of a cluster whose address is tls://...
         overwrite: Generate and solve everything again.
         json: Print every number of one study as JSON instead of its tables.
     """
@@ -57,7 +56,6 @@ class Work:
     out: Path | None = None
     jobs: int = 1
     scheduler: str | None = None
-    tls: Path | None = None
     overwrite: bool = False
     json: bool = False
 
@@ -92,7 +90,7 @@ def reproduce(
     from vbbench.reproduction.studies import chosen_studies
 
     studies = chosen_studies(names, {name: value for name, value in asdict(study).items() if value is not None})
-    making = Making(jobs=work.jobs, scheduler=work.scheduler, tls=work.tls, overwrite=work.overwrite)
+    making = Making(jobs=work.jobs, scheduler=work.scheduler, overwrite=work.overwrite)
     if len(studies) > 1:
         if work.json:
             raise VbbenchError("--json is of one study, and a page writes that of each; remove it")

@@ -214,27 +214,25 @@ def generate_partitioned(
     options: Options,
     *,
     scheduler: str,
-    tls: Path | None = None,
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> DatasetInfo:
     """Make the dataset ``split`` on the Dask cluster at ``scheduler``, in partitions that `partitions.merge` joins.
 
-    The address is ``tls://HOST:PORT`` if ``tls`` is a folder of certificates (`cluster.on_cluster`). The rest is as in
-    `generate`.
+    The rest is as in `generate`.
     """
     out = Path(out)
     load("generator", split)
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
         plan = planned(split, options)
         if work.begin(_key(plan, withhold_truth), partitioned=True):
-            _write_partitions(plan, work, scheduler, tls, withhold_truth)
+            _write_partitions(plan, work, scheduler, withhold_truth)
     return DatasetInfo.read(out / PARTITIONED)
 
 
-def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, tls: Path | None, withhold_truth: bool) -> None:
+def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, withhold_truth: bool) -> None:
     build = partial(_build_part, plan)
-    facts = write_partitions(build, _ranges(plan), work.new, scheduler, tls=tls, label=plan.info.split)
+    facts = write_partitions(build, _ranges(plan), work.new, scheduler, label=plan.info.split)
     parts = [part_name(first) for first, _ in _ranges(plan)]
     if plan.scenes:
         write_partition(work.new, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), SCENES))

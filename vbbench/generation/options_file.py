@@ -41,7 +41,7 @@ class WrittenOptions:
     sigma_h : standard deviation in m of people's heights.
     sequences : number of simulated sequences, or names of recordings, in one text with commas between or as a list.
     people : a number of people, a list of them, or a text such as ``10:50:10``.
-    poses, boxes, bags, tls : files or folders, from the folder of the file; the last has a cluster's certificates.
+    poses, boxes, bags : files or folders, from the folder of the file.
     """
 
     camera: str | Mapping[str, Any] | None = None
@@ -67,7 +67,6 @@ class WrittenOptions:
     poses: str | None = None
     boxes: str | None = None
     bags: str | None = None
-    tls: str | None = None
 
     def with_given(self, **given: Any) -> "WrittenOptions":
         """These options, with those of a command line that are not ``None`` in place of the file's."""
@@ -177,7 +176,7 @@ def _read_file(path: Path, split: str, seed: int | None) -> WrittenOptions:
     folder = path if path.is_dir() else path.parent
     if not path.is_dir() and path.name != INFO_FILE:
         read = read_toml(path, WrittenOptions, "options of generate")
-        return read.with_given(**{name: str(folder / place) for name, place in read.chosen(*PLACES, "tls").items()})
+        return read.with_given(**{name: str(folder / place) for name, place in read.chosen(*PLACES).items()})
     facts = read_object(folder / INFO_FILE, "generate the dataset again")
     if facts.get("split") != split:
         raise FileError(folder / INFO_FILE, f"is of the split {quoted(facts.get('split'))}, not of {split}")

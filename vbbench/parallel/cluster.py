@@ -1,4 +1,4 @@
-"""Runs parts of work on a Dask cluster through joblib; every result crosses the network, no disk is shared.
+"""Runs parts of work on a Dask cluster by its public client; every result crosses the network, no disk is shared.
 
 `distributed` is the optional dependency ``vbbench[dask]``; it is imported where it is needed.
 """
@@ -8,29 +8,24 @@ import os
 import pickle
 import platform
 import re
-import ssl
 import sys
 import threading
 import uuid
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
+from itertools import islice
 from typing import Any
 
-from joblib import Parallel, delayed, parallel_config
-from joblib._dask import DaskDistributedBackend
-
-from vbbench.errors import FileError, VbbenchError, needs_extra
+from vbbench.errors import VbbenchError, needs_extra
 from vbbench.parallel.parts import PackedPart, Work, pack, part_name
 
 PATIENCE = 10
 """Seconds to wait for the scheduler, and for a first worker."""
 
-PARTS_A_CORE = 16
-"""Parts per core that are sent at a time: the most results, of about 1 MB each, that wait here to be written."""
+PARTS_A_CORE = 3
+"""Parts per core that are sent ahead: the most results, of about 1 MB each, that wait to be written."""
 
 TELLINGS = 5
 """Times that the work is sent to all workers, if some leave meanwhile."""
@@ -38,41 +33,43 @@ TELLINGS = 5
 PACKAGES = ("vbbench", "numpy", "scipy")
 """Packages that results may depend on: all workers must have the same versions."""
 
-CERTIFICATES = {"tls_ca_file": "ca.pem", "tls_client_cert": "cert.pem", "tls_client_key": "key.pem"}
-"""The files in a folder of certificates, by Dask's name for them."""
-_CERTIFICATE_FILES = "{}, {} and {}".format(*CERTIFICATES.values())
-
 ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+/?")
 """The form of a scheduler's address; with any other Dask would wait, and then show a traceback."""
 
 _opened = threading.local()
 
 
-def on_cluster(
-    work: Work, ranges: Sequence[tuple[int, int]], scheduler: str, tls: Path | None = None
-) -> Iterator[PackedPart]:
+def on_cluster(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) -> Iterator[PackedPart]:
     """Do the work on ranges of sequences, in any order.
 
     Parameters
     ----------
-    scheduler : address; ``tls://`` is encrypted.
-    tls : folder of the certificates that a ``tls://`` address needs (`CERTIFICATES`).
+    scheduler : address; ``tls://`` is encrypted with the certificates of Dask's own settings.
 
     Raises
     ------
     VbbenchError
-        If there is no such cluster, its workers run other versions, too many of them were lost, or address and
-        certificates do not go together.
+        If there is no such cluster, its workers run other versions, or too many of them were lost.
     """
-    with _client(scheduler, tls) as client, _plain_errors(scheduler), _published(client, work) as name:
+    with _client(scheduler) as client, _plain_errors(scheduler), _published(client, work) as name:
         _check_workers(client)
-        make, left = delayed(partial(_run_part, name, versions())), list(ranges)
-        while left:
-            size = PARTS_A_CORE * max(1, sum(client.ncores().values()))
-            now, left = left[:size], left[size:]
-            with parallel_config(backend=_Backend(client=client)):
-                run = Parallel(return_as="generator_unordered", batch_size=1, pre_dispatch="3*n_jobs")
-                yield from run(make(first, last) for first, last in now)
+        yield from _results(client, partial(_run_part, name, versions()), ranges)
+
+
+def _results(client: Any, run: Callable[[int, int], PackedPart], ranges: Iterable[tuple[int, int]]) -> Iterator[Any]:
+    """What ``run`` makes of the ranges, in any order; workers that join are given work, too."""
+    from distributed import as_completed
+
+    left, running = iter(ranges), as_completed(loop=client.loop)
+
+    def send() -> None:
+        missing = PARTS_A_CORE * max(1, sum(client.ncores().values())) - running.count()
+        running.update([client.submit(run, *one, pure=False) for one in islice(left, max(0, missing))])
+
+    send()
+    for future in running:
+        yield future.result()
+        send()
 
 
 def versions() -> dict[str, str]:
@@ -86,50 +83,24 @@ def versions() -> dict[str, str]:
     return found
 
 
-class _Backend(DaskDistributedBackend):  # type: ignore[misc]
-    """joblib's own backend waits for ever for a part that the cluster gave up; this one learns of the failure.
-
-    It also uses a cluster of one core, whose work joblib would do in this process.
-    """
-
-    def submit(self, func: Any, callback: Any = None) -> Any:
-        future = super().submit(func, callback)
-        future.add_done_callback(partial(_report_failure, callback))
-        return future
-
-    def retrieve_result_callback(self, out: Any) -> Any:
-        if isinstance(out, BaseException):
-            raise out
-        return super().retrieve_result_callback(out)
-
-    def effective_n_jobs(self, n_jobs: int = -1) -> int:
-        cores: int = super().effective_n_jobs(n_jobs)
-        return max(2, cores)
-
-
-def _report_failure(callback: Any, future: "Future[Any]") -> None:
-    error = future.exception()
-    if error is not None:
-        callback(error)
-
-
 @contextmanager
-def _client(scheduler: str, tls: Path | None) -> Iterator[Any]:
+def _client(scheduler: str) -> Iterator[Any]:
     with needs_extra("dask", "a cluster"):
         from distributed import Client
     if not ADDRESS.fullmatch(scheduler):
         raise VbbenchError(f"a scheduler is an address such as tcp://127.0.0.1:8786, not '{scheduler}'")
-    security = _security(scheduler, tls)
     with _silence():
         try:
-            client = Client(scheduler, timeout=PATIENCE, set_as_default=False, security=security)
-        except (OSError, ValueError, TypeError) as error:
-            if isinstance(error.__cause__, ssl.SSLError):
-                raise VbbenchError(f"{tls}: the scheduler at {scheduler} has other certificates") from error
+            client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
+        except RuntimeError as error:  # Dask refuses
             raise VbbenchError(
-                f"no Dask scheduler answers at {scheduler}; "
-                "start one with 'dask scheduler' and give the address it prints"
+                f"{scheduler} is not encrypted, as Dask's settings demand; give a tls:// address"
             ) from error
+        except (OSError, ValueError, TypeError) as error:
+            known = "it knows the certificates of Dask's settings (docs/scale.md)"
+            start = "start one with 'dask scheduler' and give the address it prints"
+            advice = f"check that {known}" if scheduler.startswith("tls://") else start
+            raise VbbenchError(f"no Dask scheduler answers at {scheduler}; {advice}") from error
         with client:
             try:
                 client.wait_for_workers(1, timeout=PATIENCE)
@@ -138,29 +109,6 @@ def _client(scheduler: str, tls: Path | None) -> Iterator[Any]:
                     f"the Dask scheduler at {scheduler} has no workers; start some with 'dask worker {scheduler}'"
                 ) from error
             yield client
-
-
-def _security(scheduler: str, tls: Path | None) -> Any:
-    """Dask's security settings; ``None`` without encryption, otherwise unencrypted connections are refused."""
-    from distributed import Security
-
-    encrypted = scheduler.startswith("tls://")
-    if tls is None:
-        if encrypted:
-            raise VbbenchError(f"{scheduler} needs certificates: name the folder that holds {_CERTIFICATE_FILES} (tls)")
-        return None
-    if not encrypted:
-        raise VbbenchError(f"certificates are for an address tls://HOST:PORT, and {scheduler} is not encrypted")
-    files = {role: tls / name for role, name in CERTIFICATES.items()}
-    for path in files.values():
-        if not path.is_file():
-            raise FileError(path, f"the file is missing; a folder of certificates holds {_CERTIFICATE_FILES}")
-    security = Security(require_encryption=True, **{role: str(path) for role, path in files.items()})
-    try:
-        security.get_connection_args("client")
-    except OSError as error:
-        raise VbbenchError(f"{tls}: the certificates cannot be used ({error}); make them again") from error
-    return security
 
 
 @contextmanager

@@ -61,9 +61,7 @@ class Layout:
     withheld: bool = False
 
 
-def write_partitions(
-    work: Work, ranges: Ranges, folder: Path, scheduler: str, *, tls: Path | None, label: str
-) -> list[dict[str, Any]]:
+def write_partitions(work: Work, ranges: Ranges, folder: Path, scheduler: str, *, label: str) -> list[dict[str, Any]]:
     """Do the work, cut into ``ranges``, on a cluster (`cluster.on_cluster`); return every part's facts in order.
 
     Complete parts in ``folder`` are not made again.
@@ -74,7 +72,7 @@ def write_partitions(
     sizes = {part_name(first): last - first for first, last in ranges}
     count = sum(sizes.values())
     with progress_bar(count, label, done=count - sum(last - first for first, last in left)) as bar:
-        for part in on_cluster(work, left, scheduler, tls) if left else ():
+        for part in on_cluster(work, left, scheduler) if left else ():
             write_partition(folder, part)
             bar.update(sizes[part.name])
     return [read_object(_facts_path(folder, name), _ADVICE)["facts"] for name in sizes]

@@ -63,14 +63,13 @@ class Cell:
 
 @dataclass(frozen=True, kw_only=True)
 class Making:
-    """Makes what is missing: by ``jobs`` processes, or on the Dask cluster at ``scheduler`` with certificates ``tls``.
+    """Makes what is missing: by ``jobs`` processes, or on the Dask cluster at ``scheduler``.
 
     With ``overwrite`` all is made again.
     """
 
     jobs: int = 1
     scheduler: str | None = None
-    tls: Path | None = None
     overwrite: bool = False
 
     def dataset(self, split: str, folder: Path, options: Options) -> Dataset:
@@ -85,7 +84,7 @@ class Making:
             return _existing(folder, planned(split, options))
         if self.scheduler is None:
             return generate(split, folder, options, jobs=self.jobs, overwrite=self.overwrite)
-        generate_partitioned(split, folder, options, scheduler=self.scheduler, tls=self.tls, overwrite=self.overwrite)
+        generate_partitioned(split, folder, options, scheduler=self.scheduler, overwrite=self.overwrite)
         return Dataset(merge(folder))
 
     def planned(self, plan: Plan, folder: Path) -> Dataset:
@@ -106,7 +105,7 @@ class Making:
         """
         if not self.overwrite and (folder / SUBMISSION_FILE).is_file():
             return _existing_submission(dataset, solver, protocol, folder)
-        where: dict[str, Any] = {"scheduler": self.scheduler, "tls": self.tls, "overwrite": self.overwrite}
+        where: dict[str, Any] = {"scheduler": self.scheduler, "overwrite": self.overwrite}
         made = solve(dataset, solver, protocol, folder, jobs=self.jobs, **where)
         return made if self.scheduler is None else merge(folder)
 
@@ -123,7 +122,7 @@ class Making:
 
     def cells_in_parallel(self, dataset: Dataset, solvers: Sequence[str], protocol: str) -> list[Cell]:
         """The cells of many solvers under one protocol; a process solves the dataset with one solver at a time."""
-        alone = replace(self, jobs=1, scheduler=None, tls=None)
+        alone = replace(self, jobs=1, scheduler=None)
         calls = [(alone, dataset, solver, protocol) for solver in solvers]
         label = f"{dataset.info.split} {dataset.info.dt:g} s {protocol}"
         return list(each(_quiet_cell, calls, self.jobs, label, "solver"))

@@ -62,7 +62,6 @@ def solve(
     *,
     jobs: int = 1,
     scheduler: str | None = None,
-    tls: Path | None = None,
     isolate: bool = False,
     fresh_processes: bool = False,
     covariance: bool = False,
@@ -76,7 +75,6 @@ def solve(
     ----------
     scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
         submission is then partitioned, and `partitions.merge` joins it.
-    tls : folder of the certificates that an address ``tls://HOST:PORT`` needs (`cluster.on_cluster`).
     isolate : run the solver in a separate process that never gets truth; if the kernel has Landlock, it cannot read the
         dataset's files either.
     fresh_processes : isolate it, in a new process for each group of sequences that share no frame of a scene, solved in
@@ -90,8 +88,6 @@ def solve(
         or ``out`` already exists.
     """
     check_jobs(jobs)
-    if tls and scheduler is None:
-        raise VbbenchError("certificates are for a cluster; give its scheduler's address, tls://HOST:PORT")
     out, rules = Path(out), get_protocol(protocol)
     _check_truth(dataset, rules)
     isolate = isolate or fresh_processes
@@ -108,7 +104,7 @@ def solve(
             if scheduler is None:
                 _write_here(work, solve_part, ranges, declared, jobs, label)
             else:
-                _write_in_partitions(work, solve_part, ranges, declared, scheduler, tls, label)
+                _write_in_partitions(work, solve_part, ranges, declared, scheduler, label)
             work.publish()
     return out
 
@@ -147,11 +143,10 @@ def _write_in_partitions(
     ranges: Ranges,
     declared: Declared,
     scheduler: str,
-    tls: Path | None,
     label: str,
 ) -> None:
     """Solve on a cluster and write files per part."""
-    facts = write_partitions(solve_part, ranges, work.new, scheduler, tls=tls, label=label)
+    facts = write_partitions(solve_part, ranges, work.new, scheduler, label=label)
     layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=[part_name(first) for first, _ in ranges])
     write_layout(work.new, layout, declared(facts).to_json())
 

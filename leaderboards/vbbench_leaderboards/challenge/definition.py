@@ -31,7 +31,7 @@ _MOST_SUBMISSIONS = 1000
 _NAME, _TEAM = r"[a-z0-9][a-z0-9-]{0,39}", r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}"
 _NAME_RULE = "up to 40 small letters, digits and -, beginning with a letter or digit"
 _TEAM_RULE = "up to 40 letters, digits and . _ + -, beginning with a letter or digit"
-_OWN_OPTIONS = ("--out", "--tier", "--seed", "--withhold-truth", "--overwrite", "--scheduler", "--tls")
+_OWN_OPTIONS = ("--out", "--tier", "--seed", "--withhold-truth", "--overwrite", "--scheduler")
 """Options of ``vbbench generate`` that the challenge itself decides."""
 
 _SOLVE = "--solver mysolver:MySolver --protocol"

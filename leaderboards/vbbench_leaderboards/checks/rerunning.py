@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stderr
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from io import StringIO
 from pathlib import Path
 from typing import TypeVar
@@ -22,9 +22,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.generation import generate, generate_partitioned
+from vbbench.generation import generate
 from vbbench.generation.tier import get_tier
-from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.protocol import get_protocol
 from vbbench.registry import Kind, load
@@ -101,9 +100,6 @@ class Rerun:
     together : solve with bundled solvers in one process a board, as diagnostics always are, for tests show that they
         remember nothing; others are solved in a fresh process for each group of sequences that share no moment.
     jobs : processes.
-    scheduler, tls : address of a Dask cluster that generates and solves instead, and the folder of its certificates;
-        this process merges and scores.
-    root : folder with folders of real recordings, called like their splits; ``None`` for the usual places.
     """
 
     results: Path
@@ -114,9 +110,6 @@ class Rerun:
     fresh: bool = False
     together: bool = False
     jobs: int = 1
-    scheduler: str | None = None
-    tls: Path | None = None
-    root: Path | None = None
 
     def boards(
         self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ()
@@ -175,19 +168,8 @@ class Rerun:
 
     def dataset(self, source: BoardSource) -> Dataset:
         """The dataset of a split and tier's boards; what is whole there and of the same code is kept."""
-        folder, options = (
-            dataset_folder(self.room, source.split, source.tier),
-            source.options(self.seed or 0, self.root),
-        )
-
-        def make() -> None:
-            if self.scheduler is None:
-                generate(source.split, folder, options, jobs=self.jobs, overwrite=True)
-                return
-            cluster = {"scheduler": self.scheduler, "tls": self.tls}
-            generate_partitioned(source.split, folder, options, **cluster, overwrite=True)  # type: ignore[arg-type]
-            merge(folder)
-
+        folder, options = dataset_folder(self.room, source.split, source.tier), source.options(self.seed or 0)
+        make = partial(generate, source.split, folder, options, jobs=self.jobs, overwrite=True)
         self._make(folder, f"{code_of('generator', source.split)} {options}", make)
         return Dataset(folder)
 
@@ -195,13 +177,7 @@ class Rerun:
         """A solver's submission to a board; what is whole there and of the same code is kept."""
         folder = submission_folder(self.room, board, solver)
         apart = solver not in bundled_solvers() or not (self.together or is_diagnostic(board))
-
-        def make() -> None:
-            where = {"scheduler": self.scheduler, "tls": self.tls, "fresh_processes": apart}
-            solve(dataset, solver, board.protocol, folder, **where, overwrite=True)  # type: ignore[arg-type]
-            if self.scheduler is not None:
-                merge(folder)
-
+        make = partial(solve, dataset, solver, board.protocol, folder, fresh_processes=apart, overwrite=True)
         self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}{' in fresh processes' * apart}", make)
         return folder
 
@@ -214,8 +190,8 @@ class Rerun:
             write_text_atomically(note, _note_text(code, folder))
 
     def _submissions(self, dataset: Dataset, pairs: list[tuple[Board, str]]) -> Iterator[Path]:
-        """Submissions to boards of a dataset by solvers, in order; here several at a time, on a cluster one by one."""
-        if self.jobs == 1 or self.scheduler is not None:
+        """Submissions to boards of a dataset by solvers, in order, several at a time."""
+        if self.jobs == 1:
             yield from (self.submission(dataset, board, solver) for board, solver in pairs)
         else:
             yield from in_parallel(_submission_in_silence, [(self, dataset, *pair) for pair in pairs], self.jobs)

@@ -7,7 +7,6 @@ each differs from all others.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.footage import FOOTAGE, FootageOptions
@@ -67,19 +66,15 @@ class BoardSource:
     stride: int | None = None
     observer: Observer = "walker"
 
-    def options(self, seed: int, root: Path | None = None) -> Options:
-        """The options of the generator.
-
-        Parameters
-        ----------
-        root : folder that holds folders of real recordings, called like their splits; ``None`` for the usual places.
-        """
+    def options(self, seed: int) -> Options:
+        """The options of the generator."""
         if self.tier != FOOTAGE:
             return Options(tier=self.tier, seed=seed, limit=self.limit, stride=self.stride, observer=self.observer)
-        folder = None if root is None or not (root / self.split).is_dir() else root / self.split
-        poses = _poses_at_hand(folder) if self.split == "kitti" else None
-        footage = FootageOptions(sequences=_RECORDINGS.get(self.split), poses=poses)
-        return Options(source=folder, seed=seed, footage=footage)
+        places = [folder / self.split for folder in data_folders()]
+        source = next((place for place in places if place.is_dir()), None)
+        poses = next((place / "poses" for place in places if (place / "poses").is_dir()), None)  # of KITTI, and better
+        footage = FootageOptions(sequences=_RECORDINGS.get(self.split), poses=poses if self.split == "kitti" else None)
+        return Options(source=source, seed=seed, footage=footage)
 
     @property
     def boards(self) -> tuple[Board, ...]:
@@ -154,13 +149,6 @@ def is_headline(board: Board) -> bool:
     return board.protocol == HEADLINE_PROTOCOL and (
         is_real(board) or (board.tier == HEADLINE_TIER and not is_diagnostic(board))
     )
-
-
-def _poses_at_hand(kitti: Path | None) -> Path | None:
-    """The folder of camera poses next to KITTI's recordings, which are better than its own where it drives far."""
-    folders = [folder / "kitti" for folder in data_folders()] if kitti is None else [kitti]
-    places = [folder / "poses" for folder in folders]
-    return next((place for place in places if place.is_dir()), None)
 
 
 REFERENCES = {

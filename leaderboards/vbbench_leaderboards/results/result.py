@@ -7,7 +7,7 @@ A *board* is a split, a tier and a protocol: the table in which solvers stand ne
 import datetime
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vbbench import __version__
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, UnknownNameError, VbbenchError
 from vbbench.estimate import LARGEST
 from vbbench.files.submission import OFFLINE, SubmissionInfo
 from vbbench.files.tables import file_sha256
@@ -112,12 +112,14 @@ class About:
         facts |= {name: value for name, value in given.items() if value not in ("", None)}
         if facts["delay"] is None:
             raise VbbenchError(
-                "a row must say whether the solver is causal: give `delay`, the frames that an answer comes after its "
-                f"own (0 for none), or '{OFFLINE}'; or write it into submission.json"
+                "a row must say whether the solver is causal: give --about delay=N, the frames that an answer comes "
+                f"after its own (0 for none), or delay={OFFLINE}; or write it into submission.json"
             )
         for name in NEEDED:
             if not facts[name].strip():
-                raise VbbenchError(f"a row must say {_MISSING[name]}: give `{name}`, or write it into submission.json")
+                raise VbbenchError(
+                    f"a row must say {_MISSING[name]}: give --about {name}=..., or write it into submission.json"
+                )
         about = About(**facts)
         if not _CODE.fullmatch(about.code):
             raise VbbenchError(f"`code` {about.code} is not an address; give one that begins with https:// or http://")
@@ -126,13 +128,26 @@ class About:
         return about
 
 
-def parse_delay(text: str) -> Delay | None:
-    """The delay that a command line names; ``None`` where it names none; VbbenchError if it is no delay."""
-    if text in ("", OFFLINE):
-        return OFFLINE if text else None
-    if not re.fullmatch(r"[0-9]{1,6}", text):
-        raise VbbenchError(f"a delay is a number of frames, 0 for a causal solver, or '{OFFLINE}', not '{text}'")
-    return int(text)
+def parse_facts(words: Iterable[str]) -> dict[str, Any]:
+    """Facts of a row by name, from words NAME=VALUE of a command line.
+
+    Raises
+    ------
+    VbbenchError
+        If a word is none, a name is unknown, or a delay is none.
+    """
+    known, found = {field.name for field in fields(About)} - {"date"}, dict[str, Any]()
+    for word in words:
+        name, equals, value = word.partition("=")
+        name = name.replace("-", "_")
+        if not equals or name not in known:
+            raise UnknownNameError("fact of a row", name, known)
+        found[name] = value
+    if not re.fullmatch(rf"{OFFLINE}|[0-9]{{1,6}}", found.get("delay", OFFLINE)):
+        raise VbbenchError(
+            f"a delay is a number of frames, 0 for a causal solver, or '{OFFLINE}', not '{found['delay']}'"
+        )
+    return found | ({"delay": int(found["delay"])} if found.get("delay", OFFLINE) != OFFLINE else {})
 
 
 @dataclass(frozen=True, kw_only=True)
