@@ -1,5 +1,6 @@
 """A real scheduler and real workers, some of them killed: nothing is lost, nothing is there twice."""
 
+import gc
 import os
 import re
 import shlex
@@ -376,13 +377,25 @@ def tls(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_certificates(tmp_path_factory.mktemp("certificates") / "ours")
 
 
+def refusal(address: str) -> str:
+    """Why there is no cluster; what is left of a client goes before the next one starts, or Dask waits for itself."""
+    try:
+        list(cluster.on_cluster(one_pose, [(0, 32)], address))
+    except VbbenchError as error:
+        text = str(error)
+    gc.collect()
+    return text
+
+
 def generated(out: Path, address: str) -> Path:
     generate_partitioned(SPLIT, out, Options(), scheduler=address)
     return out
 
 
 @pytest.mark.slow
-def test_an_encrypted_cluster_and_who_is_kept_out(tls: Path, single: Dataset, tmp_path: Path) -> None:
+def test_an_encrypted_cluster_and_who_is_kept_out(
+    tls: Path, single: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     out = tmp_path / "out"
     with started(tmp_path, tls) as secret:
         secret.open_gate()
@@ -392,12 +405,12 @@ def test_an_encrypted_cluster_and_who_is_kept_out(tls: Path, single: Dataset, tm
             solved = solve(single, "cv", "rollout", tmp_path / "cv", scheduler=address)
             assert score(merge(solved), single.folder).coverage == 1.0
             plain = address.replace("tls://", "tcp://")
-            with pytest.raises(VbbenchError, match=f"{plain} is not encrypted, as Dask"):
-                list(cluster.on_cluster(one_pose, [(0, 32)], plain))
+            assert f"{plain} is not encrypted, as Dask's settings demand" in refusal(plain)
         strangers = make_certificates(tmp_path / "strangers")
+        monkeypatch.setattr(cluster, "PATIENCE", 3)
         for folder in (strangers, None):
-            with known(folder), pytest.raises(VbbenchError, match="check that it knows the certificates of Dask's"):
-                list(cluster.on_cluster(one_pose, [(0, 32)], address))
+            with known(folder):
+                assert "check that it knows the certificates of Dask's" in refusal(address)
         for outsider in (secret.worker(plain, None), secret.worker(address, strangers)):
             assert outsider.wait(120) != 0
         with known(tls), cluster._client(address) as client:
