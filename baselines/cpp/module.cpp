@@ -50,6 +50,7 @@ struct Core {
                                                                {"walk_own", &c.walk_own},
                                                                {"first_speed", &c.first_speed},
                                                                {"pace", &c.pace},
+                                                               {"curve", &c.curve},
                                                                {"drive_nu", &c.drive_nu},
                                                                {"drive_speed", &c.drive_speed},
                                                                {"stay", &c.stay},

@@ -31,14 +31,16 @@ class Crowd:
     boxes: FloatArray
 
 
-def crowd(frames: int, people: int, *, noise: float = 0.5, edge: float = 0.0, seed: int = 0) -> Crowd:
+def crowd(
+    frames: int, people: int, *, noise: float = 0.5, edge: float = 0.0, seed: int = 0, stray: float = 0.01
+) -> Crowd:
     rng = np.random.default_rng(seed)
     time = DT * np.arange(frames)
     yaw = np.arctan2(0.06 * np.cos(0.2 * time), 1.2)  # the camera looks along its path
     poses = np.stack([1.2 * time, 0.3 * np.sin(0.2 * time), yaw], axis=-1)
     start = np.stack([rng.uniform(4.0, 10.0, people), rng.uniform(-3.0, 3.0, people)], axis=-1)
     velocity = np.stack([rng.uniform(0.6, 1.5, people), rng.normal(0.0, 0.2, people)], axis=-1)
-    steps = rng.normal(0.0, 0.01, (frames, people, 2)).cumsum(axis=0)
+    steps = rng.normal(0.0, stray, (frames, people, 2)).cumsum(axis=0)
     places = start + velocity * time[:, None, None] + steps
     heights = rng.normal(1.7, 0.07, people)
     return Crowd(poses, places, boxes_of(poses, places, heights, edge=edge, noise=noise, rng=rng))
@@ -193,11 +195,31 @@ def test_a_short_window_finds_about_the_poses_of_one_that_holds_all_frames() -> 
 def test_errors_are_as_large_as_the_covariances_state() -> None:
     squares = []
     for seed in range(8):
-        scene = crowd(18, 6, seed=seed)
+        scene = crowd(18, 6, seed=seed, stray=0.05)
         answer = Run(6, covariances=True).through(scene)[-1]
         off = answer["pose"] - scene.poses[-1]
         squares.append(off @ np.linalg.solve(answer["pose_covariance"], off) / 3.0)
     assert 0.2 < np.mean(squares) < 2.0
+
+
+def robot(frames: int, people: int, seed: int) -> Crowd:
+    """A camera that drives along its axis at 1.1 m/s, and turns at up to .5 rad/s, among walkers."""
+    scene, rng = crowd(frames, people, seed=seed, stray=0.02), np.random.default_rng(seed)
+    rate = 0.5 * np.sin(0.5 * DT * np.arange(frames))
+    yaw = DT * np.cumsum(rate)
+    along = yaw - 0.5 * DT * rate
+    x, y = 1.1 * DT * np.cumsum(np.cos(along)), 1.1 * DT * np.cumsum(np.sin(along))
+    poses = np.stack([x, y, yaw], axis=-1)
+    places = scene.places + rng.uniform(-6.0, 6.0, (people, 2)) - np.array([0.5 * DT * frames, 0.0])
+    return Crowd(poses, places, boxes_of(poses, places, rng.normal(1.7, 0.07, people), noise=0.5, rng=rng))
+
+
+def test_a_robot_that_turns_among_people_drives() -> None:
+    for seed in range(3):
+        scene, run = robot(50, 12, seed), Run(12)
+        answer = run.through(scene)[-1]
+        assert sum(run.core.modes()[1:3]) > 0.9  # straight on, or in curves
+        assert np.hypot(*(answer["pose"] - scene.poses[-1])[:2]) < 0.6
 
 
 def test_exact_boxes_of_people_far_away_show_how_a_car_brakes() -> None:

@@ -34,6 +34,7 @@ struct Constants {
   double pace = 0.15;                         ///< 1/s, weight of the prior of walking speed [S]
   // Camera.
   std::array<double, 3> drive{0.7, 0.05, 0.04};  ///< m/s^1.5 forward and sideways, rad/s^1.5: changes of velocity [S]
+  double curve = 0.16;                           ///< rad/s^1.5, changes of the turn in curves [S]
   double drive_nu = 4.0;                         ///< degrees of freedom of these [S]
   std::array<double, 2> slip{0.12, 0.03};        ///< m/s sideways and rad/s, Cauchy scales of a vehicle [S]
   double drive_speed = 4.0;                      ///< m/s, of a vehicle [L]

@@ -379,7 +379,7 @@ class Estimator {
 
   void predict(const std::vector<Frame>& frames, Frame& frame) const {
     const std::array<double, kFrame>&last = frames.back().at, &before = frames[frames.size() - 2].at;
-    const bool drives = !window_.posterior.empty() && window_.posterior.back()[kDrive] > 0.5;
+    const bool drives = !window_.posterior.empty() && driving(window_.posterior.back()) > 0.5;
     double dx = last[0] - before[0], dy = last[1] - before[1];
     if (drives) {
       const double turn = last[2] - before[2], c = std::cos(turn), s = std::sin(turn), x = dx;
@@ -611,6 +611,7 @@ class Estimator {
       count_ += sum[1];
     }
     variance_ = (constants.walk_people + squares_) / (constants.walk_people + count_);
+    model_.motion.spread = std::sqrt(variance_);
     for (Person& person : window_.people) person.variance = (own * variance_ + person.squares) / (own + person.count);
   }
 
@@ -635,9 +636,9 @@ class Estimator {
     if (now[kStand] > 0.5) {
       trial.steps = kTried;
       trial.out[kStand] = true;
-    } else if (now[kDrive] < 0.5 && speed > kFastWalk && model_.motion.start[kDrive] > 0.0) {
+    } else if (driving(now) < 0.5 && speed > kFastWalk && model_.motion.start[kDrive] > 0.0) {
       trial.steps = size;
-      trial.out[kFollow] = trial.out[kLoose] = trial.out[kWander] = true;
+      for (int m = 0; m < kModes; ++m) trial.out[m] = EgoMotion::pedestrian(m);
     } else {
       return;
     }

@@ -31,6 +31,8 @@ struct Frame {
   std::array<double, 3> given_pose{};
   Motion motion;
   std::array<double, 3> information{};  ///< 1/m², 1/m², 1/rad²: about how well boxes show a step into it
+  int left = 0;                         ///< of the window's first frame: poses before it, of frames that have left
+  std::array<std::array<double, 3>, kSpan - 2> past{};  ///< these, the newest first
 };
 
 /// A person in one frame of the window.

@@ -233,6 +233,10 @@ class Window {
         people.erase(people.begin() + static_cast<std::ptrdiff_t>(p));
       }
     }
+    Frame& next = frames[1];
+    next.left = std::min(frames[0].left + 1, static_cast<int>(next.past.size()));
+    for (int j = next.left - 1; j > 0; --j) next.past[j] = frames[0].past[j - 1];
+    std::copy_n(frames[0].at.begin(), kPose, next.past[0].begin());
     frames.erase(frames.begin());
     held = kHeld;
   }
@@ -256,6 +260,7 @@ class Window {
     }
     frames.erase(frames.begin(), frames.end() - 1);
     frames.front().motion = Motion();
+    frames.front().left = 0;
     posterior.clear();
     held = 0;
   }

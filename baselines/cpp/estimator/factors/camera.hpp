@@ -7,11 +7,12 @@
 
 namespace vbbench {
 
-/// Poses of the frames up to `t`, the newest last, as `EgoMotion` takes them; returns how many there are.
+/// Poses of the frames up to `t`, those that have left the window included, the newest last, as `EgoMotion` takes them;
+/// returns how many there are.
 inline int span_of(const std::vector<Frame>& frames, int t, std::array<std::array<double, 3>, kSpan>& poses) {
-  const int known = std::min(t + 1, kSpan);
+  const int known = std::min(t + 1 + frames[0].left, kSpan);
   for (int j = 0; j < known; ++j)
-    for (int c = 0; c < 3; ++c) poses[kSpan - 1 - j][c] = frames[t - j].at[c];
+    for (int c = 0; c < 3; ++c) poses[kSpan - 1 - j][c] = j <= t ? frames[t - j].at[c] : frames[0].past[j - t - 1][c];
   return known;
 }
 
@@ -114,7 +115,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
         CameraRow row;
         row.e = r.v;
         row.w = share * weight;
-        for (int j = kSpan - known; j < kSpan; ++j)
+        for (int j = std::max(kSpan - known, kSpan - 1 - t); j < kSpan; ++j)
           for (int c = 0; c < 3; ++c)
             if (r.d[3 * j + c] != 0.0) row.add(Variable::kCamera, kFrame * (t - (kSpan - 1 - j)) + c, r.d[3 * j + c]);
         visit(row);

@@ -10,8 +10,9 @@
 
 namespace vbbench {
 
-/// Motion modes. A head follows its bearer's path with a lag, loosely, or wanders.
-enum Mode { kStand, kDrive, kFollow, kLoose, kWander, kModes };
+/// Motion modes. A vehicle drives straight on or in curves; a head follows its bearer's path with a lag, loosely, or
+/// wanders.
+enum Mode { kStand, kDrive, kCurve, kFollow, kLoose, kWander, kModes };
 
 using Modes = std::array<double, kModes>;
 
@@ -49,7 +50,9 @@ Step<T> step_between(const std::array<T, 3>& before, const std::array<T, 3>& now
 struct EgoMotion {
   double dt = 0.4;
   Walk walk;
+  double spread = 1.0;             ///< scale of a pedestrian's innovations beside those of `walk`: that of the crowd
   std::array<double, 3> change{};  ///< m, m, rad: scales of a vehicle's changes of step
+  double curve = 0.0;              ///< rad: in curves
   std::array<double, 2> slip{};    ///< m and rad in a frame
   std::array<double, 2> stand{};
   std::array<double, 2> lag{};   ///< how far a head follows within a frame, 0 to 1
@@ -65,6 +68,7 @@ struct EgoMotion {
     e.dt = dt;
     e.walk = Walk::of(c, dt);
     for (int i = 0; i < 3; ++i) e.change[i] = c.drive[i] * std::pow(dt, 1.5);
+    e.curve = c.curve * std::pow(dt, 1.5);
     e.slip = {c.slip[0] * dt, c.slip[1] * dt};
     e.stand = {std::min(c.stand[0], 0.5 * e.slip[0]), std::min(c.stand[1], 0.5 * e.slip[1])};
     for (int i = 0; i < 2; ++i) e.lag[i] = 1.0 - std::exp(-dt / c.head_lag[i]);
@@ -76,14 +80,17 @@ struct EgoMotion {
     e.duration = dt / 0.4;
     const bool person = carrier == kUnknownCarrier || carrier == kPerson;
     const bool vehicle = carrier != kPerson;
-    e.start = {0.02, vehicle ? 0.2 : 0.0, person ? 0.25 : 0.0, person ? 0.4 : 0.0, person ? 0.28 : 0.0};
+    e.start = {0.02, 0.0, 0.0, 0.0, 0.0, 0.0};
+    if (vehicle) e.start[kDrive] = 0.19, e.start[kCurve] = 0.01;
+    if (person) e.start[kFollow] = 0.25, e.start[kLoose] = 0.4, e.start[kWander] = 0.28;
     double sum = 0.0;
     for (double p : e.start) sum += p;
     for (double& p : e.start) p /= sum;
     const double leave = 1.0 - std::exp(-dt / c.stay), rare = 1e-3 * leave;
     for (int from = 0; from < kModes; ++from) {
       for (int to = 0; to < kModes; ++to) {
-        const bool alike = from == kStand || to == kStand;  // anybody stands at times
+        // anybody stands at times, and vehicles turn
+        const bool alike = from == kStand || to == kStand || (vehicular(from) && vehicular(to));
         e.transition[from][to] = from == to ? 1.0 : (alike ? leave : rare) * e.start[to];
       }
       double total = 0.0;
@@ -93,7 +100,8 @@ struct EgoMotion {
     return e;
   }
 
-  bool pedestrian(int mode) const { return mode >= kFollow; }
+  static bool vehicular(int mode) { return mode == kDrive || mode == kCurve; }
+  static bool pedestrian(int mode) { return mode >= kFollow; }
 
   /// Residuals of the step into the last of `poses`, of which the last `known` ≥ 2 exist, under one mode.
   template <class T, class Add>
@@ -115,20 +123,21 @@ struct EgoMotion {
       gaussian(step.turn, stand[1]);
       return;
     }
-    if (mode == kDrive) {
+    if (vehicular(mode)) {
       if (known > 2) {
         const Step<T> last = step_between(poses[kSpan - 3], before);
         const T off[3] = {step.forward - last.forward, step.left - last.left, step.turn - last.turn};
+        const std::array<double, 3> scale = scales(mode, known);
         for (int i = 0; i < 3; ++i) {
-          const double scaled = value_of(off[i]) / change[i];
+          const double scaled = value_of(off[i]) / scale[i];
           const Robust robust = student(scaled * scaled, nu, 1.0);
-          add(off[i], robust.weight / (change[i] * change[i]), robust.cost);
+          add(off[i], robust.weight / (scale[i] * scale[i]), robust.cost);
         }
       } else {
         gaussian(step.forward, first);
       }
       cauchy(step.left, slip[0], 1.0);
-      cauchy(step.turn, slip[1], duration);
+      if (mode == kDrive) cauchy(step.turn, slip[1], duration);
       return;
     }
     // A pedestrian walks as others do, hardly runs, and looks along the path, or anywhere.
@@ -142,7 +151,7 @@ struct EgoMotion {
     }
     if (known > 2) {
       std::array<double, kReach + 1> c;
-      const double scale = walk.coefficients(known - 1, c);
+      const double scale = spread * walk.coefficients(known - 1, c);
       T ex(0.0), ey(0.0);
       for (int j = 0; j <= std::min(known - 1, kReach); ++j) {
         ex = ex + c[j] * poses[kSpan - 1 - j][0];
@@ -185,9 +194,9 @@ struct EgoMotion {
   /// Scales of a step under a mode, in m, m and rad.
   std::array<double, 3> scales(int mode, int known) const {
     if (mode == kStand) return {stand[0], stand[0], stand[1]};
-    if (mode == kDrive) return {known > 2 ? change[0] : first, change[1], change[2]};
+    if (vehicular(mode)) return {known > 2 ? change[0] : first, change[1], mode == kCurve ? curve : change[2]};
     std::array<double, kReach + 1> c;
-    const double walked = known > 2 ? walk.coefficients(known - 1, c) : first;
+    const double walked = known > 2 ? spread * walk.coefficients(known - 1, c) : first;
     return {walked, walked, head[mode - kFollow]};
   }
 
@@ -206,6 +215,9 @@ struct EgoMotion {
     return out;
   }
 };
+
+/// Probability that a vehicle carries the camera and moves.
+inline double driving(const Modes& modes) { return modes[kDrive] + modes[kCurve]; }
 
 /// Probabilities of the modes in every frame, from what each step costs under every mode: forward and backward as in a
 /// hidden Markov model. `filtered` is the prior of the first step, and receives that of the second. Returns −ln
