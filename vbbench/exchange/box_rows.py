@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import UNLINKED, BoxTable
+from vbbench.exchange.text_tables import refuse_rows, row_fault
 from vbbench.files.tables import LARGEST_ID, first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 
@@ -91,8 +92,7 @@ class BoxRows:
 
     def fault(self, row: int, problem: str) -> FileError:
         """The error to raise about a row."""
-        line = int(self.lines[row])
-        return FileError(self.path, problem if line else f"box {row + 1}: {problem}", line or None)
+        return row_fault(self.path, self.lines, row, problem)
 
     def select(self, kept: BoolArray) -> Self:
         """The rows marked in ``kept`` [N]."""
@@ -104,10 +104,8 @@ class BoxRows:
     def within(self, frames: int) -> Self:
         """The same; raises FileError at the first box that is not of a recording of ``frames`` frames."""
         beyond = (self.frame < 0) | (self.frame >= frames)
-        if beyond.any():
-            row = int(beyond.argmax())
-            problem = f"frame {self.frame[row]}, counted from 0, is beyond the recording of {frames} frames"
-            raise self.fault(row, problem)
+        problem = f"frame {{0}}, counted from 0, is beyond the recording of {frames} frames"
+        refuse_rows(self.path, self.lines, beyond, problem, self.frame)
         return self
 
     def dense(self, frames: int, *values: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -194,9 +192,9 @@ def tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
         raise FileError(table.path, f"{problem} Then name the columns in a first line")
     if table.table.header is None and not texts:
         _refuse_swapped(table)
-    if ids.dtype.kind == "f" and ids.max() > 2.0**53:
-        row = int(ids.argmax())
-        raise table.table.fault(row, f"the id is {ids[row]:g}: digits are lost; write ids without point and exponent")
+    if ids.dtype.kind == "f":
+        problem = "the id is {0:g}: digits are lost; write ids without point and exponent"
+        table.table.refuse(ids > 2.0**53, problem, ids)
     if not texts and ids.max() <= LARGEST_ID:
         return ids.astype(np.int64), AS_THEY_ARE, ()
     originals = np.unique(ids if texts else ids.astype(np.int64))

@@ -123,6 +123,8 @@ LEAST_STAMP = 1e9
 FEW_CLASSES, LAST_CLASS = 5, 100.0
 """As few whole numbers, up to this, are of a class."""
 _DIGITS, _ENDING = re.compile(r"\d+"), re.compile(r"(\.rf\.\w+)?\.\w*$")
+_LOOKED_AT = 5000
+"""Rows of which it is looked at whether classes are numbers."""
 LEAST_PER_CENT = 10.0
 """Scores of which one is above it are per cent; others above 1 are of a detector that is sure."""
 
@@ -324,11 +326,9 @@ def _axis(table: NamedColumns, names: tuple[str, ...], picture: float | None) ->
     low, high, middle, size = names
     if low in table and high in table:
         begin, end = _px(table, low, picture), _px(table, high, picture)
-        wrong = end <= begin
-        if wrong.any():
-            row = int(wrong.argmax())
-            problem = f"{high} is {end[row]:g} and {low} {begin[row]:g}; is it the {size}? Then name it so"
-            raise table.fault(row, problem)
+        table.refuse(
+            end <= begin, f"{high} is {{0:g}} and {low} {{1:g}}; is it the {size}? Then name it so", end, begin
+        )
         return begin, end - begin
     if size not in table:
         return None
@@ -342,24 +342,23 @@ def _axis(table: NamedColumns, names: tuple[str, ...], picture: float | None) ->
 def _px(table: NamedColumns, noun: str, picture: float | None) -> FloatArray:
     """[N] a side of boxes in px."""
     values, unit = table.numbers(noun), table.unit(noun)
-    wrong = ~np.isfinite(values)
-    if wrong.any():
-        raise table.fault(int(wrong.argmax()), f"{noun} is empty or nan; write a number")
+    table.refuse(~np.isfinite(values), f"{noun} is empty or nan; write a number")
     if unit not in SHARES:
         return values
     shares = values * UNITS[unit]
     if picture is None:
         raise FileError(table.path, f"{noun} is a share of the picture, whose size is not given; write px")
-    if (np.abs(shares) > 1.5).any():
-        row = int((np.abs(shares) > 1.5).argmax())
-        raise table.fault(row, f"{noun} is {values[row]:g}, and its name says that it is a share of the picture")
+    problem = f"{noun} is {{0:g}}, and its name says that it is a share of the picture"
+    table.refuse(np.abs(shares) > 1.5, problem, values)
     return np.asarray(shares * picture)
 
 
 def _classes(table: NamedColumns) -> NDArray[Any]:
     """[N] numbers or names of classes; raises FileError at the first name among numbers."""
     classes = table.columns.get("class", np.full(len(table), UNLINKED))
-    numbered = classes.dtype.kind in "if" or any(parse_number(cell) is not None for cell in np.unique(classes).tolist())
+    numbered = classes.dtype.kind in "if" or any(
+        parse_number(cell) is not None for cell in np.unique(classes[:: 1 + len(classes) // _LOOKED_AT]).tolist()
+    )
     return table.numbers("class", UNLINKED) if numbered and "class" in table else classes
 
 

@@ -83,10 +83,8 @@ def numbered_rows(table: BoxTable, frames: int) -> BoxRows:
     """
     frame = table.frame - table.base
     wrong = (frame != np.round(frame)) | (frame < 0) | (frame >= frames)
-    if wrong.any():
-        row, first = int(wrong.argmax()), table.base
-        known = f"its frames are {first} to {first + frames - 1}"
-        raise table.table.fault(row, f"frame {frame[row] + first:.10g} is not in the sequence; {known}")
+    known = f"its frames are {table.base} to {table.base + frames - 1}"
+    table.table.refuse(wrong, f"frame {{0:.10g}} is not in the sequence; {known}", table.frame)
     track, ids, _ = tracks_of(table)
     rows = BoxRows(
         path=table.path,

@@ -119,14 +119,24 @@ class NamedColumns:
 
     def refuse(self, wrong: BoolArray, problem: str, *facts: FloatArray) -> None:
         """Raise FileError at the first row marked in ``wrong`` [N]; ``problem`` is filled with that row's ``facts``."""
-        if wrong.any():
-            row = int(wrong.argmax())
-            raise self.fault(row, problem.format(*(fact[row] for fact in facts)))
+        refuse_rows(self.path, self.lines, wrong, problem, *facts)
 
     def fault(self, row: int, problem: str) -> FileError:
         """The error to raise about a row."""
-        line = int(self.lines[row])
-        return FileError(self.path, problem if line else f"box {row + 1}: {problem}", line or None)
+        return row_fault(self.path, self.lines, row, problem)
+
+
+def row_fault(path: Path, lines: IntArray, row: int, problem: str) -> FileError:
+    """The error to raise about a row, which may be of no line."""
+    line = int(lines[row])
+    return FileError(path, problem if line else f"box {row + 1}: {problem}", line or None)
+
+
+def refuse_rows(path: Path, lines: IntArray, wrong: BoolArray, problem: str, *facts: NDArray[Any]) -> None:
+    """Raise FileError at the first row marked in ``wrong`` [N]; ``problem`` is filled with that row's ``facts``."""
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise row_fault(path, lines, row, problem.format(*(fact[row] for fact in facts)))
 
 
 def read_table(

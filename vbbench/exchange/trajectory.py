@@ -13,9 +13,9 @@ import numpy as np
 
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import frame_numbers
-from vbbench.exchange.text_tables import NamedColumns, decode, read_table
+from vbbench.exchange.text_tables import NamedColumns, decode, read_table, refuse_rows
 from vbbench.files.tables import MOTION_COVARIANCE
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS, Header, header_of, separator_of
 from vbbench.parsing.numbers import parse_number
 
@@ -38,6 +38,8 @@ _ROTATION = re.compile(r"(?i)(?:r|rot)[_.]?[xyz]|.*(?:rotation|rotvec|quat|euler
 """Names of columns of rotations that are not read."""
 _FARTHEST, _MOST_RADIANS = 2e7, 7.0
 """Largest distance in m of a pose from the world's origin, and angle in a column that names no unit."""
+_HEAD = 100_000
+"""Bytes of a file that show what it is."""
 _UNIT_TOLERANCE, _SKEW = 1e-3, 1e-2
 """How far a quaternion's length may be from 1, and a matrix from a rotation: files often have four digits."""
 
@@ -79,12 +81,10 @@ def read_trajectory(path: Path) -> Trajectory:
     """
     if not path.is_file():
         raise FileError(path, "the file is missing")
-    named, axes, line, rows = _split(path)
-    mark = separator_of(rows[line])
-    cells = rows[line].split() if mark == " " else rows[line].split(mark)
+    named, axes, line, cells, rows = _split(path)
     stated = _header(path, named, len(cells))
-    header = stated or _layout(path, line + 1, cells)
-    table = _numbers(path, "\n".join(rows), header)
+    header = stated or _layout(path, line, cells)
+    table = _numbers(path, rows, header)
     columns, lines = {noun: table.numbers(noun) for noun in table.columns if noun != "frame"}, table.lines
     scales = {name: UNITS.get(header.units.get(name, ""), 1.0) for name in ("x", "y", "z")}
     places = np.stack([columns.get(name, np.zeros(len(lines))) * scale for name, scale in scales.items()], axis=-1)
@@ -103,32 +103,37 @@ def read_trajectory(path: Path) -> Trajectory:
     )
 
 
-def _split(path: Path) -> tuple[str, str | None, int, list[str]]:
-    """The line of names, a comment or the first line; axes that a comment states; the first row; and all rows.
+def _split(path: Path) -> tuple[str, str | None, int, list[str], bytes]:
+    """The line of names, a comment or the first line; axes that a comment states; line and cells of the first row.
 
-    Lines without a row are empty.
+    Last come all rows, after as many empty lines as the file has other ones before them.
     """
-    whole = decode(path, path.read_bytes()).decode("utf-8", errors="replace")
+    whole = decode(path, path.read_bytes())
+    head = whole[:_HEAD].decode("utf-8", "replace")
     for begin, kind in _UNREAD.items():
-        if re.match(begin, whole):
+        if re.match(begin, head):
             raise FileError(path, f"{kind}; write lines of '{' '.join(TUM)}', from the body to the world, in m")
-    lines = [text.strip() for text in whole.split("\n")]
-    comments = {line: text for line, text in enumerate(lines) if text.startswith(("#", "%"))}
-    axes = [found[1] or "body" for found in map(_STATED.search, comments.values()) if found]
-    rows = ["" if text.startswith(("#", "%")) else text for text in lines]
-    filled = [line for line, text in enumerate(rows) if text]
-    first = rows[filled[0]] if filled and parse_number(re.split(r"[\s,;|]", rows[filled[0]])[0]) is None else ""
-    if first:
-        rows[filled.pop(0)] = ""
-    if not filled:
+    axes = [found[1] or "body" for found in map(_STATED.search, re.findall(r"(?m)^[ \t]*[#%].*$", head)) if found]
+    first, comment, line = "", "", 0
+    for line, found in enumerate(re.finditer(rb"[^\n]*\n|[^\n]+$", whole)):  # noqa: B007
+        text = found[0].decode("utf-8", "replace").strip()
+        if text.startswith(("#", "%")):
+            comment = text
+        elif first or parse_number(re.split(r"[\s,;|]", text)[0]) is not None:
+            if text:
+                break
+        else:
+            first = text
+    else:
         raise FileError(path, f"holds no pose; write lines of '{' '.join(TUM)}'")
-    comment = next((text for line, text in reversed(comments.items()) if line < filled[0]), "")
-    mark = separator_of(rows[filled[0]])
+    mark, rows = separator_of(text), b"\n" * line + whole[found.start() :]
+    if b"%" in rows:
+        rows = re.sub(rb"(?m)^[ \t]*%.*$", b"", rows)
     if mark == "\t":
-        rows = [text.replace("\t", " ") for text in rows]
-    elif mark != " " and not first:  # lines of VINS end with a comma
-        rows = [text.removesuffix(mark) for text in rows]
-    return first or comment, axes[-1] if axes else None, filled[0], rows
+        rows, text, mark = rows.replace(b"\t", b" "), text.replace("\t", " "), " "
+    elif not first and text.endswith(mark):  # lines of VINS end with a comma
+        rows, text = re.sub(rb"%b[ \t]*(?=\n|$)" % re.escape(mark.encode()), b"", rows), text.removesuffix(mark)
+    return first or comment, axes[-1] if axes else None, line + 1, text.split(None if mark == " " else mark), rows
 
 
 def _header(path: Path, named: str, count: int) -> Header | None:
@@ -173,15 +178,15 @@ def _layout(path: Path, line: int, row: list[str]) -> Header:
     return Header(shown, {name: column for column, name in enumerate(names)}, {}, {})
 
 
-def _numbers(path: Path, text: str, header: Header) -> NamedColumns:
+def _numbers(path: Path, rows: bytes, header: Header) -> NamedColumns:
     """The columns of rows, by a header that need not be theirs."""
     nouns, count = {column: noun for noun, column in header.columns.items()}, len(header.names)
     order = {nouns.get(column, f"column {column}"): name for column, name in enumerate(header.names)}
-    table = read_table(path, text.encode(), (), order=order, columns=(count, count), read=tuple(header.columns))
+    table = read_table(path, rows, (), order=order, columns=(count, count), read=tuple(header.columns))
     for noun in table.columns.keys() - {"time", "frame", "nanoseconds"}:
         values = table.numbers(noun)
         problem = f"it must be within ±{_FARTHEST:g} m"
-        _refuse(path, table.lines, np.abs(values) > _FARTHEST, f"{noun} is {{0:g}}; {problem}", values)
+        refuse_rows(path, table.lines, np.abs(values) > _FARTHEST, f"{noun} is {{0:g}}; {problem}", values)
     return table
 
 
@@ -193,14 +198,16 @@ def _rotations(
         matrices = np.stack([table[f"{row}{column}"] for row in "xyz" for column in "012"], -1).reshape(-1, 3, 3)
         skew = np.abs(matrices @ matrices.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2))
         skew[np.linalg.det(matrices) < 0.0] = 2.0
-        _refuse(path, lines, skew > _SKEW, "columns 1 to 3, 5 to 7 and 9 to 11 are no rotation (off by {0:.3g})", skew)
+        refuse_rows(
+            path, lines, skew > _SKEW, "columns 1 to 3, 5 to 7 and 9 to 11 are no rotation (off by {0:.3g})", skew
+        )
         return {MATRIX: matrices}
     from scipy.spatial.transform import Rotation  # takes a while to import
 
     if "yaw" in table:
         yaw = table["yaw"] * UNITS.get(unit or "", 1.0)
         far = (np.abs(yaw) > _MOST_RADIANS) & (unit is None)
-        _refuse(path, lines, far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
+        refuse_rows(path, lines, far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
         turned = {YAW: yaw} | ({DEGREES: np.radians(yaw)} if unit is None else {})
         return {order: Rotation.from_euler("z", angle[:, None]).as_matrix() for order, angle in turned.items()}
     quaternions = np.stack([table.get(name, np.zeros(len(lines))) for name in _QUATERNION], axis=-1)
@@ -208,13 +215,6 @@ def _rotations(
     if not length.any():
         return {}
     wrong = np.abs(length - 1.0) > _UNIT_TOLERANCE
-    _refuse(path, lines, wrong, "the quaternion (qx qy qz qw) has length {0:.4g}; a rotation has length 1", length)
+    refuse_rows(path, lines, wrong, "the quaternion (qx qy qz qw) has length {0:.4g}; a rotation has length 1", length)
     first = {} if named else {WXYZ: Rotation.from_quat(np.roll(quaternions, -1, axis=-1)).as_matrix()}
     return {XYZW: Rotation.from_quat(quaternions).as_matrix(), **first}
-
-
-def _refuse(path: Path, lines: IntArray, wrong: BoolArray, problem: str, values: FloatArray) -> None:
-    """Raise FileError at the first line that is ``wrong`` [N], with its value."""
-    if wrong.any():
-        row = int(wrong.argmax())
-        raise FileError(path, problem.format(values[row]), int(lines[row]))

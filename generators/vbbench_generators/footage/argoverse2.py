@@ -13,10 +13,11 @@ from pyarrow import feather
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchWarning
 from vbbench.files.tables import file_sha256
 from vbbench.generation.generator import Card
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.footage.cuboids import (
     DT,
     PANORAMA,
+    ArrowTable,
     CarMotion,
     CarRecording,
     Cuboids,
@@ -81,7 +82,7 @@ class Argoverse2Split(CuboidSplit):
         return [read_log(logs[name], cameras) for name in picked]
 
 
-class FeatherTable:
+class FeatherTable(ArrowTable):
     """Checked columns of a table of Argoverse 2; an error names the file and the row, counted from 0."""
 
     def __init__(self, path: Path, numbers: tuple[str, ...], texts: tuple[str, ...] = ()) -> None:
@@ -115,12 +116,6 @@ class FeatherTable:
         """[N, C] columns as floats, of all rows or of ``rows``."""
         columns = (self._numbers[name] if rows is None else self._numbers[name][rows] for name in names)
         return np.stack([column.astype(np.float64) for column in columns], axis=-1)
-
-    def refuse(self, wrong: BoolArray, problem: str, rows: IntArray | None = None) -> None:
-        """Raise FileError at the first row that is ``wrong`` [N]."""
-        if wrong.any():
-            row = int(wrong.argmax()) if rows is None else int(rows[wrong.argmax()])
-            raise FileError(self.path, f"row {row}: {problem}")
 
     def _text(self, table: pa.Table, name: str) -> pa.ChunkedArray:
         column = table[name]

@@ -16,7 +16,7 @@ import numpy as np
 
 from vbbench.boxes import cut_to_picture, observations_of
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.errors import SourceMissingError, UnknownNameError, VbbenchError
+from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
 from vbbench.exchange.own.distortion import Distortion, straighten_boxes
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
@@ -51,6 +51,23 @@ PANORAMA_WIDTH = 3760
 PARTS = ("train", "tune", "test")
 
 Part = Literal["train", "tune", "test"]
+
+
+class ArrowTable:
+    """A table of a data set, checked; an error names the file and the row, counted from 0.
+
+    Attributes
+    ----------
+    path : the file.
+    """
+
+    path: Path
+
+    def refuse(self, wrong: BoolArray, problem: str, rows: IntArray | None = None) -> None:
+        """Raise FileError at the first row that is ``wrong`` [N]."""
+        if wrong.any():
+            row = int(wrong.argmax()) if rows is None else int(rows[wrong.argmax()])
+            raise FileError(self.path, f"row {row}: {problem}")
 
 
 @dataclass(frozen=True, kw_only=True)

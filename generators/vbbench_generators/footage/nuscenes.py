@@ -13,9 +13,10 @@ from pyarrow import json as arrow_json
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError
 from vbbench.files.tables import file_sha256
 from vbbench.generation.generator import Card
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.footage.cuboids import (
     PANORAMA,
+    ArrowTable,
     CarMotion,
     CarRecording,
     Cuboids,
@@ -111,7 +112,7 @@ class NuscenesSplit(CuboidSplit):
         ]
 
 
-class JsonTable:
+class JsonTable(ArrowTable):
     """A table of nuScenes, a list of objects; an error names the file and the row, counted from 0."""
 
     def __init__(self, folder: Path, name: str) -> None:
@@ -135,12 +136,6 @@ class JsonTable:
         self.table = table.combine_chunks()
         for column in TABLES[name]:
             self.refuse(np.asarray(pc.is_null(self.table[column])), f"has no '{column}'; {AGAIN}")
-
-    def refuse(self, wrong: BoolArray, problem: str, rows: IntArray | None = None) -> None:
-        """Raise FileError at the first row that is ``wrong`` [N]."""
-        if wrong.any():
-            row = int(wrong.argmax()) if rows is None else int(rows[wrong.argmax()])
-            raise FileError(self.path, f"row {row}: {problem}")
 
     def values(self, column: str) -> FloatArray:
         """[N] numbers."""

@@ -14,7 +14,7 @@ from vbbench.exchange.box_containers import read_box_file
 from vbbench.exchange.box_rows import MOST_BACK, BoxRows, tracks_of
 from vbbench.exchange.box_tables import BoxTable, frame_numbers, people_in
 from vbbench.exchange.own.timing import Timeline, number_frames, time_frames
-from vbbench.exchange.text_tables import NamedColumns
+from vbbench.exchange.text_tables import NamedColumns, refuse_rows
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
 
@@ -117,10 +117,8 @@ def rows_in_frames(rows: OwnBoxes, frames: int, dt: float) -> BoxRows:
     exact = rows.timeline.times[rows.frame] / dt
     found = replace(rows, frame=np.round(exact).astype(np.int64)).within(frames)
     between = np.abs(exact - found.frame) > OFF_FRAME
-    if between.any():
-        row = int(between.argmax())
-        time = f"time {exact[row] * dt:.10g} s lies between two frames"
-        raise rows.fault(row, f"{time}; frame n is at n x {dt:g} s, from 0")
+    problem = f"time {{0:.10g}} s lies between two frames; frame n is at n x {dt:g} s, from 0"
+    refuse_rows(rows.path, rows.lines, between, problem, exact * dt)
     return found
 
 

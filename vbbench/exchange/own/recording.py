@@ -146,9 +146,7 @@ def read_people(
     if ids.originals is None or ids.originals.dtype.kind != "U":
         numbers = table.numbers("id")
         wrong = (numbers != np.round(numbers)) | (numbers < 0) | ((numbers > LARGEST_ID) & (ids.originals is None))
-        if wrong.any():
-            row = int(wrong.argmax())
-            raise table.fault(row, f"id {found[row]:.19g} is not a whole number from 0 to {LARGEST_ID}")
+        table.refuse(wrong, f"id {{0:.19g}} is not a whole number from 0 to {LARGEST_ID}", found)
     frame = named_frames(table, timeline)
     there = np.flatnonzero(frame >= 0)
     if not len(there):

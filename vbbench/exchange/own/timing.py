@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
+from vbbench.exchange.text_tables import refuse_rows
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS
 
@@ -83,9 +84,7 @@ def number_frames(
         If a number is not whole, far after the one before, or nothing says how long a frame lasts.
     """
     wrong = (numbers != np.round(numbers)) | (numbers < 0)
-    if wrong.any():
-        row = int(wrong.argmax())
-        raise FileError(path, f"frame {numbers[row]:.10g} is not a whole number from 0 on", int(lines[row]))
+    refuse_rows(path, lines, wrong, "frame {0:.10g} is not a whole number from 0 on", numbers)
     if dt is None:
         raise FileError(
             path,

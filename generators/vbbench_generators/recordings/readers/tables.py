@@ -103,9 +103,7 @@ def _frames(table: NamedColumns, dt: float) -> FloatArray:
     passed = np.diff(instants) * fitting[0] / dt
     frames = np.append(0.0, np.cumsum(np.round(passed)))[place]
     off = np.append(False, np.abs(passed - np.round(passed)) > 2.0 * JITTER)[place]
-    if off.any():
-        row = int(off.argmax())
-        raise table.fault(row, f"time {time[row]:.15g} is not a whole number of steps of {dt:g} s")
+    table.refuse(off, f"time {{0:.15g}} is not a whole number of steps of {dt:g} s", time)
     return frames
 
 
