@@ -137,17 +137,6 @@ void march(const nb::object& scenes, const nb::object& states, const nb::object&
   (large ? social_force::march_large : social_force::march)(crowds, frames, out_paths.data(), team);
 }
 
-nb::object row_forces(const nb::object& people, const nb::object& walls, const nb::dict& numbers) {
-  const auto rows = array<double>(people, "people", {social_force::People::kRows, kAny});
-  const auto in_walls = array<const double>(walls, "walls", {kAny, 4});
-  const int count = static_cast<int>(rows.shape(1));
-  social_force::Pairs pairs(count);
-  social_force::Forces forces(count);
-  social_force::add_row_forces({rows.data(), count}, 0, 1, walls_of(in_walls), settings_of(numbers), pairs, forces);
-  forces.x.insert(forces.x.end(), forces.y.begin(), forces.y.end());
-  return numpy(std::move(forces.x), {2, rows.shape(1)});
-}
-
 // Tiers -----------------------------------------------------------------------------------------------------------
 
 nb::tuple sweep(const nb::object& figures, const nb::object& distances, const nb::object& half, const nb::object& top,
@@ -375,8 +364,6 @@ NB_MODULE(_core, m) {
   m.def("march", &march, array_arg("scenes"), array_arg("states"), array_arg("speeds"), array_arg("goals"),
         array_arg("members"), array_arg("groups"), array_arg("walls"), nb::arg("numbers"), nb::arg("dt"),
         nb::arg("substeps"), array_arg("paths"), nb::arg("threads"), nb::arg("large"), "Walks crowds, into paths.");
-  m.def("row_forces", &row_forces, array_arg("people"), array_arg("walls"), nb::arg("numbers"),
-        "Forces of others and of walls.");
   m.def("sweep", &sweep, array_arg("figures"), array_arg("distances"), array_arg("half"), array_arg("top"),
         nb::arg("columns"), nb::arg("bottom"), nb::arg("wraps"), "What shows of people whom nearer ones hide.");
   m.def("link_rows", &link_rows, array_arg("numbers"), nb::arg("kept"), nb::arg("fresh"),

@@ -42,15 +42,6 @@ def march(
     threads : of which each walks a scene; where scenes are ``large``, they share the people of one.
     """
 
-def row_forces(people: FloatArray, walls: FloatArray, numbers: dict[str, float]) -> FloatArray:
-    """Forces [2, K] in m/s² of others and of walls.
-
-    Parameters
-    ----------
-    people : [7, K] place (m), velocity (m/s), unit vector to the current goal, and distance (m) from it.
-    walls, numbers : as of `march`.
-    """
-
 def sweep(
     figures: FloatArray,
     distances: FloatArray,

@@ -5,11 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from benchmarks.literature import Figures, Frame, hota_and_idf1, segment_errors
+from benchmarks.literature import Frame, hota_and_idf1, segment_errors
 from benchmarks.separation import sequences_needed
-from vbbench.files.dataset import Dataset
-from vbbench.generation import generate
-from vbbench.generation.generator import Options
 
 
 def wandering(seed: int) -> list[Frame]:
@@ -53,15 +50,6 @@ def test_a_path_too_long_by_a_twentieth_drifts_by_5_per_cent() -> None:
     assert [off / length for length, off, _ in found] == pytest.approx([0.05] * len(found))
     turned = true + np.linspace(0.0, 0.3, 121)[:, None] * [0.0, 0.0, 1.0]
     assert [turn / length for length, _, turn in segment_errors(true, turned)] == pytest.approx([0.01] * len(found))
-
-
-def test_the_table_of_a_dataset_with_exact_boxes_is_near_0(tmp_path) -> None:
-    generate("demo", tmp_path / "d", Options(limit=2))
-    figures = Figures.of(Dataset(tmp_path / "d"), "map-causal", range(2))
-    errors = [float(cell) for cell in figures.by_distance() if cell]
-    assert errors
-    assert max(errors) < 1.0
-    assert figures.idf1 > 0.5
 
 
 def test_smaller_differences_need_more_sequences() -> None:

@@ -1,7 +1,6 @@
 """Files of boxes as trackers, detectors and annotation tools write them."""
 
 import json
-import time
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -185,17 +184,6 @@ def test_numbers_of_boxes_are_no_ids(read: Read) -> None:
     text = "frame,id,left,top,width,height\n" + "".join(f"{n // 2},{n},10,20,20,40\n" for n in range(12))
     with pytest.raises(FileError, match="no id occurs in two of 12 boxes"):
         read("boxes.csv", text)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("mark", [",", ";", " "])
-def test_a_million_boxes_are_read_fast(tmp_path: Path, mark: str) -> None:
-    path, cells = tmp_path / "boxes.csv", mark.join(("10.25", "20.5", "20.75", "40.5", "0.5"))
-    head = mark.join(("frame", "id", "left", "top", "width", "height", "score"))
-    path.write_text(f"{head}\n" + "".join(f"{n // 20}{mark}{n % 20}{mark}{cells}\n" for n in range(10**6)))
-    begin = time.process_time()
-    assert len(read_boxes(path, 0.001).frame) == 10**6
-    assert time.process_time() - begin < 2.0
 
 
 def test_a_folder_of_motchallenge_has_boxes(tmp_path: Path) -> None:

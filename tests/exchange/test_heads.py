@@ -17,8 +17,6 @@ from tests.lib.mot_text import read_mot
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.exchange.heads import (
-    BELOW_TOP,
-    HEAD,
     HEAD_HEIGHT,
     KEY_EVERY,
     LEAST_VISIBLE,
@@ -27,15 +25,11 @@ from vbbench.exchange.heads import (
     SurveillanceCamera,
     camera_of,
     draw_boxes,
-    draw_others,
-    draw_screens,
     export_heads,
     see_heads,
     visible_fractions,
 )
 from vbbench.files.dataset import Dataset
-from vbbench.generation import generate
-from vbbench.generation.generator import Options
 
 OPTIONS = HeadOptions(camera_height=6.0)
 CAMERA = camera_of(HeadOptions())
@@ -80,28 +74,6 @@ def test_the_camera_is_a_rotated_pinhole(point, tilt):
     np.testing.assert_allclose(camera.project(np.array(point)), expected, rtol=1e-9)
 
 
-def test_nobody_behind_the_camera_is_seen():
-    assert len(heads_at((0, -30), (0, 30))) == 1
-
-
-def test_a_head_is_24_cm_at_its_depth_and_1_58_m_up():
-    heads = heads_at((2.0, 20.0))
-    assert (HEAD, 1.70 - BELOW_TOP) == (0.24, HEAD_HEIGHT)
-    depth = 20.0 * np.cos(CAMERA.tilt) + (13.0 - 1.58) * np.sin(CAMERA.tilt)
-    np.testing.assert_allclose(heads.sizes, [[CAMERA.focal * 0.24 / depth] * 2])
-    np.testing.assert_allclose(heads.ground, [[2.0, 20.0]])
-
-
-def test_who_comes_back_later_has_a_new_track():
-    forward = np.full((100, 2), 20.0)
-    forward[10:30, 0] = forward[10:60, 1] = -20.0  # away for 0.8 s and for 2 s
-    positions = np.stack([np.zeros_like(forward), forward], axis=-1)
-    heads = see_heads(positions, np.full(2, 1.7), CAMERA, STATION, dt=0.04)
-    tracks = {int(track): set(heads.person[heads.track == track]) for track in np.unique(heads.track)}
-    assert tracks == {1: {0}, 2: {1}, 3: {1}}
-    assert np.sum(heads.track == 1) == 80
-
-
 def test_boxes_are_as_wrong_as_asked_and_straight_between_key_frames():
     frames, rng = np.arange(400), np.random.default_rng(0)
     paths = np.stack([np.linspace(-10, 10, 400)[:, None] * rng.uniform(-1, 1, 200), np.full((400, 200), 25.0)], axis=-1)
@@ -124,26 +96,6 @@ def test_the_nearer_hides_the_farther():
     shown = visible_fractions(tall, np.array([1.88, 1.48]), CAMERA, NO_SCREENS)
     assert shown[0] == 1.0
     assert shown[1] < 0.8
-
-
-def test_a_screen_hides_whatever_is_behind():
-    heads = heads_at((0, 30), (5, 30))
-    u, v = heads.places[0]
-    assert shares(heads, np.array([[u - 20, v - 20, 40, 40]])) == [0.0, 1.0]
-    half = shares(heads, np.array([[u - 20, v - 20, 20, 40]]))
-    assert half[0] == pytest.approx(0.5, abs=0.1)
-    screens = draw_screens(CAMERA, np.random.default_rng(0))
-    assert (screens[:, :2] >= 0).all()
-    assert (screens[:, :2] + screens[:, 2:] <= [1920, 1080]).all()
-
-
-def test_what_does_not_count_is_in_the_picture():
-    frame, number, left, top, width, height, confidence, kind, _ = draw_others(CAMERA, 50, np.random.default_rng(0)).T
-    assert (set(kind[confidence == 1]), set(kind[confidence == 0])) == ({2, 3, 4}, {1})
-    assert len(set(zip(frame, number, strict=True))) == len(frame) == 50 * number.max()
-    assert min(left.min(), top.min(), frame.min(), number.min()) >= 1
-    assert (left + width).max() <= 1921
-    assert (top + height).max() <= 1081
 
 
 def test_the_folder_is_one_of_head_tracking_21(folder, crowd):
@@ -197,13 +149,6 @@ def test_the_camera_faces_a_direction(crowd, tmp_path):
     assert np.corrcoef(turned["forward"], -turned["x"])[0, 1] == pytest.approx(1.0)
 
 
-def test_the_command_says_where_the_folder_is(crowd, tmp_path, capsys):
-    out = tmp_path / "HT21-99"
-    assert main(["export", "mot", str(crowd.folder), "--heads", "--sequence", "0", "--out", str(out)]) == 0
-    assert capsys.readouterr().out == f"{out}\n"
-    assert json.loads((out / "truth.json").read_text("utf-8"))["camera"]["mount_height"] == 13.0
-
-
 @pytest.mark.parametrize(
     ("options", "problem"),
     [
@@ -235,9 +180,3 @@ def test_mistakes_are_one_line(crowd, tmp_path, capsys, arguments, problem):
     assert problem in message
     assert message.count("\n") == 1
     assert not (tmp_path / "x").exists()
-
-
-def test_of_several_sequences_one_must_be_chosen(tmp_path, capsys):
-    generate("demo", tmp_path / "demo", Options(limit=2))
-    assert main(["export", "mot", str(tmp_path / "demo"), "--heads", "--out", str(tmp_path / "x")]) == 2
-    assert "has 2 sequences; choose the one to record" in capsys.readouterr().err

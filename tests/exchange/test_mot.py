@@ -107,12 +107,6 @@ def test_what_the_evaluation_of_motchallenge_leaves_out_is_left_out(file, line, 
     assert len(read_mot(file, 1).frame) == counts
 
 
-def test_classes_that_show_no_people_are_counted(file):
-    file.write_text("1,7,1,1,20,60,1,3,1\n2,7,1,1,20,60,1,3,1\n2,8,1,1,20,60,1,12,1\n")
-    with pytest.raises(FileError, match="has 2 of class 3, 1 of class 12; people are class 0 in COCO"):
-        read_mot(file, 2)
-
-
 @pytest.mark.parametrize(
     ("line", "problem"),
     [
@@ -324,18 +318,6 @@ def test_people_are_class_0_of_coco_or_as_stated(dataset, files, tmp_path):
     made = import_mot(other, dataset, tmp_path / "c", person_class="7")
     np.testing.assert_array_equal(made.sequence(0).observations, expected)
     assert made.info.definition["person_class"] == "7"
-
-
-def test_few_matches_are_a_loud_warning(dataset, files, tmp_path):
-    number, every = fullest(dataset), iter(range(10**6))
-    folder = rewritten(
-        files,
-        number,
-        tmp_path / "some",
-        lambda *row: ",".join([*row[:2], "1" if next(every) % 4 == 0 else row[2], *row[3:]]),
-    )
-    with pytest.warns(VbbenchWarning, match=r"only \d+ of \d+ boxes match a person; are they in px"):
-        import_mot(folder, dataset, tmp_path / "made")
 
 
 def test_pictures_of_another_size_or_rate_are_refused(dataset, files, tmp_path):

@@ -1,14 +1,13 @@
 """Footage: recordings of real cameras as datasets, whatever is known of their truth."""
 
-import json
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from vbbench.camera import PanoramaCamera, PerspectiveCamera
+from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
@@ -16,7 +15,7 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.files.verification import verify
 from vbbench.generation.datasets import write_dataset
 from vbbench.generation.footage import Footage, FootageOptions, joined_odometry
-from vbbench.generation.generator import Card, Options, Simulation
+from vbbench.generation.generator import Card, Options
 from vbbench.geometry import relative_to_world, world_to_relative
 from vbbench.scene import Scene
 from vbbench.scoring import score
@@ -28,8 +27,7 @@ from vbbench_generators.footage.kitti.split import kitti
 from vbbench_generators.footage.motsynth import motsynth
 from vbbench_generators.footage.nuscenes import nuscenes
 from vbbench_generators.footage.own import own
-from vbbench_generators.footage.sequences import RunRules, find_runs
-from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
+from vbbench_generators.footage.split import FootageSplit, Recordings
 
 CARD = Card(name="walk", title="A walk", licence="CC0", citation="-", sources=())
 FRAMES, PEOPLE = 30, 5
@@ -227,14 +225,6 @@ def _chain(motions: Any) -> Any:
     return total
 
 
-def test_runs_are_consecutive_frames_with_enough_people():
-    observed = np.ones((100, 4), bool)
-    observed[30, :2] = False
-    observed[90:] = False
-    runs = find_runs(0, observed, RunRules(fewest=3, shortest=5, longest=40))
-    assert [(run.first, run.last) for run in runs] == [(0, 30), (31, 71), (71, 90)]
-
-
 def test_every_nth_frame_keeps_pictures_and_people_in_step(tmp_path):
     one = recording(pictures=Pictures(pattern="/films/{:04d}.png", first=7, step=1))
     dataset = made(tmp_path / "d", one, footage=FootageOptions(every=3))
@@ -247,30 +237,6 @@ def test_every_nth_frame_keeps_pictures_and_people_in_step(tmp_path):
     np.testing.assert_array_equal(dataset.truth(dataset.sequence(0)).poses, poses)
 
 
-OTHER = {
-    "camera": PanoramaCamera(),
-    "tier": "noisy",
-    "height_std": 0.2,
-    "look": "wander",
-    "observer": "vehicle",
-    "detector": False,
-    "noise": 1.0,
-    "least_track": 4,
-    "dt": 0.1,
-    "homography": Path("h.txt"),
-    "simulation": Simulation(people=(5,)),
-}
-OTHER_OF_FOOTAGE = {
-    "poses": Path("p"),
-    "boxes": Path("b"),
-    "person_class": "0",
-    "cameras": ("panorama",),
-    "bags": Path("g"),
-    "cyclists": True,
-    "interpolated": False,
-}
-REFUSED = {"cameras", "bags", "cyclists", "interpolated"}
-"""What is not every split's, and not as it is unless somebody asks."""
 SPLITS = {
     "own": own,
     "kitti": kitti,
@@ -279,37 +245,25 @@ SPLITS = {
     "argoverse2": argoverse2,
     "nuscenes": nuscenes,
 }
-NAMES = (*OTHER, *OTHER_OF_FOOTAGE)
-NOT_READ = [(split, name) for split in SPLITS for name in NAMES if name not in SPLITS[split].reads]
 
 
-def asked(name: str, folder: Path) -> Options:
-    if name in OTHER_OF_FOOTAGE:
-        return Options(source=folder, footage=FootageOptions(**{name: OTHER_OF_FOOTAGE[name]}))
-    return Options(source=folder, **{name: OTHER[name]})
-
-
-def test_the_options_are_all_known_here():
-    of_all = READ_BY_ALL | {"footage", "stride"}
-    assert {one.name for one in (*fields(Options), *fields(FootageOptions))} == of_all | {*NAMES}
-    assert all(split.reads <= READ_BY_ALL | {*NAMES} for split in SPLITS.values())
-    assert {name for split, name in NOT_READ if split == "own"} == {*OTHER, *REFUSED} - {"dt"}
-
-
-@pytest.mark.parametrize(("split", "name"), NOT_READ)
-def test_an_option_that_a_split_does_not_read_is_refused(tmp_path, split, name):
-    said = "`scenario` or `people`" if name == "simulation" else f"`{name}`"
-    with pytest.raises(VbbenchError, match=f"^{split} is footage and does not read {said}; it reads `seed`, .* and `"):
-        SPLITS[split].plan(asked(name, tmp_path))
-
-
-@pytest.mark.parametrize("split", SPLITS)
-@pytest.mark.parametrize("name", NAMES)
-def test_an_option_that_a_split_reads_is_not(tmp_path, split, name):
-    if name in SPLITS[split].reads:
-        with pytest.raises(VbbenchError) as caught:  # there is nothing in the folder
-            SPLITS[split].plan(asked(name, tmp_path))
-        assert "does not read" not in str(caught.value)
+@pytest.mark.parametrize(
+    ("split", "name", "value"),
+    [
+        ("own", "cyclists", True),
+        ("kitti", "cameras", ("panorama",)),
+        ("jrdb", "poses", Path("p")),
+        ("motsynth", "bags", Path("g")),
+        ("argoverse2", "interpolated", False),
+        ("nuscenes", "cyclists", True),
+    ],
+)
+def test_an_option_that_a_split_does_not_read_is_refused(tmp_path, split, name, value):
+    asked = Options(source=tmp_path, footage=FootageOptions(**{name: value}))
+    with pytest.raises(
+        VbbenchError, match=f"^{split} is footage and does not read `{name}`; it reads `seed`, .* and `"
+    ):
+        SPLITS[split].plan(asked)
 
 
 @pytest.mark.parametrize(
@@ -327,15 +281,6 @@ def test_the_command_says_so_in_one_line(tmp_path, capsys, option, said):
     assert main(command) == 2
     read = "--seed, --limit, --source, --dt, --sequences, --every, `longest`, `poses`, `boxes` and `person_class`"
     assert capsys.readouterr().err == f"vbbench: own is footage and does not read {said}; it reads {read}\n"
-
-
-def test_a_damaged_list_of_cameras_is_refused(tmp_path):
-    made(tmp_path / "d", recording("one"), recording("two"))
-    path = tmp_path / "d" / "dataset.json"
-    values = json.loads(path.read_text())
-    path.write_text(json.dumps({**values, "cameras": []}))
-    with pytest.raises(VbbenchError, match=r"at `\$\.cameras`"):
-        Dataset(tmp_path / "d")
 
 
 def test_footage_without_enough_people_in_a_row_is_refused(tmp_path):

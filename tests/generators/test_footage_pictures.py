@@ -248,12 +248,6 @@ def test_a_renderer_needs_the_whole_truth(datasets, tmp_path, kind, capsys):
     assert len(capsys.readouterr().err.strip().splitlines()) == 1
 
 
-@pytest.mark.slow
-def test_footage_with_the_whole_truth_can_be_rendered_too(datasets, tmp_path):
-    backend = Backend(name="tests.lib.flat_renderer:FlatRenderer")
-    assert len(list(render_to_file(datasets["whole"], 0, tmp_path / "film", backend=backend).glob("*.png"))) == FRAMES
-
-
 @pytest.mark.extra
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_recording_for_the_viewer_holds_what_is_known(datasets, answers, tmp_path, kind):

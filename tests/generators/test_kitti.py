@@ -3,14 +3,11 @@
 import json
 import re
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from PIL import Image
 
 from tests.lib.kitti_files import FRAMES, Drive, write_kitti
@@ -292,30 +289,6 @@ def test_faults_are_told_on_one_line_with_file_and_row(
     assert "\n" not in str(caught.value)
 
 
-SHORT = {"label_02": Drive().labels()[:30], "oxts": Drive().oxts()[:6], "poses": Drive().pose_lines()[:6]}
-PARTS = ("", "nan", "inf", "1e400", "-1", "9" * 30, "0x1", "\0", "é", " ", "\n", ",", "Car", "-1000", "0.5")
-
-
-@pytest.mark.slow
-@given(
-    folder=st.sampled_from([*SHORT, "calib"]),
-    cuts=st.lists(st.tuples(st.integers(0, 3000), st.integers(0, 12), st.sampled_from(PARTS)), min_size=1, max_size=4),
-)
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-def test_whatever_a_file_holds_is_read_or_refused(
-    tmp_path: Path, folder: str, cuts: list[tuple[int, int, str]]
-) -> None:
-    training = write_kitti(tmp_path / "training", **SHORT)
-    path = (tmp_path if folder == "poses" else training) / folder / "0003.txt"
-    text = path.read_text()
-    for start, length, part in cuts:
-        place = start % max(len(text), 1)
-        text = text[:place] + part + text[place + length :]
-    path.write_text(text)
-    with suppress(VbbenchError):
-        read(training, poses=tmp_path / "poses" if folder == "poses" else None)
-
-
 def test_names_of_sequences_are_known_and_the_nearest_is_suggested(tmp_path: Path) -> None:
     training = write_kitti(tmp_path / "training")
     write_kitti(training, name="0015")
@@ -340,17 +313,6 @@ def test_spaces_line_ends_and_blank_lines_do_not_matter(tmp_path: Path) -> None:
         for name in ("frame", "track", "kind", "boxes", "places", "height"):
             np.testing.assert_array_equal(getattr(plain, name), getattr(again, name))
     assert len(plain.of(WALKERS)) > 300
-
-
-def test_what_is_said_of_many_sequences_is_short(tmp_path: Path) -> None:
-    training = tmp_path / "training"
-    for number in range(12):
-        write_kitti(training, name=f"{number:04d}")
-    calibration = read(training).calibration
-    assert calibration is not None
-    assert calibration["summary"].startswith("poses of 12 sequences; in 12 parked cars check them, and move 0.00 m")
-    assert len(calibration["sequences"]) == 12
-    json.dumps(calibration)
 
 
 @pytest.fixture

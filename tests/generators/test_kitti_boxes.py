@@ -223,14 +223,6 @@ def test_few_matched_boxes_are_warned_of(training: Path) -> None:
         read(training, mot([box for box in LABELLED if box[0] < 36], linked=True))
 
 
-@pytest.mark.parametrize(("late", "words"), [(1, "one frame later"), (-3, "3 frames earlier")])
-def test_boxes_of_other_frames_are_named(training: Path, late: int, words: str) -> None:
-    """As where a text counts from 0 and has no boxes in frame 0."""
-    moved = [(f - late, *rest) for f, *rest in LABELLED if 0 <= f - late < FRAMES]
-    with pytest.warns(VbbenchWarning, match=rf"0003.txt: boxes overlap people {words} by 1.00, now by 0.\d\d"):
-        read(training, mot(moved, linked=True))
-
-
 def test_false_alarms_where_nobody_is_are_left_out_without_complaint(training: Path) -> None:
     nobody = [line for line in Drive().labels() if "Pedestrian" not in line]
     write_kitti(training, label_02=nobody)

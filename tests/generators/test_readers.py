@@ -89,8 +89,6 @@ def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tupl
         pytest.param("\n# only a comment\n\n", None, "empty", id="no rows"),
         pytest.param("0 1 0 0\n10 1 .5\n", 2, "3 columns with", id="missing column"),
         pytest.param("0 1 0\n10 1 .5\n", 1, "3 columns with", id="column missing everywhere"),
-        pytest.param("0,1,,0\n", 1, "3 columns", id="empty cell"),
-        pytest.param("0 1 0 0 9\n", 1, "5 columns", id="superfluous column"),
         pytest.param("frame id left y\n" + WALK, 1, "has no column x", id="incomplete header"),
         pytest.param(
             "frame id x pos_x y\n0 1 0 0 0\n", 1, "'x' and 'pos_x' could both be the x", id="two columns of x"
@@ -99,16 +97,13 @@ def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tupl
         pytest.param(
             "frame id x y v\n0 1 0 0\n", 2, "4 columns, the first line names 5", id="fewer columns than names"
         ),
-        pytest.param("frame id x y\n0 1 0 O\n", 2, "y is 'O'; write a number", id="text under a header"),
         pytest.param("frame,id,x_px,y_px\n0,1,0,0\n", 2, "a homography is needed", id="pixels by name"),
         pytest.param("frame,id,x_m,y_cm\n0,1,0,0\n", 2, "must both be", id="two units"),
         pytest.param("time,id,x,y\n0,1,0,0\n.5,1,.5,0\n1,1,1,0\n", 2, "write --dt 0.5", id="another dt"),
         pytest.param("t id x y\n0 1 0 0\n.4 1 .5 0\n.8 1 1 0\n1 2 0 0\n", 5, "time 1 is not", id="odd time"),
         pytest.param(WALK + "30 1 1.5m 0\n", 4, "x is '1.5m'; write a number", id="text in a number"),
-        pytest.param(WALK + "30 1 1_5 0\n", 4, "'1_5'; write a number", id="underscore"),
         pytest.param("0 1 0 0\n\n# note\n10 1 0 oops\n", 4, "y is 'oops'", id="blank lines are counted"),
         pytest.param(WALK + "30 1 nan 0\n", 4, "nan; write a finite number", id="nan"),
-        pytest.param(WALK + "30 1 0 -inf\n", 4, "-inf; write a finite number", id="infinite"),
         pytest.param(
             "0 1 0 0\n10.5 1 .5 0\n",
             2,
@@ -189,7 +184,6 @@ def test_point_on_the_horizon(write: Write) -> None:
         ("1 0 0\n0 1 0\n0 0 1\n0 0 1\n", 4, "not 4"),
         ("1 0\n0 1\n", 1, "2 columns with blanks between, wanted 3: h1 h2 h3"),
         ("1 0 0\n0 one 0\n0 0 1\n", 2, "'one'; write a number"),
-        ("1 0 0\n0 nan 0\n0 0 1\n", 2, "finite"),
         ("1 0 0\n2 0 0\n0 0 1\n", None, "singular"),
         ("", None, "empty"),
     ],
@@ -254,19 +248,6 @@ def test_the_cause_of_a_speed_is_not_a_homography_where_there_is_one(write: Writ
         read_trajnet(path, dt=0.04, homography=TILTED)
     with pytest.warns(VbbenchWarning, match="a homography is needed"):
         read_trajnet(path, dt=0.4)
-
-
-def test_a_homography_of_another_direction_is_named_for_splines(write: Write) -> None:
-    keys = [(x - 320.0, 240.0 - y, frame, person) for frame, person, x, y in _pixels()]
-    lines = ["4 - the number of splines"]
-    for person in range(1, 5):
-        lines += ["12 - Num of control points"]
-        lines += [f"{x} {y} {frame} 90 - (2D point, m_id)" for x, y, frame, who in keys if who == person]
-    matrix = TILTED @ [[1.0, 0.0, 320.0], [0.0, -1.0, 240.0], [0.0, 0.0, 1.0]]
-    path = write("\n".join(lines), "a.vsp")
-    assert read_vsp(path, dt=0.4, frame_step=10, homography=matrix).frames == 12
-    with pytest.raises(FileError, match=r"with its inverse at 1\.\d+ m/s"):
-        read_vsp(path, dt=0.4, frame_step=10, homography=np.linalg.inv(matrix))
 
 
 @pytest.mark.parametrize(
@@ -404,13 +385,6 @@ def test_smooth_curve_passes_key_points_and_stays_between_them() -> None:
 )
 def test_detect_format(write: Write, text: str, found: str) -> None:
     assert detect_format(write(text)) == found
-
-
-@pytest.mark.parametrize("text", ['\n{"scene": 1}\n', "\n1 2 3 4 5\n"])
-def test_unknown_format_names_the_known_ones(write: Write, text: str) -> None:
-    with pytest.raises(FileError, match=r"frame id x y.*vx vz vy.*\.vsp") as caught:
-        detect_format(write(text))
-    assert caught.value.line == 2
 
 
 @pytest.mark.parametrize("name", ["students001", "students003"])

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
+from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench_generators.recordings.loading import load_scenes
 from vbbench_generators.recordings.recipe import (
     Recipe,
@@ -85,27 +85,15 @@ def test_cautions_hold_by_tier() -> None:
     assert get_recipe("hotel").caution_for("ideal") is None
 
 
-def test_unknown_recipe_suggests() -> None:
-    with pytest.raises(UnknownNameError, match="'hotel'"):
-        get_recipe("hotels")
-
-
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
         ("dt = 0.4", "dt = 0.4\nspeed = 1", "recipe: unknown key 'speed'"),
-        ("frame_step", "frame_stp", "unknown key 'frame_stp'; did you mean 'frame_step'"),
         ("min_others", "min_other", r"\[sequences\]: unknown key 'min_other'; did you mean 'min_others'"),
-        ('url = "http', 'uri = "http', r"\[\[source\]\]: unknown key 'uri'"),
         ('sha256 = "00"', "", r"\[\[source\]\]: key 'sha256' is missing"),
-        ('title = "Mine"', "", "recipe: key 'title' is missing"),
         ("dt = 0.4", 'dt = "fast"', "dt = 'fast' has the wrong type"),
-        ("min_others = 1", "min_others = true", "min_others = True"),
-        ("min_others = 1", "min_others = 1.5", "min_others = 1.5"),
-        ("count_observer = false", "count_observer = 0", "count_observer = 0"),
         ('format = "trajnet"', 'format = "csv"', "format = 'csv'"),
         ("[sequences]", "[caution]\ntext = 'x'\ntiers = ['clean']\n[sequences]", "tiers"),
-        ("dt = 0.4", "dt = ", "not TOML"),
     ],
 )
 def test_bad_recipe(write: Write, old: str, new: str, problem: str) -> None:
@@ -114,10 +102,6 @@ def test_bad_recipe(write: Write, old: str, new: str, problem: str) -> None:
     with pytest.raises(FileError, match=problem) as caught:
         read_recipe(path)
     assert caught.value.path == path
-
-
-def test_integers_do_for_floats(write: Write) -> None:
-    assert read_recipe(write(RECIPE.replace("0.4", "1"), "mine.toml")).dt == 1
 
 
 def test_missing_sources_name_the_split(no_data: Path) -> None:

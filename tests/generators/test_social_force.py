@@ -121,11 +121,6 @@ def test_nobody_at_all_is_a_crowd_too() -> None:
     assert simulate_many([], Model(), frames=3, **STEP) == []
 
 
-def test_the_first_frame_is_the_start() -> None:
-    one = crowd(7)
-    np.testing.assert_array_equal(simulate(one, Model(), frames=1, **STEP), one.positions[None])
-
-
 def test_substeps_are_frames_in_between() -> None:
     one = crowd(7)
     fine = simulate(one, Model(), frames=9, dt=0.1, substeps=1)

@@ -5,46 +5,26 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
-from vbbench_generators._core import row_forces
-from vbbench_generators.social_force import Model, Moussaid, WallForce, model_numbers
+from vbbench_generators.social_force import Crowd, Model, Moussaid, WallForce, simulate_many
 
-NO_WALLS = np.empty((0, 4))
-
-
-def people(count: int, seed: int, half: float | None = None) -> FloatArray:
-    """[7, K] rows: place, velocity, direction to the goal and distance from it."""
-    rng = np.random.default_rng(seed)
-    half = 8.0 * np.sqrt(count / 50) if half is None else half
-    angle = rng.uniform(-np.pi, np.pi, count)
-    ahead = np.stack((np.cos(angle), np.sin(angle)))
-    places, velocities = rng.uniform(-half, half, (2, count)), ahead * rng.uniform(0.0, 1.7, count)
-    return np.concatenate((places, velocities, ahead, np.full((1, count), 9.0)))
+FAR, FAST, DT = 1e6, 1e6, 0.1
+"""Goals, in m, and speeds, in m/s, that nobody reaches; seconds of the step that shows a force."""
 
 
-def two(r: FloatArray, u: FloatArray) -> FloatArray:
-    """[7, 2] rows of two people of whom the first stands at r [2] from the second, who walks with u [2] relative to it.
-
-    The first stands still, and the second's goal lies where it walks to.
-    """
-    rows = np.zeros((7, 2))
-    rows[:2, 0], rows[2:4, 1], rows[4:6, 1] = r, u, u / max(float(np.linalg.norm(u)), 1e-300)
-    return rows
-
-
-def of_pairs(r: FloatArray, u: FloatArray, model: Model) -> FloatArray:
-    """Force [N, 2] on the first of each of the pairs of `two`."""
-    numbers = model_numbers(model)
-    forces = [row_forces(two(*each), NO_WALLS, numbers)[:, 0] for each in zip(r, u, strict=True)]
-    return np.reshape(forces, (-1, 2))
-
-
-def of_wall(place: tuple[float, float], wall: FloatArray, model: Model) -> FloatArray:
-    """Force [2] of a wall [4] on somebody who stands still."""
-    rows = np.zeros((7, 1))
-    rows[:2, 0] = place
-    return row_forces(rows, wall[None], model_numbers(model))[:, 0]
+def forces_on(
+    places: FloatArray, velocities: FloatArray, model: Model | None = None, **walls: FloatArray
+) -> FloatArray:
+    """Forces [S, K, 2] in m/s² on people of S scenes: what a step changes of their velocities, as goals do not pull."""
+    model = model or Model()
+    speeds, goals = np.full(places.shape[1], FAST), np.full((places.shape[1], 1, 2), FAR)
+    crowds = [
+        Crowd(positions=here, velocities=velocity, speeds=speeds, goals=goals)
+        for here, velocity in zip(places, velocities, strict=True)
+    ]
+    without_pull = Model(relaxation_time=1e200, repulsion=model.repulsion, walls=model.walls)
+    paths = np.array(simulate_many(crowds, without_pull, frames=2, dt=DT, substeps=1, **walls))
+    return ((paths[:, 1] - paths[:, 0]) / DT - velocities) / DT
 
 
 def moussaid_exactly(r: FloatArray, u: FloatArray) -> FloatArray:
@@ -65,29 +45,23 @@ def moussaid_exactly(r: FloatArray, u: FloatArray) -> FloatArray:
 def test_pairs_of_moussaid_are_the_formula(size: float) -> None:
     rng = np.random.default_rng(1)
     r, u = rng.normal(0.0, size, (5000, 2)), rng.normal(0.0, 1.0, (5000, 2))
-    np.testing.assert_allclose(of_pairs(r, u, Model()), moussaid_exactly(r, u), rtol=0.0, atol=1e-9)
+    forces = forces_on(np.stack([r, 0.0 * r], axis=1), np.stack([0.0 * u, u], axis=1))
+    np.testing.assert_allclose(forces[:, 0], moussaid_exactly(r, u), rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 50, 130])
 def test_everybody_feels_the_sum_of_all_pairs(count: int) -> None:
-    rows = people(count, count)
-    forces = row_forces(rows, NO_WALLS, model_numbers(Model()))
+    rng = np.random.default_rng(count)
+    half = 8.0 * np.sqrt(count / 50)
+    places, velocities = rng.uniform(-half, half, (count, 2)), rng.normal(0.0, 1.0, (count, 2))
     i, j = np.nonzero(~np.eye(count, dtype=bool))
     exact = np.zeros((count, 2))
-    np.add.at(exact, i, moussaid_exactly((rows[:2, i] - rows[:2, j]).T, (rows[2:4, j] - rows[2:4, i]).T))
-    np.testing.assert_allclose(forces.T, exact, rtol=0.0, atol=1e-8)
+    np.add.at(exact, i, moussaid_exactly(places[i] - places[j], velocities[j] - velocities[i]))
+    np.testing.assert_allclose(forces_on(places[None], velocities[None])[0], exact, rtol=0.0, atol=1e-8)
 
 
-@settings(max_examples=200, deadline=None)
-@given(values=st.tuples(*[st.floats(-20, 20)] * 4))
-def test_action_is_reaction_to_the_bit(values: tuple[float, float, float, float]) -> None:
-    forces = row_forces(two(np.array(values[:2]), np.array(values[2:])), NO_WALLS, model_numbers(Model()))
-    np.testing.assert_array_equal(forces[:, 0], -forces[:, 1])
-    assert np.all(np.isfinite(forces))
-
-
-def test_people_who_stand_in_one_place_feel_nothing_and_no_nan() -> None:
-    assert np.all(row_forces(np.zeros((7, 2)), NO_WALLS, model_numbers(Model())) == 0.0)
+def test_people_who_stand_in_one_place_feel_nothing() -> None:
+    assert np.all(forces_on(np.zeros((1, 7, 2)), np.zeros((1, 7, 2))) == 0.0)
 
 
 @settings(max_examples=100, deadline=None)
@@ -100,28 +74,11 @@ def test_walls_are_the_sum_of_their_points(place: tuple[float, float], wall: tup
     assume(distance.min() > 1e-6)
     felt = distance - 0.35 < 3.35
     exact = (away / distance[:, None] * np.exp(-(distance - 0.35) / 0.2)[:, None])[felt].sum(axis=0) * 10.0
-    got = of_wall(place, np.array(wall), Model(walls=WallForce()))
-    np.testing.assert_allclose(got, exact, rtol=1e-9, atol=1e-5)
+    got = forces_on(np.array([[place]]), np.zeros((1, 1, 2)), Model(walls=WallForce()), walls=np.array([wall]))
+    np.testing.assert_allclose(got[0, 0], exact, rtol=1e-9, atol=1e-5)
 
 
 def test_parameters_reach_the_forces() -> None:
-    one, three = (
-        row_forces(people(2, 0, 1.0), NO_WALLS, model_numbers(Model(repulsion=Moussaid(factor=factor))))
-        for factor in (1.0, 3.0)
-    )
-    np.testing.assert_allclose(three, 3.0 * one, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("people", "walls", "numbers", "problem"),
-    [
-        (np.zeros((7, 2), np.float32), NO_WALLS, {}, "people must be an array of float64 in C order"),
-        (np.zeros((6, 2)), NO_WALLS, {}, r"people must have the shape \[7, any\], not \[6, 2\]"),
-        (np.zeros((7, 2)), np.zeros((1, 3)), {}, r"walls must have the shape \[any, 4\]"),
-        (None, NO_WALLS, {}, "people must be an array"),
-        (np.zeros((7, 2)), NO_WALLS, {"reach": np.nan}, "reach must be a finite number"),
-    ],
-)
-def test_what_is_no_crowd_is_refused(people: FloatArray, walls: FloatArray, numbers: object, problem: str) -> None:
-    with pytest.raises(VbbenchError, match=problem):
-        row_forces(people, walls, {**model_numbers(Model()), **numbers})  # type: ignore[dict-item]
+    places, still = np.array([[[0.0, 0.0], [0.6, 0.3]]]), np.zeros((1, 2, 2))
+    one, three = (forces_on(places, still, Model(repulsion=Moussaid(factor=factor))) for factor in (1.0, 3.0))
+    np.testing.assert_allclose(three, 3.0 * one, rtol=1e-9)

@@ -326,14 +326,11 @@ def _tracked(
     ("old", "new", "message"),
     [
         ("score_memory = 0.3", "score_memroy = 0.3", "unknown key 'score_memroy'; did you mean 'score_memory'"),
-        ("aspect = 0.36", "", "key 'aspect' is missing"),
         ("pull = 0.2 ", "pull = 1.2 ", "pull must be 0 to 1"),
         ("top_std = 0.035", "top_std = -0.035", "top_std must be 0 to"),
         ("lost_time = 1.0", "lost_time = 0.0", "lost_time must be 1e-09 to"),
         ("high = 0.6", "high = 0.05", "must not fall"),
-        ("panorama_std = 3.7", "panorama_std = '3'", "has the wrong type"),
         ("panorama_std = 3.7", "panorama_std = 0.0", "panorama_std must be 1e-09 to"),
-        ("[detector]", "[detector", "is not TOML"),
     ],
 )
 def test_bad_settings_are_named(write: Callable[..., Path], old: str, new: str, message: str) -> None:
@@ -345,5 +342,3 @@ def test_bad_settings_are_named(write: Callable[..., Path], old: str, new: str, 
     with pytest.raises(FileError, match=message) as caught:
         read_toml(path, TrackingSettings, "top level")
     assert str(path) in str(caught.value)
-    with pytest.raises(FileError, match="cannot be read"):
-        read_toml(path.with_name("nowhere.toml"), TrackingSettings, "top level")

@@ -21,7 +21,7 @@ from vbbench_generators.crowds.sim import record_plaza
 from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.splits import sim, street
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
-from vbbench_generators.views.vehicle import VehicleModel, drive, find_windows, get_vehicle
+from vbbench_generators.views.vehicle import drive, find_windows, get_vehicle
 
 MODEL = get_vehicle()
 CARD = Card(name="made", title="Synthetic crowds", licence="", citation="", sources=())
@@ -133,11 +133,6 @@ def test_windows_have_people() -> None:
     assert [(window.scene, window.first, len(window.counted)) for window in windows] == [
         (3, first, 40) for first in (30, 40, 50)
     ]
-
-
-def test_the_model_is_checked() -> None:
-    with pytest.raises(ValueError, match="standing must be 0 to 1, not 2"):
-        VehicleModel(**{**vars(MODEL), "standing": 2.0})
 
 
 def test_a_dataset_says_who_carries_the_camera(tmp_path: Path) -> None:

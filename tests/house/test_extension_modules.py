@@ -1,4 +1,4 @@
-"""Extension modules: nothing in them gives other bytes on another machine, and bindings refuse what does not fit."""
+"""Extension modules: nothing in them gives other bytes on another machine."""
 
 import re
 import shutil

@@ -81,14 +81,6 @@ class SlowDemo:
         return SlowPlan(generator.plan(options))
 
 
-class SlowSolver(ConstantVelocity):
-    """Waits at the gate."""
-
-    def step(self, frame: Frame) -> FrameEstimate:
-        pass_gate(sequence_of(frame))
-        return super().step(frame)
-
-
 class DeadlySolver(ConstantVelocity):
     """Takes its process with it in the last sequence."""
 

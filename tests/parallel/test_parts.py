@@ -95,15 +95,6 @@ def stop(*_arguments: object) -> None:
     raise KeyboardInterrupt
 
 
-def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for step in ("vbbench.parallel.partitions.describe_tables", "vbbench.folders.swapping._rename"):
-        with monkeypatch.context() as patch:
-            patch.setattr(step, stop)
-            with pytest.raises(KeyboardInterrupt):
-                merge(spread)
-    assert digests(merge(spread)) == digests(whole.folder)
-
-
 def test_what_is_in_the_way_is_left_alone(whole: Dataset, spread: Path, tmp_path: Path) -> None:
     again = {"scheduler": "tcp://nowhere"}
     with pytest.raises(VbbenchError, match=r"set .overwrite"):

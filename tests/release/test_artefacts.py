@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from release import artefacts
 from release.artefacts import check
 
 FACTS = """Metadata-Version: 2.4
@@ -83,17 +82,6 @@ def test_wheels_of_several_platforms_have_modules_of_one_name(room: Path) -> Non
     assert "3 wheels and sdist" in check(room / "dist", room / "tree" / "tree.whl")
     wheel(room / "dist" / "mac.whl", FACTS.format("0.4.0"))
     assert complaint(room) == "mac.whl and the wheel of the tree differ in vbbench/_core"
-
-
-@pytest.mark.parametrize(("kind", "problem"), [("*.whl", "no wheel"), ("*.tar.gz", "0 files")])
-def test_a_kind_that_is_missing_is_named(room: Path, kind: str, problem: str) -> None:
-    next((room / "dist").glob(kind)).unlink()
-    assert problem in complaint(room)
-
-
-def test_a_large_one_is_refused(room: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(artefacts, "LARGEST", 100)
-    assert "bytes, more than 100; leave something out" in complaint(room)
 
 
 @pytest.mark.parametrize(

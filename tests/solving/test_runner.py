@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vbbench.camera import PanoramaCamera
-from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.errors import VbbenchError
 from vbbench.geometry import world_to_relative
 from vbbench.protocol import PROTOCOLS, get_protocol, scored_positions
 from vbbench.sequence import Given, Odometry, Sequence, Truth
@@ -287,8 +287,3 @@ def test_motions_of_later_frames_cannot_be_reached_in_one_step(world: Any) -> No
 def test_one_step_needs_truth(world: Any) -> None:
     with pytest.raises(VbbenchError, match="no truth is available"):
         run_sequence(Recorder(), world[0], world[1], get_protocol("one-step"), None)
-
-
-def test_wrong_protocol_names_get_a_suggestion() -> None:
-    with pytest.raises(UnknownNameError, match="did you mean 'one-step'"):
-        get_protocol("onestep")

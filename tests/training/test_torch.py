@@ -159,21 +159,6 @@ def test_a_batch_goes_to_a_device_as_a_whole(crowd: Dataset) -> None:
     assert {values.device.type for values in vars(moved).values()} == {"meta"}
 
 
-def test_a_batch_is_pinned_by_the_loader_where_there_is_a_gpu(crowd: Dataset) -> None:
-    from torch.utils.data._utils.pin_memory import pin_memory
-
-    pinned = []
-
-    class Noted(torch.Tensor):
-        def pin_memory(self, *_: Any) -> Any:
-            pinned.append(self)
-            return self
-
-    batch = next(iter(feed(FolderSamples(crowd.folder)))).map(lambda values: values.as_subclass(Noted))
-    assert isinstance(pin_memory(batch), Sample)
-    assert len(pinned) == len(vars(batch))
-
-
 def blocks() -> list[str]:
     return re.findall(r"^```py\n(.*?)^```", PAGE.read_text("utf-8"), flags=re.M | re.S)
 

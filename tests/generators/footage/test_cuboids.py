@@ -1,6 +1,5 @@
 """People labelled as cuboids: Argoverse 2 and nuScenes agree with the same drive as a recording of split ``own``."""
 
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,30 +69,6 @@ def errors_of(dataset: Dataset) -> list[float]:
         errors += [figures["mean"] for name, figures in values.items() if name in ("dx", "dx_rel", "dt")]
     assert errors
     return errors
-
-
-@pytest.mark.parametrize("log", ["adcf7d18-0510-35b0-a2fa-b4cea13a6d76", "3b3570b4-7b0b-3268-a571-b0889dbf40b6"])
-def test_the_official_logs_agree_with_their_own_recordings(data_folder, tmp_path, log):
-    """The recordings' clock is set to 0.1 s a frame: their 0.100196 s would put poses beside the boxes."""
-    source = data_folder / "argoverse2"
-    if not source.is_dir():
-        pytest.skip("argoverse2 is not in the data folder")
-    shutil.copytree(source / log, tmp_path / log)
-    shutil.copytree(source / "calibration_test_log", tmp_path / log / "calibration")
-    folder = tmp_path / "panorama"
-    shutil.copytree(source / "own" / f"{log[:8]}-panorama", folder, copy_function=shutil.copyfile)
-    folder.chmod(0o755)
-    camera = (folder / "camera.toml").read_text().replace("0.100196", "0.1").replace("1.70", "1.7027")
-    (folder / "camera.toml").write_text(camera + "box_edge = 0.45\npixel_std = 1.0\ncarried_by = 'vehicle'\n")
-    poses = [line.split(" ", 1)[1] for line in (folder / "poses.txt").read_text().splitlines() if line]
-    (folder / "poses.txt").write_text("".join(f"{0.1 * frame:.3f} {pose}\n" for frame, pose in enumerate(poses)))
-    rules = RunRules(fewest=1, shortest=5)
-    options = asked(tmp_path / log, every=4)
-    write_dataset(replace(argoverse2, rules=rules, near=100.0, lasting=0.0).plan(options), tmp_path / "a")
-    write_dataset(replace(own, rules=rules).plan(replace(options, source=folder)), tmp_path / "b")
-    found, other = Dataset(tmp_path / "a"), Dataset(tmp_path / "b")
-    assert len(found) == len(other)
-    assert errors_of(found) == pytest.approx(errors_of(other), abs=0.01)
 
 
 @pytest.mark.parametrize("split", SPLITS)
