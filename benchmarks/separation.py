@@ -15,7 +15,7 @@ from scipy.stats import t as student
 from vbbench.geometry import FloatArray
 from vbbench.scoring.metrics import METRICS
 from vbbench_leaderboards.results.folder import read_results
-from vbbench_leaderboards.results.ranking import contrasts
+from vbbench_leaderboards.results.ranking import capped_errors
 
 METRIC = "dx"
 DRAWS, POWER, LEVEL = 2000, 0.8, 0.05
@@ -51,7 +51,7 @@ def main() -> None:
         causal = [one for one in boards.get(key, []) if not one.about.sees_the_future]
         if len(causal) < 2:
             continue
-        figures = contrasts(causal).figures[..., list(METRICS).index(METRIC)]
+        figures = capped_errors(causal)[0][..., list(METRICS).index(METRIC)]
         best, second = np.argsort(np.nanmean(figures, axis=1))[:2].tolist()
         differences = figures[second] - figures[best]
         differences = differences[np.isfinite(differences)]

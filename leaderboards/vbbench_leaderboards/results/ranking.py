@@ -143,7 +143,7 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
 
     Every two are compared as ``vbbench compare`` compares their submissions, in blocks of time that suit all pairs.
     """
-    names, figures, timeline = tuple(result.solver for result in results), *_capped(results)
+    names, figures, timeline = tuple(result.solver for result in results), *capped_errors(results)
     counts = np.isfinite(figures).sum(axis=1)
     means = np.where(counts > 0, np.nansum(figures, axis=1) / np.maximum(counts, 1), np.inf)
     numbers, pairs = list(combinations(range(len(results)), 2)), dict[str, tuple[Pair, ...]]()
@@ -171,7 +171,7 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     return rankings
 
 
-def _capped(results: Sequence[Result]) -> tuple[FloatArray, Timeline]:
+def capped_errors(results: Sequence[Result]) -> tuple[FloatArray, Timeline]:
     """[solvers, N, metrics] capped errors of all sequences, NaN where there is none; and when these were."""
     own = [result.per_sequence for result in results]
     columns = ("sequence", "scene", "first_frame", "last_frame")
