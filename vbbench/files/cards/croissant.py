@@ -11,7 +11,6 @@ import pyarrow as pa
 
 from vbbench.files.cards.origin import Publisher, citations, licence_address, said_licence
 from vbbench.files.cards.readme import config_name, tags
-from vbbench.files.cards.statements import TASK, Statements
 from vbbench.files.cards.subject import Subject
 from vbbench.files.dataset_info import INFO_FILE
 
@@ -38,7 +37,7 @@ CONTEXT: dict[str, Any] = {
 _TYPES = {pa.int32(): "cr:Int32", pa.float32(): "cr:Float32", pa.float64(): "cr:Float64", pa.string(): "sc:Text"}
 
 
-def croissant(subject: Subject, said: Statements) -> str:
+def croissant(subject: Subject, said: Mapping[str, Any]) -> str:
     """The text of ``croissant.json``."""
     info, origin, publisher = subject.info, subject.origin, subject.publisher
     licence = said_licence(origin, publisher)
@@ -49,7 +48,7 @@ def croissant(subject: Subject, said: Statements) -> str:
         "name": f"{info.split}-{info.tier}-{subject.id}",
         "alternateName": info.title,
         "identifier": subject.id,
-        "description": f"{info.title}. {said.kind[0].upper()}{said.kind[1:]}. {TASK} {said.known}",
+        "description": f"{info.title}. {said['kind'][0].upper()}{said['kind'][1:]}. {said['task']} {said['known']}",
         "version": "1.0.0",
         "license": licence_address(licence) or licence,
         "citeAs": " ".join(citations(origin, publisher)),
@@ -72,20 +71,20 @@ def _published(publisher: Publisher) -> dict[str, Any]:
     return {name: value for name, value in said.items() if value}
 
 
-def _responsible(said: Statements) -> dict[str, Any]:
+def _responsible(said: Mapping[str, Any]) -> dict[str, Any]:
     """The fields of the vocabulary for responsible AI."""
     fields = {
-        "dataCollection": said.collection,
-        "dataCollectionType": list(said.collection_types),
-        "dataCollectionRawData": said.raw,
-        "dataCollectionMissingData": said.missing,
-        "dataPreprocessingProtocol": list(said.preprocessing),
-        "dataLimitations": [*said.limitations, *(f"Not for: {misuse}" for misuse in said.misuses)],
-        "dataBiases": list(said.biases),
-        "personalSensitiveInformation": [said.privacy],
-        "dataUseCases": list(said.uses),
-        "dataSocialImpact": f"{said.sharing} {said.misuses[0]}",
-        "dataReleaseMaintenancePlan": said.maintenance,
+        "dataCollection": said["collection"],
+        "dataCollectionType": said["collection_types"],
+        "dataCollectionRawData": said["raw"],
+        "dataCollectionMissingData": said["missing"],
+        "dataPreprocessingProtocol": said["preprocessing"],
+        "dataLimitations": [*said["limitations"], *(f"Not for: {misuse}" for misuse in said["misuses"])],
+        "dataBiases": said["biases"],
+        "personalSensitiveInformation": [said["privacy"]],
+        "dataUseCases": said["uses"],
+        "dataSocialImpact": f"{said['sharing']} {said['misuses'][0]}",
+        "dataReleaseMaintenancePlan": said["maintenance"],
     }
     return {f"rai:{name}": value for name, value in fields.items()}
 

@@ -7,8 +7,7 @@ from typing import Any
 from vbbench.errors import FileError
 from vbbench.files.cards.croissant import croissant
 from vbbench.files.cards.origin import Publisher, origin_of
-from vbbench.files.cards.readme import FENCE, readme
-from vbbench.files.cards.statements import statements_of
+from vbbench.files.cards.readme import FENCE, readme, statements
 from vbbench.files.cards.subject import Subject, digest_of, read_info_file, tables_here
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.tables import file_sha256
@@ -37,7 +36,7 @@ def card_texts(folder: Path, publisher: Publisher | None = None) -> dict[str, st
         origin=origin_of(info),
         publisher=publisher or Publisher(),
     )
-    said = statements_of(subject)
+    said = statements(subject)
     return {README: readme(subject, said), CROISSANT: croissant(subject, said)}
 
 
