@@ -238,7 +238,6 @@ def test_figures_of_static_points(report: Report) -> None:
     assert "vbbench fetch hotel" in hotel
     assert "kitti, footage: " in car
     assert report.facts[-1].splitlines() == [f"- missing: {hotel}", f"- missing: {car}"]
-    assert len(report.texts[".csv"].splitlines()) == 1 + 3 * 12
 
 
 @of("trajectories")
@@ -277,7 +276,6 @@ def test_figures_of_the_simulated_robot(report: Report) -> None:
 def test_the_report_has_every_claim_and_frame(report: Report) -> None:
     values = report.values
     assert [len(rows) for rows in values["claims"].values()] == [len(CLAIMS)] * 2
-    assert len(report.texts[".csv"].splitlines()) == 1 + 2 * values["frames"]
 
 
 @pytest.mark.slow
@@ -323,7 +321,7 @@ def test_what_exists_is_taken_over_and_files_hold_every_number(
     assert {path: path.stat().st_mtime_ns for path in (runs.out / name).rglob("*") if path.is_file()} == before
     paths = write_report(report, tmp_path)
     pictures = [f"{report.name}{'-' if key else ''}{key}.png" for key in PICTURES.get(name, ("",))]
-    assert [path.name for path in paths] == [f"{report.name}.md", f"{report.name}.json", *paths_of(report), *pictures]
+    assert [path.name for path in paths] == [f"{report.name}.md", f"{report.name}.json", *pictures]
     printed = shown(report, paths)
     assert printed.startswith((tmp_path / f"{report.name}.md").read_text("utf-8"))
     assert printed.endswith("\n".join(map(str, paths)))
@@ -332,10 +330,6 @@ def test_what_exists_is_taken_over_and_files_hold_every_number(
         assert {len(row) for row in table.rows} <= {len(table.head)}
     for key in pictures:
         assert (tmp_path / key).read_bytes()[:4] == b"\x89PNG"
-
-
-def paths_of(report: Report) -> list[str]:
-    return [f"{report.name}{ending}" for ending in report.texts]
 
 
 @pytest.mark.slow

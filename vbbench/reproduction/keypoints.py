@@ -27,7 +27,7 @@ from vbbench.reproduction.agreement import Estimate
 from vbbench.reproduction.grid import Cell, Making, Study, check_every, check_grid, each, stride_of
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.reproduction.two_views import Setting, check_opencv, draw_views, five_point
-from vbbench.table import Table, csv_text
+from vbbench.table import Table
 
 GOOD, LOST = 0.1, 1.0
 """In m, what is taken for the paper's "good"; in rad, a larger error is of another of the four poses of a matrix."""
@@ -195,7 +195,7 @@ class KeypointsStudy(Study):
         )
 
     def report(self, found: Keypoints) -> Report:
-        """Tables by distance and by line; every error of every trial as CSV."""
+        """Tables by distance and by line."""
         return Report(
             name=self.name,
             title="Poses from static points by the five-point method, next to those from people",
@@ -203,7 +203,6 @@ class KeypointsStudy(Study):
             tables=[_by_distance(found), _by_line(found)],
             values=self._values(found),
             pictures={"": self.plot(found)},
-            texts={".csv": _csv(found)},
             whole=not found.missing,
         )
 
@@ -323,16 +322,6 @@ def _statistics(values: FloatArray) -> dict[str, FloatArray]:
     """Of errors [D, N]: mean, quartiles and the 95th percentile at every distance."""
     shares = {"q25": 0.25, "median": 0.5, "q75": 0.75, "p95": 0.95}
     return {"mean": values.mean(axis=1), **{name: np.quantile(values, share, axis=1) for name, share in shares.items()}}
-
-
-def _csv(found: Keypoints) -> str:
-    """Errors of every trial: a row for each distance (m) and trial."""
-    rows = (
-        [distance, trial, f"{moved:.6g}", f"{turned:.6g}"]
-        for distance, *pair in zip(found.distances.tolist(), found.translation, found.rotation, strict=True)
-        for trial, (moved, turned) in enumerate(zip(*pair, strict=True))
-    )
-    return csv_text(("distance", "trial", "translation", "rotation"), rows)
 
 
 PAPER, OURS, CAR = style.ESTIMATE, style.GIVEN, "#009e73"

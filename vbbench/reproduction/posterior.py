@@ -43,7 +43,7 @@ from vbbench.scoring.block_bootstrap import Timeline
 from vbbench.sequence import Sequence
 from vbbench.solver import FrameSolver, PosePosterior
 from vbbench.solving.runner import frames_of, reveal
-from vbbench.table import Table, csv_text
+from vbbench.table import Table
 
 SOLVER = "vb-sf"
 """The solver, whose class names in ``readings`` that of the paper's text."""
@@ -161,7 +161,7 @@ class PosteriorStudy(Study):
         )
 
     def report(self, found: Posteriors) -> Report:
-        """Claims and examples, with a picture of these; every frame as CSV."""
+        """Claims and examples, with a picture of these."""
         claims = {
             solver: [found.sample.estimate(how, found.walking[along], own[what]) for *_, how, along, what in CLAIMS]
             for solver, own in found.tables.items()
@@ -190,7 +190,6 @@ class PosteriorStudy(Study):
                 "examples": [shown.example._asdict() for shown in found.examples],
             },
             pictures={"": self.plot_examples(found)} if found.examples else {},
-            texts={".csv": _csv(found)},
         )
 
     def plot_examples(self, found: Posteriors) -> Figure:
@@ -333,19 +332,6 @@ def _examples_table(found: Posteriors) -> Table:
         rows.append([one.title, f"{one.sequence}", frames, *spreads, f"{pose:.2f}", f"{place:.2f}", f"{error:.3f}"])
     head = ["example", "sequence", "frames", "people", "spread", "of lines", "pose (nats)", "place", "Δt (m)"]
     return Table(title="The examples", facts=paragraphs("posterior_examples"), head=head, rows=rows)
-
-
-def _csv(found: Posteriors) -> str:
-    """A row for each solver and frame."""
-    names = ["sequence", "frame", *FIGURES]
-    head = ["solver", *names, *WALKING]
-    walking = [found.walking[name].astype(float).tolist() for name in WALKING]
-    rows = (
-        [solver, *row]
-        for solver, own in found.tables.items()
-        for row in zip(*(own[name].tolist() for name in names), *walking, strict=True)
-    )
-    return csv_text(head, rows)
 
 
 _SHARES = (0.99, 0.95, 0.8, 0.5)

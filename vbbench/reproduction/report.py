@@ -48,7 +48,6 @@ class Report:
     facts : what the paper states, what was done, what differs and why: a paragraph each.
     values : every number, for JSON, where ``null`` stands for NaN.
     pictures : by what follows ``name`` in the file's name; "" for the first.
-    texts : further files by their ending, such as ``.csv``.
     whole : whether nothing is missing on this machine that more downloads would bring.
     """
 
@@ -58,7 +57,6 @@ class Report:
     tables: Sequence[Table] = ()
     values: Mapping[str, Any]
     pictures: Mapping[str, Figure] = field(default_factory=dict)
-    texts: Mapping[str, str] = field(default_factory=dict)
     whole: bool = True
 
     @property
@@ -88,9 +86,9 @@ def _plain(value: Summary | NDArray[Any]) -> Any:
 
 
 def write_report(report: Report, out: Path | str) -> list[Path]:
-    """Write ``NAME.md``, ``NAME.json``, pictures and further texts into ``out``; their paths."""
+    """Write ``NAME.md``, ``NAME.json`` and pictures into ``out``; their paths."""
     out = Path(out)
-    texts = {".md": report.markdown, ".json": report.json, **report.texts}
+    texts = {".md": report.markdown, ".json": report.json}
     paths = [out / f"{report.name}{ending}" for ending in texts]
     for path, text in zip(paths, texts.values(), strict=True):
         write_text_atomically(path, text)

@@ -22,7 +22,7 @@ from vbbench.reproduction.report import Report, paragraphs
 from vbbench.scoring.block_bootstrap import block_means
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import known
-from vbbench.table import Table, csv_text
+from vbbench.table import Table
 
 SPLIT, SOLVER = "sim", "vb-sf"
 """The solver's class may name variants to compare it with, in ``variants``."""
@@ -97,7 +97,7 @@ class SigmaStudy(Study):
         )
 
     def report(self, found: SigmaFigure) -> Report:
-        """A table per solver, a row for each metric and σ_h, a column for each K; every number also as CSV."""
+        """A table per solver, a row for each metric and σ_h, a column for each K."""
         return Report(
             name=self.name,
             title=f"Errors over the number of people: {found.conditions}",
@@ -105,7 +105,6 @@ class SigmaStudy(Study):
             tables=[_table(solver, found) for solver in distinct(found.rows, "solver")],
             values={"rows": found.rows},
             pictures={"": plot_sigma(found)},
-            texts={".csv": csv_text(COLUMNS, [list(row.values()) for row in found.rows])},
         )
 
 

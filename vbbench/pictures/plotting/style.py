@@ -127,12 +127,6 @@ def name_axes(axes: Axes, along: str = "", up: str = "", title: str = "") -> Non
         axes.set_title(title, fontsize=10.0, loc="left", color=INK)
 
 
-def name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Rows from the top with their names, at heights 0, 1, and so on."""
-    axes.set_ylim(len(names) - 0.5, -0.5)
-    axes.set_yticks(range(len(names)), names)
-
-
 def draw_grid(axes: Axes, width: float = 0.6, **look: Any) -> None:
     """Faint lines under everything else."""
     axes.grid(color=FAINT, linewidth=width, **look)
