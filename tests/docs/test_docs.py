@@ -167,7 +167,7 @@ def test_pages_make_the_datasets_of_the_boards_with_the_seed_and_the_id_of_today
     records = ROOT / "leaderboards" / "results"
     seed = str(json.loads((records / "sim" / "field.json").read_text("utf-8"))["seed"])
     tutorial = (ROOT / "docs/tutorials/your-solver.md").read_text("utf-8")
-    assert f"generate sim --tier field --seed {seed} --limit 150 --options observer=vehicle" in tutorial
+    assert f"generate sim --tier field --seed {seed} --limit 150 --observer vehicle" in tutorial
     shown = 0
     for page in PAGES:
         text = re.sub(r"\s+", " ", page.read_text("utf-8"))

@@ -133,3 +133,30 @@ def test_words_are_options_and_come_before_those_of_a_file(tmp_path: Path) -> No
 def test_wrong_words_are_refused(words: list[str], message: str) -> None:
     with pytest.raises(VbbenchError, match=message):
         read_options(words, "sim")
+
+
+def test_options_of_single_splits_are_options_of_the_command(tmp_path: Path) -> None:
+    short = ["--people", "4:6", "--scenario=plaza", "--observer", "vehicle", "--no-detector"]
+    behind = ["--options", "people=4:6", "scenario=plaza", "observer=vehicle", "detector=false"]
+    ids = set()
+    for words in (short, behind):
+        command = ["generate", "sim", *words, "--tier", "field", "--sequences", "2"]
+        assert main([*command, "--overwrite", "--out", str(tmp_path / "d")]) == 0
+        ids.add(Dataset(tmp_path / "d").info.id)
+    assert len(ids) == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--peeple", "4"], "no option of 'generate' is called '--peeple'; did you mean '--people'?"),
+        (["--people", "--seed", "1"], "--people: expected one argument"),
+        (["--observer", "dog"], "observer = 'dog' has the wrong type"),
+        (["--boxes", "here"], "--boxes"),
+    ],
+)
+def test_wrong_options_of_single_splits_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str
+) -> None:
+    assert main(["generate", "sim", *words, "--out", str(tmp_path / "d")]) == 2
+    assert message in capsys.readouterr().err

@@ -1,8 +1,9 @@
 """Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify, card."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal, get_args, get_type_hints
 
+from vbbench.cli.parsing import Further
 from vbbench.cli.terminal import say_warning
 
 
@@ -34,6 +35,12 @@ def fetch(names: tuple[str, ...], /) -> None:
         print(path)
 
 
+def _options_of_splits() -> dict[str, bool]:
+    from vbbench.generation.options_file import WrittenOptions
+
+    return {name: bool in get_args(hint) for name, hint in get_type_hints(WrittenOptions).items()}
+
+
 def generate(
     split: str,
     /,
@@ -48,7 +55,7 @@ def generate(
     every: int | None = None,
     seed: int | Literal["secret"] | None = None,
     limit: int | None = None,
-    options: tuple[str, ...] = (),
+    options: Annotated[tuple[str, ...], Further(_options_of_splits)] = (),
     jobs: int = 1,
     scheduler: str | None = None,
     withhold_truth: bool = False,
@@ -56,9 +63,9 @@ def generate(
 ) -> None:
     """Make a dataset folder.
 
-    Behind --options stand, as NAME=VALUE: observer (walker, vehicle, robot), stride; of simulated crowds scenario and
-    people (30, 10:50, 10:50:10); of footage longest, poses, boxes, bags, person_class; and more of single splits and
-    tiers (docs/commands-data.md).
+    Some splits and tiers have more options: --observer (walker, vehicle, robot), --stride; of simulated crowds
+    --scenario and --people (30, 10:50, 10:50:10); of footage --longest, --poses, --boxes, --bags, --person-class; and
+    others (docs/commands-data.md).
 
     Args:
         split: Its name; see 'vbbench splits'.
@@ -74,7 +81,7 @@ def generate(
         every: Only every so many frames; default: the split's own.
         seed: Seed of all random numbers; default: 0. With --withhold-truth also: secret, one that nobody can guess.
         limit: Make only this many sequences, from the first.
-        options: All others, as NAME=VALUE; and a TOML file of options, or a dataset.json, whose options are taken.
+        options: A TOML file of options, or a dataset.json, whose options are taken; and single ones as NAME=VALUE.
         jobs: Processes; the bytes do not depend on it.
         scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
         withhold_truth: Write the truth tables and the seed to OUT.truth; the dataset keeps their hashes.

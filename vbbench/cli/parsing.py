@@ -11,7 +11,7 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import partial
-from typing import Any, Literal, NoReturn, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
 from vbbench.errors import UnknownNameError, VbbenchError, quoted, suggestion
 
@@ -55,6 +55,18 @@ class Parameter:
         return f" (default: {' '.join(map(str, items))})"
 
 
+@dataclass(frozen=True)
+class Further:
+    """In the annotation of a parameter that takes NAME=VALUE: these may also be written as options, ``--NAME VALUE``.
+
+    Parameters
+    ----------
+    names : gives the names, with whether each is a flag, which has no value: ``--NAME`` or ``--no-NAME``.
+    """
+
+    names: Callable[[], Mapping[str, bool]]
+
+
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise VbbenchError(f"{message.removeprefix('argument ')}; see '{self.prog} --help'")
@@ -74,7 +86,7 @@ def parse(commands: Mapping[str, Callable[..., Any]], arguments: Sequence[str]) 
     function = commands[name]
     parameters = list(parameters_of(function))
     parser = _parser(name, function, parameters)
-    values = vars(parser.parse_intermixed_args(list(_spelled(name, parameters, given))))
+    values = vars(parser.parse_intermixed_args(list(_spelled(name, function, parameters, given))))
     positional: list[Any] = []
     options: dict[str, Any] = {}
     for each in parameters:
@@ -171,18 +183,43 @@ def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parame
     return parser
 
 
-def _spelled(name: str, parameters: Iterable[Parameter], given: Iterable[str]) -> Iterator[str]:
+def _spelled(
+    name: str, function: Callable[..., Any], parameters: Iterable[Parameter], given: Iterable[str]
+) -> Iterator[str]:
     """The arguments, options with hyphens for underscores; raises UnknownNameError for an option that there is not."""
     known = [each.option for each in parameters if not each.positional] + ["--help"]
-    for argument in given:
+    words = iter(given)
+    for argument in words:
         if not argument.startswith("--") or argument == "--":
             yield argument
             continue
         option, equals, value = argument.partition("=")
         option = option.replace("_", "-")
-        if option not in known:
-            raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], known)
-        yield f"{option}{equals}{value}"
+        if option in known:
+            yield f"{option}{equals}{value}"
+            continue
+        further = further_options(function)
+        if option not in further:
+            raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], [*known, *further])
+        parameter, written, flag = further[option]
+        text = flag or (value if equals else next(words, "--"))
+        if text.startswith("--"):
+            raise VbbenchError(f"{option}: expected one argument; see 'vbbench {name} --help'")
+        yield f"--{parameter}={written}={text}"
+
+
+def further_options(function: Callable[..., Any]) -> dict[str, tuple[str, str, str]]:
+    """Options that stand for NAME=VALUE of a parameter: by option its parameter, the name, and the value of a flag."""
+    found: dict[str, tuple[str, str, str]] = {}
+    for parameter, hint in get_type_hints(function, include_extras=True).items():
+        for each in get_args(hint)[1:] if get_origin(hint) is Annotated else ():
+            if isinstance(each, Further):
+                for name, is_flag in each.names().items():
+                    option = name.replace("_", "-")
+                    found[f"--{option}"] = parameter, name, "true" if is_flag else ""
+                    if is_flag:
+                        found[f"--no-{option}"] = parameter, name, "false"
+    return found
 
 
 def _type(kind: Any) -> tuple[Callable[[str], Any], str, str | int | None]:
@@ -240,7 +277,8 @@ def in_options(message: str, function: Callable[..., Any], *, of_file: bool = Fa
 
     What a message ``of_file`` says that values must be is of the file's.
     """
-    options = {each.field or each.parameter: each.option for each in parameters_of(function) if not each.positional}
+    options = {name: option for option, (_, name, flag) in further_options(function).items() if flag != "false"}
+    options |= {each.field or each.parameter: each.option for each in parameters_of(function) if not each.positional}
     for pattern in _NAMED[:1] if of_file else _NAMED:
         message = re.sub(pattern, lambda found: options.get(_ALIASES.get(found[1], found[1]), found[0]), message)
     return message

@@ -211,7 +211,7 @@ def import_mot(
     if not (np.isfinite(pixel_std) and pixel_std >= 0.0):
         raise VbbenchError(f"pixel_std must be at least 0 px, not {pixel_std:g}")
     if dataset.info.truth != "whole":
-        again = "make it again with --options boxes=FOLDER"
+        again = "make it again with --boxes FOLDER"
         raise VbbenchError(f"{dataset.folder}: not everybody's place was measured; {again}")
     if not 0.0 <= least_matched <= 1.0:
         raise VbbenchError(f"least_matched is a share from 0 to 1, not {least_matched:g}")
