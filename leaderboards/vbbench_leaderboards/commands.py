@@ -2,11 +2,19 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
+
+from vbbench.cli.parsing import Further
 
 RESULTS = Path("leaderboards/results")
 WORK = Path("out/leaderboard")
 Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
+
+
+def _facts_of_rows() -> dict[str, bool]:
+    from vbbench_leaderboards.results.result import FACTS
+
+    return dict.fromkeys(FACTS, False)
 
 
 def add(
@@ -16,7 +24,7 @@ def add(
     truth: Path | None = None,
     results: Path = RESULTS,
     name: str = "",
-    about: tuple[str, ...] = (),
+    about: Annotated[tuple[str, ...], Further(_facts_of_rows)] = (),
     date: str = "",
     overwrite: bool = False,
 ) -> None:
@@ -30,9 +38,10 @@ def add(
         truth: Folder with the truth tables, if they are not in the dataset.
         results: Folder of the result files.
         name: Name of the solver on the board; default: the one in the submission.
-        about: Facts of the row, as NAME=VALUE in place of those in submission.json: authors; trained_on and tuned_on
-            ('nothing' is an answer); delay, the frames that an answer comes after its own, or 'offline'; reference,
-            where it is described; code, its address; rerun_by, who else made the figures again.
+        about: Facts of the row in place of those in submission.json, as NAME=VALUE, or each as an option: --authors;
+            --trained-on and --tuned-on ('nothing' is an answer); --delay, the frames that an answer comes after its
+            own, or 'offline'; --reference, where it is described; --code, its address; --rerun-by, who else made the
+            figures again.
         date: Day of the result, YYYY-MM-DD; default: today.
         overwrite: Replace an existing result.
     """
@@ -124,6 +133,7 @@ def rerun(
     fresh: bool = False,
     together: bool = False,
     jobs: int = 1,
+    root: Path | None = None,
 ) -> int:
     """Make the datasets, solve and score every board again with a new seed, and report which results stand.
 
@@ -144,6 +154,8 @@ def rerun(
         together: Solve with bundled solvers in one process a board, instead of a fresh process for each group of
             sequences that share no moment. Several times as fast.
         jobs: Number of processes; the figures do not depend on it.
+        root: Folder with your downloads of real recordings, in folders called like their splits; default:
+            $VBBENCH_DATA, then the cache folder.
     """
     from vbbench_leaderboards.checks.rerunning import Rerun
 
@@ -156,6 +168,7 @@ def rerun(
         fresh=fresh,
         together=together,
         jobs=jobs,
+        root=root,
     )
     drifted = 0
     for outcome in run.boards(split, solver, tier):
@@ -240,16 +253,17 @@ def _folders(results: Path | None) -> list[Path]:
     return [results] if results else [*added, published]
 
 
-def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
+def demo(out: Path = Path("vbbench-demo"), full: bool = False, jobs: int = 1) -> None:
     """Generate, solve, score and draw a first result, with a page to open in a browser.
 
     Args:
         out: Folder to make.
+        full: Run every solver that comes with vbbench, under every protocol; minutes.
         jobs: Processes.
     """
-    from vbbench_leaderboards.demo import quick_demo
+    from vbbench_leaderboards.demo import make_demo
 
-    print(quick_demo(out, jobs=jobs))
+    print(make_demo(out, full=full, jobs=jobs))
 
 
 _NAMED = (add, build, check, export, rerun, template)

@@ -177,7 +177,7 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
             "x has no truth; name the folder that holds it with `truth`",
             "x has no truth; name the folder that holds it with --truth",
         ),
-        ("generate", "leave `noise` and `tier` out", "leave `noise` and --tier out"),
+        ("generate", "leave `noise` and `tier` out", "leave --noise and --tier out"),
         ("info", "x exists; set `overwrite` to replace it", "x exists; set `overwrite` to replace it"),
     ],
 )

@@ -88,7 +88,7 @@ SCENERY = {
     "boxes": "export mot data --out boxes",
     "paths": "export tum data --out paths",
     "board": f"{ADD} --results board --name first",
-    "old-board": f"{ADD} --results old-board --about reference=old",
+    "old-board": f"{ADD} --results old-board --reference old",
     "site": "leaderboard build --results old-board --out site",
     "tiny": make_tiny,
     "tiny-answer": "solve tiny/data --solver cv --protocol sequential --out tiny-answer",

@@ -7,6 +7,7 @@ import pytest
 
 from vbbench.errors import VbbenchError
 from vbbench_leaderboards import demo
+from vbbench_leaderboards.results.boards import bundled_solvers
 
 
 @pytest.fixture(scope="module")
@@ -14,7 +15,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     out = tmp_path_factory.mktemp("demo") / "out"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(demo, "SEQUENCES", 6)
-        return out, demo.quick_demo(out)
+        return out, demo.make_demo(out)
 
 
 def test_the_table_has_a_row_for_each_solver(made: tuple[Path, str]) -> None:
@@ -38,5 +39,16 @@ def test_the_page_refers_to_files_that_are_there(made: tuple[Path, str]) -> None
 def test_it_can_be_made_again_in_its_own_folder_and_in_no_other(made: tuple[Path, str], tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     with pytest.raises(VbbenchError, match="demo"):
-        demo.quick_demo(tmp_path)
+        demo.make_demo(tmp_path)
     assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+@pytest.mark.slow
+def test_all_of_it_has_a_row_for_each_bundled_solver_and_a_column_for_each_protocol(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(demo, "SEQUENCES", 2)
+    table = demo.make_demo(tmp_path / "out", full=True)
+    for solver in bundled_solvers():
+        figures = re.search(rf"(?m)^{solver} .*?((?: +\d+\.\d+){{5}}) *$", table)
+        assert figures is not None

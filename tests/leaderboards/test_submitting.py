@@ -239,7 +239,7 @@ def test_the_first_result_writes_the_record_too(
     capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path
 ) -> None:
     results = tmp_path / "results"
-    words = ["--name", "mine", "--about", "reference=A paper", "code=https://example.org/mine"]
+    words = ["--name", "mine", "--reference", "A paper", "--about", "code=https://example.org/mine"]
     status, out, err = add(capsys, submission, "--dataset", tiny, "--results", results, *words)
     assert (status, err) == (0, "")
     assert out == f"{results / FILE.with_name('mine.json')}\n"
@@ -259,10 +259,10 @@ def test_a_result_is_replaced_only_when_asked(
 ) -> None:
     arguments = (submission, "--dataset", tiny, "--results", tmp_path / "results")
     assert add(capsys, *arguments)[0] == 0
-    status, out, err = add(capsys, *arguments, "--about", "reference=new")
+    status, out, err = add(capsys, *arguments, "--reference", "new")
     assert (status, out) == (2, "")
     assert "cv.json exists; set --overwrite to replace it" in err
-    assert add(capsys, *arguments, "--about", "reference=new", "--overwrite")[0] == 0
+    assert add(capsys, *arguments, "--reference", "new", "--overwrite")[0] == 0
     assert read_result(tmp_path / "results" / FILE).about.reference == "new"
 
 
@@ -361,10 +361,10 @@ def test_a_submission_with_faults_is_not_added(
 @pytest.mark.parametrize(
     ("key", "words"),
     [
-        ("authors", "a row must say who made the solver: give --about authors="),
-        ("trained_on", "what the solver was trained on ('nothing' is an answer): give --about trained_on="),
-        ("tuned_on", "what the solver was tuned on by hand ('nothing' is an answer): give --about tuned_on="),
-        ("delay", "a row must say whether the solver is causal: give --about delay="),
+        ("authors", "a row must say who made the solver: give --authors"),
+        ("trained_on", "what the solver was trained on ('nothing' is an answer): give --trained-on"),
+        ("tuned_on", "what the solver was tuned on by hand ('nothing' is an answer): give --tuned-on"),
+        ("delay", "a row must say whether the solver is causal: give --delay"),
     ],
 )
 def test_a_row_that_does_not_say_all_is_refused_and_an_option_completes_it(
@@ -381,9 +381,7 @@ def test_a_row_that_does_not_say_all_is_refused_and_an_option_completes_it(
     assert str(getattr(read_result(tmp_path / "results" / FILE).about, key)) == "3"
 
 
-@pytest.mark.parametrize(
-    ("option", "value"), [("--date", "yesterday"), ("--date", "2026-2-3"), ("--about", "delay=-1")]
-)
+@pytest.mark.parametrize(("option", "value"), [("--date", "yesterday"), ("--date", "2026-2-3"), ("--delay", "-1")])
 def test_days_and_delays_that_are_none_are_refused(
     capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path, option: str, value: str
 ) -> None:

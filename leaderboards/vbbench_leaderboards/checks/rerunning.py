@@ -100,6 +100,7 @@ class Rerun:
     together : solve with bundled solvers in one process a board, as diagnostics always are, for tests show that they
         remember nothing; others are solved in a fresh process for each group of sequences that share no moment.
     jobs : processes.
+    root : folder with folders of real recordings, called like their splits; ``None`` for the usual places.
     """
 
     results: Path
@@ -110,6 +111,7 @@ class Rerun:
     fresh: bool = False
     together: bool = False
     jobs: int = 1
+    root: Path | None = None
 
     def boards(
         self, splits: Sequence[str] = (), solvers: Sequence[str] = (), tiers: Sequence[str] = ()
@@ -168,7 +170,10 @@ class Rerun:
 
     def dataset(self, source: BoardSource) -> Dataset:
         """The dataset of a split and tier's boards; what is whole there and of the same code is kept."""
-        folder, options = dataset_folder(self.room, source.split, source.tier), source.options(self.seed or 0)
+        folder, options = (
+            dataset_folder(self.room, source.split, source.tier),
+            source.options(self.seed or 0, self.root),
+        )
         make = partial(generate, source.split, folder, options, jobs=self.jobs, overwrite=True)
         self._make(folder, f"{code_of('generator', source.split)} {options}", make)
         return Dataset(folder)

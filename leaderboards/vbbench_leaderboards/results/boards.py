@@ -7,6 +7,7 @@ each differs from all others.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.footage import FOOTAGE, FootageOptions
@@ -66,11 +67,16 @@ class BoardSource:
     stride: int | None = None
     observer: Observer = "walker"
 
-    def options(self, seed: int) -> Options:
-        """The options of the generator."""
+    def options(self, seed: int, root: Path | None = None) -> Options:
+        """The options of the generator.
+
+        Parameters
+        ----------
+        root : folder that holds folders of real recordings, called like their splits; ``None`` for the usual places.
+        """
         if self.tier != FOOTAGE:
             return Options(tier=self.tier, seed=seed, limit=self.limit, stride=self.stride, observer=self.observer)
-        places = [folder / self.split for folder in data_folders()]
+        places = [folder / self.split for folder in (data_folders() if root is None else [root])]
         source = next((place for place in places if place.is_dir()), None)
         poses = next((place / "poses" for place in places if (place / "poses").is_dir()), None)  # of KITTI, and better
         footage = FootageOptions(sequences=_RECORDINGS.get(self.split), poses=poses if self.split == "kitti" else None)

@@ -112,20 +112,22 @@ class About:
         facts |= {name: value for name, value in given.items() if value not in ("", None)}
         if facts["delay"] is None:
             raise VbbenchError(
-                "a row must say whether the solver is causal: give --about delay=N, the frames that an answer comes "
-                f"after its own (0 for none), or delay={OFFLINE}; or write it into submission.json"
+                "a row must say whether the solver is causal: give `delay`, the frames that an answer comes after its "
+                f"own (0 for none), or '{OFFLINE}'; or write it into submission.json"
             )
         for name in NEEDED:
             if not facts[name].strip():
-                raise VbbenchError(
-                    f"a row must say {_MISSING[name]}: give --about {name}=..., or write it into submission.json"
-                )
+                raise VbbenchError(f"a row must say {_MISSING[name]}: give `{name}`, or write it into submission.json")
         about = About(**facts)
         if not _CODE.fullmatch(about.code):
             raise VbbenchError(f"`code` {about.code} is not an address; give one that begins with https:// or http://")
         if not is_day(about.date):
             raise VbbenchError(f"`date` {about.date} is not a day; write it as YYYY-MM-DD")
         return about
+
+
+FACTS = [field.name for field in fields(About) if field.name != "date"]
+"""Names of what a row says of its solver."""
 
 
 def parse_facts(words: Iterable[str]) -> dict[str, Any]:
@@ -136,12 +138,12 @@ def parse_facts(words: Iterable[str]) -> dict[str, Any]:
     VbbenchError
         If a word is none, a name is unknown, or a delay is none.
     """
-    known, found = {field.name for field in fields(About)} - {"date"}, dict[str, Any]()
+    found: dict[str, Any] = {}
     for word in words:
         name, equals, value = word.partition("=")
         name = name.replace("-", "_")
-        if not equals or name not in known:
-            raise UnknownNameError("fact of a row", name, known)
+        if not equals or name not in FACTS:
+            raise UnknownNameError("fact of a row", name, FACTS)
         found[name] = value
     if not re.fullmatch(rf"{OFFLINE}|[0-9]{{1,6}}", found.get("delay", OFFLINE)):
         raise VbbenchError(

@@ -156,9 +156,9 @@ def test_datasets_that_are_named_are_made_once(no_data: Path) -> None:
 def test_real_recordings_are_regenerated_by_whoever_has_them(
     no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    cars.write_log(no_data / "argoverse2" / "val" / cars.LOG, cars.Drive())
-    cars.write_tables(no_data / "nuscenes" / "v1.0-mini", {"scene-0003": cars.Drive(ground=0.0)})
-    asked = ["leaderboard", "rerun", "--split", "real", "--solver", "cv", "--update"]
+    cars.write_log(tmp_path / "data" / "argoverse2" / "val" / cars.LOG, cars.Drive())
+    cars.write_tables(tmp_path / "data" / "nuscenes" / "v1.0-mini", {"scene-0003": cars.Drive(ground=0.0)})
+    asked = ["leaderboard", "rerun", "--split", "real", "--solver", "cv", "--root", str(tmp_path / "data"), "--update"]
     folders = ["--results", str(tmp_path / "results"), "--work", str(tmp_path / "work")]
     assert main([*asked, *folders, "--seed", SEED, "--together"]) == 0
     rows = {str(path.relative_to(tmp_path / "results")) for path in (tmp_path / "results").glob("*/*/*.json")}
