@@ -105,6 +105,8 @@ class BoxRows:
         """The same; raises FileError at the first box that is not of a recording of ``frames`` frames."""
         beyond = (self.frame < 0) | (self.frame >= frames)
         problem = f"frame {{0}}, counted from 0, is beyond the recording of {frames} frames"
+        if len(self) and self.frame.min() > 0 and self.frame.max() == frames:
+            problem += "; do the frames of this file count from 1? Then subtract 1"
         refuse_rows(self.path, self.lines, beyond, problem, self.frame)
         return self
 

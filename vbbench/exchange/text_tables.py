@@ -46,6 +46,7 @@ class NamedColumns:
     lines : [N] their line numbers from 1, or 0 where there are no lines.
     header : what the columns are called; ``None`` where the file does not name them.
     widest : how many columns the first row has.
+    where : [N] where rows stand in a file without lines, for messages.
     """
 
     path: Path
@@ -53,6 +54,7 @@ class NamedColumns:
     lines: IntArray
     header: Header | None = None
     widest: int = 0
+    where: Sequence[str] = ()
 
     def __contains__(self, noun: str) -> bool:
         return noun in self.columns
@@ -119,10 +121,14 @@ class NamedColumns:
 
     def refuse(self, wrong: BoolArray, problem: str, *facts: FloatArray) -> None:
         """Raise FileError at the first row marked in ``wrong`` [N]; ``problem`` is filled with that row's ``facts``."""
-        refuse_rows(self.path, self.lines, wrong, problem, *facts)
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise self.fault(row, problem.format(*(fact[row] for fact in facts)))
 
     def fault(self, row: int, problem: str) -> FileError:
         """The error to raise about a row."""
+        if self.where:
+            return FileError(self.path, f"{self.where[row]}: {problem}")
         return row_fault(self.path, self.lines, row, problem)
 
 

@@ -5,14 +5,13 @@
 Both as tables of text are read by `jrdb.text`.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vbbench.errors import FileError, quoted, suggestion
+from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
 from vbbench.exchange.text_tables import NamedColumns, first_cells, read_fixed
@@ -28,7 +27,9 @@ MOST_METRES, TALLEST, MOST_PIXELS = 1000.0, 4.0, 1e5
 """How far away and how tall in m a person is at most, and where in px a box may be."""
 
 _BOX = ("left", "top", "width", "height")
-_PEDESTRIAN = "pedestrian:"
+_PEDESTRIAN, _NO_SIZE = "pedestrian:", "its box is {0:g} px wide and {1:g} px high"
+_ATTRIBUTES = {"occlusion": "Fully_visible", "interpolated": "false"}
+"""Attributes of labels, and what they are where nothing is said."""
 _LARGEST = 2**30
 
 
@@ -85,14 +86,13 @@ def read_pictures(path: Path) -> PictureLabels:
     FileError
         If it is no such file, or a person has two boxes in a picture; names picture and label.
     """
-    rows = list(_people(path, ".jpg"))
+    rows = _people(path, ".jpg", _BOX)
+    boxes, (frames, people) = rows.stacked(*_BOX), _of_whom(rows)
+    rows.refuse(boxes[:, 2:].min(axis=1, initial=1.0) <= 0.0, _NO_SIZE, *boxes[:, 2:].T)
+    visible = np.array(list(VISIBLE.values()))[rows.places("occlusion", tuple(VISIBLE))]
+    interpolated = np.char.lower(rows["interpolated"]) == "true"
     return PictureLabels(
-        path=path,
-        frames=np.array([label.frame for label in rows], np.int64),
-        people=np.array([label.person for label in rows], np.int64),
-        boxes=np.array([label.picture_box() for label in rows]).reshape(-1, 4),
-        visible=np.array([label.visible() for label in rows]),
-        interpolated=np.array([label.attribute("interpolated", "false").lower() == "true" for label in rows], np.bool_),
+        path=path, frames=frames, people=people, boxes=boxes, visible=visible, interpolated=interpolated
     )
 
 
@@ -104,96 +104,56 @@ def read_places(path: Path) -> PlaceLabels:
     FileError
         If it is no such file, or a person has two boxes in a point cloud; names point cloud and label.
     """
-    rows = list(_people(path, ".pcd"))
-    boxes = np.array([label.place_and_height() for label in rows]).reshape(-1, 3)
-    return PlaceLabels(
-        path=path,
-        frames=np.array([label.frame for label in rows], np.int64),
-        people=np.array([label.person for label in rows], np.int64),
-        places=boxes[:, :2],
-        heights=boxes[:, 2],
-    )
+    rows = _people(path, ".pcd", ("cx", "cy", "h"))
+    return _places(rows, rows.stacked("cx", "cy"))
 
 
-@dataclass(frozen=True)
-class _Label:
-    """One label of a person; what is wrong with it is said with the picture and its number there."""
-
-    path: Path
-    picture: str
-    number_there: int
-    frame: int
-    person: int
-    values: dict[str, Any]
-
-    def fault(self, problem: str) -> FileError:
-        """The error about this label."""
-        return FileError(self.path, f"{self.picture}, label {self.number_there}: {problem}")
-
-    def number(self, key: str, value: Any, most: float) -> float:
-        """``value`` as a finite number of at most ``most``."""
-        if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) <= most:
-            raise self.fault(f"{key} is {quoted(value)}, not a number up to {most:,.0f}")
-        return float(value)
-
-    def place_and_height(self) -> tuple[float, float, float]:
-        """Metres forward and to the left, and how tall the person is."""
-        box = self.values.get("box")
-        if not isinstance(box, dict):
-            raise self.fault(f"key 'box' is {quoted(box)}, not an object with cx, cy, cz, l, w, h, rot_z")
-        missing = next((key for key in ("cx", "cy", "h") if key not in box), None)
-        if missing:
-            raise self.fault(f"key '{missing}' is missing in its box of {', '.join(box) or 'nothing'}")
-        ahead, left, height = (self.number(key, box[key], MOST_METRES) for key in ("cx", "cy", "h"))
-        if not 0.0 < height <= TALLEST:
-            raise self.fault(f"h is {height:g}; people are up to {TALLEST:g} m tall")
-        return ahead, left, height
-
-    def picture_box(self) -> list[float]:
-        """The box in px."""
-        box = self.values.get("box")
-        if not isinstance(box, list) or len(box) != 4:
-            raise self.fault(f"key 'box' is {quoted(box)}, not [left, top, width, height]")
-        numbers = [self.number(name, value, MOST_PIXELS) for name, value in zip(_BOX, box, strict=True)]
-        if min(numbers[2:]) <= 0.0:
-            raise self.fault(f"its box is {numbers[2]:g} px wide and {numbers[3]:g} px high")
-        return numbers
-
-    def attribute(self, name: str, default: str) -> str:
-        """An attribute as text."""
-        attributes = self.values.get("attributes", {})
-        if not isinstance(attributes, dict):
-            raise self.fault(f"key 'attributes' is {quoted(attributes)}, not an object")
-        return str(attributes.get(name, default))
-
-    def visible(self) -> float:
-        """The visible fraction, by the word of occlusion."""
-        word = self.attribute("occlusion", "Fully_visible")
-        if word not in VISIBLE:
-            raise self.fault(f"occlusion is {quoted(word)}; {suggestion(word, VISIBLE)}")
-        return VISIBLE[word]
-
-
-def _people(path: Path, ending: str) -> Iterator[_Label]:
-    """The labels of people, picture by picture."""
-    seen: set[tuple[int, int]] = set()
+def _people(path: Path, ending: str, names: tuple[str, ...]) -> NamedColumns:
+    """The labels of people: frame, id, the ``names`` of their boxes, and the attributes that are read."""
+    where, rows, words = list[str](), list[list[float]](), list[list[str]]()
     for picture, labels in sorted(read_frames(path, "labels", "labels").items()):
         frame = frame_of(path, picture, ending, "labels")
         if not isinstance(labels, list):
             raise FileError(path, f"{picture} is {quoted(labels)}, not a list of labels")
-        for number, values in enumerate(labels, 1):
-            name = values.get("label_id") if isinstance(values, dict) else None
+        for number, label in enumerate(labels, 1):
+            here = f"{picture}, label {number}"
+            name = label.get("label_id") if isinstance(label, dict) else None
             if not isinstance(name, str):
-                raise FileError(path, f"{picture}, label {number}: has no text 'label_id' such as 'pedestrian:12'")
+                raise FileError(path, f"{here}: has no text 'label_id' such as 'pedestrian:12'")
             if not name.startswith(_PEDESTRIAN):
                 continue
-            person = name.removeprefix(_PEDESTRIAN)
+            person, attributes = name.removeprefix(_PEDESTRIAN), label.get("attributes", {})
             if not (person.isascii() and person.isdigit() and len(person) <= 9):
-                raise FileError(path, f"{picture}, label {number}: label_id is {quoted(name)}, not 'pedestrian:NUMBER'")
-            if (frame, int(person)) in seen:
-                raise FileError(path, f"{picture}, label {number}: {quoted(name)} stands there twice")
-            seen.add((frame, int(person)))
-            yield _Label(path, picture, number, frame, int(person), values)
+                raise FileError(path, f"{here}: label_id is {quoted(name)}, not 'pedestrian:NUMBER'")
+            if not isinstance(attributes, dict):
+                raise FileError(path, f"{here}: key 'attributes' is {quoted(attributes)}, not an object")
+            where.append(here)
+            rows.append([frame, int(person), *_numbers_of_box(path, here, label.get("box"), names)])
+            words.append([str(attributes.get(word, usual)) for word, usual in _ATTRIBUTES.items()])
+    numbers = np.array(rows).reshape(-1, 2 + len(names))
+    columns = dict(zip(("frame", "id", *names), numbers.T, strict=True))
+    columns |= dict(zip(_ATTRIBUTES, np.array(words, np.str_).reshape(-1, len(_ATTRIBUTES)).T, strict=True))
+    table = NamedColumns(path=path, columns=columns, lines=np.zeros(len(rows), np.int64), where=where)
+    found = first_repetition(*_of_whom(table))
+    if found is not None:
+        raise table.fault(found[1], f"'{_PEDESTRIAN}{numbers[found[1], 1]:.0f}' stands there twice")
+    return table
+
+
+def _numbers_of_box(path: Path, here: str, box: Any, names: tuple[str, ...]) -> list[float]:
+    """The numbers of a box by their ``names``: a list of px, or an object in m."""
+    listed, most = names == _BOX, MOST_PIXELS if names == _BOX else MOST_METRES
+    if not isinstance(box, list if listed else dict) or (listed and len(box) != len(names)):
+        wanted = f"[{', '.join(names)}]" if listed else "an object with cx, cy, cz, l, w, h, rot_z"
+        raise FileError(path, f"{here}: key 'box' is {quoted(box)}, not {wanted}")
+    values = dict(zip(names, box, strict=True)) if isinstance(box, list) else dict(box)
+    for name in names:
+        if name not in values:
+            raise FileError(path, f"{here}: key '{name}' is missing in its box of {', '.join(box) or 'nothing'}")
+        value = values[name]
+        if not isinstance(value, (int, float)) or isinstance(value, bool) or not abs(value) <= most:
+            raise FileError(path, f"{here}: {name} is {quoted(value)}, not a number up to {most:,.0f}")
+    return [float(values[name]) for name in names]
 
 
 def read_frames(path: Path, key: str, wanted: str) -> dict[str, Any]:
@@ -313,14 +273,14 @@ def _boxes(rows: NamedColumns, scores: FloatArray) -> BoxRows:
     boxes = rows.stacked("left", "top", "width", "height")
     far = np.abs(boxes).max(axis=1)
     rows.refuse(far > MOST_PIXELS, "the box reaches {0:g} px; boxes are in px of the panorama", far)
-    rows.refuse(boxes[:, 2:].min(axis=1) <= 0.0, "its box is {0:g} px wide and {1:g} px high", *boxes[:, 2:].T)
+    rows.refuse(boxes[:, 2:].min(axis=1) <= 0.0, _NO_SIZE, *boxes[:, 2:].T)
     frames, people = _of_whom(rows)
     return sure_boxes(rows_of(rows.path, frames, people, boxes, scores, rows.lines))
 
 
 def _places(rows: NamedColumns, places: FloatArray) -> PlaceLabels:
     """Places [N, 2] forward and to the left, of people who are as tall as people are."""
-    far, heights = np.abs(places).max(axis=1), rows.numbers("h")
+    far, heights = np.abs(places).max(axis=1, initial=0.0), rows.numbers("h")
     rows.refuse(far > MOST_METRES, "the place is {0:g} m away; x, y and z are in m", far)
     rows.refuse((heights <= 0.0) | (heights > TALLEST), "h is {0:g}; people are up to 4 m tall", heights)
     frames, people = _of_whom(rows)
