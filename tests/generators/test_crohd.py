@@ -224,12 +224,6 @@ def test_the_dataset_says_how_its_metres_were_found(dataset: Dataset) -> None:
     assert replace(info, calibration=None).id == info.id
 
 
-def test_boxes_are_rounded_as_the_recipe_says(dataset: Dataset) -> None:
-    boxes = dataset.sequence(0).observations
-    boxes = boxes[~np.isnan(boxes[..., 0])] * np.array([2.0**10, 2.0**10, 2.0**12])
-    np.testing.assert_array_equal(boxes, np.round(boxes))
-
-
 def test_dt_is_that_of_the_recording(recording: Path) -> None:
     with pytest.raises(VbbenchError, match=r"`dt` is for the split 'custom'; here seqinfo\.ini has"):
         load_scenes(get_recipe("shibuya01"), recording, seed=0, dt=0.4)

@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from tests.fuzz.trajectories import SPLINES
 from vbbench.errors import FileError, VbbenchWarning
@@ -53,33 +51,6 @@ def test_recording_may_go_on_at_another_phase_after_nobody_was_there(write: Writ
 def test_frames_may_start_below_zero_and_far_away(write: Write) -> None:
     assert read(write("-10 0 0 0\n0 0 .5 0\n")).frames == 2
     assert read(write("1700000000 0 0 0\n1700000001 0 .5 0\n")).frames == 2
-
-
-@st.composite
-def scenes(draw: st.DrawFn) -> tuple[list[tuple[int, int, float, float]], int]:
-    """Rows of a scene whose people come and go, in any order, and its frame step."""
-    step = draw(st.integers(1, 12))
-    metres = st.floats(-1e4, 1e4, allow_subnormal=False)
-    rows = []
-    for person in draw(st.lists(st.integers(0, 2**31 - 1), min_size=1, max_size=5, unique=True)):
-        first, length = draw(st.integers(0, 20)), draw(st.integers(2, 6))
-        rows += [(step * (first + n), person, draw(metres), draw(metres)) for n in range(length)]
-    return draw(st.permutations(rows)), step
-
-
-@pytest.mark.slow
-@settings(max_examples=60, deadline=None)
-@given(scenes())
-@pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")
-def test_trajnet_round_trip(tmp_path_factory: pytest.TempPathFactory, made: tuple[list[tuple], int]) -> None:
-    rows, step = made
-    path = tmp_path_factory.mktemp("round") / "trip.txt"
-    path.write_text("# frame id x y\n" + "".join(f"{frame} {person} {x!r} {y!r}\n" for frame, person, x, y in rows))
-    scene = read(path)
-    start = min(frame for frame, *_ in rows)
-    row, column = np.nonzero(scene.present)
-    back = zip(row * step + start, scene.people[column], *scene.positions[row, column].T, strict=True)
-    assert sorted(tuple(item.item() for item in each) for each in back) == sorted(rows)
 
 
 @pytest.mark.parametrize(

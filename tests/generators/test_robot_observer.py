@@ -14,10 +14,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
 from vbbench.sequence import NO_OBSERVER
-from vbbench_generators.crowds.sim import record_plaza
-from vbbench_generators.recordings.recipe import Rules
-from vbbench_generators.splits import sim
-from vbbench_generators.views.reprojection import plan_reprojection
+from vbbench_generators.splits import demo, sim
 from vbbench_generators.views.vehicle import follow, get_robot
 
 DT = 0.4
@@ -87,12 +84,6 @@ def test_walkers_walk_as_they_did_and_measure_nothing(tmp_path: Path) -> None:
 
 def test_it_is_refused_where_nobody_makes_way() -> None:
     with pytest.raises(VbbenchError, match="a robot drives among simulated people: `observer` robot is not for demo"):
-        plan_reprojection(
-            sim.card.__class__(**{**vars(sim.card), "name": "demo"}),
-            Rules(),
-            [record_plaza(0, 0, 8, 30)],
-            Options(observer="robot"),
-            {},
-        )
+        demo.plan(Options(observer="robot"))
     with pytest.raises(VbbenchError, match="a robot looks where it drives; remove `look`"):
         sim.plan(Options(observer="robot", look="wander"))

@@ -88,14 +88,6 @@ def test_a_straight_walker_has_exactly_its_speed_and_wastes_no_way() -> None:
     assert walking.path_efficiency.mean == pytest.approx(1.0)
 
 
-def test_a_parabola_has_its_acceleration() -> None:
-    time = 0.5 * np.arange(8)
-    walking = walking_statistics([scene(np.column_stack([0.5 * 0.3 * time**2, 0.5 * 0.4 * time**2]))])
-    assert len(walking.acceleration.values) == 6
-    assert walking.acceleration.values.min() == pytest.approx(0.5)
-    assert walking.acceleration.values.max() == pytest.approx(0.5)
-
-
 def test_collisions_count_once_a_pair_and_frame() -> None:
     pair = [line([0, 0], [1, 0]), line([0, 0.3], [1, 0])]
     walking = walking_statistics([scene(*pair, line([0, 5], [1, 0]))])
@@ -115,16 +107,6 @@ def test_the_seconds_of_collision_do_not_depend_on_the_frame_rate() -> None:
         walkings.append(walking_statistics([scene(*still, dt=dt)]))
     assert walkings[0].collision_seconds_a_minute == pytest.approx(walkings[1].collision_seconds_a_minute)
     assert walkings[1].collisions_a_minute == pytest.approx(10 * walkings[0].collisions_a_minute)
-
-
-def test_absence_is_never_bridged() -> None:
-    path = [[0, 0], [1, 0], NAN, [50, 0], [51, 0], [52, 0]]
-    walking = walking_statistics([scene(path, [NAN] * 6)])
-    assert walking.person_frames == 5
-    assert (len(walking.speed.values), walking.speed.values.max()) == (3, 2.0)
-    assert (len(walking.acceleration.values), walking.acceleration.values.max()) == (1, 0.0)
-    assert (len(walking.path_efficiency.values), walking.path_efficiency.values.min()) == (2, 1.0)
-    assert len(walking.nearest_distance.values) == 0
 
 
 def test_who_stands_has_a_speed_and_no_efficiency() -> None:

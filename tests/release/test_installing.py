@@ -7,23 +7,7 @@ from pathlib import Path
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from vbbench.version import INSTALL, ON_PYPI
-
 ROOT = Path(__file__).parents[2]
-BY_NAME = re.compile(
-    r"(?:pip3?|pipx|uv) (?:install|add|pip install)(?: -{1,2}\S+)* [\"']?vbbench(?![\w\[./-])|uvx vbbench"
-)
-NOT_YET = re.compile(r"not yet (?:been )?released", re.IGNORECASE)
-
-
-def test_an_installation_by_name_is_promised_once_it_is_true() -> None:
-    assert bool(BY_NAME.search(INSTALL)) is ON_PYPI
-    pages = [ROOT / "README.md", ROOT / "Containerfile", *(ROOT / "docs").rglob("*.md")]
-    words = [text for page in pages for text in re.split(r"\n\s*\n", page.read_text("utf-8"))]
-    if ON_PYPI:
-        assert not [text for text in words if NOT_YET.search(text)]
-    else:
-        assert not [text for text in words if BY_NAME.search(text) and not NOT_YET.search(text)]
 
 
 def pins(file: str) -> dict[str, str]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import approx_fprime
 
-from tests.baselines.cascade.test_ego_motion import pose_energy, random_terms
+from tests.baselines.cascade.test_ego_motion import random_terms
 from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
 from vbbench_baselines._core import (
     descend,
@@ -106,27 +106,6 @@ def test_the_gradient_of_the_ego_energy_vanishes(seed: int) -> None:
     h = 1e-4
     slopes = [ego_energy(pose + d, 0.3, terms) - ego_energy(pose - d, 0.3, terms) for d in h * np.eye(3)]
     np.testing.assert_allclose(np.array(slopes) / (2 * h), 0.0, atol=2e-3)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_each_round_lowers_the_energy(seed: int) -> None:
-    terms = random_terms(seed, depth_std=0.3)
-    poses = [settle(terms, np.full(3, np.nan), 0.3, rounds, 0.0)[0] for rounds in (1, 2, 3, 5, 10)]
-    energies = [ego_energy(pose, 0.3, terms) for pose in poses]
-    assert np.all(np.diff(energies) <= 1e-9)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_at_the_minimum_the_weighted_energy_has_the_same_gradient(seed: int) -> None:
-    terms = random_terms(seed, depth_std=0.3)
-    std, path, path_std = terms[3:]
-    pose, places, weights = settle(terms, np.full(3, np.nan), 0.3, 2000, 1e-12)
-    np.testing.assert_allclose(weights, weigh(places, terms, 0.3), rtol=1e-6)
-    stray = np.linalg.norm(pose[:2] - path[:2]) / path_std
-    curved = terms._replace(std=std / np.sqrt(weights), walk_std=path_std * (stray**2 + 0.3**2) ** 0.25)
-    h = 1e-5
-    slopes = [pose_energy(pose + d, *curved) - pose_energy(pose - d, *curved) for d in h * np.eye(3)]
-    np.testing.assert_allclose(np.array(slopes) / (2 * h), 0.0, atol=1e-3)
 
 
 def test_without_reweighting_the_first_round_is_the_closed_form() -> None:
