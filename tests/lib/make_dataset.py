@@ -6,11 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from tests.lib.made_sequence import sequence_of
 from vbbench.camera import PanoramaCamera
 from vbbench.files.dataset_info import DatasetInfo, describe_tables
 from vbbench.files.tables import TableWriter, to_arrow
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.generation.datasets import scene_rows, sequence_row, sequence_rows
+from vbbench.geometry import FloatArray, world_to_relative
+from vbbench.scene import Scene
+from vbbench.sequence import NOBODY, SequenceData, Truth, held_persons
 from vbbench.world import World
 
 CAMERA = PanoramaCamera()
@@ -45,8 +49,8 @@ def write_dataset(folder: Path, crowd: Crowd | None = None) -> DatasetInfo:
         for name, columns in _sequence(index, scene, observer, scenes[scene], crowd.tier).items():
             tables.setdefault(name, []).append(columns)
     for scene, positions in enumerate(scenes):
-        tables.setdefault("truth/scenes", []).append(_scene_rows(scene, positions))
-        tables.setdefault("truth/people", []).append(_people_rows(scene, crowd.people))
+        for name, columns in _rows_of_scene(scene, positions).items():
+            tables.setdefault(name, []).append(columns)
     paths = {name: folder / f"{name}.parquet" for name in tables}
     for name, groups in tables.items():
         with TableWriter(paths[name], name) as writer:
@@ -97,47 +101,31 @@ def _present(positions: FloatArray) -> Any:
 
 def _sequence(index: int, scene: int, observer: int, positions: FloatArray, tier: str) -> dict[str, Columns]:
     frames = np.flatnonzero(_present(positions)[:, observer])
-    first, count = int(frames[0]), len(frames)
-    poses = _poses(positions[frames, observer])
-    others = np.delete(positions[frames], observer, axis=1)
-    people = np.delete(np.arange(positions.shape[1]), observer)
+    people, poses = np.delete(np.arange(positions.shape[1]), observer), _poses(positions[frames, observer])
+    others = positions[np.ix_(frames, people)]
     world = World(x=37.0 * np.cos(index), y=23.0 * np.sin(index), yaw=0.7 * index)
     boxes = CAMERA.project(world_to_relative(others, poses), np.full(others.shape[:2], 1.7))
-    frame, column = np.nonzero(~np.isnan(boxes[..., 2]))
-    track = _track_ids(people[column], frame, count, tier)
-    rows = {"sequence": np.full(len(frame), index), "frame": frame, "track": track, "visible": np.ones(len(frame))}
-    rows |= dict(zip("uvl", boxes[frame, column].T, strict=True))
-    tables = {
-        "sequences": {
-            "sequence": [index],
-            "scene": [scene],
-            "observer": [observer],
-            "first_frame": [first],
-            "frames": [count],
-            "people": [len(np.unique(column)) + 1],
-            "split": ["tiny"],
-        },
-        "truth/poses": {"sequence": np.full(count, index), "frame": np.arange(count), **_xyyaw(world.poses(poses))},
-        "truth/frames": {"sequence": [index], "x": [world.x], "y": [world.y], "yaw": [world.yaw]},
-        "truth/tracks": _begun(index, frame, track, people[column]),
-        "given": _given(index, frame, track, world.positions(others[frame, column]), world.poses(poses)),
-        "observations": rows,
-    }
+    places, persons = world.positions(others), np.where(np.isnan(boxes[..., 2]), NOBODY, people)
+    tracks = people + 30
     if tier == "tracked":
-        tables["observations"] = _with_false_alarms(rows, index, count)
-    return tables
+        boxes, places, persons = (_in_two_tracks(values) for values in (boxes, places, persons))
+        tracks = np.concatenate([people + 100, people + 200, [FALSE_ALARM]])
+        boxes[:, -1] = 100.0
+    truth = Truth(poses=world.poses(poses), positions=places, heights=np.full(len(tracks), 1.7))
+    facts = {"index": index, "scene": scene, "observer": observer, "first_frame": int(frames[0])}
+    sequence = replace(sequence_of(truth, boxes, tracks), **facts)
+    data = SequenceData(sequence=sequence, truth=truth, persons=held_persons(persons, sequence.observed), world=world)
+    seen = len(np.unique(persons[persons != NOBODY]))
+    row = {**sequence_row(data, "tiny"), "people": seen + 1}
+    return {"sequences": {name: [value] for name, value in row.items()}, **sequence_rows(data)}
 
 
-def _begun(index: int, frame: IntArray, track: IntArray, person: IntArray) -> Columns:
-    """One row where a track begins; its person stays the same."""
-    _, first = np.unique(track, return_index=True)
-    first = np.sort(first)
-    return {
-        "sequence": np.full(len(first), index),
-        "frame": frame[first],
-        "track": track[first],
-        "person": person[first],
-    }
+def _in_two_tracks(values: Any) -> Any:
+    """[T, 2 K + 1, …] of [T, K, …]: tracks of the first half, of the second, and one of nobody."""
+    none = np.full_like(values, NOBODY if values.ndim == 2 else np.nan)
+    half = len(values) // 2
+    early, late = (np.concatenate(parts) for parts in ((values[:half], none[half:]), (none[:half], values[half:])))
+    return np.concatenate([early, late, none[:, :1]], axis=1)
 
 
 def _poses(path: FloatArray) -> FloatArray:
@@ -145,43 +133,7 @@ def _poses(path: FloatArray) -> FloatArray:
     return np.column_stack([path, np.arctan2(step[:, 1], step[:, 0])])
 
 
-def _xyyaw(poses: FloatArray) -> Columns:
-    return {"x": poses[:, 0], "y": poses[:, 1], "yaw": poses[:, 2]}
-
-
-def _track_ids(person: IntArray, frame: IntArray, count: int, tier: str) -> IntArray:
-    """Another number than the person's; in the tier `tracked` it switches half-way."""
-    return person + (30 if tier != "tracked" else np.where(frame < count // 2, 100, 200))
-
-
-def _with_false_alarms(rows: Columns, index: int, count: int) -> Columns:
-    alarm = {"sequence": np.full(count, index), "frame": np.arange(count), "track": np.full(count, FALSE_ALARM)}
-    alarm |= {name: np.full(count, 100.0) for name in ("u", "v", "l")} | {"visible": np.ones(count)}
-    merged = {name: np.concatenate([rows[name], alarm[name]]) for name in rows}
-    order = np.lexsort([merged["track"], merged["frame"]])
-    return {name: values[order] for name, values in merged.items()}
-
-
-def _given(index: int, frame: IntArray, track: IntArray, xy: FloatArray, poses: FloatArray) -> Columns:
-    """The observer's first two frames, the first two frames, and everybody's first two visible frames."""
-    seen = np.array([np.sum(track[:row] == track[row]) for row in range(len(track))], dtype=int)
-    keep = (seen < 2) | (frame < 2)
-    start = min(2, len(poses))
-    return {
-        "sequence": np.full(start + keep.sum(), index),
-        "frame": np.concatenate([np.arange(start), frame[keep]]),
-        "track": np.concatenate([np.full(start, -1), track[keep]]),
-        "x": np.concatenate([poses[:start, 0], xy[keep, 0]]),
-        "y": np.concatenate([poses[:start, 1], xy[keep, 1]]),
-        "yaw": np.concatenate([poses[:start, 2], np.full(keep.sum(), np.nan)]),
-    }
-
-
-def _scene_rows(scene: int, positions: FloatArray) -> Columns:
-    frame, person = np.nonzero(_present(positions))
-    x, y = positions[frame, person].T
-    return {"scene": np.full(len(frame), scene), "frame": frame, "person": person, "x": x, "y": y}
-
-
-def _people_rows(scene: int, people: int) -> Columns:
-    return {"scene": np.full(people, scene), "person": np.arange(people), "height": np.full(people, 1.7)}
+def _rows_of_scene(scene: int, positions: FloatArray) -> dict[str, Columns]:
+    people = np.arange(positions.shape[1])
+    made = Scene(name="made", dt=0.4, people=people, positions=positions, heights=np.full(len(people), 1.7))
+    return scene_rows(made, scene)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.lib.made_sequence import sequence_of
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import world_to_relative
@@ -31,24 +32,12 @@ def world() -> tuple[Problem, Sequence, Truth]:
     heights = np.full(PEOPLE, 1.7)
     boxes = PanoramaCamera().project(world_to_relative(positions, poses), np.broadcast_to(heights, observed.shape))
     boxes[~observed] = np.nan
-    first = observed & (np.cumsum(observed, axis=0) <= 2)
-    given = Given(
-        poses=np.where(np.arange(FRAMES)[:, None] < 2, poses, np.nan),
-        positions=np.where(first[..., None], positions, np.nan),
+    truth = Truth(poses=poses, positions=positions, heights=heights)
+    sequence = sequence_of(truth, boxes)
+    problem = Problem(
+        camera=PanoramaCamera(), dt=0.4, tracks=sequence.tracks, height_mean=1.7, height_std=0.07, pixel_std=0.0
     )
-    tracks = np.arange(PEOPLE)
-    sequence = Sequence(
-        index=0,
-        scene=0,
-        observer=99,
-        first_frame=0,
-        tracks=tracks,
-        observations=boxes,
-        visible=np.where(observed, 1.0, np.nan),
-        given=given,
-    )
-    problem = Problem(camera=PanoramaCamera(), dt=0.4, tracks=tracks, height_mean=1.7, height_std=0.07, pixel_std=0.0)
-    return problem, sequence, Truth(poses=poses, positions=positions, heights=heights)
+    return problem, sequence, truth
 
 
 class Recorder:
