@@ -30,6 +30,8 @@ from vbbench.exchange.heads import (
     visible_fractions,
 )
 from vbbench.files.dataset import Dataset
+from vbbench.generation import generate
+from vbbench.generation.generator import Options
 
 OPTIONS = HeadOptions(camera_height=6.0)
 CAMERA = camera_of(HeadOptions())
@@ -180,3 +182,12 @@ def test_mistakes_are_one_line(crowd, tmp_path, capsys, arguments, problem):
     assert problem in message
     assert message.count("\n") == 1
     assert not (tmp_path / "x").exists()
+
+
+def test_the_command_says_where_the_folder_is_and_asks_for_one_of_several_sequences(crowd, tmp_path, capsys):
+    out = tmp_path / "HT21-99"
+    assert main(["export", "mot", str(crowd.folder), "--heads", "--sequence", "0", "--out", str(out)]) == 0
+    assert capsys.readouterr().out == f"{out}\n"
+    generate("demo", tmp_path / "demo", Options(limit=2))
+    assert main(["export", "mot", str(tmp_path / "demo"), "--heads", "--out", str(tmp_path / "x")]) == 2
+    assert "has 2 sequences; choose the one to record" in capsys.readouterr().err

@@ -15,6 +15,7 @@ from vbbench import __version__
 from vbbench.cli import main
 from vbbench.errors import FileError
 from vbbench.folders import replacing as module
+from vbbench.folders.locks import lock_file
 from vbbench.folders.replacing import is_temporary, replacing, write_bytes_atomically, write_text_atomically
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
@@ -152,3 +153,24 @@ def test_an_error_leaves_what_was_there(tmp_path: Path) -> None:
 def test_a_disk_that_fills_up_is_said_with_the_files_name(tmp_path: Path) -> None:
     with pytest.raises(FileError, match=r"x: No space left on device"), replacing(tmp_path / "x"):
         raise OSError(28, "No space left on device")
+
+
+def test_a_name_that_a_process_which_cleans_up_has_locked_is_not_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cleaning: list[tuple[Path, int]] = []
+
+    def lock_late(handle: int) -> bool:
+        if not cleaning:
+            path = next(path for path in tmp_path.iterdir() if is_temporary(path))
+            cleaning.append((path, os.open(path, os.O_RDWR)))
+            assert lock_file(cleaning[0][1])
+        return lock_file(handle)
+
+    monkeypatch.setattr(module, "lock_file", lock_late)
+    with replacing(tmp_path / "one.txt") as temporary:
+        cleaning[0][0].unlink()
+        os.close(cleaning[0][1])
+        assert temporary.exists()
+        temporary.write_text("one")
+    assert contents(tmp_path) == {"one.txt": b"one"}

@@ -181,12 +181,12 @@ def test_what_is_no_folder_of_jrdb(tmp_path: Path, root: Path, capsys: pytest.Ca
 def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], files: Files) -> None:
     assert "did you mean" in refusal(capsys, tmp_path, root, "--sequences", files.name + "0")
     assert f"{files.name}.txt: is missing" in refusal(capsys, tmp_path, root, "--options", f"boxes={tmp_path}")
-    assert "jrdb is footage and does not read `poses`;" in refusal(
+    assert "jrdb is footage and does not read --poses;" in refusal(
         capsys, tmp_path, root, "--options", f"poses={tmp_path}"
     )
     (tmp_path / "options.toml").write_text("cyclists = true")
     unread = refusal(capsys, tmp_path, root, "--options", tmp_path / "options.toml")
-    assert "does not read `cyclists`; " in unread
+    assert "does not read --cyclists; " in unread
     assert f"holds neither {files.name}.bag nor {files.name}.json" in refusal(
         capsys, tmp_path, root, "--options", f"bags={tmp_path}"
     )

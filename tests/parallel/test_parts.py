@@ -6,18 +6,21 @@ import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from tests.generation.test_datasets import digests
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
+from vbbench.files.tables import to_arrow
 from vbbench.files.verification import verify
 from vbbench.generation import generate, generate_partitioned
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
 from vbbench.parallel.partitions import merge
-from vbbench.parallel.parts import PackedPart, Work, pack, part_name
+from vbbench.parallel.parts import PackedPart, Part, Work, pack, part_name, write_in_parts
 from vbbench.solving import solve
 
 LIMIT = 70
@@ -245,3 +248,21 @@ def test_every_command_that_reads_refuses_partitions(
     assert main(["merge", str(out)]) == 0
     assert capsys.readouterr().out == f"{out}\n"
     shutil.rmtree(out)
+
+
+def test_a_table_gets_a_column_that_only_a_later_part_has_and_is_begun_before_that_part_is_made(tmp_path: Path) -> None:
+    begun: list[int] = []
+
+    def work(first: int, _last: int) -> Part:
+        begun.append(len(list(tmp_path.glob(".positions*"))))
+        rows = {"sequence": np.array([first]), "frame": np.array([2]), "track": np.array([0])}
+        rows |= {name: np.array([1.5]) for name in ("x", "y", *(("xx", "xy", "yy") if first == 2 else ()))}
+        return Part(groups={"positions": [to_arrow("positions", rows)]}, facts={"first": first})
+
+    path = tmp_path / "positions.parquet"
+    facts = write_in_parts(work, [(0, 1), (1, 2), (2, 3)], tmp_path, {"positions": path}, label="test")
+    assert facts == [{"first": 0}, {"first": 1}, {"first": 2}]
+    assert begun == [0, 1, 1]
+    table = pq.read_table(path)
+    assert table["sequence"].to_pylist() == [0, 1, 2]
+    np.testing.assert_array_equal(table["xx"].to_pylist(), [np.nan, np.nan, 1.5])

@@ -17,7 +17,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import world_to_relative
 from vbbench.protocol import get_protocol, scored_positions
-from vbbench.training import FolderSamples, GeneratedSamples, Sample
+from vbbench.training import FolderSamples, GeneratedSamples, Sample, sources
 from vbbench.training.samples import AXES, CAMERA_VALUES, TOLD_VALUES, collate
 
 TIERS = ("ideal", "noisy", "occluded", "tracked", "field")
@@ -204,3 +204,12 @@ def test_ends_are_ends(demo: Dataset) -> None:
             source[9]
     with pytest.raises(VbbenchError, match="both are 1 or more"):
         GeneratedSamples("sim", stop=0)
+
+
+def test_no_more_is_kept_than_fits(demo: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sources, "CELLS_KEPT", int(demo.cells[:2].sum()))
+    source = FolderSamples(demo.folder)
+    for number in range(len(source)):
+        source.read([number])
+        assert demo.cells[list(source._kept)].sum() <= sources.CELLS_KEPT
+    assert source._kept
