@@ -78,6 +78,33 @@
     return estimate;
   }
 
+  /** By the number that site/clip.py gives a reason: in few words, and about one person. */
+  const REASONS = [
+    ["", ""],
+    ["outside the picture", "no box: outside the picture"],
+    ["cut off by its border", "no box: mostly beyond the picture's border"],
+    ["hidden", "no box: hidden by people in front"],
+    ["too small", "no box: smaller in the picture than any box of this sequence"],
+    ["missed", "no box: missed by detector or tracker"],
+    ["left out", "no box: not among the people of this dataset"],
+  ];
+
+  /** People without a box: columns are the clip's K tracks, then people who are in none of them. */
+  async function decodeUnboxed(value, clip) {
+    const { T, K } = clip, M = value.people, N = K + M, read = columnsOf(await unpack(value.data), T);
+    const reasons = Uint8Array.from(read(N, SMOOTH, 1), (code) => code || 0);
+    const u = read(N, SMOOTH, PIXEL * value.coarse), [v, l] = [0, 1].map(() => read(N, SMOOTH, PIXEL * value.coarse, u));
+    let like = null;
+    const [px, py] = ["px", "py"].map((name) => {
+      const places = (like = read(M, SMOOTH, METRE * value.coarse, like));
+      return Float64Array.from(reasons, (reason, i) => {
+        const t = Math.floor(i / N), n = i % N;
+        return !reason ? NaN : n < K ? clip[name][t * K + n] : places[t * M + n - K];
+      });
+    });
+    return { N, reasons, u, v, l, px, py };
+  }
+
   /* A moment: what is so at a frame, between two if need be. */
 
   /** Between two values, angles and columns of a panorama the shorter way around; of an unknown one the nearer. */
@@ -97,12 +124,18 @@
     constructor(clip, estimates) {
       const { K } = clip, room = (source) => ({ source, px: new Float64Array(K), py: new Float64Array(K), x: 0, y: 0, yaw: 0 });
       this.boxes = { u: new Float64Array(K), v: new Float64Array(K), l: new Float64Array(K) };
-      Object.assign(this, { clip, truth: room(clip), estimates: estimates.map(room), frame: 0, share: 0 });
+      Object.assign(this, { clip, truth: room(clip), estimates: estimates.map(room), others: null, frame: 0, share: 0 });
+    }
+
+    /** Add the people without boxes, once they are loaded. */
+    add(source) {
+      const made = () => new Float64Array(source.N).fill(NaN);
+      this.others = { source, N: source.N, px: made(), py: made(), u: made(), v: made(), l: made() };
     }
 
     /** Go to frame `at`, between two if `smooth`, otherwise to the earlier; boxes stay with a picture of it if `pictured`. */
     go(at, smooth, pictured) {
-      const { clip } = this, frame = Math.floor(at), share = smooth ? at - frame : 0, boxShare = pictured ? 0 : share;
+      const { clip, others } = this, frame = Math.floor(at), share = smooth ? at - frame : 0, boxShare = pictured ? 0 : share;
       Object.assign(this, { frame, share });
       const boxes = (source, out) => {
         for (const name of ["u", "v", "l"]) {
@@ -118,10 +151,22 @@
         }
       }
       boxes(clip, this.boxes);
+      if (!others) return;
+      places(others.source, others);
+      boxes(others.source, others);
     }
 
-    /** Whether a track has a box now. */
-    isShown(n) { return this.clip.observed[this.frame * this.clip.K + n] === 1; }
+    /** Why somebody has no box now; 0 if there is one, or nobody. */
+    reason(n) { return this.others ? this.others.source.reasons[this.frame * this.others.N + n] : 0; }
+
+    /** Place of a person, [x, y] in m, with a box or without; NaN of nobody. */
+    placeOf(n) {
+      const { px, py } = this.others && (n >= this.clip.K || this.reason(n)) ? this.others : this.truth;
+      return [px[n] ?? NaN, py[n] ?? NaN];
+    }
+
+    /** Whether a disc is drawn of a track's person: it has a box, or there is no telling yet who has none. */
+    isShown(n) { return !this.others || this.clip.observed[this.frame * this.clip.K + n] === 1; }
   }
 
   /** Add to an estimate its errors: `dx` [T] in m, the mean over people who are scored, `dt` in m and `dr` in rad. */
@@ -292,6 +337,7 @@
       clear(this, theme.paper);
       this.drawGround(moment, theme);
       context.setTransform(this.scale, 0, 0, this.scale, 0, -shown.top * this.scale);
+      if (options.unboxed && moment.others) this.drawUnboxed(moment.others, theme);
       this.order.sort((a, b) => (moment.boxes.l[a] || 0) - (moment.boxes.l[b] || 0));
       for (const k of this.order) this.drawBox(moment, k, theme, options);
       if (clip.picture.round) this.drawCompass(theme);
@@ -357,6 +403,21 @@
       context.setLineDash([5 * thin, 3 * thin]);
     }
 
+    /** Where the boxes of people without one would be: dotted, and dark and light on a picture. */
+    drawUnboxed({ u, v, l, N }, theme) {
+      const { context, thin, pictures } = this;
+      context.beginPath();
+      for (let n = 0; n < N; n++) {
+        if (l[n] === l[n]) for (const rectangle of this.rectangles(u[n], v[n], l[n])) context.rect(...rectangle);
+      }
+      Object.assign(context, { lineWidth: 1.2 * thin, strokeStyle: "#fff" });
+      if (pictures) context.stroke();
+      context.strokeStyle = pictures ? "#000" : theme.faint;
+      context.setLineDash([2.5 * thin, 2.5 * thin]);
+      context.stroke();
+      context.setLineDash([]);
+    }
+
     drawCompass(theme) {
       const { context, shown, thin } = this, size = 11 * thin;
       for (const [name, share, align] of EgoView.MARKS) {
@@ -380,22 +441,23 @@
     }
 
     drawSelected(moment, theme, n) {
-      const { u, v, l } = moment.boxes;
+      const { u, v, l } = moment.others && (n >= this.clip.K || moment.reason(n)) ? moment.others : moment.boxes;
       if (!(l[n] === l[n])) return;
       const { context, thin, clip, shown, scale } = this, size = 12 * thin, half = 0.5 * EgoView.ASPECT * l[n] + 3 / scale;
       Object.assign(context, { lineWidth: 2.5 * thin, strokeStyle: theme.accent });
       context.strokeRect(u[n] - half, v[n] - l[n] / 2, 2 * half, l[n]);
       type(context, size, "center", "bottom");
       const x = Math.min(Math.max(u[n], 3 * size), shown.width - 3 * size), y = Math.max(v[n] - l[n] / 2 - 0.2 * size, shown.top + 2.6 * size);
-      label(context, `person ${clip.tracks[n]}`, x, y, theme.ink, theme.paper);
+      label(context, n < clip.K ? `person ${clip.tracks[n]}` : "no box", x, y, theme.ink, theme.paper);
     }
 
     /** The nearest person whose box lies under a point of the view (CSS px), or -1. */
-    pick({ boxes }, x, y) {
+    pick({ boxes, others }, x, y) {
       const rate = this.shown.width / this.canvas.clientWidth, column = x * rate, row = y * rate + this.shown.top;
-      const { u, v, l } = boxes, slack = 3 * rate;
-      const holds = (n) => Math.abs(u[n] - column) < 0.5 * EgoView.ASPECT * l[n] + slack && Math.abs(v[n] - row) < l[n] / 2 + slack;
-      return this.order.findLast(holds) ?? -1;
+      const holds = ({ u, v, l }, slack) => (n) =>
+        Math.abs(u[n] - column) < 0.5 * EgoView.ASPECT * l[n] + slack && Math.abs(v[n] - row) < l[n] / 2 + slack;
+      const found = this.order.findLast(holds(boxes, 3 * rate));
+      return found ?? (others ? [...others.u.keys()].findIndex(holds(others, 0)) : -1);
     }
   }
 
@@ -404,8 +466,8 @@
 
   /** Past frames of those who are there, and of the observer, as a path in m; made once a frame. */
   function trailOf(room, moment) {
-    const { clip, frame } = moment, { source, trail } = room, { K, dt } = clip;
-    if (trail?.frame === frame) return trail.path;
+    const { clip, frame, others } = moment, { source, trail } = room, { K, dt } = clip;
+    if (trail?.frame === frame && trail.others === others) return trail.path;
     const from = Math.max(0, frame - Math.min(Math.round(TRAIL.seconds / dt), Math.ceil(TRAIL.points / K))), path = new Path2D();
     const isKnown = (i) => source.px[i] === source.px[i];
     const leaps = (i) => source === clip && Math.hypot(source.px[i] - source.px[i - K], source.py[i] - source.py[i - K]) > TRAIL.fastest * dt;
@@ -417,7 +479,7 @@
       }
     }
     for (let t = from; t <= frame; t++) path[t > from ? "lineTo" : "moveTo"](source.x[t], source.y[t]);
-    room.trail = { frame, path };
+    room.trail = { frame, others, path };
     return path;
   }
 
@@ -469,8 +531,8 @@
 
     /** Look at all that is there at a moment, however far off the estimates are. */
     fitAll(moment) {
-      const { truth, estimates } = moment, shown = (_, n) => moment.isShown(n);
-      const sides = [["px", "x"], ["py", "y"]].map(([name, own]) => extent([...truth[name].filter(shown),
+      const { truth, estimates, others } = moment, shown = (_, n) => moment.isShown(n);
+      const sides = [["px", "x"], ["py", "y"]].map(([name, own]) => extent([...truth[name].filter(shown), ...(others?.[name] || []),
         truth[own], ...estimates.flatMap((room) => [...room[name], room[own]])], 0));
       const around = MapView.AROUND.crowd + 0.08 * Math.max(...sides.map(([low, high]) => high - low));
       this.look(...sides.map(([low, high]) => [low - around, high + around]), this.following ? truth : { x: 0, y: 0 });
@@ -524,6 +586,7 @@
       this.drawGrid(theme);
       this.drawSight(truth, theme);
       if (options.trails) this.drawTrails(moment, solvers, theme);
+      if (options.unboxed && moment.others) this.drawUnboxed(moment, theme);
       this.drawPeople(moment, theme, options);
       moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
       this.drawCamera(truth, theme.ink, theme.paper);
@@ -594,19 +657,31 @@
     }
 
     drawPeople(moment, theme, options) {
-      const { context, clip, canvas } = this, { px, py } = moment.truth;
+      const { context, clip, canvas } = this, { px, py } = moment.truth, base = moment.frame * clip.K;
       const radius = Math.max(MapView.PERSON * this.k, 2.5 * canvas.ratio);
       const isThere = (n) => px[n] === px[n], people = [...clip.tracks.keys()].filter(isThere);
-      for (const n of people) {
+      for (const n of people.filter((one) => moment.isShown(one))) {
         context.beginPath();
         this.circle(px[n], py[n], radius);
-        Object.assign(context, { fillStyle: theme.people[n], strokeStyle: theme.people[n], lineWidth: 1.3 * canvas.ratio });
-        if (moment.isShown(n)) context.fill();
-        else faintly(context, 0.75, () => context.stroke());
+        context.fillStyle = theme.people[n];
+        faintly(context, clip.observed[base + n] ? 1 : 0.3, () => context.fill());
       }
       context.beginPath();
       for (const n of people) if (options.isGiven(moment.frame, n)) this.circle(px[n], py[n], radius + 3 * canvas.ratio);
       Object.assign(context, { lineWidth: 1.2 * canvas.ratio, strokeStyle: theme.ink }).stroke();
+    }
+
+    /** People without a box: hollow, in their colour if they have one elsewhere in the sequence. */
+    drawUnboxed(moment, theme) {
+      const { context, clip, canvas, k } = this, { others } = moment, radius = Math.max(0.8 * MapView.PERSON * k, 2.2 * canvas.ratio);
+      context.lineWidth = 1.3 * canvas.ratio;
+      for (let n = 0; n < others.N; n++) {
+        if (!moment.reason(n) || others.px[n] !== others.px[n]) continue;
+        context.beginPath();
+        this.circle(others.px[n], others.py[n], radius);
+        context.strokeStyle = n < clip.K ? theme.people[n] : theme.faint;
+        faintly(context, 0.75, () => context.stroke());
+      }
     }
 
     drawEstimate(moment, room, solver, options) {
@@ -654,12 +729,12 @@
 
     /** The person, true or estimated, nearest to a point of the canvas (CSS px), or -1. */
     pick(moment, x, y) {
-      const { ratio } = this.canvas, { truth, estimates } = moment;
+      const { ratio } = this.canvas, { truth, estimates, others } = moment;
       let best = MapView.POINTER * ratio, found = -1;
-      for (const room of [truth, ...estimates]) {
+      for (const room of [truth, ...estimates, ...(others ? [others] : [])]) {
         for (let n = 0; n < room.px.length; n++) {
           const off = Math.hypot(this.sx(room.px[n]) - x * ratio, this.sy(room.py[n]) - y * ratio);
-          if (off < best) { best = off; found = n; }
+          if (off < best && (room !== others || moment.reason(n))) { best = off; found = n; }
         }
       }
       return found;
@@ -675,13 +750,13 @@
     }
 
     drawSelected(moment, theme, n) {
-      const { context, canvas: { ratio }, clip } = this, [px, py] = [moment.truth.px[n], moment.truth.py[n]];
+      const { context, canvas: { ratio }, clip } = this, [px, py] = moment.placeOf(n);
       if (px !== px) return;
       context.beginPath();
       this.circle(px, py, Math.max(0.42 * this.k, 10 * ratio));
       Object.assign(context, { lineWidth: 2.5 * ratio, strokeStyle: theme.accent }).stroke();
       type(context, 12 * ratio, "left", "middle");
-      const text = `person ${clip.tracks[n]}`;
+      const text = n < clip.K ? `person ${clip.tracks[n]}` : "no box";
       label(context, text, this.sx(px) + 14 * ratio, this.sy(py) - 12 * ratio, theme.ink, theme.paper);
     }
 
@@ -983,7 +1058,7 @@
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
     ["w", "the moments that tell most"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
-    ["a", "see all estimates of the frame"], ["f", "follow the camera"],
+    ["a", "see all estimates of the frame"], ["f", "follow the camera"], ["b", "people without a box"],
     ["l", "loop"], ["t", "trails"], ["e", "error lines"], ["i", "ids"], ["m", "smooth motion between frames"],
     ["[ ]", "previous or next person"], ["?", "this help"],
   ];
@@ -1003,7 +1078,8 @@
       <div class="player-sight" role="group" aria-label="What the observer sees" tabindex="0">
         <canvas class="player-ego" data-ego role="img"></canvas></div>
       <p class="player-boxes" data-boxes-line><span data-boxes><i class="player-box"></i> <span></span></span>
-        <span data-alarms><i class="player-box player-alarm"></i> <span></span></span></p>
+        <span data-alarms><i class="player-box player-alarm"></i> <span></span></span>
+        <span data-without><i class="player-box player-without"></i> <span></span></span></p>
       <div class="player-ground">
         <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
         <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See where everybody truly is", icon("fit"))}${button("all", "See all estimates of this frame, however far off", icon("all"))}</div>
@@ -1020,7 +1096,7 @@
         <div class="player-person"><label>Person <select data-person></select></label>
           <p data-person-text></p></div>
         <div class="player-flags">
-          ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}
+          ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}${check("unboxed", "No box", "b")}
           ${check("ids", "Ids", "i")}${check("smooth", "Smooth", "m")}${check("loop", "Loop", "l")}
         </div>
       </div>
@@ -1063,7 +1139,7 @@
   /* What it is: what is chosen, what is loaded, the drawing of it, and what is said of it. */
 
   const MOST = 3, AT_FIRST = 2; // solvers at a time, and where the address names none
-  const FLAGS = { follow: false, trails: true, errors: true, ids: false, smooth: true, loop: false };
+  const FLAGS = { follow: false, trails: true, errors: true, unboxed: true, ids: false, smooth: true, loop: false };
 
   class Session {
     constructor(element, { board, state, onState }) {
@@ -1169,7 +1245,7 @@
       const { ui, views, index, sequence } = this, fresh = clip !== this.clip;
       ui.note.hidden = true;
       ui.body.hidden = false;
-      Object.assign(this, { folder, clip, estimates, moment: new Moment(clip, estimates) });
+      Object.assign(this, { folder, clip, estimates, moment: new Moment(clip, estimates), others: fresh ? null : this.others });
       if (fresh) {
         const pictures = `data/player/pictures/${encodeURIComponent(index.split)}/${sequence}`;
         views.ego.start(clip, index.pictures[sequence] || 0, (t) => `${pictures}/${String(t).padStart(5, "0")}.jpg`, () => this.ask());
@@ -1178,11 +1254,22 @@
         list(ui.person, [[-1, "nobody"], ...clip.tracks.map((track, k) => [k, track])], -1);
       }
       ui.scrub.max = clip.T - 1;
+      if (this.others) this.moment.add(this.others);
       this.recolour();
       this.go(Number(this.wanted ?? this.moments[0]) || 0);
       this.wanted = null;
       this.moment.go(this.at, false, false);
       if (fresh) views.ego.turnTo(this.moment);
+      if (fresh && clip.unboxed) this.findOthers(folder, clip);
+    }
+
+    /** People without a box come when all else is on the screen. */
+    async findOthers(folder, clip) {
+      const found = await load(`${folder}/unboxed`).then((value) => decodeUnboxed(value, clip)).catch(() => null);
+      if (!found || this.clip !== clip) return;
+      this.others = found;
+      this.moment.add(found);
+      this.ask();
     }
 
     recolour() {
@@ -1300,22 +1387,28 @@
 
     /** A person's distance and errors in this frame. */
     personText(k) {
-      const { moment, clip, drawn, estimates } = this, t = moment.frame, i = t * clip.K + k;
-      const { px, py, x: ownX, y: ownY } = moment.truth, away = Math.hypot(px[k] - ownX, py[k] - ownY).toFixed(1);
+      const { moment, clip, drawn, estimates } = this, t = moment.frame, i = t * clip.K + k, reason = moment.reason(k);
+      const [px, py] = moment.placeOf(k), away = Math.hypot(px - moment.truth.x, py - moment.truth.y).toFixed(1), why = REASONS[reason][1];
+      if (k >= clip.K) return reason ? `Somebody, ${away} m away; ${why}.` : "Somebody who is not there in this frame.";
       if (this.isAlarm(t, k)) return `Box ${clip.tracks[k]} shows nobody: a false alarm, which is not scored.`;
       if (Number.isNaN(clip.px[i])) return `Person ${clip.tracks[k]} is not there in this frame.`;
+      if (!clip.observed[i] && !reason) return `Person ${clip.tracks[k]} has another box in this frame: the track was lost.`;
       const errors = estimates.map(({ px: x, py: y }, n) => `${drawn[n].name} ${short(Math.hypot(x[i] - clip.px[i], y[i] - clip.py[i]))} m`);
-      const state = this.isGiven(t, k) ? "; its position is given" : clip.observed[i] ? "" : "; no box";
+      const state = this.isGiven(t, k) ? "; its position is given" : why && `; ${why}`;
       return `Person ${clip.tracks[k]}, ${away} m away${state}. Off by: ${errors.join(", ") || "no solver chosen"}.`;
     }
 
-    /** How many boxes there are, each kind beside the mark that it has. */
+    /** How many boxes there are, and why some people have none, each beside the mark that it has. */
     sayBoxes() {
-      const { clip, moment, ui, board, index } = this, t = moment.frame;
+      const { clip, moment, ui, board, index } = this, t = moment.frame, counts = REASONS.map(() => 0);
       const boxes = clip.tracks.filter((_, k) => clip.observed[t * clip.K + k]).length;
       const alarms = clip.tracks.filter((_, k) => this.isAlarm(t, k)).length;
+      for (let n = 0; n < (moment.others?.N || 0); n++) counts[moment.reason(n)] += 1;
       const nobody = board.tier === "footage" || index.truth === "relative" ? "nobody whose place is known" : "nobody";
-      const said = { boxes: count(boxes, "box", "boxes"), alarms: alarms && `${alarms} of them ${alarms === 1 ? "shows" : "show"} ${nobody}` };
+      const all = counts.slice(1).reduce((sum, own) => sum + own, 0);
+      const why = REASONS.map(([words], n) => (n && counts[n] ? `${counts[n]} ${words}` : "")).filter(Boolean).join(", ");
+      const said = { boxes: count(boxes, "box", "boxes"), alarms: alarms && `${alarms} of them ${alarms === 1 ? "shows" : "show"} ${nobody}`,
+        without: all && `${count(all, "person", "people")} without: ${why}` };
       for (const [name, text] of Object.entries(said)) {
         const place = ui.boxesLine.querySelector(`[data-${name}]`);
         place.lastChild.textContent = text || "";
@@ -1388,7 +1481,7 @@
   const ZOOM = 1.3, PAN = 60; // a press of a key
   const PLAIN = { " ": "play", ArrowLeft: "previous", ArrowRight: "next", Home: "start", End: "end" };
   const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", a: "all", w: "telling", "?": "help" };
-  const FLAG_KEYS = { f: "follow", l: "loop", t: "trails", e: "errors", i: "ids", m: "smooth" };
+  const FLAG_KEYS = { f: "follow", l: "loop", t: "trails", e: "errors", b: "unboxed", i: "ids", m: "smooth" };
   const SHIFTS = { ArrowLeft: [PAN, 0], ArrowRight: [-PAN, 0], ArrowUp: [0, PAN], ArrowDown: [0, -PAN] };
 
   const actions = {
