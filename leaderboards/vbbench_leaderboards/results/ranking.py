@@ -9,13 +9,13 @@ a significant difference can share a rank.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.block_bootstrap import Timeline, block_means
 from vbbench.scoring.metrics import METRICS
@@ -58,6 +58,7 @@ class Pair:
     difference, ci95 : the mean and its interval, in the metric's unit; NaN where they share no sequence, and no
         interval where the board has too few sequences or too little time for one.
     p : two-sided; corrected for all pairs of the board in a `Ranking`, there 1 without an interval.
+    sequences, won : how many have a figure of both, and in how many of them ``a`` is better.
     """
 
     a: str
@@ -65,6 +66,8 @@ class Pair:
     difference: float
     ci95: tuple[float, float]
     p: float
+    sequences: int = 0
+    won: int = 0
 
     @property
     def better(self) -> str | None:
@@ -89,6 +92,24 @@ class Ranking:
 
     places: dict[str, Place]
     pairs: tuple[Pair, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contrasts:
+    """Every two solvers of a board.
+
+    Parameters
+    ----------
+    solvers : their names.
+    sequences : [N] numbers of the sequences.
+    figures : [solvers, N, metrics] capped errors, NaN where there is none; metrics in the order of `METRICS`.
+    pairs : (a, b), numbers of solvers with a < b → metric → their difference, its p-value for this pair alone.
+    """
+
+    solvers: tuple[str, ...]
+    sequences: IntArray
+    figures: FloatArray
+    pairs: dict[tuple[int, int], dict[str, Pair]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,35 +160,16 @@ def rank_apart(results: Sequence[Result]) -> dict[str, Ranking]:
 
 
 def rank(results: Sequence[Result]) -> dict[str, Ranking]:
-    """Rankings by metric (keys of `METRICS`) of the results of one board.
-
-    Every two are compared as ``vbbench compare`` compares their submissions, in blocks of time that suit all pairs.
-    """
-    names, figures, timeline = tuple(result.solver for result in results), *capped_errors(results)
-    counts = np.isfinite(figures).sum(axis=1)
-    means = np.where(counts > 0, np.nansum(figures, axis=1) / np.maximum(counts, 1), np.inf)
-    numbers, pairs = list(combinations(range(len(results)), 2)), dict[str, tuple[Pair, ...]]()
-    if numbers:
-        differences = np.stack([figures[a] - figures[b] for a, b in numbers], axis=1)
-        shape, found = differences.shape[1:], block_means(timeline, differences.reshape(figures.shape[1], -1))
-        mean, p = found.mean.reshape(shape), found.p_values().reshape(shape)
-        interval = found.interval().reshape(*shape, 2)
-        for m, metric in enumerate(METRICS):
-            rows = zip(numbers, mean[:, m], interval[:, m], holm(np.nan_to_num(p[:, m], nan=1.0)), strict=True)
-            pairs[metric] = tuple(
-                Pair(
-                    a=names[a],
-                    b=names[b],
-                    difference=float(own),
-                    ci95=(float(ends[0]), float(ends[1])),
-                    p=float(chance),
-                )
-                for (a, b), own, ends, chance in rows
-            )
-    rankings = {}
+    """Rankings by metric (keys of `METRICS`) of the results of one board."""
+    found, rankings = contrasts(results, at_once=True), {}
+    counts = np.isfinite(found.figures).sum(axis=1)
+    means = np.where(counts > 0, np.nansum(found.figures, axis=1) / np.maximum(counts, 1), np.inf)
     for m, metric in enumerate(METRICS):
-        own, of_solvers = pairs.get(metric, ()), dict(zip(names, means[:, m].tolist(), strict=True))
-        rankings[metric] = Ranking(places=_places(of_solvers, own), pairs=own)
+        own = [pair[metric] for pair in found.pairs.values()]
+        corrected = holm(np.nan_to_num([pair.p for pair in own], nan=1.0)).tolist()
+        pairs = tuple(replace(pair, p=p) for pair, p in zip(own, corrected, strict=True))
+        of_solvers = dict(zip(found.solvers, means[:, m].tolist(), strict=True))
+        rankings[metric] = Ranking(places=_places(of_solvers, pairs), pairs=pairs)
     return rankings
 
 
@@ -203,6 +205,44 @@ def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
         last = max(last, 1 + better[name])
         places[name] = Place(rank=last, best=last, worst=max(last, len(means) - worse[name]))
     return places
+
+
+def contrasts(results: Sequence[Result], *, at_once: bool = False) -> Contrasts:
+    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions.
+
+    Parameters
+    ----------
+    at_once : take blocks of time that suit all pairs, as ranks do, instead of each pair's own.
+    """
+    names, (figures, timeline) = tuple(result.solver for result in results), capped_errors(results)
+    sequences = np.unique(np.concatenate([result.per_sequence.sequence for result in results]))
+    numbers = list(combinations(range(len(results)), 2))
+    if not numbers:
+        return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs={})
+    differences = np.stack([figures[a] - figures[b] for a, b in numbers], axis=1)
+    shape = differences.shape[1:]
+    columns_of = [differences.reshape(len(sequences), -1)] if at_once else list(differences.swapaxes(0, 1))
+    found = [block_means(timeline, columns) for columns in columns_of]
+    mean = np.concatenate([one.mean for one in found]).reshape(shape)
+    p = np.concatenate([one.p_values() for one in found]).reshape(shape)
+    interval = np.concatenate([one.interval() for one in found]).reshape(*shape, 2)
+    count, won = np.isfinite(differences).sum(axis=0), (differences < 0).sum(axis=0)
+    pairs = {
+        (a, b): {
+            metric: Pair(
+                a=names[a],
+                b=names[b],
+                difference=float(mean[n, m]),
+                ci95=(float(interval[n, m, 0]), float(interval[n, m, 1])),
+                p=float(p[n, m]),
+                sequences=int(count[n, m]),
+                won=int(won[n, m]),
+            )
+            for m, metric in enumerate(METRICS)
+        }
+        for n, (a, b) in enumerate(numbers)
+    }
+    return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs=pairs)
 
 
 def leading_rows(results: Boards, boards: Sequence[Board], *, late: bool) -> dict[str, Mapping[Board, Result]]:

@@ -19,6 +19,7 @@ from vbbench.files.dataset_info import truth_sha256
 from vbbench.generation.footage import FOOTAGE
 from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.registry import registered
 from vbbench.scoring.metrics import METRICS
@@ -29,7 +30,7 @@ from vbbench_leaderboards.results import ranking
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC, HEADLINE_PROTOCOL, is_diagnostic, is_headline
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import Boards, Records, published_dataset
-from vbbench_leaderboards.results.ranking import GROUPS, Place, Ranking, grouped, headline
+from vbbench_leaderboards.results.ranking import GROUPS, Place, Ranking, contrasts, grouped, headline
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site import words
 from vbbench_leaderboards.site.charts import colour_number, distribution, scatter
@@ -352,6 +353,43 @@ def solver_page(site: Site, solver: str) -> str:
 
 def _each_once(facts: Iterable[str]) -> str:
     return "; ".join(dict.fromkeys(fact for fact in facts if fact))
+
+
+def comparison_values(site: Site, board: Board) -> dict[str, Any]:
+    """Every sequence's errors, and the differences of every two solvers of a board.
+
+    ``pairs`` are [number of A, number of B, metric → [A − B, low, high, p, sequences, won by A]].
+    """
+    results = site.results[board]
+    found, caps = contrasts(results), get_protocol(board.protocol).caps
+    place = {metric: number for number, metric in enumerate(METRICS)}
+    return {
+        "solvers": list(found.solvers),
+        "sequences": found.sequences.tolist(),
+        "metrics": {
+            metric: {
+                "name": term.name,
+                "unit": term.unit,
+                "cap": caps.get(metric),
+                "capped": _short([result.score["metrics"][metric]["capped"] for result in results]),
+                "errors": [_short(map(finite_or_none, own[:, place[metric]].tolist())) for own in found.figures],
+            }
+            for metric, term in error_terms().items()
+        },
+        "pairs": [
+            [a, b, {metric: _contrast(own[metric]) for metric in error_terms()}] for (a, b), own in found.pairs.items()
+        ],
+    }
+
+
+def _contrast(found: ranking.Pair) -> list[float | None]:
+    figures = (found.difference, *found.ci95, found.p)
+    return [*_short(map(finite_or_none, figures)), found.sequences, found.won]
+
+
+def _short(values: Iterable[float | None]) -> list[float | None]:
+    """Figures in six significant digits, to which result files are exact."""
+    return [None if value is None else float(f"{value:.6g}") for value in values]
 
 
 def take_part_lines(site: Site) -> list[str]:
