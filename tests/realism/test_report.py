@@ -19,6 +19,7 @@ from vbbench.realism.report import (
     dataset_scenes,
     describe_realism,
     measure_realism,
+    plot_realism,
     walking_statistics,
 )
 from vbbench.scene import Scene
@@ -145,6 +146,12 @@ def test_parts_together_are_the_same_as_all_at_once() -> None:
     assert_same(sum(parts, Walking()), walking_statistics(scenes))
 
 
+def test_the_densities_of_a_distribution_sum_to_one() -> None:
+    walking = walking_statistics(random_scenes(3))
+    edges = np.linspace(0.0, walking.speed.values.max(), 41)
+    assert np.sum(walking.speed.density(edges) * np.diff(edges)) == pytest.approx(1.0)
+
+
 def test_scenes_of_a_dataset_are_those_that_were_written(tmp_path: Path) -> None:
     write_dataset(tmp_path / "d", Crowd(scenes=37, seed=4))
     dataset = Dataset(tmp_path / "d")
@@ -185,15 +192,18 @@ def test_the_command_without_recordings_says_how_to_get_them(
     assert (status, err) == (0, "")
     assert "students: source not available (vbbench fetch students)" in out
     assert "eth-15fps: source not available (vbbench fetch eth-15fps)" in out
+    assert out.splitlines()[-1] == "realism.png"
+    assert Path("realism.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_json_has_figures(capsys: pytest.CaptureFixture[str], tiny: Path, no_data: Path) -> None:
-    status, out, _ = run(capsys, "info", tiny, "--realism", "--json")
+def test_json_has_figures_and_picture(capsys: pytest.CaptureFixture[str], tiny: Path, no_data: Path) -> None:
+    status, out, _ = run(capsys, "info", tiny, "--realism", "--json", "--plot", "made/p.png")
     assert status == 0
     result = json.loads(out)
     assert {"split", "sequences", "id"} <= set(result)
     realism = result["realism"]
     assert realism["missing"] == ["students", "eth-15fps"]
+    assert Path(realism["picture"]).is_file()
     source = realism["sources"][realism["dataset"]]
     assert {"dt", "scenes", "person_frames", "person_minutes", "collisions", "short_walks", *STATISTICS} == set(source)
     assert set(source["collisions"]) == {"limit", "pair_frames", "per_person_minute", "seconds_per_person_minute"}
@@ -211,8 +221,24 @@ def test_withheld_truth_is_named_with_truth(capsys: pytest.CaptureFixture[str], 
     assert run(capsys, "info", tiny, "--realism", "--truth", tiny.parent / "kept")[0] == 0
 
 
-def test_an_option_of_the_report_alone_is_a_mistake(capsys: pytest.CaptureFixture[str], tiny: Path) -> None:
-    status, out, err = run(capsys, "info", tiny, "--truth", "kept")
+@pytest.mark.parametrize("extra", [["--plot", "x.png"], ["--truth", "kept"]])
+def test_options_of_the_report_alone_are_a_mistake(
+    capsys: pytest.CaptureFixture[str], tiny: Path, extra: list[str]
+) -> None:
+    status, out, err = run(capsys, "info", tiny, *extra)
     assert (status, out) == (2, "")
     assert "--realism" in err
     assert not list(Path.cwd().iterdir())
+
+
+def test_the_picture_shows_every_source_in_four_panels(tiny: Path, data_folder: Path) -> None:
+    figure = plot_realism(measure_realism(Dataset(tiny)))
+    assert len(figure.axes) == 4
+    for axes in figure.axes:
+        assert {patch.get_gid() for patch in axes.patches} >= {"this: tiny", "students", "eth-15fps"}
+        assert axes.get_xlabel()
+        assert axes.get_ylabel()
+    assert [axes.get_label() for axes in figure.axes if "collision" in {p.get_gid() for p in axes.patches}] == [
+        "nearest distance"
+    ]
+    assert len(figure.legends) == 1

@@ -3,9 +3,13 @@
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from scipy.spatial.distance import cdist
 
 from vbbench.errors import VbbenchError
@@ -16,6 +20,8 @@ from vbbench.generation.generator import Generator, Options
 from vbbench.generation.sources import is_here
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.json_text import finite_or_none
+from vbbench.pictures.plotting import style
+from vbbench.pictures.plotting.style import Rectangles, draw_heading, lay_out, save_picture
 from vbbench.registry import load
 from vbbench.scene import Scene
 
@@ -44,6 +50,10 @@ class Samples:
     def quantile(self, share: float) -> float:
         """The value below which lies that share of the samples; NaN without any."""
         return float(np.quantile(self.values, share)) if len(self.values) else np.nan
+
+    def density(self, edges: FloatArray) -> FloatArray:
+        """[M − 1] share of all samples per unit, between ascending edges [M]."""
+        return np.asarray(np.histogram(self.values, edges)[0] / np.diff(edges) / max(len(self.values), 1))
 
     def to_json(self) -> dict[str, Any]:
         """Figures; null without samples."""
@@ -284,13 +294,14 @@ def describe_realism(report: Realism) -> str:
     return "\n".join([describe(report.info), "", *table, "", *notes])
 
 
-def realism_json(report: Realism) -> str:
+def realism_json(report: Realism, picture: Path) -> str:
     """The dataset's summary as JSON, with all figures of the report under ``realism``, on one line."""
     realism = {
         "dataset": next(iter(report.columns)),
         "sources": {heading: walking.to_json() for heading, walking in report.columns.items()},
         "remarks": report.remarks,
         "missing": report.missing,
+        "picture": str(picture),
     }
     return json.dumps({**summary(report.info), "realism": realism}, ensure_ascii=False)
 
@@ -313,3 +324,67 @@ def _rows(walkings: list[Walking]) -> Iterator[tuple[str, list[str]]]:
 
 def _number(value: float) -> str:
     return "–" if np.isnan(value) else f"{value:.3f}"
+
+
+_SIZE = (11.0, 7.4)
+_PARTS: Rectangles = {
+    "speed": (0.75, 3.75, 4.7, 2.45),
+    "nearest distance": (6.15, 3.75, 4.7, 2.45),
+    "acceleration": (0.75, 0.6, 4.7, 2.45),
+    "path efficiency": (6.15, 0.6, 4.7, 2.45),
+}
+_COLOURS = (style.ESTIMATE, style.GIVEN, style.INK, style.TRUTH)
+_LINES = ("-", "--", ":", "-.")
+_STEPS, _WALK_STEPS = 60, 25
+"""Steps of a line over its panel, and of path efficiency's, as there are few walks."""
+_REACH = 0.95
+"""Share of the samples of every source that a panel holds at least."""
+_FLOOR = 0.01
+"""Least density shown on a logarithmic scale."""
+
+
+def plot_realism(report: Realism) -> Figure:
+    """Draw the four distributions of every source of the report."""
+    figure = lay_out(_SIZE, _PARTS)
+    columns = zip(*(walking.distributions for walking in report.columns.values()), strict=True)
+    for axes, samples in zip(figure.axes, columns, strict=True):
+        _draw_panel(axes, samples, list(report.columns))
+    facts = [f"every panel holds {_REACH:.0%} of each source, or more"]
+    facts += [f"{name} not available" for name in report.missing]
+    legend = next(axes for axes in figure.axes if axes.get_label() == NEAREST.name)
+    title = f"How people walk: {report.info.split} next to recordings"
+    draw_heading(figure, 0.75, title, ";  ".join(facts), legend)
+    return figure
+
+
+def plot_realism_to_file(report: Realism, out: Path | str) -> Path:
+    """Draw the report into a PNG, PDF or SVG file; see `save_picture`."""
+    save_picture(plot_realism(report), out)
+    return Path(out)
+
+
+def _draw_panel(axes: Axes, samples: tuple[Samples, ...], headings: list[str]) -> None:
+    shown, edges = samples[0], _edges(samples)
+    if shown.name == NEAREST.name:
+        label = f"collision: under {COLLISION:g} m"
+        axes.axvspan(0.0, COLLISION, color=style.TRUTH_FAINT, label=label, gid="collision")
+    for one, heading, colour, line in zip(samples, headings, cycle(_COLOURS), cycle(_LINES), strict=False):
+        look: dict[str, Any] = {"color": colour, "linestyle": line, "linewidth": 1.4, "label": heading, "gid": heading}
+        axes.stairs(one.density(edges), edges, baseline=None, **look)
+    axes.set_xlim(0.0, edges[-1])
+    axes.set_xlabel(shown.title, fontsize=style.TEXT_SIZE)
+    axes.set_ylabel(
+        f"share of samples per {shown.unit}" if shown.unit else "density of walks", fontsize=style.TEXT_SIZE
+    )
+    if shown.name in (ACCELERATION.name, EFFICIENCY.name):  # a linear scale would show the peak alone
+        axes.set_yscale("log", nonpositive="clip")
+        axes.set_ylim(bottom=_FLOOR)
+    else:
+        axes.set_ylim(bottom=0.0)
+
+
+def _edges(samples: tuple[Samples, ...]) -> FloatArray:
+    """Edges of the steps, as far as the panel reaches."""
+    if samples[0].name == EFFICIENCY.name:
+        return np.linspace(0.0, 1.0, _WALK_STEPS + 1)
+    return np.linspace(0.0, max((one.quantile(_REACH) for one in samples if len(one.values)), default=1.0), _STEPS + 1)
