@@ -143,6 +143,11 @@ def test_classes_that_do_not_show_people_are_counted_and_refused(read: Read, cou
         ("timestamp_ms,id,u,v,width,l", "{0}00,5,20,40,20,40"),
         ("frame,timestamp,id,x,y,w,h", "{0},{0}.5,5,10,20,20,40"),
         ("# frame id x1 y1 x2 y2", "{0} 5 10 20 30 60"),
+        (
+            "frame_num,object_id,rect_params.left,rect_params.top,rect_params.width,rect_params.height",
+            "{0},5,10,20,20,40",
+        ),
+        ("frame,id,left,top,width,height,outside", "{0},5,10,20,20,40,False"),
         ("frame,track_id,bbox,conf", '{0},5,"[10, 20, 20, 40.0]",0.5'),
         ("frame,track_id,conf,xyxy", "{0},5,0.5,[10.  20.  30.  60.]"),
     ],

@@ -264,6 +264,13 @@ def test_numbers_of_frames_and_nanoseconds_are_times(folder, walk):
         assert recording.notes == (f"odometry.txt: timestamps are {unit}: so they reach over the time of the boxes",)
 
 
+@pytest.mark.parametrize(("frames", "when"), [(1, "later"), (-1, "earlier")])
+def test_poses_that_count_from_another_number_are_named(folder, walk, frames, when):
+    later = 0.1 * frames * np.eye(8)[0]
+    (note,) = read(written(folder, walk, lambda rows: rows + later)).notes
+    assert f"as many poses as there are frames, each 0.1 s {when}: do both count from one number" in note
+
+
 def matrices(rows):
     half = 2.0 * np.arctan2(rows[:, 6], rows[:, 7])
     zero, cos, sin = 0.0 * half, np.cos(half), np.sin(half)  # x right, y down, z forward

@@ -29,6 +29,7 @@ from vbbench.parsing.numbers import finite_number, parse_number
 WORDS = ("frame", "id", "film", "class", "class_name", "last")
 """Columns that may hold words, or whole numbers of 64 bits."""
 EMPTY = ("", "nan", "NaN", "None", "none", "null", "NULL", "NA", "N/A")
+_MARKS = {"true": "1", "false": "0", "yes": "1", "no": "0"}
 _TEXTS = pa.dictionary(pa.int32(), pa.string())
 _SHOWN = 1000
 _DIGIT = re.compile(r"\d")
@@ -429,6 +430,8 @@ def _check_width(layout: _Layout, line: int, count: int) -> None:
 def _typed(noun: str, cells: list[str | None], layout: _Layout, lines: IntArray) -> NDArray[Any]:
     """A column of cells, ``None`` where a row ends before, as numbers, or as words where it may have them."""
     known = [cell if cell is not None and (noun in layout.required or cell not in EMPTY) else None for cell in cells]
+    if noun == "ignored":
+        known = [_MARKS.get(cell.lower(), cell) if cell else None for cell in known]
     if noun in WORDS:
         empty = next((row for row, cell in enumerate(known) if cell in EMPTY), None)
         column = _from_arrow(noun, _trimmed(pa.chunked_array([pa.array(known, pa.string()).dictionary_encode()])))

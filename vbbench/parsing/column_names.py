@@ -87,7 +87,7 @@ _KNOWN = {
 _BRACKETS = re.compile(r"(.*\S)\s*(?:[\[(]\s*(.*?)\s*[\])]|/\s*([a-z]+))")
 _SUFFIX = re.compile(r"(.*?)[_ .]?(?:(?<=[_ .])([a-z]+)|(?<=\d)(n))")
 _PREFIX = re.compile(r"(norm|normalized|normalised|rel|relative|pct|percent)(?:[\W_]coord[a-z]*)?[\W_]+(.*)")
-_BOX = re.compile(r"(?:bounding[ _]?box|bndbox|bbox|bb|box|rect|ltwh|tlwh|xywh|xyxy)(?:2d)?[\W_]*(.+)")
+_BOX = re.compile(r"(?:bounding[ _]?box|bndbox|bbox|bb|box|rect(?:_?params)?|ltwh|tlwh|xywh|xyxy)(?:2d)?[\W_]*(.+)")
 
 _QUOTES = " \t\r\n\"'\ufeff<>#"
 
