@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from tests.lib.crohd_files import SEQINFO, crowd, pack, write_recording
+from vbbench.cli import main
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.tables import file_sha256
 from vbbench.files.verification import verify
 from vbbench.generation import generate
-from vbbench.generation.catalogue import fetch_splits
 from vbbench.generation.generator import Options
 from vbbench.generation.sources import Source
 from vbbench_generators.lifting.heads import HeadBoxes
@@ -178,11 +178,12 @@ def test_the_published_archive_is_taken_from_the_data_folder_if_it_is_whole(no_d
         same(read_heads(find_recording("HT21-03", told, place, split="shibuya01")), heads_at(folder))
 
 
-def test_both_splits_are_fetched_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_both_splits_are_fetched_at_once(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     wanted: list[Source] = []
-    monkeypatch.setattr("vbbench.generation.catalogue.fetch", wanted.extend)
-    fetch_splits(["shibuya01", "shibuya02"])
+    monkeypatch.setattr("vbbench.generation.catalogue.fetch", lambda sources: wanted.extend(sources) or [Path("x.zip")])
+    assert main(["fetch", "shibuya01", "shibuya02"]) == 0
     assert wanted == [ARCHIVE]
+    assert capsys.readouterr().out == "x.zip\n"
     assert (ARCHIVE.size, ARCHIVE.sha256[:8]) == (53_547_421, "824e94f1")
 
 
@@ -227,3 +228,11 @@ def test_the_dataset_says_how_its_metres_were_found(dataset: Dataset) -> None:
 def test_dt_is_that_of_the_recording(recording: Path) -> None:
     with pytest.raises(VbbenchError, match=r"`dt` is for the split 'custom'; here seqinfo\.ini has"):
         load_scenes(get_recipe("shibuya01"), recording, seed=0, dt=0.4)
+
+
+def test_fewer_frames_where_a_recipe_says_so(recording: Path) -> None:
+    recipe = get_recipe("shibuya01")
+    every = load_scenes(recipe, recording, seed=0).scenes[0]
+    fifth = load_scenes(replace(recipe, frame_step=5), recording, seed=0).scenes[0]
+    assert fifth.dt == pytest.approx(0.2)
+    np.testing.assert_array_equal(fifth.positions, every.positions[::5][:, np.isin(every.people, fifth.people)])

@@ -358,3 +358,14 @@ def test_labelled_places_project_into_their_boxes(recordings_of_kitti: Path) -> 
     apart = (one.camera.project(relative, heights)[..., 0] - one.boxes[..., 0])[seen] / one.boxes[..., 2][seen]
     assert np.nanmedian(np.abs(apart)) < 0.06
     np.testing.assert_allclose(relative_to_world(relative, one.poses), one.scene.positions)
+
+
+def test_what_is_said_of_many_sequences_is_short(tmp_path: Path) -> None:
+    training = tmp_path / "training"
+    for number in range(12):
+        write_kitti(training, name=f"{number:04d}")
+    calibration = read(training).calibration
+    assert calibration is not None
+    assert calibration["summary"].startswith("poses of 12 sequences; in 12 parked cars check them, and move 0.00 m")
+    assert len(calibration["sequences"]) == 12
+    json.dumps(calibration)

@@ -231,3 +231,33 @@ def test_false_alarms_where_nobody_is_are_left_out_without_complaint(training: P
     assert figures(recordings)["tracked"]["labelled"] == 0
     with pytest.raises(VbbenchError, match="frames in a row"):
         generate("kitti", training.parent / "d", Options(source=training))
+
+
+def test_boxes_may_be_named_columns_of_shares(training: Path) -> None:
+    rows = "".join(
+        f"{(left + right) / 2484},{(top + bottom) / 750},{(right - left) / 1242},{(bottom - top) / 375},{t},{f},Ped\n"
+        for f, t, left, top, right, bottom in LABELLED
+    )
+    head = "x_center_norm,y_center_norm,width_norm,height_norm,tracker_id,frame_idx,label\n"
+    folder = training.parent / "boxes"
+    folder.mkdir()
+    (folder / "0003.csv").write_text(head + rows)
+    asked = FootageOptions(boxes=folder)
+    found = kitti.recordings(Options(source=training, footage=asked))
+    assert figures(found)["tracked"]["overlap"] == 1.0
+
+
+def test_classes_of_trackers_are_left_out_and_counted(training: Path) -> None:
+    bicycles = [(f, 50 + t, *edges) for f, t, *edges in LABELLED[:99]]
+    text = with_class(mot(LABELLED, linked=True), 1) + with_class(mot(bicycles, linked=True), 3)
+    with pytest.warns(VbbenchWarning, match="99 of 699 boxes are dropped: 99 of class 3"):
+        recordings = read(training, text)
+    assert figures(recordings)["detected"]["found"] == len(LABELLED)
+
+
+def test_boxes_of_other_frames_are_named(training: Path) -> None:
+    """As where a text counts from 0 and has no boxes in frame 0; one file may be named alone."""
+    boxes = training.parent / "boxes.txt"
+    boxes.write_text(mot([(f - 1, *rest) for f, *rest in LABELLED if f > 0], linked=True))
+    with pytest.warns(VbbenchWarning, match=r"boxes.txt: boxes overlap people one frame later by 1.00, now by 0.\d\d"):
+        kitti.recordings(Options(source=training, footage=FootageOptions(boxes=boxes)))

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vbbench.errors import FileError, SourceMissingError, VbbenchError
+from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
 from vbbench_generators.recordings.loading import load_scenes
 from vbbench_generators.recordings.recipe import (
     Recipe,
@@ -195,3 +195,8 @@ def test_resampled_students_stay_near_the_published_ones(data_folder: Path) -> N
         bends = [np.abs(np.diff(scene.positions, 2, axis=0)) for scene in (text, curve)]
         assert np.nanmedian(bends[0]) < 0.004
         assert np.nanmedian(bends[1]) > 0.01
+
+
+def test_unknown_recipe_suggests() -> None:
+    with pytest.raises(UnknownNameError, match="'hotel'"):
+        get_recipe("hotels")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vbbench.cli import main
-from vbbench.errors import FileError, VbbenchError
+from vbbench.errors import FileError, UnknownNameError, VbbenchError
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.generation.options_file import parse_people
@@ -227,3 +227,13 @@ def test_mistakes_on_the_command_line(
     assert message in error
     assert error.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_an_unknown_scenario_suggests_the_nearest() -> None:
+    with pytest.raises(UnknownNameError, match="no scenario is called 'plazza'; did you mean 'plaza'"):
+        plan(scenario="plazza")
+
+
+def test_a_scenario_file_that_is_not_there() -> None:
+    with pytest.raises(FileError, match=r"nowhere.toml: cannot be read"):
+        plan(scenario="nowhere.toml")

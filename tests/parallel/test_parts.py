@@ -266,3 +266,12 @@ def test_a_table_gets_a_column_that_only_a_later_part_has_and_is_begun_before_th
     table = pq.read_table(path)
     assert table["sequence"].to_pylist() == [0, 1, 2]
     np.testing.assert_array_equal(table["xx"].to_pylist(), [np.nan, np.nan, 1.5])
+
+
+def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for step in ("vbbench.parallel.partitions.describe_tables", "vbbench.folders.swapping._rename"):
+        with monkeypatch.context() as patch:
+            patch.setattr(step, stop)
+            with pytest.raises(KeyboardInterrupt):
+                merge(spread)
+    assert digests(merge(spread)) == digests(whole.folder)

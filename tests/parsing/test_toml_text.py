@@ -65,6 +65,8 @@ def test_tables_of_any_keys(write: Write) -> None:
         ('kind = "fast"\nrows = 3', r"\[rows\] holds tables"),
         ('kind = "fast"\n[rows.one]\nsize = 2.0', r"\[rows\.one\]: key 'name' is missing; add it"),
         ('kind = "fast"\n[rows.one]\nnmae = "x"', r"\[rows\.one\]: unknown key 'nmae'; did you mean 'name'"),
+        (f"limit = {2**64}", "is not TOML: a whole number has more than 64 bits"),
+        (f"steps = {'[' * 40}{']' * 40}", "is nested too deeply"),
     ],
 )
 def test_what_is_wrong_is_said_with_what_to_write(write: Write, text: str, problem: str) -> None:
