@@ -374,7 +374,7 @@ def test_frames_after_the_last_person_are_part_of_the_scene(tmp_path, walk, pose
 def test_a_trackers_boxes_are_not_matched_where_people_are_not_known(folder, tmp_path):
     dataset = generate("own", tmp_path / "d", Options(source=folder))
     (tmp_path / "files").mkdir()
-    with pytest.raises(VbbenchError, match="not everybody's place was measured; make it again with --options boxes="):
+    with pytest.raises(VbbenchError, match="not everybody's place was measured; make it again with --boxes"):
         import_mot(tmp_path / "files", dataset, tmp_path / "made")
 
 

@@ -177,7 +177,7 @@ def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
         return dict(zip(names, values.tolist(), strict=True))
     missing = next((name for name in names if name not in found), None)
     if missing:
-        known = "camera_matrix (K), intrinsics, or fx, fy, cx, cy"
+        known = "camera_matrix (K), intrinsics, or fx, fy, cx, cy; a camera.toml has lines such as width = 1280"
         raise ValueError(f"is no calibration of a pinhole: {missing} is missing; known are {known}")
     return {name: _number(name, found[name]) for name in names}
 
