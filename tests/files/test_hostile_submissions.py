@@ -18,7 +18,7 @@ from vbbench.cli import main
 from vbbench.errors import FileError, SubmissionError, VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
-from vbbench.files.sequence_tables import SequenceTable
+from vbbench.files.sequence_tables import RowBound, SequenceTable
 from vbbench.files.submission import Faults, SubmissionInfo, read_info
 from vbbench.protocol import get_protocol
 from vbbench.scoring import score
@@ -285,3 +285,14 @@ def test_a_small_file_that_unpacks_to_very_much_takes_no_memory(dataset: Path, t
     fault, megabytes = ran.stdout.splitlines()
     assert "rows or more; the dataset has" in fault
     assert int(megabytes) < 600
+
+
+def test_a_column_that_unpacks_to_too_much_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ["sequence", "frame", "x", "y", "yaw"]
+    table = pa.table({name: np.zeros(2000) for name in names})
+    path = tmp_path / "poses.parquet"
+    pq.write_table(table, path, use_dictionary=False, compression="zstd")
+    monkeypatch.setattr("vbbench.files.sequence_tables.BYTES_A_VALUE", 1)
+    monkeypatch.setattr("vbbench.files.sequence_tables.BYTES_A_COLUMN", 0)
+    with pytest.raises(FileError, match="says that 2000 rows of a column"):
+        SequenceTable(path, "poses", bound=RowBound(5000))
