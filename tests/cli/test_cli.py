@@ -6,7 +6,7 @@ import re
 import subprocess
 import sys
 from contextlib import redirect_stdout
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import EntryPoint
 from io import StringIO
 from pathlib import Path
@@ -17,8 +17,8 @@ import pytest
 
 from vbbench import registry
 from vbbench.camera import PerspectiveCamera
-from vbbench.cli import all_commands, main
-from vbbench.cli.parsing import in_options, parameters_of
+from vbbench.cli import COMMANDS, all_commands, main
+from vbbench.cli.parsing import in_options, parameters_of, parse
 
 VBBENCH = [sys.executable, "-m", "vbbench"]
 
@@ -183,6 +183,13 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
 )
 def test_parameters_of_the_library_are_options_in_messages(command: str, python: str, shell: str) -> None:
     assert in_options(python, all_commands()[command]) == shell
+
+
+@pytest.mark.parametrize(("words", "given"), [(["--no-film"], False), (["--film"], True), ([], False)])
+def test_what_is_off_can_be_named_so(words: list[str], given: bool) -> None:
+    call = parse({"birdify": COMMANDS["birdify"]}, ["birdify", "boxes.csv", *words, "--out", "map"])
+    assert isinstance(call, partial)
+    assert call.keywords["film"] is given
 
 
 def test_what_a_value_in_a_file_must_be_is_said_of_the_file() -> None:

@@ -42,6 +42,11 @@ class Parameter:
         return f"--{'no-' * (self.default is True)}{(self.field or self.parameter).replace('_', '-')}"
 
     @property
+    def opposite(self) -> str:
+        """Of what is on or off the option that leaves it so: ``--no-film`` where ``--film`` turns it on."""
+        return f"--{'no-' * (self.default is not True)}{(self.field or self.parameter).replace('_', '-')}"
+
+    @property
     def required(self) -> bool:
         """Whether it must be given."""
         return self.default is inspect.Parameter.empty
@@ -172,6 +177,10 @@ def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parame
                 action=f"store_{str(not each.default).lower()}",
                 **{key: shape[key] for key in ("help", "default")},
             )
+            keeps = f"store_{str(each.default).lower()}"
+            group.add_argument(
+                each.opposite, dest=each.option, action=keeps, default=argparse.SUPPRESS, help=argparse.SUPPRESS
+            )
             continue
         if count == "*":
             shape["action"] = "extend"  # a second one adds to the first
@@ -187,7 +196,9 @@ def _spelled(
     name: str, function: Callable[..., Any], parameters: Iterable[Parameter], given: Iterable[str]
 ) -> Iterator[str]:
     """The arguments, options with hyphens for underscores; raises UnknownNameError for an option that there is not."""
-    known = [each.option for each in parameters if not each.positional] + ["--help"]
+    parameters = [each for each in parameters if not each.positional]
+    known = [*(each.option for each in parameters), *(each.opposite for each in parameters if each.kind is bool)]
+    known.append("--help")
     words = iter(given)
     for argument in words:
         if not argument.startswith("--") or argument == "--":
