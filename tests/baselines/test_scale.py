@@ -16,13 +16,13 @@ STILL = ((0.0, 0.0, 0.0), np.diag((0.001, 0.001, 0.0005)) ** 2)
 """Odometry of a robot that stands."""
 
 
-def box(place: FloatArray, noise: FloatArray) -> tuple[float, float, float, float]:
+def box(place: FloatArray, noise: FloatArray, tall: float = TALL) -> tuple[float, float, float, float]:
     """Left, top, width and height of somebody at ``place`` (forward, left), whose box ends nearer than the middle.
 
     ``noise`` [3] of left, top and bottom, in box heights.
     """
     forward, left = place
-    length = CAMERA.focal * TALL / (forward - EDGE)
+    length = CAMERA.focal * tall / (forward - EDGE)
     bottom = CAMERA.cy + CAMERA.focal * CAMERA.mount_height / (forward - EDGE)
     middle = CAMERA.cx - CAMERA.focal * left / forward
     u, top, low = length * noise
@@ -56,7 +56,6 @@ def strollers(seconds: float) -> FloatArray:
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="exact boxes of people in circles: the world is .70 times as large as it is")
 @pytest.mark.parametrize("whole", [False, True])
 def test_people_who_walk_in_circles_do_not_shrink_the_world(whole: bool) -> None:
     """Their walks are the likelier the smaller they are; frames that left said so for ever, and it became a tenth."""
@@ -79,3 +78,32 @@ def test_somebody_who_stands_does_not_drift_off() -> None:
         return np.array(((9.0, -1.5),))
 
     assert ratio(standing, 1.0 / 60.0, 6.0, 0.001) == pytest.approx(1.0, abs=0.06)
+
+
+def log_scale(seed: int, spread: float, standing: bool) -> float:
+    """Mean log ratio of distances answered to the true ones, from 4 s to 9 s: 8 people of such a spread of heights."""
+    rng, dt = np.random.default_rng(seed), 0.4
+    tall = TALL * np.exp(rng.normal(0.0, spread, 8))
+    place = np.stack((rng.uniform(5.0, 12.0, 8), rng.uniform(-3.0, 3.0, 8)), axis=-1)
+    angle, speed = rng.uniform(-np.pi, np.pi, 8), np.abs(rng.normal(1.3, 0.35, 8)) * (not standing)
+    velocity = np.stack((np.cos(angle), np.sin(angle)), axis=-1) * speed[:, None]
+    session = Session(MapCausal(), CAMERA, dt, height_std=spread * TALL, tilt_std=0.03, mount_height_std=0.2, people=8)
+    errors = []
+    for t in range(24):
+        velocity += np.sqrt(0.03 * dt) * rng.normal(size=(8, 2)) * (not standing)
+        place = place + velocity * dt
+        inside = np.flatnonzero((place[:, 0] > 3.0) & (np.abs(place[:, 1]) < 0.6 * place[:, 0]))
+        boxes = {int(k): box(place[k], 0.02 * rng.normal(size=3), tall[k]) for k in inside}
+        answer = session.step(boxes, STILL if t else None)
+        if t > 10:
+            errors += [np.log(np.hypot(*answer.positions[k]) / np.hypot(*place[k])) for k in inside]
+    return float(np.mean(errors))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("spread", [0.05, 0.15, 0.22])
+@pytest.mark.parametrize("standing", [True, False])
+def test_walks_bias_the_scale_of_no_map(spread: float, standing: bool) -> None:
+    """However vague heights are, and whether people stand: as probable walks, maps of those who stand grew by 16 %."""
+    found = np.array([log_scale(seed, spread, standing) for seed in range(25)])
+    assert abs(found.mean()) < 0.01 + 2.5 * found.std() / np.sqrt(len(found))

@@ -123,6 +123,11 @@ class Estimator {
       calibration.sway_std = {c.sway_std, c.sway_std};
     }
     calibration.about = calibration.at;
+    if (height_std_ > c.height_std) {  // adults, and others: a Student-t law of this variance
+      const double ratio = height_std_ * height_std_ / (c.height_std * c.height_std);
+      model_.people.height_nu = 2.0 * ratio / (ratio - 1.0);
+      height_std_ = c.height_std;
+    }
     occlusion_.start();
     association_.start();
     odometry_ = false;
@@ -212,7 +217,7 @@ class Estimator {
     if (changed) solution = window_.solve(model_, rounds, least);
     watch();
     output.converged = converged_ = solution.steps > 0 && blind_ <= kBlind && is_plausible();
-    window_.weigh_boxes(model_);
+    window_.weigh_walks(model_);
     learn_walk();
     if (learns_) learn_boxes();
     moved_ = Pose{};
@@ -558,6 +563,7 @@ class Estimator {
       while (person.last() < newest) {  // the path goes on as it went
         Node node;
         const int n = person.frames();
+        if (n > 0) node.growth = person.nodes[n - 1].growth;
         if (n > 1) {
           for (int a = 0; a < 2; ++a) node.at[a] = 2.0 * person.nodes[n - 1].at[a] - person.nodes[n - 2].at[a];
         } else if (n == 1) {

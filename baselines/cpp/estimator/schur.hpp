@@ -393,40 +393,17 @@ class Elimination {
     }
   }
 
-  /// w gᵀ A⁻¹ g of a row with the gradient g by the person's own variables: how far the fit follows it; and
-  /// w gᵀ A⁻¹ g' with the gradient g' by the path alone: by how much ½ ln det H falls with the log scale of the path.
-  /// `invert` comes first.
-  std::array<double, 2> leverage(const Row& row) const {
-    constexpr int kAll = 6;
-    int index[kAll], count = 0;
-    double by[kAll];
-    if (row.walk) {
-      for (; count <= row.reach; ++count) {
-        index[count] = 2 * (row.node - count) + row.axis;
-        by[count] = row.chain[count];
-      }
-    } else {
-      const int i = 2 * row.node, slots[kAll] = {i, i + 1, i - 2, i - 1, local - 2, local - 1};
-      for (int slot = 0; slot < kAll; ++slot) {
-        if (row.reach == 0 && slots[slot] < i) continue;
-        index[count] = slots[slot];
-        by[count++] = row.by[slot];
-      }
-    }
-    double all = 0.0, path = 0.0;
-    for (int a = 0; a < count; ++a) {
+  /// w gᵀ A⁻¹ g of an innovation with the gradient g by the person's path: how far the fit follows it. `invert` comes
+  /// first.
+  double leverage(const Row& row) const {
+    const auto index = [&](int j) { return 2 * (row.node - j) + row.axis; };
+    double sum = 0.0;
+    for (int i = 0; i <= row.reach; ++i) {
       double others = 0.0;
-      for (int b = 0; b < a; ++b) others += by[b] * inverse(index[a], index[b]);
-      const double own = by[a] * inverse(index[a], index[a]);
-      all += by[a] * (own + 2.0 * others);
-      if (index[a] < local - 2) {
-        path += by[a] * (own + 2.0 * others);
-      } else {
-        for (int b = 0; b < a; ++b)
-          if (index[b] < local - 2) path += by[a] * by[b] * inverse(index[a], index[b]);
-      }
+      for (int j = 0; j < i; ++j) others += row.chain[j] * inverse(index(i), index(j));
+      sum += row.chain[i] * (row.chain[i] * inverse(index(i), index(i)) + 2.0 * others);
     }
-    return {row.w * all, row.w * path};
+    return row.w * sum;
   }
 
   /// gᵀ A⁻¹ g of a row with the gradient g by the person's own variables; and what the row is about where these are

@@ -43,7 +43,7 @@ struct Node {
   bool walk_absorbed = false;  ///< whether the marginal prior holds its factor
   Box box;
   std::array<double, 3> leverage{};  ///< how far the solution follows each cue of the box
-  std::array<double, 3> volume{};    ///< the same of the path alone: share of the log-determinant term
+  double growth = 0.0;  ///< by which the cost of the walk into the node grows with the log scale of the path
   std::array<double, 2> given_at{};
 };
 

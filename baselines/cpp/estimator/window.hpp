@@ -95,27 +95,26 @@ class Window {
   std::array<double, 2> innovations(const Model& model, std::size_t p, int frame) {
     std::array<double, 2> sum{};
     const Person& person = people[p];
-    if (frame < person.first || frame > person.last()) return sum;
+    if (frame < person.first || frame > person.last() || !std::isfinite(damping_)) return sum;
+    eliminations_[p].invert();
     person_rows(person, frames, calibration, model.people,
                 [&](const Row& row) {
                   if (!row.walk) return;
                   sum[0] += row.w * row.e * row.e * person.variance;
-                  sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row)[0]);
+                  sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row));
                 },
                 {frame - person.first, frame - person.first});
     return sum;
   }
 
-  /// Shares of the log-determinant term of all boxes at the last linearisation; leverages of innovations can be had
-  /// then.
-  void weigh_boxes(const Model& model) {
-    if (!std::isfinite(damping_)) return;
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      Person& person = people[p];
-      for (Node& node : person.nodes) node.volume.fill(0.0);
-      eliminations_[p].invert();
+  /// By how much the walk into each node costs more as its path grows, w e², at the present state. What the marginal
+  /// prior holds stays as it was.
+  void weigh_walks(const Model& model) {
+    for (Person& person : people) {
+      for (Node& node : person.nodes)
+        if (!node.walk_absorbed) node.growth = 0.0;
       person_rows(person, frames, calibration, model.people, [&](const Row& row) {
-        if (row.cue >= 0) person.nodes[row.node].volume[row.cue] = std::max(0.0, eliminations_[p].leverage(row)[1]);
+        if (row.walk || row.law == Row::kWalk) person.nodes[row.node].growth += row.w * row.e * row.e;
       });
     }
   }

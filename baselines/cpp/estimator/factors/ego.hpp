@@ -16,8 +16,6 @@ enum Mode { kStand, kDrive, kCurve, kFollow, kLoose, kWander, kModes };
 
 using Modes = std::array<double, kModes>;
 
-constexpr double kFastWalk = 2.0, kRunning = 0.5;  ///< m/s: speed up to which a bearer walks, and σ beyond it
-
 /// What carries the camera, where it is given.
 enum Carrier { kUnknownCarrier, kPerson, kVehicle, kRobot };
 

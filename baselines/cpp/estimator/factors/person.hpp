@@ -81,26 +81,24 @@ struct PeopleModel {
   Walk walk;
   BoxNoise noise;
   double pace = 0.3, first_speed = 1.2, own_edge_std = 0.08;
+  double height_nu = 1e9;  ///< degrees of freedom of log heights
 };
 
-/// The log-determinant term of the integral over a person's place, −s ln r − s' ln(r − δ) with the leverages s of
-/// the column and s' of height and foot: a box is
-/// surer of the place of a person who is nearer. Without it smaller worlds, whose people move less, are more probable.
-inline Row volume_row(const Node& node, const BoxState& at, int i) {
+/// The scale-free prior of a path, −g ln r with the growth g of the last solution: it cancels what the walk says of the
+/// path's scale. Without it smaller worlds, whose people move less, are more probable.
+inline Row scale_row(const Node& node, const BoxState& at, int i) {
   constexpr double kTiny = 1e-7;  // a gradient without curvature
-  const double across = node.volume[0], along = node.volume[1] + node.volume[2];
-  const double by_r = across / at.r + along / at.rho, by_x = by_r * at.dx / at.r, by_y = by_r * at.dy / at.r;
+  const double by_x = node.growth * at.dx / at.square, by_y = node.growth * at.dy / at.square;
   Row row;
   row.node = i;
   row.of_box = true;
   row.w = kTiny;
   row.e = -1.0 / kTiny;
-  row.cost = -0.5 * across * std::log(at.square) - along * at.log_rho;
+  row.cost = -0.5 * node.growth * std::log(at.square);
   row.by[kSlotPlace] = by_x;
   row.by[kSlotPlace + 1] = by_y;
   row.by[kSlotCamera] = -by_x;
   row.by[kSlotCamera + 1] = -by_y;
-  row.by[kSlotShared + static_cast<int>(kEdge)] = row.by[kSlotOwn] = -along / at.rho;
   return row;
 }
 
@@ -167,7 +165,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         }
         visit(row);
       }
-      if (visited) visit(volume_row(node, at, i));
+      if (visited) visit(scale_row(node, at, i));
       before = cues;
       before_node = i;
     }
@@ -178,6 +176,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         Row row;
         row.node = i;
         row.reach = 1;
+        row.law = Row::kWalk;
         row.e = axis ? dy : dx;
         row.w = 1.0 / (model.first_speed * model.first_speed * model.walk.dt * model.walk.dt);
         row.cost = 0.5 * row.w * row.e * row.e;
@@ -243,8 +242,10 @@ void own_rows(const Person& person, const PeopleModel& model, Visit&& visit) {
   if (person.prior.any) return;
   Row row;
   row.e = person.log_height - person.height_mean;
-  row.w = 1.0 / (person.height_std * person.height_std);
-  row.cost = 0.5 * row.w * row.e * row.e;
+  const double square = row.e * row.e / (person.height_std * person.height_std);
+  const Robust robust = student(square, model.height_nu, 1.0);
+  row.w = robust.weight / (person.height_std * person.height_std);
+  row.cost = robust.cost;
   row.by[kSlotHeight] = 1.0;
   visit(row);
   Row own;

@@ -68,21 +68,26 @@ struct Walk {
   }
 };
 
-constexpr double kStroll = 1.3, kStrollStd = 0.35;  ///< m/s: how fast people walk
-constexpr double kRestStd = 0.25, kResting = 0.25;  ///< m/s and the share of those who stand
+constexpr double kStroll = 1.3, kStrollStd = 0.35;    ///< m/s: how fast people walk
+constexpr double kRestScale = 0.06, kResting = 0.25;  ///< m/s and the share of those who stand
+constexpr double kFastWalk = 2.0, kRunning = 0.5;     ///< m/s: speed up to which people walk, and σ beyond it
 
 /// Weights and density of a speed under the prior of pedestrians, who walk or stand: e = speed − kStroll with the
 /// weight `walking`, and each component of the velocity with the weight `resting`, as expectation maximisation has
-/// them.
+/// them. Who stands hardly moves, so this is a Cauchy law, which ends where nobody runs.
 struct Pace {
   double walking, resting, density;
 };
 inline Pace pace_of(double speed, double weight) {
   const double walking = (1.0 - kResting) / kStrollStd * std::exp(-0.5 * std::pow((speed - kStroll) / kStrollStd, 2));
-  const double resting = kResting / kRestStd * std::exp(-0.5 * speed * speed / (kRestStd * kRestStd)) + 1e-12;
-  const double share = walking / (walking + resting);
-  return {weight * share / (kStrollStd * kStrollStd), weight * (1.0 - share) / (kRestStd * kRestStd),
-          walking + resting};
+  const double scaled = 1.0 + speed * speed / (kRestScale * kRestScale);
+  const double faster = std::max(0.0, speed - kFastWalk) / kRunning;
+  const double resting =
+      kResting / kRestScale * std::exp(-0.5 * faster * faster) / (scaled * std::sqrt(scaled)) + 1e-300;
+  const double share = walking / (walking + resting), rest = 1.0 - share;
+  const double running = faster > 0.0 ? faster / kRunning / (speed - kStroll) : 0.0;
+  return {weight * (share / (kStrollStd * kStrollStd) + rest * running),
+          weight * rest * 3.0 / scaled / (kRestScale * kRestScale), walking + resting};
 }
 
 }  // namespace vbbench
