@@ -48,7 +48,6 @@ struct Core {
                                                                {"walk_nu", &c.walk_nu},
                                                                {"walk_people", &c.walk_people},
                                                                {"walk_own", &c.walk_own},
-                                                               {"first_speed", &c.first_speed},
                                                                {"pace", &c.pace},
                                                                {"curve", &c.curve},
                                                                {"drive_nu", &c.drive_nu},

@@ -30,7 +30,6 @@ struct Constants {
   double walk_nu = 5.0;                       ///< degrees of freedom of the innovations [F]
   double walk_people = 20.0;                  ///< innovations as which the usual scale of all counts [F]
   double walk_own = 8.0;                      ///< the same of the scale of all for one person's [S]
-  double first_speed = 1.2;                   ///< m/s, a component of a new person's velocity [L]
   double pace = 0.15;                         ///< 1/s, weight of the prior of walking speed [S]
   // Camera.
   std::array<double, 3> drive{0.7, 0.05, 0.04};  ///< m/s^1.5 forward and sideways, rad/s^1.5: changes of velocity [S]

@@ -99,7 +99,6 @@ class Estimator {
     model_.people.walk = Walk::of(c, recording_.dt);
     model_.people.noise = {c.noise_share, c.noise_time, std::max(recording.pixel_std, 0.05), c.noise_nu};
     model_.people.pace = c.pace;
-    model_.people.first_speed = c.first_speed;
     model_.people.own_edge_std = c.edge_person_std;
     model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
     model_.sway_memory = std::exp(-recording_.dt / c.sway_time);

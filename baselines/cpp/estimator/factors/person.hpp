@@ -80,7 +80,7 @@ struct CameraRow {
 struct PeopleModel {
   Walk walk;
   BoxNoise noise;
-  double pace = 0.3, first_speed = 1.2, own_edge_std = 0.08;
+  double pace = 0.3, own_edge_std = 0.08;
   double height_nu = 1e9;  ///< degrees of freedom of log heights
 };
 
@@ -178,7 +178,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         row.reach = 1;
         row.law = Row::kWalk;
         row.e = axis ? dy : dx;
-        row.w = 1.0 / (model.first_speed * model.first_speed * model.walk.dt * model.walk.dt);
+        row.w = 1.0 / (kStroll * kStroll * model.walk.dt * model.walk.dt);
         row.cost = 0.5 * row.w * row.e * row.e;
         row.by[kSlotPlace + axis] = 1.0;
         row.by[kSlotPlaceBefore + axis] = -1.0;
