@@ -677,14 +677,19 @@ class Estimator {
     frame.at[2] += turn / information;
   }
 
-  /// Adds what the newest box of a person who was seen before shows of the camera's step.
+  /// Adds what the newest box of a person who was seen before shows of the camera's innovation: second differences of
+  /// AR(1) errors with the correlation ρ have the variance (6 − 8ρ + 2ρ²) σ².
   void inform(const Person& person, Frame& frame) const {
     const Box& box = person.nodes.back().box;
     const BoxNoise& noise = model_.people.noise;
-    const double r = std::exp(person.log_height) / box.length, walk = model_.people.walk.sigma,
-                 px = noise.pixel / box.pixels;
-    const double across = r * box.width * std::hypot(noise.share[0], px), along = r * std::hypot(noise.share[1], px);
-    const double a = 1.0 / (walk * walk + across * across), b = 1.0 / (walk * walk + along * along);
+    const auto second = [&](int cue) {
+      const double rho = std::exp(-recording_.dt / noise.time[cue]);
+      return (6.0 - 8.0 * rho + 2.0 * rho * rho) * noise.share[cue] * noise.share[cue];
+    };
+    const double r = std::exp(person.log_height) / box.length, sigma = model_.people.walk.sigma,
+                 px = noise.pixel / box.pixels, walk = sigma * sigma * person.variance;
+    const double a = 1.0 / (walk + r * r * box.width * box.width * (second(0) + 6.0 * px * px));
+    const double b = 1.0 / (walk + r * r * (second(1) + 12.0 * px * px));
     frame.information[0] += 0.5 * (a + b);
     frame.information[1] += 0.5 * (a + b);
     frame.information[2] += a * r * r;
