@@ -271,15 +271,15 @@ def test_an_option_that_a_split_does_not_read_is_refused(tmp_path, split, name, 
     [
         (["--tier", "noisy"], "--tier"),
         (["--sigma-h", "0.2"], "--sigma-h"),
-        (["--options", "interpolated=false"], "`interpolated`"),
-        (["--options", "detector=false"], "`detector`"),
-        (["--options", "scenario=plaza"], "`scenario` or `people`"),
+        (["--no-interpolated"], "--interpolated"),
+        (["--options", "detector=false"], "--detector"),
+        (["--scenario", "plaza"], "--scenario or --people"),
     ],
 )
 def test_the_command_says_so_in_one_line(tmp_path, capsys, option, said):
     command = ["generate", "own", "--source", str(tmp_path), *option, "--out", str(tmp_path / "d")]
     assert main(command) == 2
-    read = "--seed, --limit, --source, --dt, --sequences, --every, `longest`, `poses`, `boxes` and `person_class`"
+    read = "--seed, --limit, --source, --dt, --sequences, --every, --longest, --poses, --boxes and --person-class"
     assert capsys.readouterr().err == f"vbbench: own is footage and does not read {said}; it reads {read}\n"
 
 
