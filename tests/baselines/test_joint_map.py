@@ -318,6 +318,8 @@ def test_a_start_begins_again() -> None:
     scene = crowd(6, 3)
     run = Run(3)
     first = run.through(scene)
+    run.core.start(facts(3) | {"height_std": 0.3})  # children among them
+    run.through(scene)
     run.core.start(facts(3))
     again = run.through(scene)
     np.testing.assert_array_equal(first[-1]["places"], again[-1]["places"])
@@ -548,6 +550,15 @@ def test_people_who_all_run_faster_than_they_can_are_not_converged(known: bool) 
     scene = Crowd(poses, places, boxes_of(poses, places, np.full(3, 1.7)))
     answers = Run(3, known=known).through(scene, given=frames, poses_given=frames)
     assert not any(answer["converged"] for answer in answers[2:])
+
+
+def test_a_runner_whose_place_jumps_leaves_the_cost_finite() -> None:
+    frames = 16
+    poses, ahead = np.zeros((frames, 3)), 3.5 * DT * np.arange(frames) + 20.0 * (np.arange(frames) >= 14)
+    places = np.stack([5.0 + ahead, np.ones(frames)], axis=-1)[:, None]
+    run = Run(1)
+    run.through(Crowd(poses, places, boxes_of(poses, places, np.full(1, 1.7))), given=frames, poses_given=frames)
+    assert np.isfinite(run.core.cost())
 
 
 @pytest.mark.slow

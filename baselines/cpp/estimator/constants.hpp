@@ -1,4 +1,4 @@
-// Every number that the estimator was given, in one table, with unit and source.
+// The numbers of the estimator's densities in one table, with unit and source.
 #pragma once
 
 #include <array>
@@ -25,12 +25,15 @@ struct Constants {
   double offset_std = 0.005;                 ///< rad, of the columns [S]
   double sway_std = 0.008, sway_time = 1.1;  ///< rad and s, AR(1) of pitch and roll about their means [S]
   // People.
-  double acceleration = 0.03;                 ///< m²/s³, power density of acceleration [F]
-  double gait_speed = 0.15, gait_time = 0.1;  ///< m/s and s, velocity noise within a stride [F]
-  double walk_nu = 5.0;                       ///< degrees of freedom of the innovations [F]
-  double walk_people = 20.0;                  ///< innovations as which the usual scale of all counts [F]
-  double walk_own = 8.0;                      ///< the same of the scale of all for one person's [S]
-  double pace = 0.15;                         ///< 1/s, weight of the prior of walking speed [S]
+  double acceleration = 0.03;                      ///< m²/s³, power density of acceleration [F]
+  double gait_speed = 0.15, gait_time = 0.1;       ///< m/s and s, velocity noise within a stride [F]
+  double walk_nu = 5.0;                            ///< degrees of freedom of the innovations [F]
+  double walk_people = 20.0;                       ///< innovations as which the usual scale of all counts [F]
+  double walk_own = 8.0;                           ///< the same of the scale of all for one person's [S]
+  double pace = 0.15;                              ///< 1/s, weight of the prior of speed [S]
+  double walking = 1.3, walking_std = 0.35;        ///< m/s, speed of people who walk [L]
+  double standing = 0.06, standing_weight = 0.25;  ///< m/s, Cauchy scale of people who stand, and its weight [F]
+  double running = 2.0, running_std = 0.5;         ///< m/s, speed up to which people walk, and σ beyond it [L]
   // Camera.
   std::array<double, 3> drive{0.7, 0.05, 0.04};  ///< m/s^1.5 forward and sideways, rad/s^1.5: changes of velocity [S]
   double curve = 0.16;                           ///< rad/s^1.5, changes of the turn in curves [S]

@@ -61,7 +61,7 @@ constexpr double kStray = 0.05;       ///< m by which people stray from their wa
 constexpr int kWalkLate = 4;          ///< frames after which an innovation counts
 constexpr double kWalkMemory = 60.0;  ///< s for which it counts
 constexpr double kStrayed = 0.2;      ///< m by which people stray from their ways within a key frame
-constexpr double kBlind = 2.0;        ///< s without anybody in sight after which places that are given find the camera
+constexpr double kBlind = 2.0;        ///< s without a person in sight after which places that are given find the camera
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
 constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, velocity that all have in common after a cold start
@@ -96,9 +96,10 @@ class Estimator {
     blind_ = 0.0;
     where_.assign(recording.columns, -1);
     const Constants& c = constants;
+    model_ = Model();
     model_.people.walk = Walk::of(c, recording_.dt);
     model_.people.noise = {c.noise_share, c.noise_time, std::max(recording.pixel_std, 0.05), c.noise_nu};
-    model_.people.pace = c.pace;
+    model_.people.pace = SpeedPrior::of(c);
     model_.people.own_edge_std = c.edge_person_std;
     model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
     model_.sway_memory = std::exp(-recording_.dt / c.sway_time);
@@ -641,7 +642,7 @@ class Estimator {
     if (now[kStand] > 0.5) {
       trial.steps = kTried;
       trial.out[kStand] = true;
-    } else if (driving(now) < 0.5 && speed > kFastWalk && model_.motion.start[kDrive] > 0.0) {
+    } else if (driving(now) < 0.5 && speed > model_.people.pace.running && model_.motion.start[kDrive] > 0.0) {
       trial.steps = size;
       for (int m = 0; m < kModes; ++m) trial.out[m] = EgoMotion::pedestrian(m);
     } else {
@@ -677,8 +678,8 @@ class Estimator {
     frame.at[2] += turn / information;
   }
 
-  /// Adds what the newest box of a person who was seen before shows of the camera's innovation: second differences of
-  /// AR(1) errors with the correlation ρ have the variance (6 − 8ρ + 2ρ²) σ².
+  /// Adds the information of the newest box of a person who was seen before about the camera's innovation: second
+  /// differences of AR(1) errors with the correlation ρ have the variance (6 − 8ρ + 2ρ²) σ².
   void inform(const Person& person, Frame& frame) const {
     const Box& box = person.nodes.back().box;
     const BoxNoise& noise = model_.people.noise;

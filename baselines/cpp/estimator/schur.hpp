@@ -396,12 +396,12 @@ class Elimination {
   /// w gᵀ A⁻¹ g of an innovation with the gradient g by the person's path: how far the fit follows it. `invert` comes
   /// first.
   double leverage(const Row& row) const {
-    const auto index = [&](int j) { return 2 * (row.node - j) + row.axis; };
     double sum = 0.0;
     for (int i = 0; i <= row.reach; ++i) {
+      const Column& z = inverse_[2 * (row.node - i) + row.axis];
       double others = 0.0;
-      for (int j = 0; j < i; ++j) others += row.chain[j] * inverse(index(i), index(j));
-      sum += row.chain[i] * (row.chain[i] * inverse(index(i), index(i)) + 2.0 * others);
+      for (int j = 0; j < i; ++j) others += row.chain[j] * z[2 * (i - j)];
+      sum += row.chain[i] * (row.chain[i] * z[0] + 2.0 * others);
     }
     return row.w * sum;
   }
@@ -454,11 +454,6 @@ class Elimination {
     const int path = local - 2;
     if (j >= path) return own_[i - path + j - path];
     return columns_[j][i < path ? i - j : kBand + i - path];
-  }
-  double inverse(int i, int j) const {
-    const int path = local - 2, low = std::min(i, j), high = std::max(i, j);
-    if (low >= path) return own_inverse_[low - path + high - path];
-    return inverse_[low][high < path ? high - low : kBand + high - path];
   }
   double* side(int i) { return i < local - 2 ? sides_[i].data() : own_sides_[i - local + 2]; }
 

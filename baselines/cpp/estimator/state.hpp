@@ -30,7 +30,7 @@ struct Frame {
   bool given = false;               ///< whether the pose is
   std::array<double, 3> given_pose{};
   Motion motion;
-  std::array<double, 3> information{};  ///< 1/m², 1/m², 1/rad²: about how well boxes show a step into it
+  std::array<double, 3> information{};  ///< 1/m², 1/m², 1/rad²: of boxes about the innovation into it
   int left = 0;                         ///< of the window's first frame: poses before it, of frames that have left
   std::array<std::array<double, 3>, kSpan - 2> past{};  ///< these, the newest first
 };
@@ -50,7 +50,7 @@ struct Node {
 /// Unknowns of a person that the marginal prior is about: the first `kReach` places, log height, own edge, globals.
 constexpr int kPriorPlaces = 2 * kReach, kPrior = kPriorPlaces + 2 + kGlobals;
 
-/// What boxes of frames that have left the window say about a person: ½ (x − x₀)ᵀ Λ (x − x₀) − ηᵀ(x − x₀).
+/// Information of boxes of frames that have left the window about a person: ½ (x − x₀)ᵀ Λ (x − x₀) − ηᵀ(x − x₀).
 struct MarginalPrior {
   bool any = false;
   std::array<std::array<double, kPrior>, kPrior> information{};

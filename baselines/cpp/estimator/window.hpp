@@ -204,7 +204,7 @@ class Window {
     return true;
   }
 
-  /// Removes the oldest frame: what its boxes say about people and calibration stays as marginal priors.
+  /// Removes the oldest frame: the information of its boxes about people and calibration stays as marginal priors.
   void marginalise(const Model& model) {
     mode_costs(frames, model.motion, trial, costs_);
     if (costs_.size() > 1) {
@@ -502,7 +502,7 @@ class Window {
     return longest <= kLongestStep && longest_way <= kLongestWay;
   }
 
-  /// Moves what the factors of node 0 say into the person's marginal prior.
+  /// Moves the information of the factors of node 0 into the person's marginal prior.
   void absorb(Person& person, const Model& model) {
     constexpr int kAll = 2 + kPrior;  // the place that leaves, then what the prior is about
     static thread_local std::array<std::array<double, kAll>, kAll> h;
@@ -576,7 +576,7 @@ class Window {
     if (person.frames() > 1) person.nodes[1].box_absorbed = chained;
   }
 
-  /// What a person who leaves says about the calibration.
+  /// Adds the information of a person who leaves about the calibration.
   void retire(const Person& person) {
     const MarginalPrior& prior = person.prior;
     constexpr int kOwn = kPriorPlaces + 2;

@@ -22,8 +22,8 @@ struct Trial {
   std::array<bool, kModes> out{};
 };
 
-/// −ln of the density of every step of the window under every mode; steps that odometry measured say nothing.
-/// In the `trial.steps` newest steps the modes of `trial.out` are left out.
+/// −ln of the density of every step of the window under every mode; steps that odometry measured have none.
+/// In the `trial.steps` newest steps the modes of `trial.out` are not probable.
 inline void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion, const Trial& trial,
                        std::vector<Modes>& costs) {
   costs.clear();

@@ -23,12 +23,6 @@ constexpr int kSpan = kReach + 1;         ///< poses of one step's residuals, th
 constexpr int kSpanUnknowns = 3 * kSpan;  ///< x, y, yaw of each
 using PoseDual = Dual<kSpanUnknowns>;
 
-/// One residual of a step with its gradient, cost and weight.
-struct EgoRow {
-  double residual = 0.0, weight = 0.0, cost = 0.0;
-  std::array<double, kSpanUnknowns> by{};
-};
-
 /// The step into a frame in the axes of the middle of the two yaws.
 template <class T>
 struct Step {
@@ -44,20 +38,20 @@ Step<T> step_between(const std::array<T, 3>& before, const std::array<T, 3>& now
   return {c * x + s * y, c * y - s * x, turn};
 }
 
-/// The laws of a step at frames of dt seconds.
+/// The motion modes of a step at frames of dt seconds.
 struct EgoMotion {
   double dt = 0.4;
   Walk walk;
-  double spread = 1.0;             ///< scale of a pedestrian's innovations beside those of `walk`: that of the crowd
+  double spread = 1.0;             ///< by which a pedestrian's innovations are larger than those of `walk`: the crowd's
   std::array<double, 3> change{};  ///< m, m, rad: scales of a vehicle's changes of step
   double curve = 0.0;              ///< rad: in curves
   std::array<double, 2> slip{};    ///< m and rad in a frame
   std::array<double, 2> stand{};
   std::array<double, 2> lag{};   ///< how far a head follows within a frame, 0 to 1
   std::array<double, 3> head{};  ///< rad
-  double pace = 0.15;            ///< 1/s, weight of the prior of a pedestrian's speed
+  SpeedPrior pace;               ///< of a pedestrian
   double nu = 4.0, first = 1.6, slow = 0.12;
-  double duration = 1.0;  ///< weight of laws that hold for seconds, by frame
+  double duration = 1.0;  ///< weight in a frame of densities that hold for seconds
   Modes start{};          ///< prior of the modes
   std::array<Modes, kModes> transition{};
 
@@ -72,7 +66,7 @@ struct EgoMotion {
     for (int i = 0; i < 2; ++i) e.lag[i] = 1.0 - std::exp(-dt / c.head_lag[i]);
     e.head = {c.head_scale[0] * dt / 0.4, c.head_scale[1], c.head_scale[2] * dt / 0.4};
     e.nu = c.drive_nu;
-    e.pace = c.pace;
+    e.pace = SpeedPrior::of(c);
     e.first = c.drive_speed * dt;
     e.slow = 0.3 * dt;
     e.duration = dt / 0.4;
@@ -87,7 +81,7 @@ struct EgoMotion {
     const double leave = 1.0 - std::exp(-dt / c.stay), rare = 1e-3 * leave;
     for (int from = 0; from < kModes; ++from) {
       for (int to = 0; to < kModes; ++to) {
-        // anybody stands at times, and vehicles turn
+        // each carrier stands at times, and vehicles turn
         const bool alike = from == kStand || to == kStand || (vehicular(from) && vehicular(to));
         e.transition[from][to] = from == to ? 1.0 : (alike ? leave : rare) * e.start[to];
       }
@@ -140,11 +134,11 @@ struct EgoMotion {
     }
     // A pedestrian walks as others do, hardly runs, and looks along the path, or anywhere.
     const double speed = std::hypot(value_of(step.forward), value_of(step.left)) / dt;
-    if (speed > kFastWalk) {
+    if (speed > pace.running) {
       using std::sqrt;
       const T x = now[0] - before[0], y = now[1] - before[1];
-      const T faster = sqrt(x * x + y * y) - T(kFastWalk * dt);
-      const double v = value_of(faster), sigma = kRunning * dt;
+      const T faster = sqrt(x * x + y * y) - T(pace.running * dt);
+      const double v = value_of(faster), sigma = pace.running_std * dt;
       add(faster, duration / (sigma * sigma), 0.5 * duration * v * v / (sigma * sigma));
     }
     if (known > 2) {
@@ -163,14 +157,14 @@ struct EgoMotion {
       gaussian(step.forward, first);
       gaussian(step.left, first);
     }
-    if (pace > 0.0) {
+    if (pace.weight > 0.0) {
       using std::sqrt;
       const T x = T(1.0 / dt) * (now[0] - before[0]), y = T(1.0 / dt) * (now[1] - before[1]);
       const T pacing = sqrt(x * x + y * y + T(1e-8));
-      const Pace usual = pace_of(value_of(pacing), pace * dt);
-      add(pacing - T(kStroll), usual.walking, -pace * dt * std::log(usual.density));
-      add(x, usual.resting, 0.0);
-      add(y, usual.resting, 0.0);
+      const Pace usual = pace.at(value_of(pacing), dt);
+      add(pacing - T(pace.walking), usual.walk, -pace.weight * dt * std::log(usual.density));
+      add(x, usual.stand, 0.0);
+      add(y, usual.stand, 0.0);
     }
     const double gamma = head[mode - kFollow];
     if (mode == kWander) {
@@ -218,8 +212,7 @@ struct EgoMotion {
 inline double driving(const Modes& modes) { return modes[kDrive] + modes[kCurve]; }
 
 /// Probabilities of the modes in every frame, from what each step costs under every mode: forward and backward as in a
-/// hidden Markov model. `filtered` is the prior of the first step, and receives that of the second. Returns −ln
-/// evidence.
+/// hidden Markov model. `prior` is that of the first step. Returns −ln of the evidence.
 inline double mode_posteriors(const EgoMotion& motion, const std::vector<Modes>& costs, const Modes& prior,
                               std::vector<Modes>& posterior) {
   const int n = static_cast<int>(costs.size());

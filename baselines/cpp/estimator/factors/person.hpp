@@ -80,12 +80,13 @@ struct CameraRow {
 struct PeopleModel {
   Walk walk;
   BoxNoise noise;
-  double pace = 0.3, own_edge_std = 0.08;
+  SpeedPrior pace;
+  double own_edge_std = 0.08;
   double height_nu = 1e9;  ///< degrees of freedom of log heights
 };
 
-/// The scale-free prior of a path, −g ln r with the growth g of the last solution: it cancels what the walk says of the
-/// path's scale. Without it smaller worlds, whose people move less, are more probable.
+/// The scale-free prior of a path, −g ln r with the growth g of the last solution: it cancels the walk's information
+/// about the path's scale. Without it smaller worlds, whose people move less, are more probable.
 inline Row scale_row(const Node& node, const BoxState& at, int i) {
   constexpr double kTiny = 1e-7;  // a gradient without curvature
   const double by_x = node.growth * at.dx / at.square, by_y = node.growth * at.dy / at.square;
@@ -178,7 +179,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         row.reach = 1;
         row.law = Row::kWalk;
         row.e = axis ? dy : dx;
-        row.w = 1.0 / (kStroll * kStroll * model.walk.dt * model.walk.dt);
+        row.w = 1.0 / (model.pace.walking * model.pace.walking * model.walk.dt * model.walk.dt);
         row.cost = 0.5 * row.w * row.e * row.e;
         row.by[kSlotPlace + axis] = 1.0;
         row.by[kSlotPlaceBefore + axis] = -1.0;
@@ -204,17 +205,17 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         visit(row);
       }
     }
-    if (model.pace > 0.0) {
+    if (model.pace.weight > 0.0) {
       const double dt = model.walk.dt, speed = std::sqrt(dx * dx + dy * dy) / dt + 1e-9;
-      const Pace pace = pace_of(speed, model.pace * dt);
+      const Pace pace = model.pace.at(speed, dt);
       const double spread = 1.0 / dt;
       Row row;
       row.node = i;
       row.reach = 1;
       row.law = Row::kPace;
-      row.e = speed - kStroll;
-      row.w = pace.walking;
-      row.power = -model.pace * dt;
+      row.e = speed - model.pace.walking;
+      row.w = pace.walk;
+      row.power = -model.pace.weight * dt;
       row.base = pace.density;
       const double ux = dx / (speed * dt), uy = dy / (speed * dt);
       row.by[kSlotPlace] = ux * spread;
@@ -227,7 +228,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         rest.node = i;
         rest.reach = 1;
         rest.e = (axis ? dy : dx) / dt;
-        rest.w = pace.resting;
+        rest.w = pace.stand;
         rest.by[kSlotPlace + axis] = spread;
         rest.by[kSlotPlaceBefore + axis] = -spread;
         visit(rest);
@@ -263,6 +264,10 @@ class CostSum {
     sum_ += row.cost;
     if (row.power == 0.0) return;
     power_[row.law] = row.power;
+    if (row.base < 1e-100) {  // the product would be 0
+      sum_ += row.power * std::log(row.base);
+      return;
+    }
     double& product = product_[row.law];
     product *= row.base;
     if (product > 1e-100 && product < 1e100) return;

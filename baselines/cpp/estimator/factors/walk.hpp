@@ -1,6 +1,7 @@
-// The walk factor: how people's paths go on.
+// The walk and pace factors: how people's paths go on, and how fast.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -15,7 +16,7 @@ constexpr int kReach = 4;  ///< frames before a frame that its innovation spans
 /// The velocity is a random walk of the power density q plus an Ornstein–Uhlenbeck process of the deviation s and the
 /// time τ. Its second differences have the autocovariance γ; b and σ are those of the Yule–Walker equations.
 struct Walk {
-  double dt = 0.4, sigma = 0.08, nu = 5.0, people = 12.0;
+  double dt = 0.4, sigma = 0.08, nu = 5.0;
   std::array<double, 2> b{};
   std::array<double, 3> begin{};  ///< σ of the first and second second difference, and the coefficient between them
 
@@ -33,7 +34,6 @@ struct Walk {
     Walk w;
     w.dt = dt;
     w.nu = c.walk_nu;
-    w.people = c.walk_people;
     const double r1 = g[1] / g[0], r2 = g[2] / g[0], rest = 1.0 - r1 * r1;
     w.b = {r1 * (1.0 - r2) / rest, (r2 - r1 * r1) / rest};
     w.sigma = std::sqrt(g[0] * (1.0 - w.b[0] * r1 - w.b[1] * r2));
@@ -42,7 +42,7 @@ struct Walk {
   }
 
   /// Coefficients of the positions at t, t − 1, … in the innovation that a path with `past` frames before t allows
-  /// (0 for the first frame of a path), and its scale beside σ_k/σ. No innovation for past < 2.
+  /// (0 for the first frame of a path), and its scale. No innovation for past < 2.
   double coefficients(int past, std::array<double, kReach + 1>& c) const {
     c = {1.0, -2.0, 1.0, 0.0, 0.0};
     double b1 = b[0], b2 = b[1], scale = sigma;
@@ -68,26 +68,37 @@ struct Walk {
   }
 };
 
-constexpr double kStroll = 1.3, kStrollStd = 0.35;    ///< m/s: how fast people walk
-constexpr double kRestScale = 0.06, kResting = 0.25;  ///< m/s and the share of those who stand
-constexpr double kFastWalk = 2.0, kRunning = 0.5;     ///< m/s: speed up to which people walk, and σ beyond it
-
-/// Weights and density of a speed under the prior of pedestrians, who walk or stand: e = speed − kStroll with the
-/// weight `walking`, and each component of the velocity with the weight `resting`, as expectation maximisation has
-/// them. Who stands hardly moves, so this is a Cauchy law, which ends where nobody runs.
+/// Weights and density of a speed under its prior: e = speed − `walking` with the weight `walk`, and each component of
+/// the velocity with the weight `stand`, as expectation maximisation has them.
 struct Pace {
-  double walking, resting, density;
+  double walk, stand, density;
 };
-inline Pace pace_of(double speed, double weight) {
-  const double walking = (1.0 - kResting) / kStrollStd * std::exp(-0.5 * std::pow((speed - kStroll) / kStrollStd, 2));
-  const double scaled = 1.0 + speed * speed / (kRestScale * kRestScale);
-  const double faster = std::max(0.0, speed - kFastWalk) / kRunning;
-  const double resting =
-      kResting / kRestScale * std::exp(-0.5 * faster * faster) / (scaled * std::sqrt(scaled)) + 1e-300;
-  const double share = walking / (walking + resting), rest = 1.0 - share;
-  const double running = faster > 0.0 ? faster / kRunning / (speed - kStroll) : 0.0;
-  return {weight * (share / (kStrollStd * kStrollStd) + rest * running),
-          weight * rest * 3.0 / scaled / (kRestScale * kRestScale), walking + resting};
-}
+
+/// The prior of the speed of pedestrians, who walk or stand: a Gaussian and a Cauchy law, which ends where nobody runs.
+struct SpeedPrior {
+  double weight = 0.0;                           ///< 1/s
+  double walking = 0.0, walking_std = 0.0;       ///< m/s
+  double standing = 0.0, standing_weight = 0.0;  ///< m/s, and the weight of those who stand
+  double running = 0.0, running_std = 0.0;       ///< m/s
+
+  static SpeedPrior of(const Constants& c) {
+    return {c.pace, c.walking, c.walking_std, c.standing, c.standing_weight, c.running, c.running_std};
+  }
+
+  /// In a step of dt seconds.
+  Pace at(double speed, double dt) const {
+    const double walk =
+        (1.0 - standing_weight) / walking_std * std::exp(-0.5 * std::pow((speed - walking) / walking_std, 2));
+    const double scaled = 1.0 + speed * speed / (standing * standing);
+    const double faster = std::max(0.0, speed - running) / running_std;
+    const double stand =
+        standing_weight / standing * std::exp(-0.5 * faster * faster) / (scaled * std::sqrt(scaled)) + 1e-300;
+    const double share = walk / (walk + stand), rest = 1.0 - share;
+    const double beyond = faster > 0.0 ? faster / running_std / (speed - walking) : 0.0;
+    const double counts = weight * dt;
+    return {counts * (share / (walking_std * walking_std) + rest * beyond),
+            counts * rest * 3.0 / scaled / (standing * standing), walk + stand};
+  }
+};
 
 }  // namespace vbbench
