@@ -121,6 +121,18 @@ def test_without_a_file_it_opens_the_viewer_and_keeps_the_pace(
     assert [stream.sink for stream in stand_in.made] == ["viewer"]
 
 
+def test_how_long_a_frame_lasts_may_be_said(
+    tmp_path: Path, files: list[str], stand_in: type[Stream], capsys: pytest.CaptureFixture[str]
+) -> None:
+    camera = tmp_path / "camera.toml"
+    assert main(["live", *files, "--dt", "0.2", "--out", str(tmp_path / "walk.rrd")]) == 2
+    assert "keep one of them" in capsys.readouterr().err
+    lines = CAMERA_TOML.splitlines(keepends=True)
+    camera.write_text("".join(line for line in lines if not line.startswith(("fps", "dt"))))
+    assert main(["live", *files, "--dt", "0.2", "--out", str(tmp_path / "walk.rrd")]) == 0
+    assert max(seconds for _, seconds, *_ in stand_in.made[-1].logged) == pytest.approx(0.2 * (FRAMES - 1))
+
+
 def test_mistakes_are_one_line(
     files: list[str], stand_in: type[Stream], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

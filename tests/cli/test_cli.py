@@ -113,7 +113,7 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["solve", "nowhere", "--protocol=onestep"], "did you mean 'one-step'?"),
         (["solve", "nowhere", "--protocol", "--out", "y"], "--protocol: expected one argument"),
         (["solve", "nowhere", "--out", "y", "--solver"], "--solver: expected one argument; see 'vbbench solve --help'"),
-        (["solve"], "required: --solver, --out; see 'vbbench solve --help'"),
+        (["solve"], "required: FOLDER, --solver, --out; see 'vbbench solve --help'"),
         (["solve", "one", "two", "--solver", "cv", "--out", "y"], "unrecognized arguments: two"),
         (["sovle", "nowhere"], "no command is called 'sovle'; did you mean 'solve'?"),
         (["lederboard"], "did you mean 'leaderboard'?"),

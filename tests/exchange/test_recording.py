@@ -89,7 +89,7 @@ def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
         ("focal = 1.0e3\nmodel = 'panorama'\nfov = 360", "fov, the field of view, must be 3 to 150 degrees, not 360"),
         ("cx = 0.5\ncy = 0.5", "are shares of the picture; write px"),
         ("mount_height = 160", r"must be 0\.05 to 100 m, not 160"),
-        ("carried_by = 'car'", "carried_by = 'car' has the wrong type; known: unknown, person, vehicle, robot"),
+        ("carried_by = 'car'", "carried_by cannot be 'car'; known: unknown, person, vehicle, robot"),
         ("box_edge = 45", "box_edge must be 0 to 1 m, not 45"),
         ("[parameters]\nzoom = 2.0", "camera model 'perspective' has no 'zoom'"),
     ],

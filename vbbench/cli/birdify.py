@@ -111,6 +111,7 @@ def live(
     camera: Path | None = None,
     odometry: Path | None = None,
     boxes: str | None = None,
+    dt: float | None = None,
     mount_height: float | None = None,
     solver: str = "map-causal",
     out: Path | None = None,
@@ -122,6 +123,7 @@ def live(
         camera: The camera's file; of a bag also its topic.
         odometry: Trajectory of the observer; of a bag also its topic.
         boxes: Of a bag: the topic of its detections, if it has several.
+        dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
         mount_height: The camera's height over the ground in m, where its file does not state it.
         solver: A registered name or module:attribute of your own, that works frame by frame.
         out: The .rrd file to write, in place of opening the viewer.
@@ -136,14 +138,16 @@ def live(
     from vbbench.exchange.own.recording import read_recording
 
     source, bag = _file_or_bag(source)
+    mount: dict[str, float | str] = {} if mount_height is None else {"mount_height": mount_height}
     _check_camera(camera, bag)
+    if dt is not None and camera is not None and not bag:
+        _check_dt(dt, camera, mount)
     with TemporaryDirectory() as room:
         if bag:
             files = files_from_bag(source, BagTopics(boxes=boxes, odometry=odometry, camera=camera), Path(room))
         else:
             files = named_files(source, camera or "", odometry)
-        mount = {} if mount_height is None else {"mount_height": mount_height}
-        recording = read_recording(files, mount=mount)
+        recording = read_recording(files, dt=dt, mount=mount)
         for note in recording.notes:
             warn(VbbenchWarning(note), stacklevel=1)
         frames = show_live(recording, solver, out)

@@ -42,6 +42,16 @@ class Parameter:
         return f"--{'no-' * (self.default is True)}{(self.field or self.parameter).replace('_', '-')}"
 
     @property
+    def key(self) -> str:
+        """Under which the parser keeps its value."""
+        return self.parameter if self.positional else self.option
+
+    @property
+    def shown(self) -> str:
+        """How help and messages name it."""
+        return self.parameter.upper().replace("_", "-") if self.positional else self.option
+
+    @property
     def opposite(self) -> str:
         """Of what is on or off the option that leaves it so: ``--no-film`` where ``--film`` turns it on."""
         return f"--{'no-' * (self.default is not True)}{(self.field or self.parameter).replace('_', '-')}"
@@ -91,11 +101,14 @@ def parse(commands: Mapping[str, Callable[..., Any]], arguments: Sequence[str]) 
     function = commands[name]
     parameters = list(parameters_of(function))
     parser = _parser(name, function, parameters)
-    values = vars(parser.parse_intermixed_args(list(_spelled(name, function, parameters, given))))
+    read = vars(parser.parse_intermixed_args(list(_spelled(name, function, parameters, given))))
+    values = {each: read.get(each.key, each.default) for each in parameters}
+    missing = [each.shown for each, value in values.items() if value is inspect.Parameter.empty]
+    if missing:
+        parser.error(f"the following arguments are required: {', '.join(missing)}")
     positional: list[Any] = []
     options: dict[str, Any] = {}
-    for each in parameters:
-        value = values.get(each.parameter if each.positional else each.option, each.default)
+    for each, value in values.items():
         value = tuple(value) if isinstance(value, list) else value
         if each.positional:
             positional.append(value)
@@ -159,32 +172,27 @@ def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parame
         if count:
             shape["nargs"] = count
         if each.positional:
-            metavar = each.parameter.upper().replace("_", "-")
-            optional = not count and not each.required
-            groups["arguments"].add_argument(
-                each.parameter,
-                metavar=metavar,
-                **(shape | {"nargs": "?", "default": each.default} if optional else shape),
-            )
-            usage.append(f"[{metavar} ...]" if count else f"[{metavar}]" if optional else metavar)
+            shape |= {} if count else {"nargs": "?", "default": each.default}
+            groups["arguments"].add_argument(each.key, metavar=each.shown, **shape)
+            usage.append(f"[{each.shown} ...]" if count else each.shown if each.required else f"[{each.shown}]")
             continue
         title = "required" if each.required else f"{each.parameter} options" if each.field else "options"
         group = groups.setdefault(title, groups.get(title) or parser.add_argument_group(title))
         if each.kind is bool:
             group.add_argument(
                 each.option,
-                dest=each.option,
+                dest=each.key,
                 action=f"store_{str(not each.default).lower()}",
                 **{key: shape[key] for key in ("help", "default")},
             )
             keeps = f"store_{str(each.default).lower()}"
             group.add_argument(
-                each.opposite, dest=each.option, action=keeps, default=argparse.SUPPRESS, help=argparse.SUPPRESS
+                each.opposite, dest=each.key, action=keeps, default=argparse.SUPPRESS, help=argparse.SUPPRESS
             )
             continue
         if count == "*":
             shape["action"] = "extend"  # a second one adds to the first
-        group.add_argument(each.option, dest=each.option, metavar=metavar, required=each.required, **shape)
+        group.add_argument(each.option, dest=each.key, metavar=metavar, **shape)
         if each.required:
             usage.append(f"{each.option} {metavar}")
     groups["options"].add_argument("-h", "--help", action="help", help="show this and exit")
@@ -199,6 +207,7 @@ def _spelled(
     parameters = [each for each in parameters if not each.positional]
     known = [*(each.option for each in parameters), *(each.opposite for each in parameters if each.kind is bool)]
     known.append("--help")
+    told = [each.option for each in parameters]
     words = iter(given)
     for argument in words:
         if not argument.startswith("--") or argument == "--":
@@ -211,7 +220,7 @@ def _spelled(
             continue
         further = further_options(function)
         if option not in further:
-            raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], [*known, *further])
+            raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], [*told, *further])
         parameter, written, flag = further[option]
         text = flag or (value if equals else next(words, "--"))
         if text.startswith("--"):

@@ -98,7 +98,10 @@ def _value(value: Any, hint: Any, path: Path, where: str, key: str) -> Any:
         made = msgspec.convert(value, hint, builtin_types=(date,))
     except msgspec.ValidationError as error:
         words = [word for option in _options(hint) if get_origin(option) is Literal for word in get_args(option)]
-        advice = suggestion(str(value), words) if words else str(error)
+        if words:
+            told = f"{where}: {key} cannot be {reprlib.repr(value)}; {suggestion(str(value), words)}"
+            raise FileError(path, told) from error
+        advice = str(error)
         if date in _options(hint):
             advice = "write a day, YYYY-MM-DD without quotation marks"
         raise FileError(path, f"{where}: {key} = {reprlib.repr(value)} has the wrong type; {advice}") from error
