@@ -402,7 +402,7 @@ class Estimator {
     return {frame.at[0] + r * std::cos(angle), frame.at[1] + r * std::sin(angle)};
   }
 
-  /// Counts the time in which nobody is in sight; it ends with two people in a frame, or one beside odometry.
+  /// Counts the time in which nobody is in sight; it ends with two people in a frame, or one with odometry.
   void watch() {
     int seen = 0;
     const int newest = static_cast<int>(window_.frames.size()) - 1;

@@ -19,7 +19,6 @@ struct Model {
 struct Solution {
   double cost = 0.0;
   int steps = 0;
-  bool ended = false;
 };
 
 constexpr double kLongestStep = 10.0, kLongestWay = 100.0;  ///< m, of poses and places: far away robust costs are flat
@@ -79,10 +78,7 @@ class Window {
       const double gain = solution.cost - now;
       solution.cost = now;
       damping = std::max(0.1 * damping, kDamping);
-      if (gain < least || gain * gain < least * last) {
-        solution.ended = true;
-        return solution;
-      }
+      if (gain < least || gain * gain < least * last) return solution;
       ready = prepared || (again && gain < kSlow * last);
       if (again && ready) differentiate(model);
       last = gain;
@@ -263,8 +259,6 @@ class Window {
     posterior.clear();
     held = 0;
   }
-
-  const Layout& layout() const { return layout_; }
 
   /// What remains between two solutions.
   template <class Archive>
@@ -605,7 +599,8 @@ class Window {
   }
 
   static constexpr double kDamping = 1e-8;  ///< of the diagonal, at least
-  static constexpr double kSlow = 0.3;      ///< gain beside that of the step before from which factors are made again
+  static constexpr double kSlow =
+      0.3;  ///< gain, as a share of that of the step before, from which factors are made again
 
   Layout layout_;
   Reduced reduced_;

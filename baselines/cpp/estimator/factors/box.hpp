@@ -39,7 +39,7 @@ struct Box {
   }
 };
 
-/// Errors of boxes: shares of the box height, correlated in time, beside white pixels.
+/// Errors of boxes: shares of the box height, correlated in time, and white pixels.
 struct BoxNoise {
   std::array<double, 3> share, time;
   double pixel, nu;
@@ -57,7 +57,7 @@ struct Cue {
   bool used = false;
 };
 
-constexpr double kNearest = 0.2;                 ///< m, no box is of anybody nearer
+constexpr double kNearest = 0.2;                 ///< m, no box is of a person nearer than this
 constexpr double kCutTolerance = 0.03;           ///< of the log height, by which a cut box may be too tall
 constexpr double kShown = 0.3, kShownStd = 0.4;  ///< −ln of the share that shows of a person who is cut, and its σ
 constexpr double kSideFactor = 4.0;              ///< by which a column is less certain where the side is cut

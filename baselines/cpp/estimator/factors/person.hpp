@@ -76,7 +76,7 @@ struct CameraRow {
   }
 };
 
-/// What the factors of people need beside their state.
+/// What the factors of people need next to their state.
 struct PeopleModel {
   Walk walk;
   BoxNoise noise;
