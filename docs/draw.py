@@ -78,8 +78,11 @@ def draw(name: str, work: Path) -> None:
         take(work / site, address, out, parts)
     else:
         run(picture["run"].replace("PICTURE", str(out)), work)
-        if "PICTURE" not in picture["run"] and (work / "reproduced" / out.name).is_file():
-            out.write_bytes((work / "reproduced" / out.name).read_bytes())
+        if "PICTURE" not in picture["run"]:  # a study's, named after it
+            made_there = [*(work / "reproduced").glob(f"*{out.name}")]
+            if not made_there:
+                raise FileNotFoundError(f"{picture['run']} made no picture {out.name}")
+            out.write_bytes(made_there[0].read_bytes())
     small(out)
 
 
