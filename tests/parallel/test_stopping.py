@@ -117,6 +117,8 @@ def assert_nothing_left(process: "subprocess.Popen[str]") -> None:
 def test_a_signal_is_one_line_and_the_end(
     begin: Callable[..., Any], tmp_path: Path, number: signal.Signals, receivers: str, times: int, jobs: int
 ) -> None:
+    if signal.getsignal(number) is signal.SIG_IGN:  # under nohup; what is ignored here would be there, too
+        signal.signal(number, signal.SIG_DFL)
     run = begin("generate", SPLIT, "--out", tmp_path / "out", "--jobs", jobs)
     wait_until(at_the_gate(tmp_path, jobs))
     for _ in range(times):
