@@ -207,7 +207,7 @@ def _spelled(
     parameters = [each for each in parameters if not each.positional]
     known = [*(each.option for each in parameters), *(each.opposite for each in parameters if each.kind is bool)]
     known.append("--help")
-    told = [each.option for each in parameters]
+    listed = [each.option for each in parameters]
     words = iter(given)
     for argument in words:
         if not argument.startswith("--") or argument == "--":
@@ -220,7 +220,7 @@ def _spelled(
             continue
         further = further_options(function)
         if option not in further:
-            raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], [*told, *further])
+            raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], [*listed, *further])
         parameter, written, flag = further[option]
         text = flag or (value if equals else next(words, "--"))
         if text.startswith("--"):

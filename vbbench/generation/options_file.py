@@ -154,8 +154,8 @@ def read_options(words: Sequence[str], split: str, *, seed: int | None = None) -
         raise VbbenchError(f"`options` takes one file, not {' and '.join(places)}; write single ones NAME=VALUE")
     table, hints = dict[str, Any](), get_type_hints(WrittenOptions)
     for word in words:
-        name, equals, text = word.partition("=")
-        if word not in places and equals:
+        if word not in places:
+            name, _, text = word.partition("=")
             name = name.replace("-", "_")
             table[name] = _typed(text, hints.get(name, str))
     given = from_table(table, WrittenOptions, Path("--options"), "options of generate")

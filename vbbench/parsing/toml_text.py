@@ -99,8 +99,8 @@ def _value(value: Any, hint: Any, path: Path, where: str, key: str) -> Any:
     except msgspec.ValidationError as error:
         words = [word for option in _options(hint) if get_origin(option) is Literal for word in get_args(option)]
         if words:
-            told = f"{where}: {key} cannot be {reprlib.repr(value)}; {suggestion(str(value), words)}"
-            raise FileError(path, told) from error
+            problem = f"{where}: {key} cannot be {reprlib.repr(value)}; {suggestion(str(value), words)}"
+            raise FileError(path, problem) from error
         advice = str(error)
         if date in _options(hint):
             advice = "write a day, YYYY-MM-DD without quotation marks"

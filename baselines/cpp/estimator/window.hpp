@@ -599,8 +599,7 @@ class Window {
   }
 
   static constexpr double kDamping = 1e-8;  ///< of the diagonal, at least
-  static constexpr double kSlow =
-      0.3;  ///< gain, as a share of that of the step before, from which factors are made again
+  static constexpr double kSlow = 0.3;      ///< share of the last step's gain, from which factors are made again
 
   Layout layout_;
   Reduced reduced_;

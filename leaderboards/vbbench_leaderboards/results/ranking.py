@@ -173,8 +173,8 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     return rankings
 
 
-def capped_errors(results: Sequence[Result]) -> tuple[FloatArray, Timeline]:
-    """[solvers, N, metrics] capped errors of all sequences, NaN where there is none; and when these were."""
+def capped_errors(results: Sequence[Result]) -> tuple[IntArray, FloatArray, Timeline]:
+    """[N] all sequences; [solvers, N, metrics] their capped errors, NaN where there is none; and when they were."""
     own = [result.per_sequence for result in results]
     columns = ("sequence", "scene", "first_frame", "last_frame")
     every = np.concatenate([np.stack([getattr(one, name) for name in columns], axis=1) for one in own])
@@ -183,7 +183,7 @@ def capped_errors(results: Sequence[Result]) -> tuple[FloatArray, Timeline]:
     figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
     for row, one in zip(figures, own, strict=True):
         row[np.searchsorted(sequences, one.sequence)] = capped_figures(caps, {n: one.figures[n] for n in METRICS})
-    return figures, Timeline.of(*every[first, 1:].T)
+    return sequences, figures, Timeline.of(*every[first, 1:].T)
 
 
 def holm(p: FloatArray) -> FloatArray:
@@ -214,8 +214,8 @@ def contrasts(results: Sequence[Result], *, at_once: bool = False) -> Contrasts:
     ----------
     at_once : take blocks of time that suit all pairs, as ranks do, instead of each pair's own.
     """
-    names, (figures, timeline) = tuple(result.solver for result in results), capped_errors(results)
-    sequences = np.unique(np.concatenate([result.per_sequence.sequence for result in results]))
+    names = tuple(result.solver for result in results)
+    sequences, figures, timeline = capped_errors(results)
     numbers = list(combinations(range(len(results)), 2))
     if not numbers:
         return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs={})

@@ -145,11 +145,12 @@ def parse_facts(words: Iterable[str]) -> dict[str, Any]:
         if not equals or name not in FACTS:
             raise UnknownNameError("fact of a row", name, FACTS)
         found[name] = value
-    if not re.fullmatch(rf"{OFFLINE}|[0-9]{{1,6}}", found.get("delay", OFFLINE)):
-        raise VbbenchError(
-            f"a delay is a number of frames, 0 for a causal solver, or '{OFFLINE}', not '{found['delay']}'"
-        )
-    return found | ({"delay": int(found["delay"])} if found.get("delay", OFFLINE) != OFFLINE else {})
+    delay = found.get("delay", OFFLINE)
+    if not re.fullmatch(rf"{OFFLINE}|[0-9]{{1,6}}", delay):
+        raise VbbenchError(f"a delay is a number of frames, 0 for a causal solver, or '{OFFLINE}', not '{delay}'")
+    if delay != OFFLINE:
+        found["delay"] = int(delay)
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)
