@@ -191,9 +191,7 @@ def test_an_unknown_split_suggests_the_nearest(tmp_path: Path) -> None:
 
 def test_every_number_is_in_the_values(data_folder: Path, tmp_path: Path) -> None:
     (row,) = Table1Study(splits=("hotel",)).run(tmp_path).values["rows"]
-    seen = {int(people): frames for people, frames in row["histograms"]["seen"].items()}
-    assert sum(seen.values()) == pytest.approx(row["ours"]["mean_frames"] * 340)
-    assert sum(people * frames for people, frames in seen.items()) == row["ours"]["observations"] == 31700
+    assert row["ours"]["observations"] == 31700
     assert row["people"] == {"least": 3, "mean": pytest.approx(6.303, abs=1e-3), "most": 16}
 
 

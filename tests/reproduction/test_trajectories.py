@@ -118,14 +118,6 @@ def test_estimates_lie_as_far_from_the_truth_as_they_are(found: Trajectories) ->
     assert scored.mean() == pytest.approx(found.examples[0].errors["dt"], rel=1e-6)
 
 
-def test_the_bar_is_as_long_as_it_says(found: Trajectories) -> None:
-    axes = DEMO.plot(found).axes[0]
-    bar = axes.lines[-1]
-    (text,) = (text.get_text() for text in axes.texts)
-    width = float(np.ptp(np.asarray(bar.get_xdata())) * np.ptp(axes.get_xlim()))
-    assert text == f"{width:g} m"
-
-
 def test_a_title_says_who_and_how_far_off(found: Trajectories) -> None:
     words = [text.get_text() for text in DEMO.plot(found).texts]
     assert {"demo", "26 people, 18 frames", "Δx 0.02  Δt 0.04 m"} <= set(words)

@@ -1,4 +1,4 @@
-"""How people walk around an observer: spreads, examples picked by them, and effects at equal numbers of people."""
+"""How people walk around an observer: spreads, examples picked by them, and what goes with them."""
 
 from typing import Any
 
@@ -6,15 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
 from vbbench.reproduction.walking import (
     WINDOW,
     FrameSample,
     directional_spread,
     pick_examples,
-    rank_correlation,
-    rank_correlation_at_equal_number,
     spreads,
 )
 from vbbench.scoring.block_bootstrap import Timeline
@@ -93,37 +91,24 @@ def test_pictures_have_the_walk_from_left_to_right() -> None:
     np.testing.assert_allclose(style.along_path(path)(path), [[0, 0], [2, -1], [4, 0]], atol=1e-12)
 
 
-def sample(rng: np.random.Generator, sequences: int = 60, frames: int = 20) -> FrameSample:
+def sample(sequences: int = 60, frames: int = 20) -> FrameSample:
     first = 5 * np.arange(sequences)
     timeline = Timeline.of(np.zeros(sequences, np.int64), first, first + frames - 1)
     sequence = np.repeat(np.arange(sequences), frames)
-    return FrameSample(sequence=sequence, people=rng.integers(3, 9, sequences * frames), timeline=timeline)
+    return FrameSample(sequence=sequence, timeline=timeline)
 
 
-def test_an_effect_of_the_number_alone_is_none_at_equal_number() -> None:
+def test_ranks_are_correlated_with_an_interval() -> None:
     rng = np.random.default_rng(0)
-    frames = sample(rng)
-    spread = frames.people + rng.normal(0.0, 1.0, len(frames.people))
-    entropy = -2.0 * frames.people + rng.normal(0.0, 1.0, len(frames.people))
-    plain = frames.estimate(rank_correlation, spread, entropy)
-    equal = frames.estimate(rank_correlation_at_equal_number, spread, entropy)
-    assert plain.high < -0.7
-    assert equal.low < 0.0 < equal.high
-    assert abs(equal.value) < 0.1
+    frames = sample()
+    people = rng.integers(3, 9, len(frames.sequence)).astype(np.float64)
+    entropy = -2.0 * people + rng.normal(0.0, 1.0, len(people))
+    found = frames.rank_correlation(people, entropy)
+    assert found.value == pytest.approx(pd.Series(people).corr(pd.Series(entropy), method="spearman"))
+    assert found.low < found.value < found.high < -0.7
 
 
-def test_ranks_at_equal_number_are_those_of_pandas() -> None:
-    rng = np.random.default_rng(1)
-    people: IntArray = rng.integers(3, 6, 300)
-    one, other = rng.integers(0, 9, (2, 300)).astype(np.float64)
-    table = pd.DataFrame({"people": people, "one": one, "other": other})
-    ranks = table.groupby("people").rank(pct=True)
-    centred = ranks - ranks.groupby(table["people"]).transform("mean")
-    assert rank_correlation_at_equal_number(one, other, people) == pytest.approx(centred["one"].corr(centred["other"]))
-    assert rank_correlation(one, other, people) == pytest.approx(table["one"].corr(table["other"], method="spearman"))
-
-
-def test_what_is_never_equal_has_no_effect_and_no_interval() -> None:
-    frames = sample(np.random.default_rng(0), sequences=3, frames=2)
-    found = frames.estimate(rank_correlation_at_equal_number, np.arange(6.0), np.arange(6.0))
+def test_what_never_varies_has_no_correlation_and_no_interval() -> None:
+    frames = sample(sequences=3, frames=2)
+    found = frames.rank_correlation(np.arange(6.0), np.ones(6))
     assert np.isnan([found.value, found.low, found.high]).all()

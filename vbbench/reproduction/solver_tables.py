@@ -35,7 +35,7 @@ from vbbench.reproduction.grid import (
 )
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.scoring.metrics import METRICS, section
-from vbbench.scoring.scorecard import Summary, interval_text
+from vbbench.scoring.scorecard import Summary
 from vbbench.table import Table
 
 COUNTERPARTS = {
@@ -149,10 +149,9 @@ class SolverTableStudy(Study):
         return making.dataset(split, out / f"{split}-simulated-sigma-{sigma_h:g}" / "dataset", options), True
 
     def report(self, found: SolverTable) -> Report:
-        """Times the paper's at a glance, then two tables for each recording: over frames, and over sequences."""
+        """Times the paper's at a glance, then a table for each recording; JSON has figures over sequences, too."""
         tables = [self._at_a_glance(found)] if found.recordings and SIGMA_H in self.sigmas else []
-        for split in found.recordings:
-            tables += [_over_frames(found, split), _over_sequences(found, split)]
+        tables += [_over_frames(found, split) for split in found.recordings]
         simulated = [split for split, own in found.recordings.items() if own["simulated"]]
         missing = list(found.missing.values())
         conditions = f"panorama, tier ideal, seed {self.seed}, {found.sequences}"
@@ -247,29 +246,6 @@ def _over_frames(found: SolverTable, split: str) -> Table:
     )
 
 
-def _over_sequences(found: SolverTable, split: str) -> Table:
-    rows = rows_at(found.rows, split=split)
-    return Table(
-        title=f"{found.name(split)}, over sequences",
-        facts=[
-            "Mean over sequences [95 % interval]; then the capped mean, by which boards rank, and the share of "
-            f"sequences that failed, both of {_DX}. {_intervals(rows)}"
-        ],
-        head=["protocol", "σ_h (m)", "solver", *_LABELS, f"{_DX} capped (m)", f"{_DX} failed"],
-        rows=[[*_names(row), *_sequences(row["figures"])] for row in rows],
-        names=3,
-    )
-
-
-def _intervals(rows: Sequence[Row]) -> str:
-    own: list[Summary] = [row["figures"][HEADLINE] for row in rows]
-    blocks = [summary.blocks for summary in own]
-    if all(np.isnan(summary.ci95).any() for summary in own):
-        return f"No intervals: {max(blocks):.1f} blocks of time are too few for honest ones."
-    count = " to ".join(dict.fromkeys((f"{min(blocks):.0f}", f"{max(blocks):.0f}")))
-    return f"Intervals are from a block bootstrap over time, with {count} blocks."
-
-
 def _names(row: Row) -> list[str]:
     answered = "" if row["coverage"] == 1.0 else f" (answered {row['coverage']:.1%})"
     return [row["protocol"], f"{row['sigma_h']:g}", f"`{row['solver']}`{answered}"]
@@ -281,14 +257,6 @@ def _figures(row: Row) -> tuple[list[Summary], list[float]]:
 
 def _frames(own: Summary, times: float) -> str:
     return _with_ratio(f"{_size(own.frame_mean)} ± {_size(own.frame_std)}", times)
-
-
-def _sequences(figures: Mapping[str, Summary]) -> list[str]:
-    means = [
-        _size(own.mean) if np.isnan(own.ci95).any() else f"{_size(own.mean)} [{interval_text(own.ci95)}]"
-        for own in (figures[metric] for metric in COLUMNS)
-    ]
-    return [*means, _size(figures[HEADLINE].capped), f"{figures[HEADLINE].failure_rate:.1%}"]
 
 
 def _size(value: float) -> str:
@@ -303,10 +271,6 @@ def _with_ratio(text: str, ratio: float) -> str:
 def _ratio(value: float) -> str:
     """Two decimals; two digits of what is smaller than 0.1; nothing where the paper has no figure."""
     return "" if np.isnan(value) else f"{value:.2f}" if value >= 0.1 else _two_digits(value)
-
-
-def _three(value: float | None) -> str:
-    return "" if value is None else f"{value:.3f}"
 
 
 def _two_digits(value: float) -> str:

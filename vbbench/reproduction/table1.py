@@ -233,12 +233,6 @@ def _values(row: Counted) -> dict[str, Any]:
     }
     if tally is None:
         return values | {"missing": row.missing.replace("`", "")}
-    counts = {name: getattr(tally, name) for name in ("seen", "passing", "frames", "spans", "crowd")}
-    histograms = {}
-    for name, own in counts.items():
-        if own is not None:
-            numbers, often = np.unique(own, return_counts=True)
-            histograms[name] = dict(zip(map(str, numbers.tolist()), often.tolist(), strict=True))
     people = tally.people(row.counted)
     bounds = {"least": int(people.min()), "mean": float(people.mean()), "most": int(people.max())}
-    return values | {"ours": tally.row, "people": bounds, "histograms": histograms}
+    return values | {"ours": tally.row, "people": bounds}

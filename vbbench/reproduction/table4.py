@@ -1,86 +1,28 @@
 """The paper's Table 4: split `street` with centre lines drawn by hand, and with boxes of a tracker.
 
-The inputs are centre lines with jitter, boxes of a tracker by the paper's rule of tracks, and these boxes under the ids
-of the people.
+The inputs are centre lines with jitter, and boxes of a tracker by the paper's rule of tracks.
 """
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from vbbench.errors import VbbenchError
-from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.generator import Options, Simulation
-from vbbench.generation.planning import DerivedPlan
 from vbbench.paper import COLUMNS, PROTOCOLS, the_paper
-from vbbench.protocol import arrivals_given
-from vbbench.registry import load
 from vbbench.reproduction.grid import Making, Row, Study, check_grid, row_at, rows_at
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import Summary
-from vbbench.sequence import NOBODY, SequenceData, Truth, held_persons
 from vbbench.table import Table
 
 SPLIT = "street"
 LEAST_TRACK = 4
 """The paper keeps who is tracked in more than three frames."""
-KEPT, LINKED = f"tracked-{LEAST_TRACK}", f"linked-{LEAST_TRACK}"
-"""Boxes of the tracker by the paper's rule, and the same under true ids."""
-LABELS = {
-    KEPT: f"tracked, {LEAST_TRACK} frames or more",
-    LINKED: "tracked, true ids",
-}
-
-
-@dataclass(frozen=True)
-class LinkedByTruth(DerivedPlan):
-    """A plan's sequences as a tracker without identity switches gives them.
-
-    The boxes stay; each goes to the track of the person behind it, and those of nobody are removed.
-    """
-
-    @cached_property
-    def info(self) -> DatasetInfo:
-        """The published facts."""
-        info = self.whole.info
-        return replace(info, definition={**info.definition, "linked": "by truth"})
-
-    def build(self, index: int) -> SequenceData:
-        """One sequence."""
-        return linked_by_truth(self.whole.build(index))
-
-
-def linked_by_truth(data: SequenceData) -> SequenceData:
-    """A tracked sequence with a track for each person; see `LinkedByTruth`.
-
-    Raises
-    ------
-    VbbenchError
-        If its tracks are no tracker's, or its scene is not its own.
-    """
-    if data.persons is None or data.scene is None:
-        raise VbbenchError("only tracks of a simulated crowd can be linked by truth; take tier tracked of street")
-    found, scene = data.sequence, data.scene
-    frame, track = np.nonzero(found.observed & (data.persons != NOBODY))
-    people, column = np.unique(data.persons[frame, track], return_inverse=True)
-    shape = (found.frames, len(people))
-    boxes, visible = np.full((*shape, 3), np.nan), np.full(shape, np.nan)
-    boxes[frame, column], visible[frame, column] = found.observations[frame, track], found.visible[frame, track]
-    observed = ~np.isnan(visible)
-    persons = held_persons(np.broadcast_to(people, shape), observed)
-    column = np.searchsorted(scene.people, people)
-    places = scene.positions[found.first_frame :][: found.frames, column]
-    positions = np.where((persons == NOBODY)[..., None], np.nan, places)
-    truth = Truth(poses=data.truth.poses, positions=positions, heights=scene.heights[column])
-    tracks, given = np.arange(len(people)), arrivals_given(truth, observed)
-    sequence = replace(found, tracks=tracks, observations=boxes, visible=visible, given=given)
-    return replace(data, sequence=sequence, truth=truth, persons=persons)
+KEPT = f"tracked-{LEAST_TRACK}"
+"""Boxes of the tracker by the paper's rule."""
 
 
 class Table4(NamedTuple):
@@ -129,7 +71,7 @@ class Table4Study(Study):
         """A dataset for each input."""
         simulation = None if self.sequences is None else Simulation(sequences=self.sequences)
         plain = Options(seed=self.seed, simulation=simulation)
-        least_tracks = {**dict.fromkeys(self.lines), KEPT: LEAST_TRACK, LINKED: LEAST_TRACK}
+        least_tracks = {**dict.fromkeys(self.lines), KEPT: LEAST_TRACK}
         inputs: list[Row] = [
             {"kind": name.partition("-")[0], "jitter": self.lines.get(name, 0.0), "least_track": least, "name": name}
             for name, least in least_tracks.items()
@@ -140,11 +82,7 @@ class Table4Study(Study):
             options = replace(plain, tier="tracked", least_track=one["least_track"])
             if one["kind"] == "cline":
                 options = replace(plain, tier="noisy", noise=one["jitter"]) if one["jitter"] else plain
-            if one["kind"] == "linked":
-                plan = LinkedByTruth(load("generator", SPLIT).plan(options))
-                datasets[one["name"]] = making.planned(plan, folder)
-            else:
-                datasets[one["name"]] = making.dataset(SPLIT, folder, options)
+            datasets[one["name"]] = making.dataset(SPLIT, folder, options)
         rows = [
             {
                 "protocol": protocol,
@@ -183,7 +121,8 @@ class Table4Study(Study):
         )
 
     def _errors(self, found: Table4, protocol: str, paper: dict[str, dict[str, float]]) -> Table:
-        labels = LABELS | {name: f"cline, {px:g} px" if px else "cline, exact" for name, px in self.lines.items()}
+        labels = {name: f"cline, {px:g} px" if px else "cline, exact" for name, px in self.lines.items()}
+        labels[KEPT] = f"tracked, {LEAST_TRACK} frames or more"
         head = ["solver", "input", *(METRICS[metric].label for metric in COLUMNS)]
         rows = [["the paper", name, *(f"{paper[name][m]:.3f}" for m in COLUMNS)] for name in ("cline", "tracked")]
         rows += [
@@ -193,20 +132,17 @@ class Table4Study(Study):
         return Table(title=f"Errors, {protocol}", head=head, rows=rows, names=2)
 
     def _ratios(self, found: Table4) -> Iterator[Row]:
-        """Of every protocol, solver and jitter: with the tracker's ids and with true ones, metric by metric."""
+        """Of every protocol, solver and jitter, metric by metric."""
         for protocol, solver, (line, jitter) in product(PROTOCOLS, dict.fromkeys(self.solvers), self.lines.items()):
             below = found.figures(protocol, solver, line)
             times = {
-                kind: {
-                    metric: {
-                        "sequences": own.mean / below[metric].mean,
-                        "frames": own.frame_mean / below[metric].frame_mean,
-                    }
-                    for metric, own in found.figures(protocol, solver, source).items()
+                metric: {
+                    "sequences": own.mean / below[metric].mean,
+                    "frames": own.frame_mean / below[metric].frame_mean,
                 }
-                for kind, source in (("tracked", KEPT), ("linked", LINKED))
+                for metric, own in found.figures(protocol, solver, KEPT).items()
             }
-            yield {"protocol": protocol, "solver": solver, "jitter": jitter, **times}
+            yield {"protocol": protocol, "solver": solver, "jitter": jitter, "tracked": times}
 
 
 def _cell(own: Summary) -> str:
@@ -215,14 +151,13 @@ def _cell(own: Summary) -> str:
 
 
 def _ratio_table(ratios: Sequence[Row], paper: dict[str, float]) -> Table:
-    plain = [METRICS[metric].symbol for metric in COLUMNS]
-    rows = [["the paper", "", "by hand", *(f"{value:.2f}" for value in paper.values()), "", ""]]
+    rows = [["the paper", "", "by hand", *(f"{value:.2f}" for value in paper.values())]]
     for one in ratios:
-        pairs = [*one["tracked"].values(), *list(one["linked"].values())[:2]]
         cells = [
-            " / ".join(f"{value:.2f}" if value < 10.0 else f"{value:.0f}" for value in own.values()) for own in pairs
+            " / ".join(f"{value:.2f}" if value < 10.0 else f"{value:.0f}" for value in own.values())
+            for own in one["tracked"].values()
         ]
         jitter = f"{one['jitter']:g} px" if one["jitter"] else "exact"
         rows.append([f"`{one['solver']}`", one["protocol"], jitter, *cells])
-    head = ["solver", "protocol", "cline", *plain, *(f"{label}, true ids" for label in plain[:2])]
+    head = ["solver", "protocol", "cline", *(METRICS[metric].symbol for metric in COLUMNS)]
     return Table(title="The ratio of the two rows", facts=paragraphs("table4_ratios"), head=head, rows=rows, names=3)

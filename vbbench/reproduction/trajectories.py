@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Plan
@@ -171,9 +170,7 @@ class TrajectoriesStudy(Study):
 
     def plot(self, found: Trajectories) -> Figure:
         """Draw the sheet: a map of each example, what is missing below."""
-        notes = [
-            f"The observer gets from left to right. Of larger crowds the {MOST_PEOPLE} who come nearest are drawn."
-        ]
+        notes = [f"In m; the observer walks to the right. Of larger crowds the nearest {MOST_PEOPLE} are drawn."]
         if found.missing:
             missing = ";  ".join(f"{split}: {how}".replace("`", "") for split, how in found.missing.items())
             notes += textwrap.wrap(f"Not here:  {missing}", _NOTE_WIDTH)
@@ -238,16 +235,10 @@ def _line(one: dict[str, Any]) -> list[str]:
     return [one["split"], str(one["sequence"]), str(one["frames"]), f"{one['seconds']:.1f}", str(one["people"]), *cells]
 
 
-_COLUMNS, _PANEL, _STEP = 4, (2.62, 2.05), (2.8, 2.78)  # inches
-_LEFT, _HEAD, _FOOT = 0.3, 0.78, 0.3
+_COLUMNS, _PANEL, _STEP = 4, (2.45, 2.05), (2.9, 2.84)  # inches
+_LEFT, _HEAD, _FOOT = 0.42, 0.78, 0.5
 _LINE = 0.17  # height of a line of the note in inches
 _NOTE_WIDTH = 165  # characters
-_MARGIN = 0.06
-"""Free space on each side of a map, in parts of it."""
-_BARS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
-"""Lengths of scale bars in m."""
-_BAR_SPACE = (0.4, 0.2)
-"""Of a map's width and height."""
 _PERSON, _TRUE_PERSON = style.distance_colours()(0.35), "#c9c9c9"
 
 
@@ -262,7 +253,7 @@ def _legend(answered: str) -> list[Line2D]:
 
 
 def draw_map(axes: Axes, replay: Replay) -> None:
-    """Draw true and estimated paths, turned so that the observer gets from left to right, and a scale bar."""
+    """Draw true and estimated paths, turned so that the observer gets from left to right, in m."""
     turned = style.along_path(replay.viewpoints[:, :2])
     distance = np.where(np.isfinite(replay.distances), replay.distances, np.inf).min(axis=0)
     shown = np.argsort(distance, kind="stable")[: min(MOST_PEOPLE, int(np.isfinite(distance).sum()))]
@@ -282,14 +273,10 @@ def draw_map(axes: Axes, replay: Replay) -> None:
         axes.plot(*end, marker="o", markersize=5.5, color=style.ESTIMATE, markeredgecolor="white", zorder=5.0)
     places = np.vstack([truth.reshape(-1, 2), turned(replay.viewpoints[:, :2])])
     low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
-    box = axes.get_window_extent()
-    aspect = box.width / box.height
-    half = max((high - low)[0] / aspect, (high - low)[1], 2.0) * (0.5 + _MARGIN) * np.array([aspect, 1.0])
-    style.fit(axes, (low + high) / 2.0 - half, (low + high) / 2.0 + half)
-    axes.set(xticks=[], yticks=[])
-    for spine in axes.spines.values():
-        spine.set_color(style.TRUTH_FAINT)
-    _draw_bar(axes, np.vstack([places, estimated.reshape(-1, 2)]))
+    margin = 0.06 * max(*(high - low), 2.0)
+    style.fit(axes, low - margin, high + margin)
+    style.draw_grid(axes)
+    axes.tick_params(labelsize=style.LABEL_SIZE)
 
 
 def _ends(places: FloatArray) -> FloatArray:
@@ -298,18 +285,3 @@ def _ends(places: FloatArray) -> FloatArray:
     last = len(known) - 1 - known[::-1].argmax(axis=0)
     ever = np.flatnonzero(known.any(axis=0))
     return np.asarray(places[last[ever], ever].T)
-
-
-def _draw_bar(axes: Axes, places: FloatArray) -> None:
-    """A scale bar, in the corner where fewest of the ``places`` [N, 2] are."""
-    parts = axes.transLimits.transform(places[np.isfinite(places[:, 0])])
-    corners = [(x, y) for y in (0.0, 1.0) for x in (0.0, 1.0)]
-    right, top = min(corners, key=lambda corner: int(np.all(np.abs(parts - corner) < _BAR_SPACE, axis=1).sum()))
-    width = float(np.ptp(axes.get_xlim()))
-    length = max((one for one in _BARS if one <= 0.3 * width), default=_BARS[0]) / width
-    left, height = (0.96 - length if right else 0.04), (0.88 if top else 0.06)
-    place: dict[str, Any] = {"transform": axes.transAxes, "zorder": 6.0}
-    axes.plot([left, left + length], [height, height], color=style.INK, linewidth=2.0, solid_capstyle="butt", **place)
-    halo = [withStroke(linewidth=2.0, foreground="white")]
-    look: dict[str, Any] = {"ha": "center", "va": "bottom", "fontsize": style.LABEL_SIZE, "path_effects": halo}
-    axes.text(left + length / 2.0, height + 0.015, f"{length * width:g} m", color=style.INK, **look, **place)

@@ -1,10 +1,8 @@
-"""How people walk around an observer, frame by frame, and what goes with it at equal numbers of people.
+"""How people walk around an observer, frame by frame, and what goes with it.
 
 The observer counts as one of the walkers. With the directions α of everybody who moves, the **spread of directions** is
 1 − |mean of exp(iα)|: 0 where all go one way, near 1 where as many come as go. The **spread of lines** is
-1 − |mean of exp(2iα)|: 0 also where people walk along one line in opposite ways, greater where paths cross. The
-**spread of bearings** is 1 − |mean of exp(iβ)| of the bearings β under which people are seen: 0 where all are on one
-side, near 1 where they are all around.
+1 − |mean of exp(2iα)|: 0 also where people walk along one line in opposite ways, greater where paths cross.
 """
 
 from collections.abc import Callable, Mapping
@@ -15,7 +13,7 @@ import numpy as np
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import START_FRAMES
-from vbbench.reproduction.agreement import LEVEL, SEED, Errors, Estimate
+from vbbench.reproduction.agreement import LEVEL, SEED, Errors, Estimate, spearman
 from vbbench.scoring.block_bootstrap import Timeline
 
 STANDING = 0.3
@@ -25,8 +23,6 @@ WINDOW = 10
 FEW, MORE = 3, (5, 12)
 """People seen in the paper's sparse example, and in the crowded one; with more no picture shows them apart."""
 RESAMPLES = 400
-FEWEST_EQUAL = 20
-"""Numbers of people with fewer frames than this are not informative at equal number."""
 
 Columns = Mapping[str, Any]
 """Arrays [F] by name, of the same frames."""
@@ -35,8 +31,8 @@ Columns = Mapping[str, Any]
 def walking_of(dataset: Dataset) -> dict[str, Any]:
     """How people truly walk in the frames [F] of all sequences, from the third on.
 
-    Columns are sequence and frame, the people seen, and the spreads of directions, of lines and of bearings, NaN where
-    they are of nobody.
+    Columns are sequence and frame, the people seen, and the spreads of directions and of lines, NaN where they are of
+    nobody.
     """
     found = []
     for sequence in dataset.sequences():
@@ -44,13 +40,11 @@ def walking_of(dataset: Dataset) -> dict[str, Any]:
         people = np.where(observed[..., None], truth.positions, np.nan)
         places = truth.poses[:, None, :2]
         velocity = np.diff(np.concatenate([people, places], axis=1), axis=0)[START_FRAMES - 1 :] / dataset.info.dt
-        off = (people - places)[START_FRAMES:]
-        bearings = directional_spread(np.arctan2(off[..., 1], off[..., 0]))
         spread, lines = spreads(velocity)
         frames = np.arange(START_FRAMES, sequence.frames)
         numbers = np.full(len(frames), sequence.index), frames, observed[START_FRAMES:].sum(axis=1)
-        found.append((*numbers, spread, lines, bearings))
-    names = ("sequence", "frame", "people", "spread", "lines", "bearings")
+        found.append((*numbers, spread, lines))
+    names = ("sequence", "frame", "people", "spread", "lines")
     return {name: np.concatenate(parts) for name, parts in zip(names, zip(*found, strict=True), strict=True)}
 
 
@@ -119,61 +113,30 @@ def pick_examples(walk: Columns) -> list[Example]:
 
 
 class FrameSample(NamedTuple):
-    """Frames [F] of sequences [N] on a timeline: the sequence of each, ascending, and how many people are seen."""
+    """Frames [F] of sequences [N] on a timeline: the sequence of each, ascending."""
 
     sequence: IntArray
-    people: IntArray
     timeline: Timeline
 
-    def estimate(self, statistic: Callable[..., float], *columns: FloatArray) -> Estimate:
-        """A statistic of columns [F] and the number of people, with its interval; frames with a NaN are removed.
+    def rank_correlation(self, one: FloatArray, other: FloatArray) -> Estimate:
+        """Spearman's ρ of columns [F] with its interval; frames with a NaN are removed.
 
         Intervals are quantiles over a bootstrap of blocks of time as long as the first column stays equal, in which
         sequences are drawn with all of their frames.
         """
-        there, size = ~np.isnan(columns[0]), len(self.timeline.middle)
+        there, size = ~np.isnan(one), len(self.timeline.middle)
         number = np.bincount(self.sequence[there], minlength=size)
-        mean = np.bincount(self.sequence[there], columns[0][there], size) / np.maximum(number, 1)
+        mean = np.bincount(self.sequence[there], one[there], size) / np.maximum(number, 1)
         filled = np.where(number > 0, mean, mean[number > 0].mean())
         times = Errors(values=filled[None], timeline=self.timeline).counts(RESAMPLES, SEED).astype(np.int64)
-        known = ~np.isnan(np.stack(columns)).any(axis=0)
-        values = [*(column[known] for column in columns), self.people[known]]
-        drawn = np.array([statistic(*(np.repeat(v, row) for v in values)) for row in times[:, self.sequence[known]]])
+        known = there & ~np.isnan(other)
+        pair = np.stack([one[known], other[known]])
+        drawn = np.array([correlation(*np.repeat(pair, row, axis=1)) for row in times[:, self.sequence[known]]])
         drawn = drawn[~np.isnan(drawn)]
         low, high = np.quantile(drawn, LEVEL).tolist() if len(drawn) else (np.nan, np.nan)
-        return Estimate(statistic(*values), low, high)
-
-
-def rank_correlation(one: FloatArray, other: FloatArray, _people: IntArray) -> float:
-    """Spearman's ρ of columns [F]."""
-    from scipy.stats import rankdata
-
-    return correlation(rankdata(one), rankdata(other))
-
-
-def rank_correlation_at_equal_number(one: FloatArray, other: FloatArray, people: IntArray) -> float:
-    """Spearman's ρ among frames with the same number of people: of ranks within each number, over its frames."""
-    return correlation(ranks_within(one, people), ranks_within(other, people))
+        return Estimate(correlation(*pair), low, high)
 
 
 def correlation(one: FloatArray, other: FloatArray) -> float:
-    """Pearson's; NaN where either does not vary."""
-    one, other = one - one.mean(), other - other.mean()
-    scale = float(np.sqrt((one @ one) * (other @ other)))
-    return float(one @ other) / scale if scale > 0.0 else float("nan")
-
-
-def less_the_mean(values: FloatArray, groups: IntArray) -> FloatArray:
-    """Values [F] less the mean of their group; 0 in groups with fewer than `FEWEST_EQUAL`."""
-    number = np.bincount(groups)
-    mean = np.bincount(groups, values) / np.maximum(number, 1)
-    return np.where(number[groups] >= FEWEST_EQUAL, values - mean[groups], 0.0)
-
-
-def ranks_within(values: FloatArray, groups: IntArray) -> FloatArray:
-    """Ranks [F] within each group, equals sharing theirs, as a share of the group's size less the mean."""
-    from scipy.stats import rankdata
-
-    among_all = rankdata(values)
-    within = rankdata(groups * (2.0 * len(values)) + among_all)
-    return less_the_mean(within, groups) / np.bincount(groups)[groups]
+    """Spearman's ρ of columns [F]; NaN where either does not vary."""
+    return float(spearman(one[None], other[None])[0])
