@@ -20,7 +20,7 @@ from vbbench.generation import generate, generate_partitioned
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
 from vbbench.parallel.partitions import merge
-from vbbench.parallel.parts import PackedPart, Part, Work, pack, part_name, write_in_parts
+from vbbench.parallel.parts import PackedPart, Part, Work, pack, part_name, progress_bar, write_in_parts
 from vbbench.solving import solve
 
 LIMIT = 70
@@ -275,3 +275,22 @@ def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkey
             with pytest.raises(KeyboardInterrupt):
                 merge(spread)
     assert digests(merge(spread)) == digests(whole.folder)
+
+
+def test_progress_without_a_terminal_is_whole_lines_and_short_work_has_none(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with progress_bar(3, "frames", unit="frame") as bar:
+        bar.update(3)
+    assert not capsys.readouterr().err
+
+    monkeypatch.setattr("vbbench.parallel.parts.SILENCE", 1e-9)
+    with progress_bar(3, "frames", unit="frame") as bar:
+        for _ in range(3):
+            bar.update()
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split("[")[0] for line in lines] == [
+        "frames:  33% 1/3 ",
+        "frames:  67% 2/3 ",
+        "frames: 100% 3/3 ",
+    ]

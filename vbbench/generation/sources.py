@@ -14,6 +14,7 @@ from typing import Any
 from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
 from vbbench.files.tables import file_sha256
 from vbbench.folders.locks import BusyError, close_early, is_file_at, lock_file
+from vbbench.parallel.parts import progress_bar
 
 PARTIAL = ".partial"
 """Ending of the name of an incomplete file."""
@@ -82,11 +83,9 @@ class ResumingDownload:
 
     def _append(self, response: Any, have: int) -> None:
         """Append the response to the first ``have`` bytes."""
-        from tqdm import tqdm
-
         rest = response.headers.get("Content-Length")
         total = None if rest is None else have + int(rest)
-        bar = tqdm(total=total, initial=have, unit="B", unit_scale=True, disable=None)
+        bar = progress_bar(total, None, done=have, unit="B")
         with self.partial.open("ab" if have else "wb") as file, bar:
             for chunk in response.iter_content(_CHUNK):
                 have += len(chunk)

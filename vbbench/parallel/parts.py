@@ -106,11 +106,29 @@ Work = Callable[[int, int], Part]
 """Makes the part of sequences first ≤ index < last."""
 
 
-def progress_bar(total: int, label: str, *, done: int = 0, unit: str = "seq") -> "tqdm[NoReturn]":
-    """A progress bar on stderr where that is a terminal."""
+class _LogLines:
+    """Stderr for a bar where it is no terminal: each state of the bar is a line."""
+
+    def write(self, text: str) -> None:
+        if line := text.strip():
+            sys.stderr.write(line + "\n")
+
+    def flush(self) -> None:
+        sys.stderr.flush()
+
+
+SILENCE = 60.0
+"""Seconds between two lines of progress where stderr is no terminal."""
+
+
+def progress_bar(total: int | None, label: str | None, *, done: int = 0, unit: str = "seq") -> "tqdm[NoReturn]":
+    """A progress bar on stderr; where that is no terminal, a line a minute after the first."""
     from tqdm import tqdm
 
-    return tqdm(total=total, initial=done, desc=label, unit=unit, disable=None)
+    bar = partial(tqdm, total=total, initial=done, desc=label, unit=unit, unit_scale=unit == "B")
+    if sys.stderr.isatty():
+        return bar()
+    return bar(file=_LogLines(), delay=SILENCE, mininterval=SILENCE, maxinterval=SILENCE, ncols=0, leave=False)
 
 
 @contextmanager
