@@ -53,8 +53,8 @@ struct Looks {
   const std::array<Point, 3>* normal;  ///< from normals of the limb's frame to normals in the world
 };
 
-enum Pattern { kPlain, kRings, kStripes, kChecks, kLowerHalf };
-constexpr double kRingsPerM = 12.0, kStripesRound = 16.0, kChecksPerM = 14.0;
+enum Pattern { kPlain, kRings, kChecks };
+constexpr double kRingsPerM = 12.0, kChecksPerM = 14.0;
 
 inline bool low(double value) { return value - std::floor(value) < 0.5; }
 
@@ -67,11 +67,8 @@ inline Vec blend(const Point* values, const Corners& corners, const Vec& weights
 
 /// Whether a limb shows its second colour at a point of its frame.
 inline bool patterned(int pattern, const Vec& point) {
-  constexpr double pi = 3.141592653589793;
   if (pattern == kRings) return low(kRingsPerM * point[2]);
-  if (pattern == kStripes) return low(kStripesRound * std::atan2(point[1], point[0]) / (2.0 * pi));
-  if (pattern == kChecks) return low(kChecksPerM * point[0]) != low(kChecksPerM * point[2]);
-  return pattern == kLowerHalf && point[2] < 0.0;
+  return pattern == kChecks && low(kChecksPerM * point[0]) != low(kChecksPerM * point[2]);
 }
 
 /// The dye of a limb at a point of a triangle, by the weights of its corners.

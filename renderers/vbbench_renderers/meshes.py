@@ -146,9 +146,7 @@ class Pattern(IntEnum):
 
     PLAIN = 0
     RINGS = 1
-    STRIPES = 2
-    CHECKS = 3
-    LOWER_HALF = 4
+    CHECKS = 2
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,11 +29,11 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
-from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Sky, Surroundings, join_meshes
+from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Surroundings, join_meshes
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import linear_to_srgb, looks_of
 from vbbench_renderers.surroundings import surroundings_of
-from vbbench_renderers.views import NEAR, assemble, camera_rays, eye_transform
+from vbbench_renderers.views import NEAR, assemble, eye_transform
 
 FAR = 1000.0
 _VARIABLE = "PYOPENGL_PLATFORM"
@@ -91,8 +91,7 @@ class PyrenderRenderer:
         empty = depth == 0.0
         depth = np.where(empty, np.inf, depth).astype(np.float32)
         ids = np.append(NOBODY, self._scene.people).astype(np.int32)[rows]
-        sky = sky_picture(self._stage.sky, camera, pose)
-        return Picture(rgb=np.where(empty[..., None], sky, rgb), depth=depth, ids=ids)
+        return Picture(rgb=rgb, depth=depth, ids=ids)
 
 
 class Stage:
@@ -100,9 +99,9 @@ class Stage:
 
     def __init__(self, around: Surroundings) -> None:
         self._pyrender = load_pyrender()
-        self.sky = sky = around.sky
+        self._sky = sky = around.sky
         self.scene: Any = self._pyrender.Scene(
-            bg_color=[*sky.horizon.tolist(), 1.0],
+            bg_color=[*linear_to_srgb(0.5 * (sky.horizon + sky.zenith)).tolist(), 1.0],
             ambient_light=0.5 * (0.4 * sky.horizon + 0.6 * sky.zenith + sky.ground_glow),
         )
         self.codes: dict[Any, tuple[int, int, int]] = {}
@@ -138,12 +137,12 @@ class Stage:
         self._camera = self.scene.add(lens, pose=matrix)
 
     def _add_sun(self) -> None:
-        towards = self.sky.sun_direction.astype(np.float64)
+        towards = self._sky.sun_direction.astype(np.float64)
         side = np.cross([0.0, 1.0, 0.0], towards)
         side /= np.linalg.norm(side)
         pose = np.eye(4)
         pose[:3, :3] = np.column_stack([side, np.cross(towards, side), towards])
-        self.scene.add(self._pyrender.DirectionalLight(color=self.sky.sun_colour, intensity=np.pi), pose=pose)
+        self.scene.add(self._pyrender.DirectionalLight(color=self._sky.sun_colour, intensity=np.pi), pose=pose)
 
     def _add_surroundings(self, around: Surroundings) -> None:
         layers = around.mesh.layers[around.mesh.triangles[:, 0]]
@@ -186,18 +185,6 @@ def _baked(meshes: tuple[Mesh, ...], limbs: Limbs, normals: Float32, rows: range
             )
         )
     return join_meshes(placed)
-
-
-def sky_picture(sky: Sky, camera: Camera, pose: FloatArray) -> NDArray[np.uint8]:
-    """[H, W, 3] sRGB picture of only the sky."""
-    rays = camera_rays(camera)
-    up = (rays.horizon - np.arange(rays.height)) / rays.focal
-    ways = np.stack(np.broadcast_arrays(rays.side, up[:, None], rays.ahead), axis=-1)
-    ways = ways / np.linalg.norm(ways, axis=-1, keepdims=True) @ eye_transform(camera, pose)[:, :3]
-    near = np.maximum(ways @ sky.sun_direction, 0.0)[..., None] ** 8
-    mix = np.sqrt(np.maximum(ways[..., 2:], 0.0))
-    colour = sky.horizon + mix * (sky.zenith - sky.horizon) + (0.04 * near + 0.12 * near**8) * sky.sun_colour
-    return np.asarray(np.round(255.0 * linear_to_srgb(np.clip(colour, 0.0, 1.0).astype(np.float32))), np.uint8)
 
 
 class _OlderNumpy:

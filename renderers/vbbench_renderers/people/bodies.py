@@ -18,7 +18,7 @@ from vbbench_renderers.meshes import PLAIN, Mesh
 LEVELS = 3
 """Levels of detail, the finest first."""
 MID_TORSO = 0.24
-"""Height in m of the origin of the torso meshes over that of the chest; two-coloured shirts change colour there."""
+"""Height in m of the origin of the torso meshes over that of the chest."""
 NECKLINE = 0.45
 """Slope of the neckline: it is lower in front."""
 CROWN = 0.218
@@ -300,9 +300,9 @@ def _shell(name: str, level: int) -> Mesh:
 
 def _makers() -> dict[str, Callable[[int], Mesh]]:
     """Name → the function that makes the mesh of a level."""
-    paints = {"hips": _shade_ends, "limb": _shade_ends, "beard": _strands}
+    paints = {"hips": _shade_ends, "limb": _shade_ends}
     makers: dict[str, Callable[[int], Mesh]] = {name: partial(_shell, name) for name in TABLE["shells"]}
-    for family in ("hips", "limb", "skirt", "hem", "bag", "beard", "tail"):
+    for family in ("hips", "limb", "skirt", "hem", "bag", "tail"):
         for name in TABLE[family].keys() - {"loft"}:
             makers[name] = partial(_plain, family, name, paints.get(family))
     makers |= {name: partial(_footwear, name) for name in ("shoe", "sole")}

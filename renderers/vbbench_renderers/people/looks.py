@@ -136,8 +136,6 @@ def _add_head(who: Outfit) -> None:
         who.add(hair, Bone.HEAD, who.hair, scale=scale, gloss=0.25)
     if hair == "hair tied":
         who.add(who.pick(["bun", "pony tail"]), Bone.HEAD, who.hair, gloss=0.25)
-    if not who.woman and who.choose({"shaven": 0.78, "beard": 0.22}) == "beard":
-        who.add("beard", Bone.HEAD, 0.8 * who.hair, scale=scale)
 
 
 def _add_top(who: Outfit) -> None:
@@ -162,7 +160,7 @@ def _add_top(who: Outfit) -> None:
     if kind in ("coat", "suit", "shirt"):
         who.add("collar", Bone.CHEST, colour, scale=(0.95, 0.9 if who.woman else 1.0, 1.0), coarsest=1)
     short = kind == "tee" or (kind == "shirt" and who.rng.random() < 0.3)
-    _add_arms(who, colour, second, pattern if pattern in (Pattern.RINGS, Pattern.CHECKS) else Pattern.PLAIN, short)
+    _add_arms(who, colour, second, pattern, short)
 
 
 def _add_arms(who: Outfit, colour: FloatArray, second: FloatArray, pattern: Pattern, short: bool) -> None:
@@ -213,20 +211,13 @@ def _add_bottom(who: Outfit) -> None:
     who.pair("sole", Bone.FOOT, pale, scale=narrow, coarsest=0)
 
 
-def _add_bag(who: Outfit) -> int | None:
-    """Add something to carry, or nothing; return the side, 0 for the left, of a bag in the hand."""
-    bag = who.usual("bag")
-    if bag == "none":
-        return None
-    colour = who.colour("bags")
-    if bag == "backpack":
+def _add_bag(who: Outfit) -> None:
+    """A backpack, or nothing."""
+    if who.usual("bag") == "backpack":
+        colour = who.colour("bags")
         back = {"jacket": 0.0, "jacket woman": 0.010, "torso woman": 0.025}.get(who.torso, 0.014)
         who.add("backpack", Bone.CHEST, colour, offset=(back - 0.10 * (who.girth - 1.0), 0.0, 0.0))
         who.add(f"straps {who.torso}", Bone.CHEST, colour, scale=(who.girth, who.girth, 1.0), coarsest=1)
-        return None
-    side = 0 if who.rng.random() < 0.5 else 1
-    who.add("tote", Bone.FOREARM + side, colour, offset=(0.0, 0.0, -FOREARM + 0.02))
-    return side
 
 
 def make_look(seed: int, person: int, height: float) -> Look:
@@ -246,22 +237,19 @@ def make_look(seed: int, person: int, height: float) -> Look:
     _add_head(who)
     _add_top(who)
     _add_bottom(who)
-    hand = _add_bag(who)
+    _add_bag(who)
     crown = max(part.offset[2] + part.scale[2] * top_of(part.mesh) for part in who.parts if part.bone == Bone.HEAD)
-    manner = _manner(who, hand, height / (CHIN + crown))
+    manner = _manner(who, height / (CHIN + crown))
     return Look(kind=tuple(who.kind), parts=tuple(who.parts), style=manner)
 
 
-def _manner(who: Outfit, hand: int | None, size: float) -> dict[str, FloatArray]:
-    """One row of a `Style`; the arm of a ``hand`` that carries a bag hangs."""
+def _manner(who: Outfit, size: float) -> dict[str, FloatArray]:
+    """One row of a `Style`."""
     rng, old = who.rng, who.age == "old"
     swing = np.full(2, rng.uniform(0.25, 0.5) * (0.7 if old else 1.0))
     forward, elbow = np.full(2, rng.uniform(-0.05, 0.05)), np.full(2, rng.uniform(0.15, 0.45))
     aside = np.full(2, rng.uniform(0.06, 0.11) + 0.45 * max(who.girth - 1.0, 0.0))
     inward = np.full(2, rng.uniform(0.1, 0.4))
-    if hand is not None:
-        swing[hand] *= 0.3
-        elbow[hand] = 0.1
     return {
         "size": np.array(size),
         "shoulders": np.array((0.88 if who.woman else 1.0) * (0.6 + 0.4 * who.girth)),

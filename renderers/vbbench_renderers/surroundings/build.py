@@ -54,21 +54,14 @@ def _side(site: Site, side: int, rng: np.random.Generator) -> list[Spot]:
     for u in _stations(-site.long - 3.0, site.long + 3.0, 9.5, rng):
         if wide:
             spots.append(Spot(kind="tree", u=u, v=sign * (site.wide + 4.9), size=rng.uniform(0.85, 1.1)))
-        things = ["bench", "bin", "planter"] if rng.random() < 0.7 else ["lamp", "planter"]
-        spots += [
-            Spot(kind=thing, u=u + offset, v=sign * (site.wide + 2.7), yaw=yaw)
-            for thing, offset in zip(things, (3.0, 4.6, -2.6), strict=False)
-        ]
+        kind = "bench" if rng.random() < 0.7 else "lamp"
+        spots.append(Spot(kind=kind, u=u + 3.0, v=sign * (site.wide + 2.7), yaw=yaw))
     return spots
 
 
 def _street(site: Site, rng: np.random.Generator) -> list[Spot]:
-    """The crossing street: bollards along it, lamps and trees behind it and along the street that goes on."""
-    kerb = site.long + PAVEMENT
-    spots = [
-        Spot(kind="bollard", u=kerb - 0.7, v=v)
-        for v in np.arange(-site.wide, site.wide + 0.1, max(2.6, site.wide / 5.0))
-    ]
+    """The crossing street: lamps and trees behind it and along the street that goes on."""
+    kerb, spots = site.long + PAVEMENT, list[Spot]()
     for v in _stations(-site.wide - 14.0, site.wide + 14.0, 11.0, rng):
         if not site.gap[0] - 2.0 < v < site.gap[1] + 2.0:
             kind = "tree" if rng.random() < 0.6 else "lamp"

@@ -11,7 +11,6 @@ from vbbench_renderers.surroundings.shapes import (
     boxes,
     icosphere,
     one_of,
-    place,
     smooth_mesh,
     tube,
 )
@@ -47,12 +46,6 @@ def tree(size: float, distance: float, rng: np.random.Generator) -> Mesh:
     if near:
         parts += [_bough(np.array([0.0, 0.0, fork * 0.95]), end, size) for end in centres[:count]]
     return join_meshes(parts)
-
-
-def bush(radius: float, rng: np.random.Generator) -> Mesh:
-    """A round bush that stands on z = 0."""
-    centre = np.array([[0.0, 0.0, radius * 0.8]])
-    return join_meshes(_crown(centre, np.array([radius]), centre[0], 40, 0.18, rng))
 
 
 def _crown(
@@ -171,35 +164,8 @@ def bench(rng: np.random.Generator) -> list[Mesh]:
     return [*slats, *legs]
 
 
-def litter_bin(rng: np.random.Generator) -> list[Mesh]:
-    """A litter bin."""
-    colour = np.array([[0.05, 0.10, 0.07], [0.16, 0.16, 0.17], [0.30, 0.16, 0.08]][rng.integers(3)])
-    body = tube([[0.20, 0.0], [0.22, 0.06], [0.24, 0.80]], colour * np.array([[0.5], [0.9], [1.0]]), sides=10)
-    rim = tube([[0.26, 0.78], [0.26, 0.86], [0.20, 0.90], [0.19, 0.78], [0.0, 0.74]], colour * 0.6, sides=10)
-    return [body, rim]
-
-
-def bollard(rng: np.random.Generator) -> list[Mesh]:
-    """An iron bollard."""
-    shades = rng.uniform(1.1, 1.5) * np.array([[0.6], [1.0], [1.0], [1.6], [1.0], [1.2]])
-    profile = [[0.10, 0.0], [0.085, 0.08], [0.065, 0.70], [0.085, 0.74], [0.06, 0.84], [0.0, 0.90]]
-    return [tube(profile, IRON * shades, sides=7)]
-
-
-def planter(rng: np.random.Generator) -> list[Mesh]:
-    """A stone tub with a bush."""
-    stone = np.array([0.42, 0.40, 0.37]) * rng.uniform(0.8, 1.1)
-    shades = np.array([[0.5], [0.8], [1.0], [1.0], [0.8], [0.3]])
-    profile = [[0.36, 0.0], [0.40, 0.08], [0.49, 0.50], [0.53, 0.60], [0.45, 0.60], [0.0, 0.52]]
-    tub = tube(profile, stone * shades, sides=11, layer=Layer.ASHLAR, tile=TILE[Layer.ASHLAR])
-    return [tub, place(bush(rng.uniform(0.42, 0.55), rng), 0.0, 0.0, 0.0, 0.52)]
-
-
 THINGS: dict[str, Callable[[np.random.Generator], list[Mesh]]] = {
     "lamp": lamp,
     "bench": bench,
-    "bin": litter_bin,
-    "bollard": bollard,
-    "planter": planter,
 }
 """What can be placed, next to trees."""

@@ -89,7 +89,7 @@ def pierced_wall(front: Front, openings: Opening) -> Mesh:
 
 
 def upper_floors(front: Front, rng: np.random.Generator) -> Mesh:
-    """Walls and windows above the ground floor, with their sills and, on some houses, lintels."""
+    """Walls and windows above the ground floor, with their sills."""
     bay, floor = (n.ravel() for n in np.meshgrid(np.arange(len(front.bays) - 1), np.arange(len(front.floors) - 1)))
     (left, right), sill = (column[bay] for column in _columns(front)), front.floors[floor] + SILL
     head = np.minimum(sill + front.window[1], front.floors[floor + 1] - 0.35)
@@ -99,11 +99,7 @@ def upper_floors(front: Front, rng: np.random.Generator) -> Mesh:
         picture=rng.choice(DOOR, len(bay), p=[0.4, 0.45, 0.15]),
         tint=rng.uniform(0.75, 1.05, (len(bay), 1, 1)) * np.ones(3),
     )
-    parts = [pierced_wall(front, windows), _sills(front, left, right, sill), *_bands(front, rng)]
-    if rng.random() < 0.65:
-        lintel = points(left - 0.12, -0.06, head), points(right + 0.12, 0.0, head + 0.16)
-        parts.append(boxes(*lintel, front.trim, faces=("left", "right", "front")))
-    return join_meshes(parts)
+    return join_meshes([pierced_wall(front, windows), _sills(front, left, right, sill), *_bands(front, rng)])
 
 
 def ground_floor(front: Front, rng: np.random.Generator) -> Mesh:
@@ -134,15 +130,6 @@ def ground_floor(front: Front, rng: np.random.Generator) -> Mesh:
     )
 
 
-def balconies(front: Front, rng: np.random.Generator) -> list[Mesh]:
-    """Balconies with railings in front of some windows of four houses in ten."""
-    if rng.random() >= 0.4:
-        return []
-    left, right = _columns(front)
-    chosen = 0.5 * (left + right)[rng.random(len(left)) < 0.45]
-    return [_balcony(front, x, floor + 0.05) for floor in front.floors[:-1] for x in chosen]
-
-
 def _columns(front: Front) -> tuple[FloatArray, FloatArray]:
     """[B] left and right edges of the windows of the bays."""
     middle = 0.5 * (front.bays[1:] + front.bays[:-1])
@@ -164,23 +151,6 @@ def _bands(front: Front, rng: np.random.Generator) -> list[Mesh]:
     ]
 
 
-def _balcony(front: Front, x: float, z: float) -> Mesh:
-    iron = [0.05, 0.05, 0.055]
-    half, out = 0.5 * front.window[0] + 0.25, 0.75
-    slab = boxes(
-        [x - half, -out, z - 0.14], [x + half, 0, z], front.trim * 0.9, faces=("left", "right", "front", "bottom")
-    )
-    bars = np.linspace(x - half + 0.03, x + half - 0.03, 7)
-    low = points(bars - 0.012, -out + 0.02, z)
-    posts = boxes(low, low + np.array([0.024, 0.024, 0.95]), iron, faces=("front",))
-    rails = [
-        boxes([x - half, -out, z + 0.92], [x + half, -out + 0.05, z + 0.98], iron, faces=("front", "bottom")),
-        boxes([x - half, -out, z + 0.92], [x - half + 0.04, 0.0, z + 0.98], iron, faces=("left", "right")),
-        boxes([x + half - 0.04, -out, z + 0.92], [x + half, 0.0, z + 0.98], iron, faces=("left", "right")),
-    ]
-    return join_meshes([slab, posts, *rails])
-
-
 RELIEF, RELIEF_WIDTH = 19.5, 60.0
 """Houses nearer than the first, m, have windows set into the wall, as long as their total width is at most the second,
 m; the windows of others are painted."""
@@ -200,7 +170,6 @@ def house_mesh(plot: Plot, rng: np.random.Generator, before: float) -> Mesh:
     parts = [_roof(plot, one_of(STREET["tiles"], rng), front, rng)]
     if plot.distance < RELIEF and before < RELIEF_WIDTH:
         parts += [ground_floor(front, rng), _gables(plot, front), _cornice(plot, front, rng), upper_floors(front, rng)]
-        parts += balconies(front, rng)
     else:
         parts.append(_painted(plot, front))
     return place(join_meshes(parts), plot.u, plot.v, plot.yaw)
