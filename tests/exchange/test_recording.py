@@ -24,6 +24,7 @@ from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.own.recording import box_noise, files_in, read_recording
 from vbbench.exchange.own.timing import time_frames
+from vbbench.exchange.text_tables import Rows
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import describe
 from vbbench.files.verification import verify
@@ -63,7 +64,7 @@ def test_every_kind_of_box_file_has_figures_of(folder, walk):
 
 def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
     stamps = 0.4 * np.arange(24) + np.where(np.arange(24) < 1, -0.1, 0.0) + np.where(np.arange(24) > 22, 0.1, 0.0)
-    frame, timeline = time_frames(tmp_path / "boxes.csv", stamps, np.arange(24), None)
+    frame, timeline = time_frames(Rows(path=tmp_path / "boxes.csv", lines=np.arange(24)), stamps, None)
     assert frame.tolist() == list(range(24))
     assert timeline.dt == pytest.approx(0.4, rel=0.01)  # the first and the last alone say .409
 

@@ -105,7 +105,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     if axes is None:
         _refuse_inverse(trajectory, found)
     if found is None:
-        raise FileError(trajectory.path, *_misfit(readings, trajectory.lines))
+        raise _misfit(readings, trajectory)
     notes = []
     moves = found.heading is not None or found.turned > _TURNED_STANDING
     if axes is None and moves and found.axes != "body" and found.order != MATRIX:
@@ -265,9 +265,9 @@ def _refuse_inverse(trajectory: Trajectory, found: _Reading | None) -> None:
                 raise FileError(trajectory.path, f"{problem}; write their inverses, from the camera to the world")
 
 
-def _misfit(readings: list[_Reading], lines: IntArray) -> tuple[str, int | None]:
-    """What of a trajectory fits no order and axes, and the line."""
-    first, line = readings[0], None
+def _misfit(readings: list[_Reading], trajectory: Trajectory) -> FileError:
+    """The error that says what of a trajectory fits no order and axes."""
+    first, row = readings[0], None
     keys = ", ".join(f"'{name}'" for name in AXES)
     angles = [abs(phase(one.heading)) for one in readings if one.axes == "camera" and one.drives and one.heading]
     if angles and angles[0] > _BACKWARDS:
@@ -278,11 +278,11 @@ def _misfit(readings: list[_Reading], lines: IntArray) -> tuple[str, int | None]
         )
     elif not first.upright:
         row = int(first.lean.argmax())
-        line = int(lines[row])
         what = f"the body leans by {np.degrees(first.lean[row]):.3g}°, and no usual axes or order fit its motion"
     else:
         what = f"{first.climb:.0%} of the way leads along z, and no usual axes or order of {XYZW} fit the motion"
-    return f"{what}; write poses of a body with {described('body')}, or axes = ... in [odometry] ({keys})", line
+    problem = f"{what}; write poses of a body with {described('body')}, or axes = ... in [odometry] ({keys})"
+    return FileError(trajectory.path, problem) if row is None else trajectory.fault(row, problem)
 
 
 def _corners(places: FloatArray, reach: float) -> IntArray:
@@ -303,9 +303,9 @@ def _bends(places: FloatArray) -> bool:
 
 def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:
     """Poses whose yaw is the direction of the path, over `_CHORD` m; it stays where the body stands."""
-    path, lines = trajectory.path, trajectory.lines
+    path, count = trajectory.path, len(trajectory)
     axes = axes or _axes_of_path(trajectory)
-    still = np.broadcast_to(np.eye(3), (len(lines), 3, 3))
+    still = np.broadcast_to(np.eye(3), (count, 3, 3))
     places = _read_as(trajectory.places, still, "", axes, np.array([0])).poses[:, :2]
     rows = _corners(places, _CHORD)
     if len(rows) < 2:
@@ -317,10 +317,9 @@ def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:
     if (np.abs(turns) > _CUSP).any():
         corner = int((np.abs(turns) > _CUSP).argmax()) + 1
         problem = f"{why}, and the path turns back by {np.degrees(abs(turns[corner - 1])):.0f}°"
-        raise FileError(
-            path, f"{problem}: places do not show if the camera turned; write qx qy qz qw", int(lines[rows[corner]])
-        )
-    at = np.searchsorted(rows, np.arange(len(lines)), side="right").clip(1, len(rows) - 1) - 1
+        problem = f"{problem}: places do not show if the camera turned; write qx qy qz qw"
+        raise trajectory.fault(int(rows[corner]), problem)
+    at = np.searchsorted(rows, np.arange(count), side="right").clip(1, len(rows) - 1) - 1
     share = ((places - places[rows[at]]) * chords[at]).sum(axis=1) / (chords[at] ** 2).sum(axis=1)
     yaws = np.arctan2(*chords[0, ::-1]) + np.append(0.0, np.cumsum(turns))
     knots, last = np.arange(len(yaws)) + 0.5, turns if len(turns) else np.zeros(1)

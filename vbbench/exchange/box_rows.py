@@ -1,6 +1,6 @@
 """Boxes of people, one a row, as every reader of boxes returns them: their ids, and the checks that all must pass."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import UNLINKED, BoxTable
-from vbbench.exchange.text_tables import refuse_rows, row_fault
+from vbbench.exchange.text_tables import Rows
 from vbbench.files.tables import LARGEST_ID, first_repetition
-from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
+from vbbench.geometry import FloatArray, IntArray, freeze
 
 FARTHEST = 1e6
 """Largest side or size of a box in px."""
@@ -53,28 +53,24 @@ AS_THEY_ARE = Ids()
 
 
 @dataclass(frozen=True, kw_only=True)
-class BoxRows:
+class BoxRows(Rows):
     """Boxes of one sequence, one a row.
 
     Parameters
     ----------
-    path : the file, for messages.
     frame : [N] from 0.
     track : [N] ids, `UNLINKED` for detections that no tracker has linked.
     boxes : [N, 4] (left, top, width, height) in px from 0.
     scores : [N] the detector's or tracker's; NaN where it says nothing.
     visible : [N] visible fraction; NaN where it is not known.
-    lines : [N] lines of the file, from 1; 0 where it has none.
     ids : what the file calls the tracks.
     """
 
-    path: Path
     frame: IntArray
     track: IntArray
     boxes: FloatArray
     scores: FloatArray
     visible: FloatArray
-    lines: IntArray
     ids: Ids = AS_THEY_ARE
 
     def __post_init__(self) -> None:
@@ -82,24 +78,10 @@ class BoxRows:
         freeze(self, np.int64, frame=(count,), track=(count,), lines=(count,))
         freeze(self, scores=(count,), visible=(count,), boxes=(count, 4))
 
-    def __len__(self) -> int:
-        return len(self.frame)
-
     @property
     def linked(self) -> bool:
         """Whether boxes have ids."""
         return bool((self.track != UNLINKED).any())
-
-    def fault(self, row: int, problem: str) -> FileError:
-        """The error to raise about a row."""
-        return row_fault(self.path, self.lines, row, problem)
-
-    def select(self, kept: BoolArray) -> Self:
-        """The rows marked in ``kept`` [N]."""
-        if kept.all():
-            return self
-        names = ("frame", "track", "boxes", "scores", "visible", "lines")
-        return replace(self, **{name: getattr(self, name)[kept] for name in names})
 
     def within(self, frames: int) -> Self:
         """The same; raises FileError at the first box that is not of a recording of ``frames`` frames."""
@@ -107,7 +89,7 @@ class BoxRows:
         problem = f"frame {{0}}, counted from 0, is beyond the recording of {frames} frames"
         if len(self) and self.frame.min() > 0 and self.frame.max() == frames:
             problem += "; do the frames of this file count from 1? Then subtract 1"
-        refuse_rows(self.path, self.lines, beyond, problem, self.frame)
+        self.refuse(beyond, problem, self.frame)
         return self
 
     def dense(self, frames: int, *values: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -118,27 +100,14 @@ class BoxRows:
         dense[self.frame, column] = rows
         return tracks.astype(np.int64), dense
 
-    def check(self) -> None:
-        """Refuse what cannot be a box of a person.
-
-        Raises
-        ------
-        FileError
-            At the first box that has no size or lies beyond every picture, or whose visible fraction is none; or at
-            the first of a track that has another box in its frame.
-        """
-        width, height = self.boxes[:, 2], self.boxes[:, 3]
+    def check(self) -> Self:
+        """The same; raises FileError at the first box that is none of a person, or that its track has twice."""
+        width, height = self.boxes[:, 2:].T
         reach = np.abs(self.boxes).max(axis=1, initial=0.0)
-        checks = (
-            ((width <= 0.0) | (height <= 0.0), "the box is {2:g} x {3:g} px; remove it"),
-            (reach > FARTHEST, "the box reaches {reach:g} px; boxes are in px of the picture"),
-            ((self.visible < 0.0) | (self.visible > 1.0), "visibility is {visible:g}; it is a share, from 0 to 1"),
-        )
-        bad = np.any([wrong for wrong, _ in checks], axis=0)
-        if bad.any():
-            row = int(bad.argmax())
-            problem = next(text for wrong, text in checks if wrong[row])
-            raise self.fault(row, problem.format(*self.boxes[row], reach=reach[row], visible=self.visible[row]))
+        self.refuse((width <= 0.0) | (height <= 0.0), "the box is {0:g} x {1:g} px; remove it", width, height)
+        self.refuse(reach > FARTHEST, "the box reaches {0:g} px; boxes are in px of the picture", reach)
+        hidden = (self.visible < 0.0) | (self.visible > 1.0)
+        self.refuse(hidden, "visibility is {0:g}; it is a share, from 0 to 1", self.visible)
         linked = np.flatnonzero(self.track != UNLINKED)
         twice = first_repetition(self.frame[linked], self.track[linked])
         if twice is not None:
@@ -146,64 +115,62 @@ class BoxRows:
             back = 1 + np.flatnonzero(np.diff(self.frame) < 0)
             between = back[(back > before) & (back <= again)].tolist() if len(back) <= MOST_BACK else []
             hint = f", or split the recording in line {self.lines[between[-1]]}: time goes back" if between else ""
-            at = f"line {self.lines[before]}" if self.lines[before] else f"box {before + 1}"
-            box = f"id {self.ids.of(self.track[[again]])[0]} already has a box in this frame, in {at}"
+            box = f"id {self.ids.of(self.track[[again]])[0]} already has a box in this frame, in {self.place(before)}"
             raise self.fault(again, f"{box}; remove one of them{hint}")
+        return self
 
 
 def rows_of(
     path: Path, frame: IntArray, track: IntArray, boxes: FloatArray, scores: FloatArray, lines: IntArray | None = None
 ) -> BoxRows:
     """Rows of which nothing says how visible people are; without ``lines`` they are of no file."""
-    count = len(frame)
-    return BoxRows(
-        path=path,
-        frame=frame,
-        track=track,
-        boxes=boxes,
-        scores=scores,
-        visible=np.full(count, np.nan),
-        lines=np.zeros(count, np.int64) if lines is None else lines,
-    )
+    lines = np.zeros(len(frame), np.int64) if lines is None else lines
+    visible = np.full(len(frame), np.nan)
+    return BoxRows(path=path, lines=lines, frame=frame, track=track, boxes=boxes, scores=scores, visible=visible)
 
 
-def tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
-    """The tracks of rows, `UNLINKED` if none has an id (empty or −1); what the file calls them, and a note.
+def linked_rows(table: BoxTable, frame: IntArray) -> tuple[BoxRows, tuple[str, ...]]:
+    """The boxes of a table in frames [N] from 0, checked, and a note where tracks have other ids than the file.
 
     Raises
     ------
     FileError
-        If some rows have an id and others none, one is not whole, or they number boxes.
+        If some rows have an id and others none, one is not whole, or they number boxes; or as `BoxRows.check`.
     """
+    track, ids, notes = _tracks_of(table)
+    names = ("path", "lines", "where", "boxes", "scores", "visible")
+    rows = BoxRows(frame=frame, track=track, ids=ids, **{name: getattr(table, name) for name in names})
+    return rows.check(), notes
+
+
+def _tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
+    """The tracks of rows, `UNLINKED` if none has an id (empty or −1); what the file calls them, and a note."""
     ids = table.id
     texts = ids.dtype.kind not in "if"
     loose = (ids == "") | (ids == str(UNLINKED)) if texts else np.isnan(ids.astype(np.float64)) | (ids == UNLINKED)
     if loose.all():
         return np.full(len(ids), UNLINKED), AS_THEY_ARE, ()
-    wrong = loose if texts else loose | (ids != np.round(ids)) | (ids < 0)
-    if wrong.any():
-        row = int(wrong.argmax())
-        problem = "the id is missing here, other boxes have one"
-        problem = problem if loose[row] else f"id {ids[row]} is not a whole number from 0 on"
-        raise table.table.fault(row, f"{problem}; give every box an id, or none")
-    if len(ids) >= FEWEST_ALONE and len(np.unique(ids)) == len(ids) and len(np.unique(table.frame)) > 1:
+    table.refuse(loose, "the id is missing here, other boxes have one; give every box an id, or none")
+    if not texts:
+        wrong = (ids != np.round(ids)) | (ids < 0)
+        table.refuse(wrong, "id {0} is not a whole number from 0 on; give every box an id, or none", ids)
+    times = len(np.unique(table.frame))
+    if len(ids) >= FEWEST_ALONE and len(np.unique(ids)) == len(ids) and times > 1:
         problem = f"no id occurs in two of {len(ids)} boxes: these are numbers of boxes, not of people"
         raise FileError(table.path, f"{problem}; remove the column to have boxes linked")
-    if len(ids) >= FEWEST_ALONE and (ids == ids[0]).all() and 2 * len(np.unique(table.frame)) <= len(ids):
+    if len(ids) >= FEWEST_ALONE and (ids == ids[0]).all() and 2 * times <= len(ids):
         problem = f"all boxes have id {ids[0]}, several of them in one frame: is this column the class?"
         raise FileError(table.path, f"{problem} Then name the columns in a first line")
-    if table.table.header is None and not texts:
+    if table.header is None and not texts:
         _refuse_swapped(table)
     if ids.dtype.kind == "f":
-        problem = "the id is {0:g}: digits are lost; write ids without point and exponent"
-        table.table.refuse(ids > 2.0**53, problem, ids)
+        table.refuse(ids > 2.0**53, "the id is {0:g}: digits are lost; write ids without point and exponent", ids)
     if not texts and ids.max() <= LARGEST_ID:
         return ids.astype(np.int64), AS_THEY_ARE, ()
     originals = np.unique(ids if texts else ids.astype(np.int64))
-    named = Ids(originals)
-    first = quoted(str(originals[0]))
+    named, count, first = Ids(originals), len(originals), quoted(str(originals[0]))
     kind = "texts" if texts else f"larger than {LARGEST_ID}"
-    note = f"ids are {kind}: in dataset and submission, tracks are numbered 1 to {len(originals)}, {first} is 1"
+    note = f"ids are {kind}: in dataset and submission, tracks are numbered 1 to {count}, {first} is 1"
     return named.tracks(ids), named, (note,)
 
 

@@ -7,7 +7,7 @@ alone; in px, or, where names say so, as a share of the picture. Without names c
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vbbench.boxes import rectangles
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.column_names import SHARES, UNITS, separator_of, split_cells
 from vbbench.parsing.numbers import parse_number
 
@@ -130,12 +130,11 @@ LEAST_PER_CENT = 10.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class BoxTable:
+class BoxTable(NamedColumns):
     """Boxes as a file has them, one a row.
 
     Parameters
     ----------
-    table : the columns that were read.
     frame : [N] numbers of frames, or time stamps in s where ``timed``.
     boxes : [N, 4] (left, top, width, height) in px from 0.
     id : [N] whole numbers, `UNLINKED` for none, or texts.
@@ -143,12 +142,10 @@ class BoxTable:
     scores, visible : [N], NaN where the file has none; visible as a share.
     ignored : [N] rows that the file marks as not to count.
     base : number of the first frame of a film, as the file counts.
-    timed : whether frames are time stamps.
     class_names : of class numbers, where the file has them.
     notes : what the user should know.
     """
 
-    table: NamedColumns
     frame: FloatArray
     boxes: FloatArray
     id: NDArray[Any]
@@ -160,28 +157,6 @@ class BoxTable:
     timed: bool
     class_names: Mapping[int, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        return self.table.path
-
-    @property
-    def lines(self) -> IntArray:
-        """[N] lines of the file."""
-        return self.table.lines
-
-    def select(self, kept: BoolArray | IntArray) -> "BoxTable":
-        """Those rows, by marks or in an order."""
-        if kept.dtype == np.bool_ and kept.all():
-            return self
-        columns = {noun: column[kept] for noun, column in self.table.columns.items()}
-        names = ("frame", "boxes", "id", "classes", "scores", "visible", "ignored")
-        return replace(
-            self,
-            table=replace(self.table, columns=columns, lines=self.lines[kept]),
-            **{name: getattr(self, name)[kept] for name in names},
-        )
 
 
 def read_box_text(
@@ -264,7 +239,7 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
     if classes.dtype.kind in "if" and "class_name" in table and (table["class_name"] != "").any():
         classes = table["class_name"]
     return BoxTable(
-        table=table,
+        **vars(table),
         frame=frame,
         boxes=boxes,
         id=table.columns.get("id", np.full(len(table), UNLINKED)),
@@ -398,7 +373,7 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
     if table["id"].dtype.kind not in "if":
         table.numbers("id")  # raises at the first one that is a word
     return BoxTable(
-        table=table,
+        **vars(table),
         frame=frame,
         boxes=boxes - [1.0, 1.0, 0.0, 0.0],
         id=table["id"],

@@ -17,7 +17,7 @@ import numpy as np
 from vbbench.boxes import observations_of, rectangles
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.exchange.box_rows import BoxRows, rows_of, tracks_of
+from vbbench.exchange.box_rows import BoxRows, linked_rows, rows_of
 from vbbench.exchange.box_tables import UNLINKED, BoxTable
 from vbbench.exchange.matching import (
     LEAST_FRAMES,
@@ -74,30 +74,12 @@ def write_mot(path: Path, rows: BoxRows) -> None:
 
 
 def numbered_rows(table: BoxTable, frames: int) -> BoxRows:
-    """The boxes of a table of one sequence of ``frames`` frames.
-
-    Raises
-    ------
-    FileError
-        At the first line whose frame is not one of the ``frames``; or as `tracks_of` and `BoxRows.check`.
-    """
+    """The boxes of a table of one sequence of ``frames`` frames; raises FileError at the first of another frame."""
     frame = table.frame - table.base
     wrong = (frame != np.round(frame)) | (frame < 0) | (frame >= frames)
     known = f"its frames are {table.base} to {table.base + frames - 1}"
-    table.table.refuse(wrong, f"frame {{0:.10g}} is not in the sequence; {known}", table.frame)
-    track, ids, _ = tracks_of(table)
-    rows = BoxRows(
-        path=table.path,
-        frame=frame.astype(np.int64),
-        track=track,
-        boxes=table.boxes,
-        scores=table.scores,
-        visible=table.visible,
-        lines=table.lines,
-        ids=ids,
-    )
-    rows.check()
-    return rows
+    table.refuse(wrong, f"frame {{0:.10g}} is not in the sequence; {known}", table.frame)
+    return linked_rows(table, frame.astype(np.int64))[0]
 
 
 def export_mot(

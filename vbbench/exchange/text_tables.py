@@ -8,11 +8,11 @@ harm.
 import codecs
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pyarrow as pa
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from pyarrow import csv
 
 from vbbench.errors import FileError, quoted, suggestion
-from vbbench.files.tables import column_values
+from vbbench.files.tables import column_values, first_repetition
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS, Header, header_of, name_columns, separator_of, split_cells
 from vbbench.parsing.numbers import finite_number, parse_number
@@ -36,35 +36,84 @@ _DIGIT = re.compile(r"\d")
 
 
 @dataclass(frozen=True, kw_only=True)
-class NamedColumns:
-    """Columns of a table by what they are.
+class Rows:
+    """Rows of a file, as arrays of one length N.
 
     Parameters
     ----------
     path : the file, for messages.
-    columns : [N] by noun: floats, NaN for an empty cell; of `WORDS` int64 where all are whole, texts where not all are
-        numbers.
     lines : [N] their line numbers from 1, or 0 where there are no lines.
-    header : what the columns are called; ``None`` where the file does not name them.
-    widest : how many columns the first row has.
     where : [N] where rows stand in a file without lines, for messages.
     """
 
     path: Path
-    columns: Mapping[str, NDArray[Any]]
     lines: IntArray
+    where: NDArray[np.str_] | None = None
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    def select(self, kept: BoolArray | IntArray) -> Self:
+        """Some of the rows, by marks or in an order."""
+        if kept.dtype == np.bool_ and kept.all():
+            return self
+        return replace(self, **{name: _selected(value, kept) for name, value in vars(self).items()})
+
+    def refuse(self, wrong: BoolArray, problem: str, *facts: NDArray[Any]) -> None:
+        """Raise FileError at the first row marked in ``wrong`` [N]; ``problem`` is filled with that row's ``facts``."""
+        if wrong.any():
+            row = int(wrong.argmax())
+            raise self.fault(row, problem.format(*(fact[row] for fact in facts)))
+
+    def refuse_twice(self, problem: str, *keys: IntArray, among: BoolArray | None = None) -> None:
+        """Raise FileError at the first row, ``among`` [N] those marked, whose ``keys`` [N] another one has as well.
+
+        ``problem`` is filled with its keys, and with where the other row stands as ``at``.
+        """
+        rows = np.arange(len(self)) if among is None else np.flatnonzero(among)
+        found = first_repetition(*(key[rows] for key in keys))
+        if found is not None:
+            before, again = rows[list(found)].tolist()
+            raise self.fault(again, problem.format(*(key[again] for key in keys), at=self.place(before)))
+
+    def place(self, row: int) -> str:
+        """Where a row stands, in words."""
+        line = int(self.lines[row])
+        return f"line {line}" if line else f"box {row + 1}" if self.where is None else str(self.where[row])
+
+    def fault(self, row: int, problem: str) -> FileError:
+        """The error to raise about a row."""
+        line = int(self.lines[row])
+        return FileError(self.path, problem if line else f"{self.place(row)}: {problem}", line or None)
+
+
+def _selected(value: Any, kept: BoolArray | IntArray) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _selected(one, kept) for name, one in value.items()}
+    return value[kept] if isinstance(value, np.ndarray) else value
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedColumns(Rows):
+    """Columns of a table by what they are.
+
+    Parameters
+    ----------
+    columns : [N] by noun: floats, NaN for an empty cell; of `WORDS` int64 where all are whole, texts where not all are
+        numbers.
+    header : what the columns are called; ``None`` where the file does not name them.
+    widest : how many columns the first row has.
+    """
+
+    columns: Mapping[str, NDArray[Any]]
     header: Header | None = None
     widest: int = 0
-    where: Sequence[str] = ()
 
     def __contains__(self, noun: str) -> bool:
         return noun in self.columns
 
     def __getitem__(self, noun: str) -> NDArray[Any]:
         return self.columns[noun]
-
-    def __len__(self) -> int:
-        return len(self.lines)
 
     def numbers(self, noun: str, missing: float = np.nan) -> FloatArray:
         """[N] the column as numbers, ``missing`` where it has none.
@@ -119,31 +168,6 @@ class NamedColumns:
             word = str(words[place[lost.argmax()]])
             raise self.fault(int(lost.argmax()), f"{noun} is {quoted(word)}; {suggestion(word, known)}")
         return np.array([known.index(word) for word in words.tolist()], np.int64)[place]
-
-    def refuse(self, wrong: BoolArray, problem: str, *facts: FloatArray) -> None:
-        """Raise FileError at the first row marked in ``wrong`` [N]; ``problem`` is filled with that row's ``facts``."""
-        if wrong.any():
-            row = int(wrong.argmax())
-            raise self.fault(row, problem.format(*(fact[row] for fact in facts)))
-
-    def fault(self, row: int, problem: str) -> FileError:
-        """The error to raise about a row."""
-        if self.where:
-            return FileError(self.path, f"{self.where[row]}: {problem}")
-        return row_fault(self.path, self.lines, row, problem)
-
-
-def row_fault(path: Path, lines: IntArray, row: int, problem: str) -> FileError:
-    """The error to raise about a row, which may be of no line."""
-    line = int(lines[row])
-    return FileError(path, problem if line else f"box {row + 1}: {problem}", line or None)
-
-
-def refuse_rows(path: Path, lines: IntArray, wrong: BoolArray, problem: str, *facts: NDArray[Any]) -> None:
-    """Raise FileError at the first row marked in ``wrong`` [N]; ``problem`` is filled with that row's ``facts``."""
-    if wrong.any():
-        row = int(wrong.argmax())
-        raise row_fault(path, lines, row, problem.format(*(fact[row] for fact in facts)))
 
 
 def read_table(

@@ -13,9 +13,9 @@ import numpy as np
 
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import frame_numbers
-from vbbench.exchange.text_tables import NamedColumns, decode, read_table, refuse_rows
+from vbbench.exchange.text_tables import NamedColumns, Rows, decode, read_table
 from vbbench.files.tables import MOTION_COVARIANCE
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray
 from vbbench.parsing.column_names import UNITS, Header, header_of, separator_of
 from vbbench.parsing.numbers import parse_number
 
@@ -45,13 +45,11 @@ _UNIT_TOLERANCE, _SKEW = 1e-3, 1e-2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trajectory:
+class Trajectory(Rows):
     """The rows of a trajectory file.
 
     Parameters
     ----------
-    path : the file.
-    lines : [N] line numbers, from 1.
     times : [N] timestamps; ``None`` where rows have none, a row a frame.
     unit : of the times in s; 0 where they are numbers of frames, ``None`` where the file names none.
     places : [N, 3] in m.
@@ -60,8 +58,6 @@ class Trajectory:
     axes : what the file states of the body's axes, a key of `vbbench.exchange.axes.AXES`.
     """
 
-    path: Path
-    lines: IntArray
     times: FloatArray | None
     places: FloatArray
     rotations: Mapping[str, FloatArray]
@@ -85,19 +81,19 @@ def read_trajectory(path: Path) -> Trajectory:
     stated = _header(path, named, len(cells))
     header = stated or _layout(path, line, cells)
     table = _numbers(path, rows, header)
-    columns, lines = {noun: table.numbers(noun) for noun in table.columns if noun != "frame"}, table.lines
+    columns = {noun: table.numbers(noun) for noun in table.columns if noun != "frame"}
     scales = {name: UNITS.get(header.units.get(name, ""), 1.0) for name in ("x", "y", "z")}
-    places = np.stack([columns.get(name, np.zeros(len(lines))) * scale for name, scale in scales.items()], axis=-1)
+    places = np.stack([columns.get(name, np.zeros(len(table))) * scale for name, scale in scales.items()], axis=-1)
     times = columns.get("time", frame_numbers(table) if "time" not in table and "frame" in table else None)
     if "nanoseconds" in columns and "time" in columns and re.search("secs?$", header.names[header.columns["time"]]):
         times = columns["time"] + 1e-9 * columns["nanoseconds"]
     return Trajectory(
         path=path,
-        lines=lines,
+        lines=table.lines,
         times=times,
         unit=0.0 if "frame" in table and "time" not in table else UNITS.get(header.units.get("time", "")),
         places=places,
-        rotations=_rotations(path, lines, columns, header.units.get("yaw"), stated is not None),
+        rotations=_rotations(table, columns, header.units.get("yaw"), stated is not None),
         covariances=np.stack([columns[c] for c in MOTION_COVARIANCE], -1) if MOTION_COVARIANCE[0] in columns else None,
         axes=axes,
     )
@@ -186,35 +182,31 @@ def _numbers(path: Path, rows: bytes, header: Header) -> NamedColumns:
     for noun in table.columns.keys() - {"time", "frame", "nanoseconds"}:
         values = table.numbers(noun)
         problem = f"it must be within ±{_FARTHEST:g} m"
-        refuse_rows(path, table.lines, np.abs(values) > _FARTHEST, f"{noun} is {{0:g}}; {problem}", values)
+        table.refuse(np.abs(values) > _FARTHEST, f"{noun} is {{0:g}}; {problem}", values)
     return table
 
 
-def _rotations(
-    path: Path, lines: IntArray, table: Mapping[str, FloatArray], unit: str | None, named: bool
-) -> dict[str, FloatArray]:
+def _rotations(rows: Rows, table: Mapping[str, FloatArray], unit: str | None, named: bool) -> dict[str, FloatArray]:
     """Rotations [N, 3, 3] by the orders that their columns may be in."""
     if "x0" in table:
         matrices = np.stack([table[f"{row}{column}"] for row in "xyz" for column in "012"], -1).reshape(-1, 3, 3)
         skew = np.abs(matrices @ matrices.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2))
         skew[np.linalg.det(matrices) < 0.0] = 2.0
-        refuse_rows(
-            path, lines, skew > _SKEW, "columns 1 to 3, 5 to 7 and 9 to 11 are no rotation (off by {0:.3g})", skew
-        )
+        rows.refuse(skew > _SKEW, "columns 1 to 3, 5 to 7 and 9 to 11 are no rotation (off by {0:.3g})", skew)
         return {MATRIX: matrices}
     from scipy.spatial.transform import Rotation  # takes a while to import
 
     if "yaw" in table:
         yaw = table["yaw"] * UNITS.get(unit or "", 1.0)
         far = (np.abs(yaw) > _MOST_RADIANS) & (unit is None)
-        refuse_rows(path, lines, far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
+        rows.refuse(far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
         turned = {YAW: yaw} | ({DEGREES: np.radians(yaw)} if unit is None else {})
         return {order: Rotation.from_euler("z", angle[:, None]).as_matrix() for order, angle in turned.items()}
-    quaternions = np.stack([table.get(name, np.zeros(len(lines))) for name in _QUATERNION], axis=-1)
+    quaternions = np.stack([table.get(name, np.zeros(len(rows))) for name in _QUATERNION], axis=-1)
     length = np.linalg.norm(quaternions, axis=-1)
     if not length.any():
         return {}
     wrong = np.abs(length - 1.0) > _UNIT_TOLERANCE
-    refuse_rows(path, lines, wrong, "the quaternion (qx qy qz qw) has length {0:.4g}; a rotation has length 1", length)
+    rows.refuse(wrong, "the quaternion (qx qy qz qw) has length {0:.4g}; a rotation has length 1", length)
     first = {} if named else {WXYZ: Rotation.from_quat(np.roll(quaternions, -1, axis=-1)).as_matrix()}
     return {XYZW: Rotation.from_quat(quaternions).as_matrix(), **first}

@@ -13,11 +13,10 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.exchange.axes import ground_poses
 from vbbench.exchange.sequence_files import files_by_sequence, sequence_name
-from vbbench.exchange.trajectory import read_trajectory
+from vbbench.exchange.trajectory import Trajectory, read_trajectory
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.files.submission_tables import SubmittedEstimates
-from vbbench.files.tables import first_repetition
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray
@@ -74,26 +73,21 @@ def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
     times = dt * np.arange(len(poses), dtype=np.float64)
     if trajectory.times is not None:
         times = trajectory.times * (dt if trajectory.unit == 0.0 else trajectory.unit or 1.0)
-    frames = _frames(trajectory.path, trajectory.lines, times, dt)
+    frames = _frames(trajectory, times, dt)
     order = np.argsort(frames)
     return frames[order], poses[order]
 
 
-def _frames(path: Path, lines: IntArray, timestamps: FloatArray, dt: float) -> IntArray:
+def _frames(trajectory: Trajectory, timestamps: FloatArray, dt: float) -> IntArray:
     """The frame [N] of each timestamp [N] in s."""
     with np.errstate(over="ignore"):
         exact = timestamps / dt
     nearest = np.round(exact)
-    wrong = np.flatnonzero((np.abs(exact - nearest) > _GRID_TOLERANCE) | (nearest < 0) | (nearest > _LAST_FRAME))
-    if len(wrong):
-        problem = f"timestamp {timestamps[wrong[0]]:.10g} s is not a frame's; frame n is at n × {dt:g} s, from 0"
-        raise FileError(path, problem, int(lines[wrong[0]]))
+    wrong = (np.abs(exact - nearest) > _GRID_TOLERANCE) | (nearest < 0) | (nearest > _LAST_FRAME)
+    problem = f"timestamp {{0:.10g}} s is not a frame's; frame n is at n × {dt:g} s, from 0"
+    trajectory.refuse(wrong, problem, timestamps)
     frames = nearest.astype(np.int64)
-    found = first_repetition(frames)
-    if found is not None:
-        before, again = found
-        problem = f"frame {frames[again]} was already given in line {lines[before]}; remove one of them"
-        raise FileError(path, problem, int(lines[again]))
+    trajectory.refuse_twice("frame {0} was already given in {at}; remove one of them", frames)
     return frames
 
 

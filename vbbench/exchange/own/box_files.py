@@ -11,10 +11,10 @@ import numpy as np
 
 from vbbench.errors import FileError
 from vbbench.exchange.box_containers import read_box_file
-from vbbench.exchange.box_rows import MOST_BACK, BoxRows, tracks_of
+from vbbench.exchange.box_rows import MOST_BACK, BoxRows, linked_rows
 from vbbench.exchange.box_tables import BoxTable, frame_numbers, people_in
 from vbbench.exchange.own.timing import Timeline, number_frames, time_frames
-from vbbench.exchange.text_tables import NamedColumns, refuse_rows
+from vbbench.exchange.text_tables import NamedColumns
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
 
@@ -73,36 +73,28 @@ def read_boxes(
             f"times go on by {lasts:.4g} s a frame, and a frame is said to last {dt:g} s, which counts: is it right?"
         ]
     if table.timed:
-        frame, timeline = time_frames(path, table.frame, table.lines, dt)
+        frame, timeline = time_frames(table, table.frame, dt)
     else:
-        frame, timeline = number_frames(path, table.frame, table.lines, dt, base=table.base)
+        frame, timeline = number_frames(table, table.frame, dt, base=table.base)
     kept, notes = people_in(table, person_class)
-    table, frame = table.select(kept), frame[kept]
-    track, ids, renumbered = tracks_of(table)
+    table = table.select(kept)
+    boxes, renumbered = linked_rows(table, frame[kept])
     rows = OwnBoxes(
-        path=path,
-        frame=frame,
-        track=track,
-        boxes=table.boxes,
-        scores=table.scores,
-        visible=table.visible,
-        lines=table.lines,
+        **vars(boxes),
         timeline=timeline,
         notes=(*table.notes, *notes, *renumbered, *rate),
-        ids=ids,
         plain=table.path == path and bool(table.lines.any()) and person_class is None and not table.class_names,
     )
-    rows.check()
     return replace(rows, notes=(*rows.notes, *_goes_back(rows)))
 
 
 def _frame_time(table: BoxTable, dt: float | None) -> float | None:
     """Seconds per frame by times next to the frames, in the unit that fits; ``None`` where there are none."""
-    times, ends = table.table.scaled("time"), [int(table.frame.argmin()), int(table.frame.argmax())]
+    times, ends = table.scaled("time"), [int(table.frame.argmin()), int(table.frame.argmax())]
     (passed,), (frames,) = np.diff(times[ends]), np.diff(table.frame[ends])
     if not passed > 0.0:
         return None
-    units = [1.0] if table.table.unit("time") else [1.0, 1e-3, 1e-6, 1e-9]
+    units = [1.0] if table.unit("time") else [1.0, 1e-3, 1e-6, 1e-9]
     return min((float(passed * unit / frames) for unit in units), key=lambda one: abs(np.log(one / (dt or 0.1))))
 
 
@@ -118,7 +110,7 @@ def rows_in_frames(rows: OwnBoxes, frames: int, dt: float) -> BoxRows:
     found = replace(rows, frame=np.round(exact).astype(np.int64)).within(frames)
     between = np.abs(exact - found.frame) > OFF_FRAME
     problem = f"time {{0:.10g}} s lies between two frames; frame n is at n x {dt:g} s, from 0"
-    refuse_rows(rows.path, rows.lines, between, problem, exact * dt)
+    rows.refuse(between, problem, exact * dt)
     return found
 
 

@@ -185,7 +185,7 @@ def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline)
 
     It is looked from line to line, which a broken line does not pass, and over a second, which places in mm do not.
     """
-    path, lines, times = trajectory.path, trajectory.lines, np.asarray(trajectory.times)
+    times = np.asarray(trajectory.times)
     first, last = timeline.times[0] - LONGEST_HOLE, timeline.times[-1] + LONGEST_HOLE
     rows = np.arange(len(times))
     for later in (rows + 1, np.searchsorted(times, times + 1.0)):
@@ -197,7 +197,7 @@ def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline)
             row = int(leaps.argmax())
             problem = f"the place is {moved[row]:,.4g} m from the one {passed[row]:.3g} s before"
             problem += "; are places in m, of the body in the world, and the line whole?"
-            raise FileError(path, problem, int(lines[later[row]]))
+            raise trajectory.fault(int(later[row]), problem)
 
 
 def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Camera) -> tuple[str, ...]:
@@ -255,20 +255,11 @@ def _turns_late(turns: FloatArray, frame: IntArray, seen: FloatArray) -> int:
 def _in_order(trajectory: Trajectory) -> Trajectory:
     """The rows by ascending time."""
     times = np.asarray(trajectory.times)
-    order = np.argsort(times, kind="stable")
-    lines, times = trajectory.lines[order], times[order]
-    again = np.flatnonzero(np.diff(times) == 0.0)
-    if len(again):
-        problem = f"time {times[again[0]]:.10g} s stands twice; remove one of them"
-        raise FileError(trajectory.path, problem, int(lines[again[0] + 1]))
-    return replace(
-        trajectory,
-        lines=lines,
-        times=times,
-        places=trajectory.places[order],
-        rotations={name: rotations[order] for name, rotations in trajectory.rotations.items()},
-        covariances=None if trajectory.covariances is None else trajectory.covariances[order],
-    )
+    trajectory = trajectory.select(np.argsort(times, kind="stable"))
+    times = np.asarray(trajectory.times)
+    again = np.append(False, np.diff(times) == 0.0)
+    trajectory.refuse(again, "time {0:.10g} s stands twice; remove one of them", times)
+    return trajectory
 
 
 def _motions(poses: FloatArray) -> FloatArray:
@@ -307,10 +298,8 @@ def _stated(trajectory: Trajectory) -> FloatArray | None:
     matrices = np.empty((len(trajectory.covariances), 3, 3))
     i, j = np.triu_indices(3)
     matrices[:, i, j] = matrices[:, j, i] = trajectory.covariances
-    wrong = np.linalg.eigvalsh(matrices)[1:, 0] <= 0.0
-    if wrong.any():
-        problem = f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite"
-        raise FileError(trajectory.path, problem, int(trajectory.lines[1 + int(wrong.argmax())]))
+    wrong = np.append(False, np.linalg.eigvalsh(matrices)[1:, 0] <= 0.0)
+    trajectory.refuse(wrong, f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite")
     return matrices
 
 

@@ -23,7 +23,7 @@ from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, picture_facts
 from vbbench.exchange.text_tables import read_table, refuse_missing
 from vbbench.files.dataset_info import Pictures
-from vbbench.files.tables import LARGEST_ID, content_sha256, first_repetition
+from vbbench.files.tables import LARGEST_ID, content_sha256
 from vbbench.generation.footage import Footage, Recordings
 from vbbench.geometry import BoolArray, FloatArray, IntArray, runs_of_true, shorter_way, world_to_relative
 from vbbench.registry import load
@@ -153,7 +153,7 @@ def read_people(
         times = timeline.times
         raise FileError(path, f"no row is of a frame of the boxes, which are of {times[0]:.10g} to {times[-1]:.10g} s")
     people, column = np.unique(ids.tracks(found)[there], return_inverse=True)
-    _refuse_repetition(path, frame[there], column, table.lines[there])
+    table.select(there).refuse_twice("this id already has a place in this frame, in {at}", frame[there], column)
     places = np.stack([table.scaled("x"), table.scaled("y")], axis=-1)[there]
     notes = []
     count, row, far = _leaps(people[column], timeline.times[frame[there]], places) if posed else (0, 0, 0.0)
@@ -170,13 +170,6 @@ def read_people(
     if left:
         notes.append(f"{left} of {len(frame)} rows of {path.name} are of no frame of the boxes")
     return Scene(name=name, dt=timeline.dt, people=people, positions=positions, heights=heights), tuple(notes)
-
-
-def _refuse_repetition(path: Path, frame: IntArray, column: IntArray, lines: IntArray) -> None:
-    found = first_repetition(frame, column)
-    if found is not None:
-        before, again = lines[list(found)]
-        raise FileError(path, f"this id already has a place in this frame, in line {before}", int(again))
 
 
 def _leaps(track: IntArray, times: FloatArray, places: FloatArray) -> tuple[int, int, float]:

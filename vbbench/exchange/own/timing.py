@@ -1,12 +1,11 @@
 """Frames from frame numbers and from time stamps."""
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.exchange.text_tables import refuse_rows
+from vbbench.exchange.text_tables import Rows
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.column_names import UNITS
 
@@ -71,10 +70,8 @@ class Timeline:
         return np.where(near, nearest, -1.0)
 
 
-def number_frames(
-    path: Path, numbers: FloatArray, lines: IntArray, dt: float | None, base: int
-) -> tuple[IntArray, Timeline]:
-    """The frame of each row by its frame number; ``base`` is the number of the first frame of the film.
+def number_frames(rows: Rows, numbers: FloatArray, dt: float | None, base: int) -> tuple[IntArray, Timeline]:
+    """The frame of each row by its frame number [N]; ``base`` is the number of the first frame of the film.
 
     Frames that are numbered in steps, as of a film of which every fourth frame was used, are counted.
 
@@ -84,14 +81,12 @@ def number_frames(
         If a number is not whole, far after the one before, or nothing says how long a frame lasts.
     """
     wrong = (numbers != np.round(numbers)) | (numbers < 0)
-    refuse_rows(path, lines, wrong, "frame {0:.10g} is not a whole number from 0 on", numbers)
+    rows.refuse(wrong, "frame {0:.10g} is not a whole number from 0 on", numbers)
     if dt is None:
-        raise FileError(
-            path,
-            "its frames are numbered, and no file says how long one lasts: write dt or fps in camera.toml, or --dt",
-        )
+        problem = "its frames are numbered, and no file says how long one lasts"
+        raise FileError(rows.path, f"{problem}: write dt or fps in camera.toml, or --dt")
     different = np.unique(numbers)
-    _check_gaps(path, numbers, different, lines, dt)
+    _check_gaps(rows, numbers, different, dt)
     different = different.astype(np.int64)
     step = max(1, int(np.gcd.reduce(np.diff(different)))) if len(different) > 1 else 1
     first = int(different[0])
@@ -104,8 +99,8 @@ def number_frames(
     return frame, Timeline(count, step * dt, times, first, step, tuple(notes), numbered=True)
 
 
-def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None) -> tuple[IntArray, Timeline]:
-    """The frame of each row by its time stamp in s, in whatever order the rows are.
+def time_frames(rows: Rows, times: FloatArray, dt: float | None) -> tuple[IntArray, Timeline]:
+    """The frame of each row by its time stamp in s [N], in whatever order the rows are.
 
     The time from a frame to the next is rounded to whole frames, so that a clock that runs a little faster or slower
     than is stated does no harm; where stamps shake so much that none is left, those of an even clock are counted.
@@ -119,15 +114,15 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
     begins = np.concatenate([[True], np.diff(times[order]) > SAME_FRAME * (dt or 0.001)])
     stamps, group = times[order][begins], np.cumsum(begins) - 1
     if len(stamps) < 2:
-        raise FileError(path, "all boxes are of one time; a map needs a film")
+        raise FileError(rows.path, "all boxes are of one time; a map needs a film")
     apart = np.diff(stamps)
     usual, row_of = float(np.quantile(apart, 0.5, method="lower")), order[np.flatnonzero(begins)]
     if usual > (MOST_FRAMES * dt if dt else SLOWEST):
         unit = next((one for one in ("ms", "us", "ns") if dt and 0.9 < usual * UNITS[one] / dt <= MOST_FRAMES), None)
         if unit is None:
             advice = "times are in seconds: are these milliseconds, or nanoseconds? Then name them time_ms or time_ns"
-            raise FileError(path, f"frames are {usual:.6g} s apart; {advice}; else write dt", int(lines[row_of[1]]))
-        frame, timeline = time_frames(path, times * UNITS[unit], lines, dt)
+            raise rows.fault(int(row_of[1]), f"frames are {usual:.6g} s apart; {advice}; else write dt")
+        frame, timeline = time_frames(rows, times * UNITS[unit], dt)
         return frame, replace(timeline, notes=(f"times are read as {unit}", *timeline.notes))
     said = dt or usual
     steps = apart / said
@@ -137,13 +132,12 @@ def time_frames(path: Path, times: FloatArray, lines: IntArray, dt: float | None
     wrong = (whole < 1) | (apart > LONGEST_GAP)
     if wrong.any():
         after = int(wrong.argmax())
-        line = int(lines[row_of[after + 1]])
         if apart[after] > LONGEST_GAP:
             problem = f"the clock jumps by {apart[after]:.6g} s, from {stamps[after]:.10g} s; split the recording there"
         else:
             late = f"{apart[after]:.3g} s after the frame before"
             problem = f"time {stamps[after + 1]:.10g} s is {late}, a frame lasts {said:g} s; write the dt of the stamps"
-        raise FileError(path, problem, line)
+        raise rows.fault(int(row_of[after + 1]), problem)
     number = np.concatenate([[0], np.cumsum(whole)])
     every = int(np.gcd.reduce(np.diff(number)))
     number, steps, notes = number // every, steps / every, list[str]()
@@ -198,7 +192,7 @@ def _tick(since: FloatArray, dt: float) -> float:
     return float(ticks[int(kept.argmax())])
 
 
-def _check_gaps(path: Path, numbers: FloatArray, different: FloatArray, lines: IntArray, dt: float) -> None:
+def _check_gaps(rows: Rows, numbers: FloatArray, different: FloatArray, dt: float) -> None:
     """Refuse ``numbers`` [N] whose ``different`` ones, ascending, have nothing between them for too long."""
     apart = np.diff(different) * dt
     if (apart > LONGEST_ABSENCE).any():
@@ -209,7 +203,7 @@ def _check_gaps(path: Path, numbers: FloatArray, different: FloatArray, lines: I
         advice = (
             "are these time stamps? Then name the column time_ms or time_ns" if stamped else "split the recording there"
         )
-        raise FileError(path, f"{problem}; {advice}", int(lines[np.argmax(numbers == after)]))
+        raise rows.fault(int(np.argmax(numbers == after)), f"{problem}; {advice}")
 
 
 def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:

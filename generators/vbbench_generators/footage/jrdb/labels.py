@@ -14,8 +14,8 @@ import numpy as np
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
-from vbbench.exchange.text_tables import NamedColumns, first_cells, read_fixed
-from vbbench.files.tables import LARGEST_ID, first_repetition
+from vbbench.exchange.text_tables import NamedColumns, Rows, first_cells, read_fixed
+from vbbench.files.tables import LARGEST_ID
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
 from vbbench_generators.footage.tracks import sure_boxes
@@ -34,46 +34,30 @@ _LARGEST = 2**30
 
 
 @dataclass(frozen=True, kw_only=True)
-class PictureLabels:
-    """Boxes in the panorama.
+class PictureLabels(BoxRows):
+    """Boxes in the panorama; ``frame`` is the number of the picture, ``track`` the person.
 
     Parameters
     ----------
-    path : the file.
-    frames, people : [N] number of the picture and of the person.
-    boxes : [N, 4] left, top, width and height in px.
-    visible : [N] visible fraction in [0, 1].
     interpolated : [N] whether the box was computed from others.
     """
 
-    path: Path
-    frames: IntArray
-    people: IntArray
-    boxes: FloatArray
-    visible: FloatArray
     interpolated: BoolArray
-
-    def select(self, kept: BoolArray) -> "PictureLabels":
-        """Some of the boxes."""
-        names = ("frames", "people", "boxes", "visible", "interpolated")
-        return replace(self, **{name: getattr(self, name)[kept] for name in names})
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlaceLabels:
+class PlaceLabels(Rows):
     """Where people stand.
 
     Parameters
     ----------
-    path : the file.
-    frames, people : [N] number of the point cloud and of the person.
+    frame, track : [N] number of the point cloud and of the person.
     places : [N, 2] metres forward and to the left of the robot.
     heights : [N] of the people in m.
     """
 
-    path: Path
-    frames: IntArray
-    people: IntArray
+    frame: IntArray
+    track: IntArray
     places: FloatArray
     heights: FloatArray
 
@@ -87,13 +71,11 @@ def read_pictures(path: Path) -> PictureLabels:
         If it is no such file, or a person has two boxes in a picture; names picture and label.
     """
     rows = _people(path, ".jpg", _BOX)
-    boxes, (frames, people) = rows.stacked(*_BOX), _of_whom(rows)
+    boxes, (frame, track) = rows.stacked(*_BOX), _of_whom(rows)
     rows.refuse(boxes[:, 2:].min(axis=1, initial=1.0) <= 0.0, _NO_SIZE, *boxes[:, 2:].T)
     visible = np.array(list(VISIBLE.values()))[rows.places("occlusion", tuple(VISIBLE))]
-    interpolated = np.char.lower(rows["interpolated"]) == "true"
-    return PictureLabels(
-        path=path, frames=frames, people=people, boxes=boxes, visible=visible, interpolated=interpolated
-    )
+    found = rows_of(path, frame, track, boxes, visible, rows.lines)
+    return replace(_labels(found), interpolated=np.char.lower(rows["interpolated"]) == "true")
 
 
 def read_places(path: Path) -> PlaceLabels:
@@ -133,10 +115,9 @@ def _people(path: Path, ending: str, names: tuple[str, ...]) -> NamedColumns:
     numbers = np.array(rows).reshape(-1, 2 + len(names))
     columns = dict(zip(("frame", "id", *names), numbers.T, strict=True))
     columns |= dict(zip(_ATTRIBUTES, np.array(words, np.str_).reshape(-1, len(_ATTRIBUTES)).T, strict=True))
-    table = NamedColumns(path=path, columns=columns, lines=np.zeros(len(rows), np.int64), where=where)
-    found = first_repetition(*_of_whom(table))
-    if found is not None:
-        raise table.fault(found[1], f"'{_PEDESTRIAN}{numbers[found[1], 1]:.0f}' stands there twice")
+    lines = np.zeros(len(rows), np.int64)
+    table = NamedColumns(path=path, columns=columns, lines=lines, where=np.array(where, np.str_))
+    table.refuse_twice(f"'{_PEDESTRIAN}{{1}}' stands there twice", *_of_whom(table))
     return table
 
 
@@ -231,17 +212,14 @@ def read_tracked_boxes(path: Path) -> BoxRows:
 
 def pictures_of(found: BoxRows) -> PictureLabels:
     """Tracked boxes as labels, visible as much as they are sure; raises FileError at the first that has no id."""
-    loose = found.track == UNLINKED
-    if loose.any():
-        raise FileError(found.path, "id is -1: these are detections; link them first", int(found.lines[loose.argmax()]))
-    return PictureLabels(
-        path=found.path,
-        frames=found.frame,
-        people=found.track,
-        boxes=found.boxes,
-        visible=found.scores,
-        interpolated=np.zeros(len(found), np.bool_),
-    )
+    found.refuse(found.track == UNLINKED, "id is -1: these are detections; link them first")
+    return _labels(found)
+
+
+def _labels(found: BoxRows) -> PictureLabels:
+    """Boxes as labels, none of them interpolated."""
+    seen = {**vars(found), "visible": found.scores}
+    return PictureLabels(**seen, interpolated=np.zeros(len(found), np.bool_))
 
 
 def read_tracked_places(path: Path) -> PlaceLabels:
@@ -261,11 +239,7 @@ def _read(path: Path, wanted: str, names: str) -> NamedColumns:
     rows = read_fixed(path, names, wanted, read=[name for name in names.split() if name != "type"])
     frames = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
     people = rows.whole("id", UNLINKED, LARGEST_ID, "no id: those are whole numbers from 0 on, or -1 for none")
-    linked = np.flatnonzero(people != UNLINKED)
-    found = first_repetition(frames[linked], people[linked])
-    if found is not None:
-        again = linked[found[1]]
-        raise FileError(path, f"id {people[again]} stands in frame {frames[again]} twice", int(rows.lines[again]))
+    rows.refuse_twice("id {1} stands in frame {0} twice", frames, people, among=people != UNLINKED)
     return rows
 
 
@@ -274,8 +248,8 @@ def _boxes(rows: NamedColumns, scores: FloatArray) -> BoxRows:
     far = np.abs(boxes).max(axis=1)
     rows.refuse(far > MOST_PIXELS, "the box reaches {0:g} px; boxes are in px of the panorama", far)
     rows.refuse(boxes[:, 2:].min(axis=1) <= 0.0, _NO_SIZE, *boxes[:, 2:].T)
-    frames, people = _of_whom(rows)
-    return sure_boxes(rows_of(rows.path, frames, people, boxes, scores, rows.lines))
+    frame, track = _of_whom(rows)
+    return sure_boxes(rows_of(rows.path, frame, track, boxes, scores, rows.lines))
 
 
 def _places(rows: NamedColumns, places: FloatArray) -> PlaceLabels:
@@ -283,8 +257,8 @@ def _places(rows: NamedColumns, places: FloatArray) -> PlaceLabels:
     far, heights = np.abs(places).max(axis=1, initial=0.0), rows.numbers("h")
     rows.refuse(far > MOST_METRES, "the place is {0:g} m away; x, y and z are in m", far)
     rows.refuse((heights <= 0.0) | (heights > TALLEST), "h is {0:g}; people are up to 4 m tall", heights)
-    frames, people = _of_whom(rows)
-    return PlaceLabels(path=rows.path, frames=frames, people=people, places=places, heights=heights)
+    frame, track = _of_whom(rows)
+    return PlaceLabels(path=rows.path, lines=rows.lines, frame=frame, track=track, places=places, heights=heights)
 
 
 def _of_whom(rows: NamedColumns) -> IntArray:

@@ -167,11 +167,11 @@ def assemble(
         If a labelled picture has no time stamp, or the places are not those of the boxes.
     """
     pictures = _inside_pictures(pictures)
-    slots = grid.slot_of(pictures.frames)
+    slots = grid.slot_of(pictures.frame)
     if np.any(slots < 0):
-        frame = int(pictures.frames[(slots < 0).argmax()])
+        frame = int(pictures.frame[(slots < 0).argmax()])
         raise FileError(pictures.path, f"picture {frame:06d}.jpg is labelled, but has no time stamp")
-    tracks, column = np.unique(pictures.people, return_inverse=True)
+    tracks, column = np.unique(pictures.track, return_inverse=True)
     shape = (len(grid.times), len(tracks))
     boxes, visible, whole = np.full((*shape, 3), np.nan), np.full(shape, np.nan), np.full((*shape, 4), np.nan)
     whole[slots, column] = pictures.boxes
@@ -227,11 +227,11 @@ def _direction_errors(boxes: FloatArray, places: FloatArray) -> FloatArray:
 
 def _on_slots(places: PlaceLabels, clouds: IntArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """People [P], their places [T, P, 2] and median heights [P]."""
-    people, column = np.unique(places.people, return_inverse=True)
+    people, column = np.unique(places.track, return_inverse=True)
     order = np.argsort(clouds, kind="stable")
     points = np.full((len(clouds), len(people), 2), np.nan)
-    first = np.searchsorted(clouds[order], places.frames)
-    last = np.searchsorted(clouds[order], places.frames, side="right")
+    first = np.searchsorted(clouds[order], places.frame)
+    last = np.searchsorted(clouds[order], places.frame, side="right")
     used = first < last  # where two slots have the same cloud, the first one takes it
     points[order[first[used]], column[used]] = places.places[used]
     heights = np.array([np.median(places.heights[column == one]) for one in range(len(people))])
@@ -246,7 +246,7 @@ def _inside_pictures(pictures: PictureLabels) -> PictureLabels:
         return pictures
     row, count = int(outside.argmax()), int(outside.sum())
     problem = (
-        f"picture {pictures.frames[row]:06d}.jpg: the middle of the box of person {pictures.people[row]} is in row "
+        f"picture {pictures.frame[row]:06d}.jpg: the middle of the box of person {pictures.track[row]} is in row "
         f"{middle[row]:.0f} of {SIZE[1]}, as are {count} of {len(outside)} outside"
     )
     if count > MOST_STRAY * len(outside):

@@ -164,11 +164,11 @@ def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
     if not kept.any():
         raise FileError(pictures.path, "holds no box of a visible person" + ("" if interpolated else " by hand"))
     pictures = pictures.select(kept)
-    first, last = int(pictures.frames.min()), int(pictures.frames.max())
+    first, last = int(pictures.frame.min()), int(pictures.frame.max())
     if PICTURE_TIMES in one.files:
         stamps = read_stamps(one.files[PICTURE_TIMES].parent, PICTURES).between(first, last)
     else:
-        stamps = nominal_stamps(pictures.path, np.unique(pictures.frames))
+        stamps = nominal_stamps(pictures.path, np.unique(pictures.frame))
     grid = lay_out(stamps)
     clouds = nearest_clouds(grid, _cloud_stamps(one, grid))
     return assemble(one.name, pictures, places, grid, clouds, same_ids=TRACKED not in one.files)

@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Collection
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy as np
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
-from vbbench.exchange.text_tables import NamedColumns, first_cells, read_fixed
-from vbbench.files.tables import LARGEST_ID, first_repetition
-from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
+from vbbench.exchange.text_tables import NamedColumns, Rows, first_cells, read_fixed
+from vbbench.files.tables import LARGEST_ID
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_generators.footage.kitti.calibration import Calibration
 from vbbench_generators.footage.tracks import read_found, sure_boxes
 
@@ -50,12 +50,11 @@ _REACH = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class Labels:
+class Labels(Rows):
     """Labelled boxes, one a row.
 
     Parameters
     ----------
-    path : the file, for messages.
     frame, track : [N] from 0; track −1 for regions without a particular person.
     kind : [N] place of the class among `CLASSES`.
     truncated, occluded : [N] KITTI's levels.
@@ -63,10 +62,8 @@ class Labels:
     height : [N] of the labelled body in m, NaN if unknown.
     places : [N, 3] of its foot (right, down, forward) in coordinates of camera 0, in m; NaN if unknown.
     scores : [N] of a detector; 1 where there are none.
-    lines : [N] line numbers.
     """
 
-    path: Path
     frame: IntArray
     track: IntArray
     kind: IntArray
@@ -76,16 +73,6 @@ class Labels:
     height: FloatArray
     places: FloatArray
     scores: FloatArray
-    lines: IntArray
-
-    def __post_init__(self) -> None:
-        count = len(self.frame)
-        whole = ("frame", "track", "kind", "truncated", "occluded", "lines")
-        freeze(self, np.int64, **dict.fromkeys(whole, (count,)))
-        freeze(self, height=(count,), scores=(count,), boxes=(count, 4), places=(count, 3))
-
-    def __len__(self) -> int:
-        return len(self.frame)
 
     @property
     def last_frame(self) -> int:
@@ -98,18 +85,13 @@ class Labels:
         shown: FloatArray = SHOWS[self.occluded] * INSIDE[self.truncated]
         return shown
 
-    def take(self, rows: BoolArray | IntArray) -> "Labels":
-        """Some of the rows."""
-        taken = {field.name: getattr(self, field.name)[rows] for field in fields(self) if field.name != "path"}
-        return Labels(path=self.path, **taken)
-
     def of(self, classes: Collection[str]) -> "Labels":
         """The rows of some classes."""
-        return self.take(np.isin(self.kind, [CLASSES.index(name) for name in classes]))
+        return self.select(np.isin(self.kind, [CLASSES.index(name) for name in classes]))
 
     def tracked(self) -> tuple["Labels", IntArray, IntArray]:
         """The rows without those of nobody, the tracks [K] in them, and the place of each row's among these."""
-        rows = self.take(self.track >= 0)
+        rows = self.select(self.track >= 0)
         tracks, column = np.unique(rows.track, return_inverse=True)
         return rows, tracks, column
 
@@ -153,7 +135,8 @@ def read_labels(path: Path) -> Labels:
         scores=rows.numbers("score", 1.0),
         lines=rows.lines,
     )
-    _refuse_repetition(labels)
+    twice = "track {1} has a box in frame {0} already, in {at}; remove one"
+    labels.refuse_twice(twice, labels.frame, labels.track, among=labels.track >= 0)
     return labels
 
 
@@ -176,7 +159,7 @@ def refuse_boxes_outside(labels: Labels, size: tuple[int, int], known_by: str) -
 
 def refuse_places_elsewhere(labels: Labels, calibration: Calibration) -> None:
     """Raise FileError if most places do not project into their boxes, since they are of another frame; warn of some."""
-    whole = labels.take((labels.truncated == 0) & (labels.track >= 0) & ~np.isnan(labels.height))
+    whole = labels.select((labels.truncated == 0) & (labels.track >= 0) & ~np.isnan(labels.height))
     if not len(whole):
         return
     middle = whole.places - 0.5 * whole.height[:, None] * np.array([0.0, 1.0, 0.0])
@@ -203,15 +186,6 @@ def _level(rows: NamedColumns, name: str, linked: BoolArray, levels: int) -> Int
     bad = (values != np.round(values)) | (values < -1) | (values >= levels)
     rows.refuse(bad, f"{name} is {{0:g}}; levels are 0 to {levels - 1}, -1 if unknown", values)
     return np.maximum(values, 0.0).astype(np.int64)
-
-
-def _refuse_repetition(labels: Labels) -> None:
-    linked = np.flatnonzero(labels.track >= 0)
-    found = first_repetition(labels.frame[linked], labels.track[linked])
-    if found is not None:
-        before, again = linked[list(found)]
-        problem = f"track {labels.track[again]} has a box in frame {labels.frame[again]} already"
-        raise FileError(labels.path, f"{problem}, in line {labels.lines[before]}; remove one", int(labels.lines[again]))
 
 
 DETECTIONS = "frame type left top right bottom score height width length x y z rotation alpha"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchWarning
-from vbbench.exchange.text_tables import NamedColumns, decode, read_table, refuse_rows
+from vbbench.exchange.text_tables import NamedColumns, Rows, decode, read_table
 from vbbench.files.dataset_checks import CELLS_PER_ROW, FEW_CELLS
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
@@ -110,7 +110,7 @@ def check_integers(path: Path, name: str, values: FloatArray, lines: IntArray) -
     if name == "id":
         bad |= values < 0
     kind = "an integer of 0 or more" if name == "id" else "an integer; name a column of times 'time' in a first line"
-    refuse_rows(path, lines, bad, f"{name} is {{0:.15g}}, not {kind}", values)
+    Rows(path=path, lines=lines).refuse(bad, f"{name} is {{0:.15g}}, not {kind}", values)
     return values.astype(np.int64)
 
 
