@@ -133,6 +133,30 @@ def test_how_long_a_frame_lasts_may_be_said(
     assert max(seconds for _, seconds, *_ in stand_in.made[-1].logged) == pytest.approx(0.2 * (FRAMES - 1))
 
 
+@pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")
+def test_it_reads_a_recording_as_birdify_does(
+    tmp_path: Path, files: list[str], stand_in: type[Stream], capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What the camera file lacks, the class of people, and the axes of odometry."""
+    camera, odometry, out = tmp_path / "camera.toml", tmp_path / "odometry.txt", str(tmp_path / "walk.rrd")
+    lines = CAMERA_TOML.splitlines(keepends=True)
+    camera.write_text("".join(line for line in lines if not line.startswith(("mount_height", "pitch", "carried_by"))))
+    said = ["--mount-height", "1.5", "--pitch", "0.02", "--carried-by", "robot", "--person-class", "1"]
+    assert main(["live", *files, "--out", out]) == 2
+    assert "mount_height" in capsys.readouterr().err
+    assert main(["live", *files, *said, "--odometry-axes", "ned", "--out", out]) == 2
+    assert "--odometry-axes: there is no odometry" in capsys.readouterr().err
+    odometry.write_text("".join(f"{0.1 * n} {0.1 * n} 0 0 0 0 0 1\n" for n in range(FRAMES)))
+    said += ["--odometry", str(odometry)]
+    paths = []
+    for axes in ("body", "ned"):
+        assert main(["live", *files, *said, "--odometry-axes", axes, "--out", out]) == 0
+        paths.append(stand_in.made[-1].of("map/path")[-1].values[0])
+    assert main(["birdify", files[0], *files[1:], *said, "--odometry-axes", "ned", "--out", str(tmp_path / "map")]) == 0
+    _, poses = import_tum(tmp_path / "map" / "poses.txt", 0.1)
+    np.testing.assert_allclose(paths[1] * [1.0, -1.0], poses[:, :2], atol=1e-5)
+
+
 def test_mistakes_are_one_line(
     files: list[str], stand_in: type[Stream], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

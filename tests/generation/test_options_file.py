@@ -151,7 +151,7 @@ def test_options_of_single_splits_are_options_of_the_command(tmp_path: Path) -> 
     [
         (["--peeple", "4"], "no option of 'generate' is called '--peeple'; did you mean '--people'?"),
         (["--people", "--seed", "1"], "--people: expected one argument"),
-        (["--observer", "dog"], "observer cannot be 'dog'; known: walker, vehicle, robot"),
+        (["--observer", "dog"], "vbbench: --observer: cannot be 'dog'; known: walker, vehicle, robot"),
         (["--boxes", "here"], "--boxes"),
     ],
 )

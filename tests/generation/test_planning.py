@@ -19,7 +19,7 @@ def test_a_thinned_dataset_holds_every_third_sequence(tmp_path: Path) -> None:
     part = generate("demo", tmp_path / "part", Options(limit=8, stride=3, tier="noisy"))
     assert len(part) == 3
     assert part.info.id != whole.info.id
-    assert "--limit 8 --options stride=3" in generate_command(json.loads(part.info.to_json()), "x")
+    assert "--limit 8 --stride 3" in generate_command(json.loads(part.info.to_json()), "x")
     for index in range(len(part)):
         mine, theirs = part.sequence(index), whole.sequence(3 * index)
         assert mine.index == index

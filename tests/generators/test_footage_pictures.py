@@ -194,6 +194,29 @@ def test_large_pictures_are_made_smaller_and_boxes_with_them(tmp_path):
     assert Backdrop(replay.dataset, replay.sequence, widest=100, least=200).height == 200
 
 
+@pytest.mark.parametrize("shot", [False, True])
+def test_a_box_beyond_the_border_is_drawn_in_films_and_plots(photographed, tmp_path, shot):
+    """As those of a lens's corners lie once they are straight; the camera's own picture stays where it is."""
+    boxes = recording().boxes.copy()
+    boxes[:, 0] = -80.0, 360.0, 200.0
+    pictures = photographed.info.pictures[0] if shot else None
+    replay = load_replay(made(tmp_path / "beyond", replace(recording(pictures=pictures), boxes=boxes)), 0)
+    assert replay.window == (-116.0, 0.0, 1280.0, 720.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", VbbenchWarning)
+        backdrop = Backdrop(replay.dataset, replay.sequence, window=replay.window)
+        ego = part(plot_replay(replay, 7), "ego")
+    assert (backdrop.width, backdrop.height, backdrop.corner) == (1396, 720, (-116.0, 0.0))
+    bare, drawn = backdrop.picture(7), next(Film(replay, backdrop).frames([7]))[TITLE_HEIGHT : TITLE_HEIGHT + 720]
+    assert (bare[100, 120].tolist() == [70, 200, 40]) == shot
+    assert bare[100, 100].tolist() == list(SKY)
+    changed = np.any(bare[:, :80] != drawn[:, :80], axis=-1)
+    for column in (0, 72):
+        assert changed[270:450, column].all()
+    assert ego.get_xlim() == (-116.0, 1280.0)
+    assert [list(image.get_extent()) for image in ego.images] == [[-116.0, 1280.0, 720.0, 0.0]] * shot
+
+
 def test_a_panorama_without_pictures_reaches_down_to_all_feet(tmp_path):
     camera = PanoramaCamera(width=900, cy=100.0, focal=143.0)
     low = replace(recording(), camera=camera)

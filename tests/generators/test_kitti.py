@@ -105,19 +105,20 @@ def test_sequences_are_as_long_as_is_asked(tmp_path: Path, capsys: Any) -> None:
         made = Dataset(tmp_path / str(longest))
         assert [one.frames for one in made.sequences()] == frames
         facts = json.loads((made.folder / "dataset.json").read_text("utf-8"))
-        assert f"--every 2 --options longest={longest} --out again" in generate_command(facts, "again")
+        assert f"--every 2 --longest {longest} --out again" in generate_command(facts, "again")
     assert main([*asked, "longest=3", "--out", str(tmp_path / "none")]) == 2
     assert "longest must be" in capsys.readouterr().err
 
 
 def test_the_command_in_a_dataset_names_all_that_was_read(tmp_path: Path) -> None:
     training, out = write_kitti(tmp_path / "training"), tmp_path / "d"
-    asked = ["--source", str(training), "--options", f"poses={tmp_path / 'poses'}", "cyclists=true"]
+    poses = f"--poses {tmp_path / 'poses'}"
+    asked = ["--source", str(training), *poses.split(), "--cyclists"]
     assert main(["generate", "kitti", *asked, "--out", str(out)]) == 0
     facts = json.loads((out / "dataset.json").read_text("utf-8"))
     command = generate_command(facts, str(tmp_path / "again"))
-    assert "--options poses=FOLDER cyclists=true" in command
-    command = command.replace("--source FOLDER", f"--source {training}").replace("poses=FOLDER", asked[3])
+    assert "--poses FOLDER --cyclists" in command
+    command = command.replace("--source FOLDER", f"--source {training}").replace("--poses FOLDER", poses)
     assert main(command.split()[1:]) == 0
     assert Dataset(tmp_path / "again").info.id == Dataset(out).info.id
 

@@ -144,7 +144,7 @@ def test_a_dataset_says_who_carries_the_camera(tmp_path: Path) -> None:
     assert (definition["observer"], definition["vehicle"]["standing"]) == ("vehicle", MODEL.standing)
     assert "look" not in definition
     command = generate_command(json.loads(data.info.to_json()), "x")
-    assert command.endswith("--options observer=vehicle detector=false people=12 --out x")
+    assert command.endswith("--observer vehicle --no-detector --people 12 --out x")
     again = read_options([str(data.folder)], "sim").options("sim", source=None, homography=None)
     assert sim.plan(again).info.id == data.info.id
     assert "--camera" not in command

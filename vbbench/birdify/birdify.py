@@ -131,12 +131,9 @@ def birdify(
         with user_mistakes():
             FRAME_TIME.check("dt", dt)
         dt = float(dt)
-    if odometry_axes is not None and (odometry is None or odometry_axes not in AXES):
-        wanted = f"{odometry_axes} cannot be; {suggestion(odometry_axes, AXES)}" if odometry else "there is no odometry"
-        raise VbbenchError(f"odometry_axes: {wanted}")
     with WorkFolder(out, partial(check_free, out, REPORT, "folder that birdify made", overwrite)) as work:
-        files = named_files(boxes, camera, odometry)
-        files = replace(files, name=name or files.name, odometry_axes=odometry_axes)
+        files = with_axes(named_files(boxes, camera, odometry), odometry_axes)
+        files = replace(files, name=name or files.name)
         recording = read_recording(files, dt=dt, pictures=pictures, mount=mount, person_class=person_class)
         work.begin()
         _keep_files(recording, dt, work.new / RECORDING)
@@ -173,6 +170,20 @@ def named_files(boxes: Path | str, camera: Path | str, odometry: Path | str | No
         if not path.exists():
             raise FileError(path, "there is no such file")
     return RecordingFiles(name=Path(boxes).stem, camera=find_camera(Path(camera)), boxes=found, odometry=moved)
+
+
+def with_axes(files: RecordingFiles, axes: Axes | None) -> RecordingFiles:
+    """These files, whose odometry is in ``axes``; ``None`` = the camera file's, or as it moves.
+
+    Raises
+    ------
+    VbbenchError
+        If there are no such axes, or no odometry.
+    """
+    if axes is not None and (files.odometry is None or axes not in AXES):
+        wanted = f"{axes} cannot be; {suggestion(axes, AXES)}" if files.odometry else "there is no odometry"
+        raise VbbenchError(f"`odometry_axes`: {wanted}")
+    return replace(files, odometry_axes=axes)
 
 
 def _described(recording: OwnRecording) -> str:

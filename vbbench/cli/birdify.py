@@ -1,24 +1,64 @@
 """The commands that make a map of a user's own boxes, a film or a bag: birdify, and live while it grows."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from vbbench.cli.views import announce
 
 
+@dataclass(frozen=True, kw_only=True)
+class Reading:
+    """How a recording is read.
+
+    Args:
+        camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
+            camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md. Of a bag also its topic.
+        odometry: Trajectory of the observer by its own measurement: TUM, EuRoC, KITTI, or CSV with a header. Of a
+            bag also its topic.
+        odometry_axes: Of the body that odometry is of, where its file does not show them: body (x forward, z up),
+            camera (x right, y down, z forward), opengl, ned, imu, unity, unreal.
+        boxes: Of a bag: the topic of its detections, such as /detections, if it has several.
+        dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
+        mount_height: The camera's height over the ground in m, where its file does not state it.
+        pitch: How far it looks above the horizon in rad, where its file does not state it.
+        carried_by: What carries the camera, where its file does not state it.
+        person_class: Of boxes: the class of people, by number or name, where the file does not show it.
+    """
+
+    camera: Path | None = None
+    odometry: Path | None = None
+    odometry_axes: Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"] | None = None
+    boxes: str | None = None
+    dt: float | None = None
+    mount_height: float | None = None
+    pitch: float | None = None
+    carried_by: Literal["unknown", "person", "vehicle", "robot"] | None = None
+    person_class: str | None = None
+
+    @property
+    def mount(self) -> dict[str, float | str]:
+        """What is said of the mount, by the keys of a camera file."""
+        stated = {"mount_height": self.mount_height, "pitch": self.pitch, "carried_by": self.carried_by}
+        return {name: value for name, value in stated.items() if value is not None}
+
+    def check(self, recording: Path, bag: bool) -> None:
+        """Refuse what is missing, or not for such a recording."""
+        from vbbench.errors import VbbenchError
+
+        if self.camera is None and not bag:
+            raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
+        if self.boxes is not None and not bag:
+            raise VbbenchError(f"--boxes is for bags, and {recording} is none; write bag:{recording} if it is")
+        if self.dt is not None and self.camera is not None and not bag:
+            _check_dt(self.dt, self.camera, self.mount)
+
+
 def birdify(
     recording: Path | None = None,
     /,
     out: Path = Path("vbbench-map"),
-    camera: Path | None = None,
-    odometry: Path | None = None,
-    odometry_axes: Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"] | None = None,
-    boxes: str | None = None,
-    dt: float | None = None,
-    mount_height: float | None = None,
-    pitch: float | None = None,
-    carried_by: Literal["unknown", "person", "vehicle", "robot"] | None = None,
-    person_class: str | None = None,
+    reading: Reading = Reading(),
     solver: str = "map-causal",
     detector: str | None = None,
     weights: Path | None = None,
@@ -34,19 +74,7 @@ def birdify(
         recording: Text, CSV, JSON or an archive of a detector, tracker or annotation tool, or a folder of YOLO's labels
             (docs/own.md); a tracker links boxes without ids. Or a film: a video, or a folder of pictures, in which
             people are detected and tracked first. Or a ROS bag, as bag:DIR if its name does not show it.
-        camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
-            camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md. Of a bag also its topic.
         out: Folder to make: report.md, map.png, poses, positions.
-        odometry: Trajectory of the observer by its own measurement: TUM, EuRoC, KITTI, or CSV with a header. Of a
-            bag also its topic.
-        odometry_axes: Of the body that odometry is of, where its file does not show them: body (x forward, z up),
-            camera (x right, y down, z forward), opengl, ned, imu, unity, unreal.
-        boxes: Of a bag: the topic of its detections, such as /detections, if it has several.
-        dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
-        mount_height: The camera's height over the ground in m, where its file does not state it.
-        pitch: How far it looks above the horizon in rad, where its file does not state it.
-        carried_by: What carries the camera, where its file does not state it.
-        person_class: Of boxes: the class of people, by number or name, where the file does not show it.
         solver: A registered name or module:attribute of your own.
         detector: Of a film: hog (default), an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
         weights: Of a film: file of the detector's network, for --detector yolo.
@@ -69,23 +97,17 @@ def birdify(
     given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
     if given and not filmed:
         raise VbbenchError(f"--{next(iter(given))} is for films, and {recording} is a file of boxes; remove it")
-    if dt is not None and filmed:
-        raise VbbenchError(
-            f"--dt is for boxes, and {recording} is a film; write dt or fps in {camera} if its own is wrong"
-        )
-    stated = {"mount_height": mount_height, "pitch": pitch, "carried_by": carried_by}
-    mount: dict[str, float | str] = {name: value for name, value in stated.items() if value is not None}
-    if person_class is not None and filmed:
-        raise VbbenchError(f"--person-class is for boxes, and {recording} is a film; remove it")
-    _check_camera(camera, bag)
-    if boxes is not None and not bag:
-        raise VbbenchError(f"--boxes is for bags, and {recording} is none; write bag:{recording} if it is")
-    if dt is not None and camera is not None and not bag:
-        _check_dt(dt, camera, mount)
+    for name in ("dt", "person_class"):
+        if filmed and getattr(reading, name) is not None:
+            advice = f"write dt or fps in {reading.camera} if its own is wrong" if name == "dt" else "remove it"
+            raise VbbenchError(f"--{name.replace('_', '-')} is for boxes, and {recording} is a film; {advice}")
+    reading.check(recording, bag)
+    camera = reading.camera
+    of_boxes: dict[str, Any] = {"dt": reading.dt, "person_class": reading.person_class}
     options: dict[str, Any] = {
-        "odometry": odometry,
-        "mount": mount,
-        "odometry_axes": odometry_axes,
+        "odometry": reading.odometry,
+        "mount": reading.mount,
+        "odometry_axes": reading.odometry_axes,
         "solver": solver,
         "film": film,
         "overwrite": overwrite,
@@ -94,25 +116,21 @@ def birdify(
     if bag:
         from vbbench.birdify.bags import BagTopics, birdify_bag
 
-        topics = BagTopics(boxes=boxes, odometry=options.pop("odometry"), camera=camera)
-        made = birdify_bag(recording, out, topics, dt=dt, person_class=person_class, **options)
+        topics = BagTopics(boxes=reading.boxes, odometry=options.pop("odometry"), camera=camera)
+        made = birdify_bag(recording, out, topics, **of_boxes, **options)
     elif filmed:
         from vbbench.birdify.films import Detection, birdify_film  # reads films, which boxes alone do not need
 
         made = birdify_film(recording, Path(camera or ""), out, Detection(**given), **options)
     else:
-        made = make(recording, Path(camera or ""), out, dt=dt, person_class=person_class, **options)
+        made = make(recording, Path(camera or ""), out, **of_boxes, **options)
     print(f"{made.folder}: {made.report.summary()}")
 
 
 def live(
     source: Path,
     /,
-    camera: Path | None = None,
-    odometry: Path | None = None,
-    boxes: str | None = None,
-    dt: float | None = None,
-    mount_height: float | None = None,
+    reading: Reading = Reading(),
     solver: str = "map-causal",
     out: Path | None = None,
 ) -> None:
@@ -120,11 +138,6 @@ def live(
 
     Args:
         source: Boxes of people, or bag:DIR, as birdify reads them.
-        camera: The camera's file; of a bag also its topic.
-        odometry: Trajectory of the observer; of a bag also its topic.
-        boxes: Of a bag: the topic of its detections, if it has several.
-        dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
-        mount_height: The camera's height over the ground in m, where its file does not state it.
         solver: A registered name or module:attribute of your own, that works frame by frame.
         out: The .rrd file to write, in place of opening the viewer.
     """
@@ -132,22 +145,21 @@ def live(
     from warnings import warn
 
     from vbbench.birdify.bags import BagTopics, files_from_bag
-    from vbbench.birdify.birdify import named_files
+    from vbbench.birdify.birdify import named_files, with_axes
     from vbbench.birdify.live import show_live
     from vbbench.errors import VbbenchWarning
     from vbbench.exchange.own.recording import read_recording
 
     source, bag = _file_or_bag(source)
-    mount: dict[str, float | str] = {} if mount_height is None else {"mount_height": mount_height}
-    _check_camera(camera, bag)
-    if dt is not None and camera is not None and not bag:
-        _check_dt(dt, camera, mount)
+    reading.check(source, bag)
     with TemporaryDirectory() as room:
         if bag:
-            files = files_from_bag(source, BagTopics(boxes=boxes, odometry=odometry, camera=camera), Path(room))
+            topics = BagTopics(boxes=reading.boxes, odometry=reading.odometry, camera=reading.camera)
+            files = files_from_bag(source, topics, Path(room))
         else:
-            files = named_files(source, camera or "", odometry)
-        recording = read_recording(files, dt=dt, mount=mount)
+            files = named_files(source, reading.camera or "", reading.odometry)
+        files = with_axes(files, reading.odometry_axes)
+        recording = read_recording(files, dt=reading.dt, mount=reading.mount, person_class=reading.person_class)
         for note in recording.notes:
             warn(VbbenchWarning(note), stacklevel=1)
         frames = show_live(recording, solver, out)
@@ -159,13 +171,6 @@ def _file_or_bag(source: Path) -> tuple[Path, bool]:
     from vbbench.exchange.bags import is_bag
 
     return Path(str(source).removeprefix("bag:")), str(source).startswith("bag:") or is_bag(source)
-
-
-def _check_camera(camera: object, bag: bool) -> None:
-    from vbbench.errors import VbbenchError
-
-    if camera is None and not bag:
-        raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
 
 
 def _example(recording: Path | None, example: bool, out: Path, **options: Any) -> None:

@@ -1,7 +1,7 @@
 """Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify, card."""
 
 from pathlib import Path
-from typing import Annotated, Literal, get_args, get_type_hints
+from typing import Annotated, Any, Literal, get_type_hints
 
 from vbbench.cli.parsing import Further
 from vbbench.cli.terminal import say_warning
@@ -35,10 +35,10 @@ def fetch(names: tuple[str, ...], /) -> None:
         print(path)
 
 
-def _options_of_splits() -> dict[str, bool]:
+def _options_of_splits() -> dict[str, Any]:
     from vbbench.generation.options_file import WrittenOptions
 
-    return {name: bool in get_args(hint) for name, hint in get_type_hints(WrittenOptions).items()}
+    return get_type_hints(WrittenOptions)
 
 
 def generate(

@@ -76,10 +76,10 @@ class Further:
 
     Parameters
     ----------
-    names : gives the names, with whether each is a flag, which has no value: ``--NAME`` or ``--no-NAME``.
+    names : gives the names, with their types; one of truth values is a flag: ``--NAME`` or ``--no-NAME``.
     """
 
-    names: Callable[[], Mapping[str, bool]]
+    names: Callable[[], Mapping[str, Any]]
 
 
 class _Parser(argparse.ArgumentParser):
@@ -221,24 +221,28 @@ def _spelled(
         further = further_options(function)
         if option not in further:
             raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], [*listed, *further])
-        parameter, written, flag = further[option]
+        parameter, written, kind, flag = further[option]
         text = flag or (value if equals else next(words, "--"))
-        if text.startswith("--"):
-            raise VbbenchError(f"{option}: expected one argument; see 'vbbench {name} --help'")
+        try:
+            if text.startswith("--"):
+                raise argparse.ArgumentTypeError("expected one argument")
+            _type(kind)[0](text)
+        except argparse.ArgumentTypeError as error:
+            raise VbbenchError(f"{option}: {error}; see 'vbbench {name} --help'") from error
         yield f"--{parameter}={written}={text}"
 
 
-def further_options(function: Callable[..., Any]) -> dict[str, tuple[str, str, str]]:
-    """Options that stand for NAME=VALUE of a parameter: by option its parameter, the name, and the value of a flag."""
-    found: dict[str, tuple[str, str, str]] = {}
+def further_options(function: Callable[..., Any]) -> dict[str, tuple[str, str, Any, str]]:
+    """Options that stand for NAME=VALUE of a parameter: by option its parameter, name, type, and a flag's value."""
+    found: dict[str, tuple[str, str, Any, str]] = {}
     for parameter, hint in get_type_hints(function, include_extras=True).items():
         for each in get_args(hint)[1:] if get_origin(hint) is Annotated else ():
             if isinstance(each, Further):
-                for name, is_flag in each.names().items():
-                    option = name.replace("_", "-")
-                    found[f"--{option}"] = parameter, name, "true" if is_flag else ""
+                for name, kind in each.names().items():
+                    option, is_flag = name.replace("_", "-"), bool in get_args(kind)
+                    found[f"--{option}"] = parameter, name, kind, "true" if is_flag else ""
                     if is_flag:
-                        found[f"--no-{option}"] = parameter, name, "false"
+                        found[f"--no-{option}"] = parameter, name, kind, "false"
     return found
 
 
@@ -297,7 +301,7 @@ def in_options(message: str, function: Callable[..., Any], *, of_file: bool = Fa
 
     What a message ``of_file`` says that values must be is of the file's.
     """
-    options = {name: option for option, (_, name, flag) in further_options(function).items() if flag != "false"}
+    options = {name: option for option, (_, name, _kind, flag) in further_options(function).items() if flag != "false"}
     options |= {each.field or each.parameter: each.option for each in parameters_of(function) if not each.positional}
     for pattern in _NAMED[:1] if of_file else _NAMED:
         message = re.sub(pattern, lambda found: options.get(_ALIASES.get(found[1], found[1]), found[0]), message)

@@ -16,7 +16,7 @@ FOOTAGE_FILES = {"poses": "poses", "boxes": "boxes", "bag": "bags"}
 _PLACES = {"source", *FOOTAGE_FILES.values()}
 """Options whose values are words for a file or folder of the user's."""
 _OWN = ("source", "camera", "tier", "sigma_h", "dt", "sequences", "every", "seed", "limit")
-"""Options with a name on the command line, in the order of the line; all others stand behind ``--options``."""
+"""Options of every split, which come first on the line, in this order."""
 _WORD = re.compile(r"[\w.,:~/+-]{0,200}")
 
 
@@ -33,10 +33,9 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
     needs_file = any(isinstance(value, (dict, list)) for value in options.values())
     if needs_file:
         options = {name: value for name, value in options.items() if name in _PLACES}
-    said = [f"--{name.replace('_', '-')} {word}" for name in _OWN if (word := _word(options.get(name)))]
-    others = ["dataset.json"] if needs_file else []
-    others += [f"{name}={word}" for name, value in options.items() if name not in _OWN and (word := _word(value))]
-    said += [f"--options {' '.join(others)}"] if others else []
+    names = [*_OWN, *(name for name in options if name not in _OWN)]
+    said = [option for name in names if (option := _option(name, options.get(name)))]
+    said += ["--options dataset.json"] if needs_file else []
     if facts.get("seed", 0) is None:
         said.append("--seed secret --withhold-truth")
     return " ".join(["vbbench generate", _word(facts.get("split")) or "SPLIT", *said, f"--out {out}"])
@@ -135,8 +134,17 @@ def _object(value: Any) -> Mapping[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
+def _option(name: str, value: Any) -> str | None:
+    """The option with its value; ``None`` if that cannot be a word of the line."""
+    option = name.replace("_", "-")
+    if type(value) is bool:
+        return f"--{option}" if value else f"--no-{option}"
+    word = _word(value)
+    return f"--{option} {word}" if word else None
+
+
 def _word(value: Any) -> str | None:
     """The value as a word of the line; ``None`` if it cannot be one."""
-    text = f"{value:g}" if type(value) is float else str(value).lower() if type(value) is bool else str(value)
+    text = f"{value:g}" if type(value) is float else str(value)
     spoken = value is not None and not isinstance(value, (dict, list))
     return text if spoken and _WORD.fullmatch(text) else None

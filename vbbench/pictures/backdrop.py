@@ -23,14 +23,14 @@ SKY, GROUND, HORIZON = (237, 241, 245), (226, 223, 216), (168, 168, 168)
 class Backdrop:
     """Pictures of a sequence in the camera's pixels, one a frame, read when they are needed.
 
-    They lie where the dataset says (`vbbench.files.dataset_info.Pictures`). Their width is the camera's, and so is
-    their scale.
+    They lie where the dataset says (`vbbench.files.dataset_info.Pictures`), and are scaled to the camera's width.
 
     Parameters
     ----------
     dataset, sequence : what is shown.
     frames : the frames that will be asked for, ``None`` for all; one warning says how many of them have no picture.
     widest, least : pictures are made smaller until they are ``widest`` px wide, but no less than ``least`` px high.
+    window : left, top, right and bottom in px of what is shown, as `Replay.window`; by default the picture.
     """
 
     def __init__(
@@ -41,6 +41,7 @@ class Backdrop:
         *,
         widest: int | None = None,
         least: int = 0,
+        window: tuple[float, float, float, float] | None = None,
     ) -> None:
         self._camera, self._sequence = dataset.camera(sequence), sequence
         named = _paths(dataset, sequence, range(sequence.frames) if frames is None else frames)
@@ -50,7 +51,12 @@ class Backdrop:
             count = f"{len(missing)} of {len(named)} pictures of sequence {sequence.index} are missing"
             advice = "the boxes are drawn on a plain ground"
             warnings.warn(f"{count}, {missing[0]} first; {advice}", VbbenchWarning, stacklevel=3)
-        width, height = self._full_size()
+        height = self._rows()
+        left, top, right, bottom = window or (0.0, 0.0, *self._camera.picture_size)
+        self.corner = float(np.floor(left)), float(np.floor(top))
+        """Column and row of the camera's picture at the upper left corner of every picture."""
+        bottom = bottom if bottom > self._camera.picture_size[1] else height
+        width, height = int(np.ceil(right - self.corner[0])), int(np.ceil(bottom - self.corner[1]))
         self.zoom = min(1.0, max((widest or width) / width, least / height))
         """Pixels of a picture for a pixel of the camera."""
         self.width, self.height = max(1, round(self.zoom * width)), max(1, round(self.zoom * height))
@@ -83,31 +89,34 @@ class Backdrop:
         if frame not in self._files:
             return None
         shown = _read(self._files[frame])
-        size = self.width, max(1, round(shown.height * self.width / shown.width))
+        width = round(self.zoom * self._camera.picture_size[0])
+        size = width, max(1, round(shown.height * width / shown.width))
         if shown.size != size:
             shown = shown.resize(size, Image.Resampling.LANCZOS)
-        rows = np.array(shown)[: self.height]
-        below = self.plain[len(rows) :]
-        return np.concatenate([rows, below]) if len(below) else rows
+        canvas = self.plain.copy()
+        column, row = (round(-self.zoom * edge) for edge in self.corner)
+        rows = np.array(shown)[: self.height - row, : self.width - column]
+        canvas[row : row + len(rows), column : column + rows.shape[1]] = rows
+        return canvas
 
     @cached_property
     def plain(self) -> NDArray[np.uint8]:
         """[height, width, 3] sRGB: sky, ground and the horizon between."""
-        columns = (np.arange(self.width, dtype=np.float64) + 0.5) / self.zoom
-        below = np.arange(self.height)[:, None] - self.zoom * self._camera.horizon(columns)
+        columns = (np.arange(self.width, dtype=np.float64) + 0.5) / self.zoom + self.corner[0]
+        below = np.arange(self.height)[:, None] - self.zoom * (self._camera.horizon(columns) - self.corner[1])
         ground = np.where((below >= 0.0)[..., None], np.array(GROUND, np.uint8), np.array(SKY, np.uint8))
         return np.where((np.abs(below) < 0.75)[..., None], np.array(HORIZON, np.uint8), ground)
 
-    def _full_size(self) -> tuple[int, int]:
-        """The camera's width, and as many rows as the first picture has; without one a panorama reaches to all feet."""
+    def _rows(self) -> int:
+        """As many as the first picture has at the camera's width; without one a panorama reaches to all feet."""
         width, height = self._camera.picture_size
         for path in self._files.values():
             shown = _read(path)
-            return width, max(1, round(shown.height * width / shown.width))
+            return max(1, round(shown.height * width / shown.width))
         if self._camera.period is not None:
             _, v, length = np.moveaxis(self._sequence.observations, -1, 0)
             height = max(height, int(np.nanmax(np.ceil(v + 0.5 * length), initial=0.0)))
-        return width, height
+        return height
 
 
 def _paths(dataset: Dataset, sequence: Sequence, frames: Iterable[int]) -> dict[int, Path]:

@@ -186,6 +186,7 @@ class Rendered:
     replay: "Replay"
     renderer: Renderer
     zoom: float = 1.0
+    corner: tuple[float, float] = (0.0, 0.0)
 
     @property
     def width(self) -> int:
@@ -276,7 +277,8 @@ def _opened_view(
 
     dataset, sequence = replay.dataset, replay.sequence
     if backend is None:
-        shown = Backdrop(dataset, sequence, widest=_WIDEST_BELOW if is_wide(replay.camera) else _WIDEST_NEXT)
+        widest = _WIDEST_BELOW if is_wide(replay.camera) else _WIDEST_NEXT
+        shown = Backdrop(dataset, sequence, widest=widest, window=replay.window)
         if not dataset.info.pictures:
             announce("no pictures came with this dataset; boxes are drawn on a plain ground")
         yield shown, {"footage": shown.identity}

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.estimate import Estimate
@@ -194,6 +195,21 @@ class Replay:
         level = np.stack([np.sin(azimuth), np.zeros(4), np.cos(azimuth)], axis=-1)
         columns = self.camera.pixels(self.camera.to_camera(level))[:, 0].round(6).tolist()
         return dict(zip(("behind", "left 90°", "ahead", "right 90°"), columns, strict=True))
+
+    @cached_property
+    def window(self) -> tuple[float, float, float, float]:
+        """Left, top, right and bottom in px: the picture, and the boxes whose middles lie beyond its borders.
+
+        Boxes without a lens's distortion lie farther out than the lens showed them. A panorama has no such box.
+        """
+        size = np.array(self.camera.picture_size, np.float64)
+        if self.camera.period is not None:
+            return 0.0, 0.0, *size.tolist()
+        observations = self.sequence.observations[self.sequence.observed]
+        middles, boxes = observations[:, :2], rectangles(observations)
+        low = np.min(boxes[:, :2], axis=0, where=middles < 0.0, initial=0.0)
+        high = np.max(boxes[:, :2] + boxes[:, 2:] - size, axis=0, where=middles > size, initial=0.0)
+        return *low.tolist(), *(size + high).tolist()
 
     @cached_property
     def distances(self) -> FloatArray:

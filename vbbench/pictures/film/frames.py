@@ -34,18 +34,23 @@ class View(Protocol):
     def zoom(self) -> float:
         """Pixels of a picture for a pixel of the camera."""
 
+    @property
+    def corner(self) -> tuple[float, float]:
+        """Column and row of the camera's picture at its upper left corner."""
+
     def picture(self, frame: int) -> Canvas:
         """[height, width, 3] of a frame of the sequence; the caller may draw on it."""
 
 
-def draw_ego(canvas: Canvas, replay: Replay, frame: int, colours: list[Colour], zoom: float = 1.0) -> None:
-    """Draw boxes in the people's ``colours`` [K] and their ids on a picture; false alarms are marked as such.
+def draw_ego(canvas: Canvas, replay: Replay, frame: int, colours: list[Colour], view: View) -> None:
+    """Draw boxes in the people's ``colours`` [K] and their ids on a view's picture; false alarms are marked as such.
 
     Boxes have no fill, and small ones lie on top, so that no box hides another. A box that crosses the seam of a
     panorama is drawn at both ends.
     """
-    camera = replay.camera
-    seen, observations = replay.sequence.observed[frame], replay.sequence.observations[frame] * zoom
+    camera, zoom = replay.camera, view.zoom
+    seen, observations = replay.sequence.observed[frame], replay.sequence.observations[frame]
+    observations = zoom * (observations - (*view.corner, 0.0))
     near_to_far = np.flatnonzero(seen)[np.argsort(-observations[seen, 2])]
     boxes, period = rectangles(observations), camera.period and camera.period * zoom
     for box, order in zip(*with_seam_copies(boxes[near_to_far], period), strict=True):
@@ -139,7 +144,7 @@ class Film:
     def _compose(self, frame: int) -> Canvas:
         colours = paint.distance_hues(self.replay.distances[frame], self.farthest)
         ego, bird = self.view.picture(frame), self.bird.draw(frame, colours)
-        draw_ego(ego, self.replay, frame, colours, self.view.zoom)
+        draw_ego(ego, self.replay, frame, colours, self.view)
         canvas = paint.blank(self.width, self.height)
         canvas[:TITLE_HEIGHT] = draw_title(self.width, self.replay, frame)
         rows, columns = ego.shape[:2]

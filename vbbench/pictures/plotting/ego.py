@@ -33,10 +33,10 @@ _MOST = 0.85  # of a turn, from which on all of it is shown
 
 
 def shown_columns(replay: Replay, frame: int) -> tuple[float, float]:
-    """The columns of the picture in px that a frame shows: all of them, of a panorama those where people are."""
+    """The columns in px that a frame shows: those of the window, of a panorama those where people are."""
     period = replay.camera.period
     if period is None:
-        return 0.0, float(replay.camera.picture_size[0])
+        return replay.window[0], replay.window[2]
     boxes = rectangles(replay.sequence.observations[frame, replay.sequence.observed[frame]])
     return people_window(boxes[:, 0], boxes[:, 2], period)
 
@@ -85,8 +85,9 @@ def draw_ego(
 def _draw_picture(axes: Axes, picture: Any, backdrop: Backdrop, period: float | None) -> None:
     """The camera's picture; of a panorama a second time, beyond its seam."""
     width, height = backdrop.width / backdrop.zoom, backdrop.height / backdrop.zoom
+    left, top = backdrop.corner
     for turn in (0.0,) if period is None else (0.0, period):
-        place = (turn, turn + width, height, 0.0)
+        place = (left + turn, left + turn + width, top + height, top)
         axes.imshow(picture, extent=place, zorder=0.2, gid="picture" if turn == 0.0 else "picture-again")
 
 
@@ -103,7 +104,7 @@ def _set_window(
 ) -> None:
     """The picture; where it closes on itself, as many rows around the horizon as the strip has."""
     camera, shown = replay.camera, columns[1] - columns[0]
-    top, bottom = 0.0, float(camera.picture_size[1])
+    _, top, _, bottom = replay.window
     if camera.period is not None:
         rows = strip_aspect(replay, backdrop, columns) * shown
         top, bottom = horizon.min() - 0.28 * rows, horizon.max() + 0.72 * rows
@@ -113,7 +114,8 @@ def _set_window(
         whole = columns == (0.0, camera.period)
         axes.set_xticks(ticks, [f"{tick if whole else tick % camera.period:g}" for tick in ticks])
     if backdrop.is_recorded:
-        top, bottom = 0.0, backdrop.height / backdrop.zoom
+        top = backdrop.corner[1]
+        bottom = top + backdrop.height / backdrop.zoom
     axes.set(xlim=columns, ylim=(bottom, top), xlabel="u (px)", ylabel="v (px)")
     axes.set_aspect("equal")
     axes.apply_aspect()  # labels are placed by the size that the axes have from here on

@@ -78,7 +78,7 @@ def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
     """Draw one frame of a replay; see `plot_sequence`."""
     frame = _checked(replay, frame)
     colours = person_colours(replay, frame)
-    backdrop = Backdrop(replay.dataset, replay.sequence, [frame])
+    backdrop = Backdrop(replay.dataset, replay.sequence, [frame], window=replay.window)
     columns = shown_columns(replay, frame)
     figure = _laid_out(replay, backdrop, columns)
     parts = {axes.get_label(): axes for axes in figure.axes}
