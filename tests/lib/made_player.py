@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from tests.lib.made_sequence import DT, MadeSequence
 from vbbench.estimate import Estimate
 from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
 from vbbench_leaderboards.site.building import assets
-from vbbench_leaderboards.site.clip import Unboxed, encode_clip, encode_estimate, encode_unboxed
+from vbbench_leaderboards.site.clip import encode_clip, encode_estimate
 from vbbench_leaderboards.site.player import write_data
 
 BOARD = "made/sequential-noisy"
@@ -25,14 +24,10 @@ MOUNT = """state => {
 """Mounts the player on the page; `state` is what an address would hold."""
 
 
-def write_crowd(
-    site: Path, made: MadeSequence, answers: Mapping[str, Estimate], unboxed: Unboxed | None = None
-) -> None:
+def write_crowd(site: Path, made: MadeSequence, answers: Mapping[str, Estimate]) -> None:
     """Write the data of one board with one sequence, 0, and these answers to it, by the names of their solvers."""
     clip = encode_clip(made.camera, DT, made.sequence, made.truth)
-    write_data(site, "made/noisy/0", {**clip, "unboxed": unboxed is not None})
-    if unboxed is not None:
-        write_data(site, "made/noisy/0/unboxed", encode_unboxed(made.truth, unboxed))
+    write_data(site, "made/noisy/0", clip)
     for name, answer in answers.items():
         values = encode_estimate(made.truth, answer, clip["coarse"])
         write_data(site, f"{BOARD}/0/{name}", values)
@@ -74,16 +69,3 @@ def gone_astray(made: MadeSequence, first: int, offset: tuple[float, float], err
     poses[first:, :2] += offset
     positions[first:] += offset
     return Estimate(poses=poses, positions=positions)
-
-
-def hidden_people(made: MadeSequence, places: Any, reasons: Any) -> Unboxed:
-    """People without a box at ``places`` [M, 2] in m in all frames, by ``reasons`` [M]; nobody of the tracks."""
-    frames, tracks = made.sequence.observed.shape
-    count = len(reasons)
-    boxes = np.full((frames, tracks + count, 3), np.nan)
-    boxes[:, tracks:] = np.stack(
-        [600.0 + 30.0 * np.arange(count), np.full(count, 250.0), np.full(count, 60.0)], axis=-1
-    )
-    columns = np.hstack([np.zeros((frames, tracks), np.int64), np.tile(reasons, (frames, 1))])
-    where = np.tile(np.asarray(places, np.float64), (frames, 1, 1))
-    return Unboxed(reasons=columns, boxes=boxes, positions=where)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray
 
 METRE, PIXEL, RADIAN = 1e-3, 0.1, 1e-4
 
@@ -43,17 +43,6 @@ def decode_estimate(values: dict[str, Any], clip: dict[str, Any]) -> tuple[Float
         poses * [METRE, METRE, RADIAN] * values["coarse"] + clip["poses"],
         np.stack(places, axis=-1) * METRE * values["coarse"] + np.nan_to_num(clip["positions"]),
     )
-
-
-def decode_unboxed(values: dict[str, Any], shape: tuple[int, int]) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Reasons [T, K + M], boxes [T, K + M, 3] in px and positions [T, M, 2] in m, relative to the clip's origin."""
-    stream, (frames, tracks), people = numbers(values["data"]), shape, values["people"]
-    reasons = np.nan_to_num(read_columns(stream, (frames, tracks + people), 2, 1)[0]).astype(np.int64)
-    boxes = read_columns(stream, (frames, tracks + people), 2, 3)
-    places = read_columns(stream, (frames, people), 2, 2)
-    assert next(stream, None) is None
-    coarse = values["coarse"]
-    return reasons, np.stack(boxes, axis=-1) * PIXEL * coarse, np.stack(places, axis=-1) * METRE * coarse
 
 
 def read_columns(stream: Iterator[int], shape: tuple[int, int], order: int, count: int) -> list[FloatArray]:

@@ -32,8 +32,6 @@ from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site.clip import (
     encode_clip,
     encode_estimate,
-    encode_unboxed,
-    find_unboxed,
     shown_estimate,
     shown_truth,
 )
@@ -197,10 +195,7 @@ def _write_clips(
         sequence = dataset.sequence(number)
         truth = shown_truth(dataset, sequence)
         values = encode_clip(dataset.camera(sequence), dataset.info.dt, sequence, truth)
-        unboxed = find_unboxed(dataset, sequence, truth)
-        write_data(site, f"{split}/{tier}/{number}", {**values, "unboxed": unboxed is not None})
-        if unboxed is not None:
-            write_data(site, f"{split}/{tier}/{number}/unboxed", encode_unboxed(truth, unboxed))
+        write_data(site, f"{split}/{tier}/{number}", values)
         yield sequence, truth, values["coarse"]
 
 

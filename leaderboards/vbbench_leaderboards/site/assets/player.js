@@ -78,33 +78,6 @@
     return estimate;
   }
 
-  /** By the number that site/clip.py gives a reason: in few words, and about one person. */
-  const REASONS = [
-    ["", ""],
-    ["outside the picture", "no box: outside the picture"],
-    ["cut off by its border", "no box: mostly beyond the picture's border"],
-    ["hidden", "no box: hidden by people in front"],
-    ["too small", "no box: smaller in the picture than any box of this sequence"],
-    ["missed", "no box: missed by detector or tracker"],
-    ["left out", "no box: not among the people of this dataset"],
-  ];
-
-  /** People without a box: columns are the clip's K tracks, then people who are in none of them. */
-  async function decodeUnboxed(value, clip) {
-    const { T, K } = clip, M = value.people, N = K + M, read = columnsOf(await unpack(value.data), T);
-    const reasons = Uint8Array.from(read(N, SMOOTH, 1), (code) => code || 0);
-    const u = read(N, SMOOTH, PIXEL * value.coarse), [v, l] = [0, 1].map(() => read(N, SMOOTH, PIXEL * value.coarse, u));
-    let like = null;
-    const [px, py] = ["px", "py"].map((name) => {
-      const places = (like = read(M, SMOOTH, METRE * value.coarse, like));
-      return Float64Array.from(reasons, (reason, i) => {
-        const t = Math.floor(i / N), n = i % N;
-        return !reason ? NaN : n < K ? clip[name][t * K + n] : places[t * M + n - K];
-      });
-    });
-    return { N, reasons, u, v, l, px, py };
-  }
-
   /* A moment: what is so at a frame, between two if need be. */
 
   /** Between two values, angles and columns of a panorama the shorter way around; of an unknown one the nearer. */
@@ -124,49 +97,22 @@
     constructor(clip, estimates) {
       const { K } = clip, room = (source) => ({ source, px: new Float64Array(K), py: new Float64Array(K), x: 0, y: 0, yaw: 0 });
       this.boxes = { u: new Float64Array(K), v: new Float64Array(K), l: new Float64Array(K) };
-      Object.assign(this, { clip, truth: room(clip), estimates: estimates.map(room), others: null, frame: 0, share: 0 });
-    }
-
-    /** Add the people without boxes, once they are loaded. */
-    add(source) {
-      const made = () => new Float64Array(source.N).fill(NaN);
-      this.others = { source, N: source.N, px: made(), py: made(), u: made(), v: made(), l: made() };
+      Object.assign(this, { clip, truth: room(clip), estimates: estimates.map(room), frame: 0, share: 0 });
     }
 
     /** Go to frame `at`, between two if `smooth`, otherwise to the earlier; boxes stay with a picture of it if `pictured`. */
     go(at, smooth, pictured) {
-      const { clip, others } = this, frame = Math.floor(at), share = smooth ? at - frame : 0, boxShare = pictured ? 0 : share;
+      const { clip } = this, frame = Math.floor(at), share = smooth ? at - frame : 0, turn = clip.picture.round ? clip.picture.width : 0;
       Object.assign(this, { frame, share });
-      const boxes = (source, out) => {
-        for (const name of ["u", "v", "l"]) {
-          blend(source[name], out[name], frame, boxShare, name === "u" && clip.picture.round ? clip.picture.width : 0);
-        }
-      };
-      const places = (source, out) => { for (const name of ["px", "py"]) blend(source[name], out[name], frame, share); };
       for (const room of [this.truth, ...this.estimates]) {
         const { source } = room, next = Math.min(frame + 1, clip.T - 1);
-        places(source, room);
+        for (const name of ["px", "py"]) blend(source[name], room[name], frame, share);
         for (const name of ["x", "y", "yaw"]) {
           room[name] = between(source[name][frame], source[name][next], share, name === "yaw" ? 2 * Math.PI : 0);
         }
       }
-      boxes(clip, this.boxes);
-      if (!others) return;
-      places(others.source, others);
-      boxes(others.source, others);
+      for (const name of ["u", "v", "l"]) blend(clip[name], this.boxes[name], frame, pictured ? 0 : share, name === "u" ? turn : 0);
     }
-
-    /** Why somebody has no box now; 0 if there is one, or nobody. */
-    reason(n) { return this.others ? this.others.source.reasons[this.frame * this.others.N + n] : 0; }
-
-    /** Place of a person, [x, y] in m, with a box or without; NaN of nobody. */
-    placeOf(n) {
-      const { px, py } = this.others && (n >= this.clip.K || this.reason(n)) ? this.others : this.truth;
-      return [px[n] ?? NaN, py[n] ?? NaN];
-    }
-
-    /** Whether a disc is drawn of a track's person: it has a box, or there is no telling yet who has none. */
-    isShown(n) { return !this.others || this.clip.observed[this.frame * this.clip.K + n] === 1; }
   }
 
   /** Add to an estimate its errors: `dx` [T] in m, the mean over people who are scored, `dt` in m and `dr` in rad. */
@@ -337,7 +283,6 @@
       clear(this, theme.paper);
       this.drawGround(moment, theme);
       context.setTransform(this.scale, 0, 0, this.scale, 0, -shown.top * this.scale);
-      if (options.unboxed && moment.others) this.drawUnboxed(moment.others, theme);
       this.order.sort((a, b) => (moment.boxes.l[a] || 0) - (moment.boxes.l[b] || 0));
       for (const k of this.order) this.drawBox(moment, k, theme, options);
       if (clip.picture.round) this.drawCompass(theme);
@@ -403,21 +348,6 @@
       context.setLineDash([5 * thin, 3 * thin]);
     }
 
-    /** Where the boxes of people without one would be: dotted, and dark and light on a picture. */
-    drawUnboxed({ u, v, l, N }, theme) {
-      const { context, thin, pictures } = this;
-      context.beginPath();
-      for (let n = 0; n < N; n++) {
-        if (l[n] === l[n]) for (const rectangle of this.rectangles(u[n], v[n], l[n])) context.rect(...rectangle);
-      }
-      Object.assign(context, { lineWidth: 1.2 * thin, strokeStyle: "#fff" });
-      if (pictures) context.stroke();
-      context.strokeStyle = pictures ? "#000" : theme.faint;
-      context.setLineDash([2.5 * thin, 2.5 * thin]);
-      context.stroke();
-      context.setLineDash([]);
-    }
-
     drawCompass(theme) {
       const { context, shown, thin } = this, size = 11 * thin;
       for (const [name, share, align] of EgoView.MARKS) {
@@ -441,23 +371,21 @@
     }
 
     drawSelected(moment, theme, n) {
-      const { u, v, l } = moment.others && (n >= this.clip.K || moment.reason(n)) ? moment.others : moment.boxes;
+      const { u, v, l } = moment.boxes;
       if (!(l[n] === l[n])) return;
       const { context, thin, clip, shown, scale } = this, size = 12 * thin, half = 0.5 * EgoView.ASPECT * l[n] + 3 / scale;
       Object.assign(context, { lineWidth: 2.5 * thin, strokeStyle: theme.accent });
       context.strokeRect(u[n] - half, v[n] - l[n] / 2, 2 * half, l[n]);
       type(context, size, "center", "bottom");
       const x = Math.min(Math.max(u[n], 3 * size), shown.width - 3 * size), y = Math.max(v[n] - l[n] / 2 - 0.2 * size, shown.top + 2.6 * size);
-      label(context, n < clip.K ? `person ${clip.tracks[n]}` : "no box", x, y, theme.ink, theme.paper);
+      label(context, `person ${clip.tracks[n]}`, x, y, theme.ink, theme.paper);
     }
 
     /** The nearest person whose box lies under a point of the view (CSS px), or -1. */
-    pick({ boxes, others }, x, y) {
-      const rate = this.shown.width / this.canvas.clientWidth, column = x * rate, row = y * rate + this.shown.top;
-      const holds = ({ u, v, l }, slack) => (n) =>
-        Math.abs(u[n] - column) < 0.5 * EgoView.ASPECT * l[n] + slack && Math.abs(v[n] - row) < l[n] / 2 + slack;
-      const found = this.order.findLast(holds(boxes, 3 * rate));
-      return found ?? (others ? [...others.u.keys()].findIndex(holds(others, 0)) : -1);
+    pick({ boxes: { u, v, l } }, x, y) {
+      const rate = this.shown.width / this.canvas.clientWidth, column = x * rate, row = y * rate + this.shown.top, slack = 3 * rate;
+      return this.order.findLast((n) =>
+        Math.abs(u[n] - column) < 0.5 * EgoView.ASPECT * l[n] + slack && Math.abs(v[n] - row) < l[n] / 2 + slack) ?? -1;
     }
   }
 
@@ -466,20 +394,20 @@
 
   /** Past frames of those who are there, and of the observer, as a path in m; made once a frame. */
   function trailOf(room, moment) {
-    const { clip, frame, others } = moment, { source, trail } = room, { K, dt } = clip;
-    if (trail?.frame === frame && trail.others === others) return trail.path;
+    const { clip, frame } = moment, { source, trail } = room, { K, dt } = clip;
+    if (trail?.frame === frame) return trail.path;
     const from = Math.max(0, frame - Math.min(Math.round(TRAIL.seconds / dt), Math.ceil(TRAIL.points / K))), path = new Path2D();
     const isKnown = (i) => source.px[i] === source.px[i];
     const leaps = (i) => source === clip && Math.hypot(source.px[i] - source.px[i - K], source.py[i] - source.py[i - K]) > TRAIL.fastest * dt;
     for (let k = 0; k < K; k++) {
-      if (!isKnown(frame * K + k) || !moment.isShown(k)) continue;
+      if (!isKnown(frame * K + k)) continue;
       for (let t = from, i = from * K + k; t <= frame; t++, i += K) {
         const goesOn = t > from && isKnown(i - K) && !leaps(i);
         if (isKnown(i)) path[goesOn ? "lineTo" : "moveTo"](source.px[i], source.py[i]);
       }
     }
     for (let t = from; t <= frame; t++) path[t > from ? "lineTo" : "moveTo"](source.x[t], source.y[t]);
-    room.trail = { frame, others, path };
+    room.trail = { frame, path };
     return path;
   }
 
@@ -488,13 +416,11 @@
     const { clip, frame } = moment, path = new Path2D(), { K } = clip;
     const add = (from, up, to, high) => { path.moveTo(from, up); path.lineTo(to, high); };
     for (let k = 0, i = frame * K; k < K; k++, i++) {
-      if (source.px[i] === source.px[i] && px[k] === px[k] && moment.isShown(k)) add(source.px[i], source.py[i], px[k], py[k]);
+      if (source.px[i] === source.px[i] && px[k] === px[k]) add(source.px[i], source.py[i], px[k], py[k]);
     }
     add(source.x[frame], source.y[frame], x, y);
     return path;
   }
-
-  const far = (metres) => (metres >= 1000 ? `${+(metres / 1000).toPrecision(2)} km` : `${+metres.toPrecision(2)} m`);
 
   /** The map from above: true people and camera, up to three solvers' estimates, trails, error lines, a metric grid. */
   class MapView {
@@ -502,8 +428,6 @@
     static STEPS = [0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 1e5];
     static AROUND = { crowd: 1.5, way: 15 }; // m around the crowd, or around the camera's way where nobody's place is known
     static POINTER = 14; // CSS px within which a person is found
-    static ARROW = { step: 15, size: 7, sectors: 20 }; // CSS px; directions that people are gathered in
-    static INSET = { side: 12, top: 24, wide: 52, high: 190 }; // of arrows in CSS px: below the grid's figures; beside the buttons
 
     constructor(canvas) {
       Object.assign(this, { canvas, context: canvas.getContext("2d") });
@@ -531,9 +455,8 @@
 
     /** Look at all that is there at a moment, however far off the estimates are. */
     fitAll(moment) {
-      const { truth, estimates, others } = moment, shown = (_, n) => moment.isShown(n);
-      const sides = [["px", "x"], ["py", "y"]].map(([name, own]) => extent([...truth[name].filter(shown), ...(others?.[name] || []),
-        truth[own], ...estimates.flatMap((room) => [...room[name], room[own]])], 0));
+      const { truth, estimates } = moment, sides = [["px", "x"], ["py", "y"]].map(([name, own]) =>
+        extent([truth, ...estimates].flatMap((room) => [...room[name], room[own]]), 0));
       const around = MapView.AROUND.crowd + 0.08 * Math.max(...sides.map(([low, high]) => high - low));
       this.look(...sides.map(([low, high]) => [low - around, high + around]), this.following ? truth : { x: 0, y: 0 });
       this.home = false;
@@ -586,13 +509,11 @@
       this.drawGrid(theme);
       this.drawSight(truth, theme);
       if (options.trails) this.drawTrails(moment, solvers, theme);
-      if (options.unboxed && moment.others) this.drawUnboxed(moment, theme);
       this.drawPeople(moment, theme, options);
       moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
       this.drawCamera(truth, theme.ink, theme.paper);
       if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
       else if (options.ids) this.drawIds(moment, theme);
-      this.drawEdges(moment, solvers, theme, options);
       this.drawScale(theme);
     }
 
@@ -659,8 +580,8 @@
     drawPeople(moment, theme, options) {
       const { context, clip, canvas } = this, { px, py } = moment.truth, base = moment.frame * clip.K;
       const radius = Math.max(MapView.PERSON * this.k, 2.5 * canvas.ratio);
-      const isThere = (n) => px[n] === px[n], people = [...clip.tracks.keys()].filter(isThere);
-      for (const n of people.filter((one) => moment.isShown(one))) {
+      const people = [...clip.tracks.keys()].filter((n) => px[n] === px[n]);
+      for (const n of people) {
         context.beginPath();
         this.circle(px[n], py[n], radius);
         context.fillStyle = theme.people[n];
@@ -671,19 +592,6 @@
       Object.assign(context, { lineWidth: 1.2 * canvas.ratio, strokeStyle: theme.ink }).stroke();
     }
 
-    /** People without a box: hollow, in their colour if they have one elsewhere in the sequence. */
-    drawUnboxed(moment, theme) {
-      const { context, clip, canvas, k } = this, { others } = moment, radius = Math.max(0.8 * MapView.PERSON * k, 2.2 * canvas.ratio);
-      context.lineWidth = 1.3 * canvas.ratio;
-      for (let n = 0; n < others.N; n++) {
-        if (!moment.reason(n) || others.px[n] !== others.px[n]) continue;
-        context.beginPath();
-        this.circle(others.px[n], others.py[n], radius);
-        context.strokeStyle = n < clip.K ? theme.people[n] : theme.faint;
-        faintly(context, 0.75, () => context.stroke());
-      }
-    }
-
     drawEstimate(moment, room, solver, options) {
       const { context, canvas, clip, k } = this, { truth } = moment;
       const stamp = this.stamp(solver, Math.max(0.8 * MapView.PERSON * k, 3.2 * canvas.ratio)), half = stamp.width / 2;
@@ -691,8 +599,7 @@
         const line = (from, to, up, n) => { context.moveTo(this.sx(from), this.sy(up)); context.lineTo(this.sx(to), this.sy(n)); };
         context.beginPath();
         for (let n = 0; n < clip.K; n++) {
-          const known = room.px[n] === room.px[n] && truth.px[n] === truth.px[n];
-          if (known && moment.isShown(n)) line(truth.px[n], room.px[n], truth.py[n], room.py[n]);
+          if (room.px[n] === room.px[n] && truth.px[n] === truth.px[n]) line(truth.px[n], room.px[n], truth.py[n], room.py[n]);
         }
         line(truth.x, room.x, truth.y, room.y);
         Object.assign(context, { lineWidth: 1.6 * canvas.ratio, strokeStyle: solver.colour }).stroke();
@@ -729,13 +636,13 @@
 
     /** The person, true or estimated, nearest to a point of the canvas (CSS px), or -1. */
     pick(moment, x, y) {
-      const { ratio } = this.canvas, { truth, estimates, others } = moment;
+      const { ratio } = this.canvas;
       let best = MapView.POINTER * ratio, found = -1;
-      for (const room of [truth, ...estimates, ...(others ? [others] : [])]) {
-        for (let n = 0; n < room.px.length; n++) {
-          const off = Math.hypot(this.sx(room.px[n]) - x * ratio, this.sy(room.py[n]) - y * ratio);
-          if (off < best && (room !== others || moment.reason(n))) { best = off; found = n; }
-        }
+      for (const { px, py } of [moment.truth, ...moment.estimates]) {
+        px.forEach((place, n) => {
+          const off = Math.hypot(this.sx(place) - x * ratio, this.sy(py[n]) - y * ratio);
+          if (off < best) { best = off; found = n; }
+        });
       }
       return found;
     }
@@ -744,20 +651,19 @@
       const { context, canvas: { ratio }, clip } = this, { px, py } = moment.truth;
       type(context, 10 * ratio, "left", "middle");
       for (let n = 0; n < clip.K; n++) {
-        const isHere = px[n] === px[n] && moment.isShown(n), at = [this.sx(px[n]) + 7 * ratio, this.sy(py[n]) - 7 * ratio];
-        if (isHere) label(context, clip.tracks[n], ...at, theme.ink, theme.paper);
+        const at = [this.sx(px[n]) + 7 * ratio, this.sy(py[n]) - 7 * ratio];
+        if (px[n] === px[n]) label(context, clip.tracks[n], ...at, theme.ink, theme.paper);
       }
     }
 
     drawSelected(moment, theme, n) {
-      const { context, canvas: { ratio }, clip } = this, [px, py] = moment.placeOf(n);
+      const { context, canvas: { ratio }, clip } = this, px = moment.truth.px[n], py = moment.truth.py[n];
       if (px !== px) return;
       context.beginPath();
       this.circle(px, py, Math.max(0.42 * this.k, 10 * ratio));
       Object.assign(context, { lineWidth: 2.5 * ratio, strokeStyle: theme.accent }).stroke();
       type(context, 12 * ratio, "left", "middle");
-      const text = n < clip.K ? `person ${clip.tracks[n]}` : "no box";
-      label(context, text, this.sx(px) + 14 * ratio, this.sy(py) - 12 * ratio, theme.ink, theme.paper);
+      label(context, `person ${clip.tracks[n]}`, this.sx(px) + 14 * ratio, this.sy(py) - 12 * ratio, theme.ink, theme.paper);
     }
 
     drawScale(theme) {
@@ -769,81 +675,6 @@
       type(context, 11 * ratio, "center", "bottom");
       label(context, `${step} m`, x + long / 2, y - 3 * ratio, theme.ink, theme.paper);
     }
-
-    /** Draw arrows to what lies outside, a line for each solver; `outside` keeps their words for those who hear the page. */
-    drawEdges(moment, solvers, theme, options) {
-      const taken = [];
-      this.outside = moment.estimates.map((room, n) => [...this.gather(moment, room, options.isGiven, n).values()].map((one) => {
-        this.drawArrow(one, solvers[n].colour, theme, taken);
-        return outsideText(one);
-      }));
-    }
-
-    /** Those of an estimate that are outside, by where their error lines leave the map: { at, turn, count, off, own }. */
-    gather(moment, room, isGiven, number) {
-      const { canvas } = this, { truth } = moment, { step, sectors } = MapView.ARROW, slack = 4 * canvas.ratio, found = new Map();
-      const add = (x, y, tx, ty, isCamera) => {
-        const sx = this.sx(x), sy = this.sy(y);
-        if (sx >= -slack && sy >= -slack && sx <= canvas.width + slack && sy <= canvas.height + slack) return;
-        const { at, turn } = this.exit([this.sx(tx), this.sy(ty)], [sx, sy], step * number), off = Math.hypot(x - tx, y - ty);
-        const side = Math.atan2(at[1] - canvas.height / 2, at[0] - canvas.width / 2) / (2 * Math.PI);
-        const sector = Math.round((side + 1) * sectors) % sectors, one = found.get(sector) || { at, turn, count: 0, off: 0, own: NaN };
-        if (isCamera) one.own = off;
-        else { one.count += 1; one.off = Math.max(one.off, off); }
-        found.set(sector, one);
-      };
-      if (room.x === room.x) add(room.x, room.y, truth.x, truth.y, true);
-      room.px.forEach((x, n) => {
-        const [tx, ty] = truth.px[n] === truth.px[n] ? [truth.px[n], truth.py[n]] : [truth.x, truth.y];
-        if (x === x && !isGiven(moment.frame, n)) add(x, room.py[n], tx, ty, false);
-      });
-      return found;
-    }
-
-    /** Where the line from a place of the canvas to one outside leaves it, `more` CSS px further in than usual. */
-    exit(from, to, more) {
-      const { width, height, ratio } = this.canvas, { side, top, wide, high: tall } = MapView.INSET, inset = (own) => (own + more) * ratio;
-      const low = [inset(side), inset(top)], high = [width - inset(side), height - inset(this.below)];
-      const inside = from.every((place, axis) => place > low[axis] && place < high[axis]);
-      const [x, y] = inside ? from : [width / 2, height / 2], dx = to[0] - x, dy = to[1] - y;
-      const reach = Math.min((dx > 0 ? high[0] - x : low[0] - x) / dx || Infinity, (dy > 0 ? high[1] - y : low[1] - y) / dy || Infinity);
-      const row = y + reach * dy, right = width - (row < tall * ratio ? inset(wide) : 0);
-      return { at: [Math.min(x + reach * dx, right), row], turn: Math.atan2(dy, dx) };
-    }
-
-    drawArrow(one, colour, theme, taken) {
-      const { context, canvas: { ratio } } = this, size = MapView.ARROW.size * ratio, dx = Math.cos(one.turn), dy = Math.sin(one.turn);
-      const [x, y] = one.at;
-      context.beginPath();
-      for (const [along, across] of [[1, 0], [-0.8, 0.85], [-0.8, -0.85]]) {
-        context.lineTo(x + size * (along * dx - across * dy), y + size * (along * dy + across * dx));
-      }
-      context.closePath();
-      Object.assign(context, { lineWidth: 1.6 * ratio, strokeStyle: colour, fillStyle: colour }).stroke();
-      if (one.own === one.own) context.fill();
-      this.drawDistance(outsideText(one), [x - 2.4 * size * dx, y - 2.4 * size * dy], dx, colour, theme.paper, taken);
-    }
-
-    /** Beside an arrow, inwards, where no other such text stands; without room there is none. */
-    drawDistance(text, [x, y], dx, colour, paper, taken) {
-      const { context, canvas } = this, { ratio } = canvas, high = 14 * ratio, away = 6 * ratio;
-      type(context, 11 * ratio, "left", "middle");
-      const wide = context.measureText(text).width, start = dx > 0.4 ? x - wide : dx < -0.4 ? x : x - wide / 2;
-      const left = Math.min(Math.max(start, away), canvas.width - wide - away), right = left + wide;
-      const rows = [0, 1, -1, 2, -2, 3, -3].map((shift) =>
-        Math.min(Math.max(y + shift * high, MapView.INSET.top * ratio), canvas.height - this.below * ratio));
-      const isFree = (row) => !taken.some((one) => Math.abs(one.row - row) < high && left < one.right && right > one.left);
-      const row = rows.find(isFree);
-      if (row === undefined) return;
-      taken.push({ row, left: left - away, right: right + away });
-      label(context, text, left, row, colour, paper);
-    }
-  }
-
-  /** Text of an arrow: the camera's error first, then how many people and the largest error of theirs. */
-  function outsideText({ count: number, off, own }) {
-    const people = number ? `${count(number, "person", "people")} ${number > 1 ? "≤ " : ""}${far(off)}` : "";
-    return [own === own ? `camera ${far(own)}` : "", people].filter(Boolean).join(", ");
   }
 
   /** The least and the largest value that is known, and so much more. */
@@ -1058,7 +889,7 @@
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
     ["w", "the moments that tell most"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
-    ["a", "see all estimates of the frame"], ["f", "follow the camera"], ["b", "people without a box"],
+    ["a", "see all estimates of the frame"], ["f", "follow the camera"],
     ["l", "loop"], ["t", "trails"], ["e", "error lines"], ["i", "ids"], ["m", "smooth motion between frames"],
     ["[ ]", "previous or next person"], ["?", "this help"],
   ];
@@ -1078,12 +909,11 @@
       <div class="player-sight" role="group" aria-label="What the observer sees" tabindex="0">
         <canvas class="player-ego" data-ego role="img"></canvas></div>
       <p class="player-boxes" data-boxes-line><span data-boxes><i class="player-box"></i> <span></span></span>
-        <span data-alarms><i class="player-box player-alarm"></i> <span></span></span>
-        <span data-without><i class="player-box player-without"></i> <span></span></span></p>
+        <span data-alarms><i class="player-box player-alarm"></i> <span></span></span></p>
       <div class="player-ground">
         <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
         <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See where everybody truly is", icon("fit"))}${button("all", "See all estimates of this frame, however far off", icon("all"))}</div>
-        <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-hollow"></span> without a box</b>
+        <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-true player-pale"></span> without a box</b>
           <b><span class="player-given"></span> given</b> <b><span class="player-cone"></span> camera</b></p>
       </div>
       <div class="player-side">
@@ -1096,7 +926,7 @@
         <div class="player-person"><label>Person <select data-person></select></label>
           <p data-person-text></p></div>
         <div class="player-flags">
-          ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}${check("unboxed", "No box", "b")}
+          ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}
           ${check("ids", "Ids", "i")}${check("smooth", "Smooth", "m")}${check("loop", "Loop", "l")}
         </div>
       </div>
@@ -1139,7 +969,7 @@
   /* What it is: what is chosen, what is loaded, the drawing of it, and what is said of it. */
 
   const MOST = 3, AT_FIRST = 2; // solvers at a time, and where the address names none
-  const FLAGS = { follow: false, trails: true, errors: true, unboxed: true, ids: false, smooth: true, loop: false };
+  const FLAGS = { follow: false, trails: true, errors: true, ids: false, smooth: true, loop: false };
 
   class Session {
     constructor(element, { board, state, onState }) {
@@ -1245,7 +1075,7 @@
       const { ui, views, index, sequence } = this, fresh = clip !== this.clip;
       ui.note.hidden = true;
       ui.body.hidden = false;
-      Object.assign(this, { folder, clip, estimates, moment: new Moment(clip, estimates), others: fresh ? null : this.others });
+      Object.assign(this, { folder, clip, estimates, moment: new Moment(clip, estimates) });
       if (fresh) {
         const pictures = `data/player/pictures/${encodeURIComponent(index.split)}/${sequence}`;
         views.ego.start(clip, index.pictures[sequence] || 0, (t) => `${pictures}/${String(t).padStart(5, "0")}.jpg`, () => this.ask());
@@ -1254,22 +1084,11 @@
         list(ui.person, [[-1, "nobody"], ...clip.tracks.map((track, k) => [k, track])], -1);
       }
       ui.scrub.max = clip.T - 1;
-      if (this.others) this.moment.add(this.others);
       this.recolour();
       this.go(Number(this.wanted ?? this.moments[0]) || 0);
       this.wanted = null;
       this.moment.go(this.at, false, false);
       if (fresh) views.ego.turnTo(this.moment);
-      if (fresh && clip.unboxed) this.findOthers(folder, clip);
-    }
-
-    /** People without a box come when all else is on the screen. */
-    async findOthers(folder, clip) {
-      const found = await load(`${folder}/unboxed`).then((value) => decodeUnboxed(value, clip)).catch(() => null);
-      if (!found || this.clip !== clip) return;
-      this.others = found;
-      this.moment.add(found);
-      this.ask();
     }
 
     recolour() {
@@ -1387,28 +1206,22 @@
 
     /** A person's distance and errors in this frame. */
     personText(k) {
-      const { moment, clip, drawn, estimates } = this, t = moment.frame, i = t * clip.K + k, reason = moment.reason(k);
-      const [px, py] = moment.placeOf(k), away = Math.hypot(px - moment.truth.x, py - moment.truth.y).toFixed(1), why = REASONS[reason][1];
-      if (k >= clip.K) return reason ? `Somebody, ${away} m away; ${why}.` : "Somebody who is not there in this frame.";
+      const { moment, clip, drawn, estimates } = this, t = moment.frame, i = t * clip.K + k;
+      const away = Math.hypot(clip.px[i] - clip.x[t], clip.py[i] - clip.y[t]).toFixed(1);
       if (this.isAlarm(t, k)) return `Box ${clip.tracks[k]} shows nobody: a false alarm, which is not scored.`;
       if (Number.isNaN(clip.px[i])) return `Person ${clip.tracks[k]} is not there in this frame.`;
-      if (!clip.observed[i] && !reason) return `Person ${clip.tracks[k]} has another box in this frame: the track was lost.`;
       const errors = estimates.map(({ px: x, py: y }, n) => `${drawn[n].name} ${short(Math.hypot(x[i] - clip.px[i], y[i] - clip.py[i]))} m`);
-      const state = this.isGiven(t, k) ? "; its position is given" : why && `; ${why}`;
+      const state = this.isGiven(t, k) ? "; its position is given" : clip.observed[i] ? "" : "; no box";
       return `Person ${clip.tracks[k]}, ${away} m away${state}. Off by: ${errors.join(", ") || "no solver chosen"}.`;
     }
 
-    /** How many boxes there are, and why some people have none, each beside the mark that it has. */
+    /** How many boxes there are, each kind beside the mark that it has. */
     sayBoxes() {
-      const { clip, moment, ui, board, index } = this, t = moment.frame, counts = REASONS.map(() => 0);
+      const { clip, moment, ui, board, index } = this, t = moment.frame;
       const boxes = clip.tracks.filter((_, k) => clip.observed[t * clip.K + k]).length;
       const alarms = clip.tracks.filter((_, k) => this.isAlarm(t, k)).length;
-      for (let n = 0; n < (moment.others?.N || 0); n++) counts[moment.reason(n)] += 1;
       const nobody = board.tier === "footage" || index.truth === "relative" ? "nobody whose place is known" : "nobody";
-      const all = counts.slice(1).reduce((sum, own) => sum + own, 0);
-      const why = REASONS.map(([words], n) => (n && counts[n] ? `${counts[n]} ${words}` : "")).filter(Boolean).join(", ");
-      const said = { boxes: count(boxes, "box", "boxes"), alarms: alarms && `${alarms} of them ${alarms === 1 ? "shows" : "show"} ${nobody}`,
-        without: all && `${count(all, "person", "people")} without: ${why}` };
+      const said = { boxes: count(boxes, "box", "boxes"), alarms: alarms && `${alarms} of them ${alarms === 1 ? "shows" : "show"} ${nobody}` };
       for (const [name, text] of Object.entries(said)) {
         const place = ui.boxesLine.querySelector(`[data-${name}]`);
         place.lastChild.textContent = text || "";
@@ -1418,15 +1231,14 @@
 
     /** Say the frame's errors, and describe both views, for those who hear the page. */
     sayFrame() {
-      const { ui, clip, moment, drawn, estimates, board, views } = this, t = moment.frame, names = drawn.map(({ name }) => name);
+      const { ui, clip, moment, drawn, estimates, board } = this, t = moment.frame, names = drawn.map(({ name }) => name);
       const seen = clip.tracks.filter((_, k) => clip.observed[t * clip.K + k]).length;
       const errors = estimates.map(({ dx, dt }, n) => `${names[n]}: people off by ${short(dx[t])} m, camera by ${short(dt[t])} m`).join("; ");
       const words = t < START && board.given !== "origin" ? "everything is given" : t < START || !seen ? "nothing is scored" : errors;
       const said = `Frame ${t} of ${clip.T - 1}, ${seen} people seen${words && ": "}${words}.`;
       if (ui.said.textContent !== said) ui.said.textContent = said;
       ui.ego.ariaLabel = `Boxes of ${seen} people in ${clip.picture.round ? "the panorama around the observer" : "the observer's picture"}.`;
-      const outside = names.map((name, n) => (views.map.outside[n]?.length ? ` Outside the map: ${name} ${views.map.outside[n].join(", ")}.` : ""));
-      ui.map.ariaLabel = `Map from above: the observer, the people around, and the estimates of ${names.join(", ") || "no solver"}.${outside.join("")}`;
+      ui.map.ariaLabel = `Map from above: the observer, the people around, and the estimates of ${names.join(", ") || "no solver"}.`;
     }
 
     /** Say what an address asks for that cannot be played here. */
@@ -1481,7 +1293,7 @@
   const ZOOM = 1.3, PAN = 60; // a press of a key
   const PLAIN = { " ": "play", ArrowLeft: "previous", ArrowRight: "next", Home: "start", End: "end" };
   const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", a: "all", w: "telling", "?": "help" };
-  const FLAG_KEYS = { f: "follow", l: "loop", t: "trails", e: "errors", b: "unboxed", i: "ids", m: "smooth" };
+  const FLAG_KEYS = { f: "follow", l: "loop", t: "trails", e: "errors", i: "ids", m: "smooth" };
   const SHIFTS = { ArrowLeft: [PAN, 0], ArrowRight: [-PAN, 0], ArrowUp: [0, PAN], ArrowDown: [0, -PAN] };
 
   const actions = {
