@@ -31,8 +31,18 @@ window.vbbench = (function () {
   const chosen = storage((kept) => kept.getItem(KEY));
   if (chosen === "light" || chosen === "dark") root.dataset.theme = chosen;
   root.classList.add("scripted");
-  if (location.search === "?player") root.classList.add("player-only"); // a page that shows the player in a frame
   document.addEventListener("DOMContentLoaded", startTheme);
+
+  /* Alone in a frame of another page the player says how high it is, and that page makes the frame as high. */
+  if (location.search === "?player") {
+    root.classList.add("player-only");
+    const say = () => parent.postMessage({ playerHeight: Math.ceil(document.body.getBoundingClientRect().height) }, "*");
+    document.addEventListener("DOMContentLoaded", () => new ResizeObserver(say).observe(document.body));
+  }
+  addEventListener("message", ({ data, source }) => {
+    const frame = [...document.querySelectorAll("iframe")].find((each) => each.contentWindow === source);
+    if (frame && data.playerHeight > 0) frame.style.height = `${data.playerHeight + 2}px`; // and its borders
+  });
 
   /* A file of data is a script that calls `provide`, so it loads from file:// too. */
   const values = new Map(), asked = new Map();
