@@ -73,7 +73,7 @@ inline int whole(std::int64_t value, const char* name, std::int64_t least) {
   return static_cast<int>(value);
 }
 
-/// Rows of numbers as rows of what they are.
+/// Rows of numbers as pointers to structs of the same layout.
 template <class Row, class T>
 auto* rows(const Array<T>& found) {
   return reinterpret_cast<std::conditional_t<std::is_const_v<T>, const Row*, Row*>>(found.data());

@@ -171,8 +171,8 @@ nb::object weighed(Object positions, Tuple terms, double softness) {
   return numpy(std::move(weights), {k});
 }
 
-nb::tuple settled(Tuple terms, Object pose, double softness, int rounds, double tolerance, double facing) {
-  Settled found = settle(factors_of(terms), pose_of(pose, "pose"), softness, {rounds, tolerance}, facing);
+nb::tuple minimum(Tuple terms, Object pose, double softness, int rounds, double tolerance, double facing) {
+  Minimum found = minimise(factors_of(terms), pose_of(pose, "pose"), softness, {rounds, tolerance}, facing);
   const std::size_t k = found.weights.size();
   return nb::make_tuple(pose_array(found.pose), numpy(std::move(found.positions), {k, 2}),
                         numpy(std::move(found.weights), {k}));
@@ -260,7 +260,7 @@ void bind_cascade(nb::module_& m) {
       array_arg("pose"), nb::arg("factors"), nb::arg("facing") = kVague);
   m.def("position_covariances", &covariances_of_positions, array_arg("pose"), array_arg("sigma"), nb::arg("factors"));
   m.def("weigh", &weighed, array_arg("positions"), nb::arg("factors"), nb::arg("softness"));
-  m.def("settle", &settled, nb::arg("factors"), array_arg("pose"), nb::arg("softness"), nb::arg("rounds"),
+  m.def("minimise", &minimum, nb::arg("factors"), array_arg("pose"), nb::arg("softness"), nb::arg("rounds"),
         nb::arg("tolerance"), nb::arg("facing") = kVague);
   m.def("link", &linked, array_arg("positions"), nb::arg("reach"), nb::arg("most"));
   m.def("potential", &potential, nb::arg("squared"), nb::arg("sigma"));

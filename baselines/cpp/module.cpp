@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kSmallestWindow = 4, kLargestWindow = 400;  ///< frames
 
-/// The estimator, once `start` has said for how many columns.
+/// The estimator, and the number of columns K that `start` was given.
 struct Core {
   Estimator estimator;
   int columns = -1;

@@ -64,16 +64,16 @@ class Estimator:
         """Write the estimate of a frame of the window, by all boxes so far, into the last four arrays."""
 
     def ages(self) -> list[int]:
-        """Frames since the start of those in the window."""
+        """Numbers of the window's frames, counted from the start."""
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on these columns [M] are new people."""
 
     def __getstate__(self) -> bytes:
-        """The state, as `__setstate__` takes it: copies go on as the original does."""
+        """The state for `__setstate__`; a copy gives the same answers as the original."""
 
     def __setstate__(self, state: bytes) -> None:
-        """Go on from a state; a `VbbenchError` if it is of another version."""
+        """Restore a state; raises `VbbenchError` if it is of another version."""
 
     def gradient_errors(self) -> list[float]:
         """Largest relative errors of the gradient by path, height, own edge, calibration and camera."""
@@ -118,7 +118,7 @@ class FormerNetwork:
         pose: Singles,
         places: Singles,
     ) -> None:
-        """Take a frame of ``dt`` s: renew what is remembered, and write the answer into the last two arrays.
+        """Take a frame of ``dt`` s: update the state, and write the answer into the last two arrays.
 
         Parameters
         ----------
@@ -129,7 +129,7 @@ class FormerNetwork:
         """
 
 def measure(sightings: Sightings, heights: FloatArray, variances: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Where boxes place people of known or uncertain height: mean and variance [K] in m and m².
+    """Places of people of known or uncertain height by their boxes: mean and variance [K] in m and m².
 
     Returns
     -------
@@ -147,7 +147,7 @@ def learn_heights(
     lowest: float,
     highest: float,
 ) -> None:
-    """Renew the posterior ``mean`` and ``variance`` [K] of heights, see `Heights`.
+    """Update the posterior ``mean`` and ``variance`` [K] of heights, see `Heights`.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def continue_people(
     """
 
 def continue_observer(poses: FloatArray, given: BoolArray, spreads: Spreads, kept: float) -> tuple[FloatArray, float]:
-    """The observer at constant velocity, looking where it looked: [3] pose, and the standard deviation of its place.
+    """The observer at constant velocity and yaw: [3] pose, and the standard deviation of its place in m.
 
     Poses [3, 3] at t−2, t−1, t, given [3] and the rest as for people. No known pose at all: the world's origin.
     """
@@ -184,7 +184,7 @@ def adapt_velocities(positions: FloatArray, velocities: FloatArray, radius: floa
 
     Parameters
     ----------
-    positions, velocities : [K, 2] in m and m/s; people of unknown velocity (NaN) are left out and do not change.
+    positions, velocities : [K, 2] in m and m/s; people of unknown velocity (NaN) do not count and do not change.
     radius : in m.
     rate : dt/η; above 1 the mean would be overshot, so it is cut there.
 
@@ -204,15 +204,15 @@ def localise(pose: FloatArray, factors: Factors) -> FloatArray:
     """World positions [K, 2] in m of least energy given the pose [3], a Kalman update; NaN = not observed."""
 
 def pose_covariance(pose: FloatArray, factors: Factors, facing: float = ...) -> FloatArray:
-    """[3, 3] of (x, y, yaw) in m, m·rad, rad², at the pose [3] that `fit_pose` found with that yaw information."""
+    """Covariance [3, 3] of (x, y, yaw) in m², m·rad, rad², at the pose [3] found by `fit_pose` with ``facing``."""
 
 def position_covariances(pose: FloatArray, sigma: FloatArray, factors: Factors) -> FloatArray:
-    """[K, 2, 2] in m², in the world; ``sigma`` [3, 3] is the pose's covariance. NaN for people not observed."""
+    """Covariances [K, 2, 2] in m², in the world; ``sigma`` [3, 3] is the pose's. NaN for people not observed."""
 
 def weigh(positions: FloatArray, factors: Factors, softness: float) -> FloatArray:
-    """Weights w [K] of positions [K, 2] about what is expected; one where nothing is."""
+    """Weights w [K] of positions [K, 2] by their deviations from predictions; 1 without prediction."""
 
-def settle(
+def minimise(
     factors: Factors, pose: FloatArray, softness: float, rounds: int, tolerance: float, facing: float = ...
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Minimise E_c over the pose, unless it is known, and the people.
@@ -256,9 +256,9 @@ def sample_rays(
     Parameters
     ----------
     yaw : of the observer, in rad.
-    positions, weights : [K, 2] optima in m and [K] weights there, as `settle` gives them.
+    positions, weights : [K, 2] optima in m and [K] weights there, as `minimise` gives them.
     rays : [K, 2] place in m of a person one metre tall.
-    softness : as in `settle`.
+    softness : as in `minimise`.
     most, spacing : S, odd, and δ in m of height.
 
     Returns
@@ -288,7 +288,7 @@ def ray_beliefs(
 ) -> FloatArray:
     """Probability [K, S] of each person's samples by the messages: exp(−belief), of sum 1; the rest as `pass_messages`.
 
-    Beliefs are min-marginals: a sample has the probability of the best choice of all others beside it.
+    Beliefs are min-marginals: a sample has the probability of the best joint choice that contains it.
     """
 
 def descend(
@@ -300,7 +300,7 @@ def descend(
     rounds: int,
     tolerance: float,
 ) -> FloatArray:
-    """Positions [K, 2] of least energy E_p near ``positions``; the rest as in `settle`."""
+    """Positions [K, 2] of least energy E_p near ``positions``; the rest as in `minimise`."""
 
 def pose_energies(poses: FloatArray, factors: Factors, softness: float, facing: float) -> FloatArray:
     """−ln p [N] of the observer's poses [N, 3] in m and rad, up to a constant, people's places minimised out.

@@ -28,7 +28,7 @@ EXACT = Spreads(motion=0.0, stay=0.0, estimate=0.0)
 class ConstantVelocity:
     """x = 2x' − x''; people with one known past position stay there; the observer's yaw is held.
 
-    After a cold start boxes also show, once, how everybody moves: in the first frame in which a person is seen again.
+    After a cold start, boxes also give all velocities once: in the first frame in which a person is seen again.
     """
 
     facts: ClassVar[Mapping[str, str]] = UNTUNED
@@ -55,7 +55,7 @@ class ConstantVelocity:
         return history.store(walk, positions, converged=self._is_near())
 
     def _is_near(self) -> bool:
-        """Whether people who walk on as before are still about there, as nobody looks."""
+        """Whether the extrapolated pose is still reliable: its drift is below `UNRELIABLE`."""
         history, drift, dt = self._history, self._drift, self._problem.dt
         drift.advance(history, kept_shares(history, dt)[1], dt, measured=False)
         if not history.pose_given[2]:
@@ -67,7 +67,7 @@ class ConstantVelocity:
         self._history.forget(columns)
 
     def _set_moving(self, frame: Frame) -> FrameEstimate:
-        """The pose and everybody's places by the boxes of this frame and by where people were before."""
+        """The pose and all places by the boxes of this frame and by people's places in the frame before."""
         history, problem = self._history, self._problem
         everyone = np.ones(len(frame.observations), np.bool_)
         seen = sight(problem.camera, usable(frame.observations), problem.pixel_std)

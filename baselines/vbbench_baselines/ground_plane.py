@@ -1,4 +1,4 @@
-"""``ground-plane``: the naive map that an engineer writes first, which every other solver has to beat.
+"""``ground-plane``: the simplest map, as an engineer would write it first, which every other solver has to beat.
 
 A box gives the distance of a person of mean height (inverse perspective mapping). The pose comes from odometry where
 there is any, else from the rigid fit of these places to where everybody is predicted. One Kalman filter a person, of
@@ -108,7 +108,7 @@ class GroundPlane:
         self._doubt = added if fixed else added + geometry.covariance_along(levers, self._doubt)
 
     def _update(self, places: FloatArray, noise: FloatArray = GIVEN[:2, :2]) -> None:
-        """The Kalman filters' step with measured ``places`` [K, 2], NaN = none; people who are new begin there."""
+        """Update the Kalman filters with measured ``places`` [K, 2], NaN = none; new people start there."""
         noise, unknown = np.broadcast_to(noise, (len(places), 2, 2)), np.isnan(self._people[:, 0])
         new, old = (np.flatnonzero(~np.isnan(places[:, 0]) & some) for some in (unknown, ~unknown))
         self._people[new] = np.pad(places[new], ((0, 0), (0, 2)))
@@ -140,11 +140,11 @@ def rigid_fit(
 
 
 def _difference(after: FloatArray, before: FloatArray) -> FloatArray:
-    """[3] of two poses, with the angle wrapped."""
+    """The difference [3] of two poses, with the angle wrapped."""
     return np.array([*(after - before)[:2], wrap_angle(after[2] - before[2])])
 
 
 def _axes(yaw: float) -> FloatArray:
-    """[3, 3] that turns (forward, left, turn) of a camera with this ``yaw`` into (x, y, yaw)."""
+    """The rotation [3, 3] of (forward, left, turn) of a camera with this ``yaw`` into (x, y, yaw)."""
     sin, cos = np.sin(yaw), np.cos(yaw)
     return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

@@ -26,8 +26,8 @@ class MapCausal:
     Parameters
     ----------
     carried_by : what carries the camera; ``None`` for what the problem states.
-    constants : numbers of ``constants.hpp``, or ``size`` (frames of the window), ``rounds`` or ``least`` (the most
-        steps of a solution, and the fall of the cost that is the last one's).
+    constants : numbers of ``constants.hpp``, or ``size`` (frames of the window), ``rounds`` (most steps of a solution),
+        ``least`` (decrease of the cost in nats below which it stops).
 
     Raises
     ------
@@ -111,10 +111,10 @@ class MapCausal:
 
 
 class MapBatch:
-    """The same with boxes of later frames: a frame's answer is that of a longer window as it leaves it.
+    """A fixed-lag smoother: a frame's answer uses later boxes, up to the frame's departure from a longer window.
 
-    Time is linear in frames. Frames between key frames are corrected as the key frames next to them. Parameters are
-    those of `MapCausal`.
+    Time is linear in frames. Frames between key frames receive the corrections of the nearest key frames. Parameters
+    are those of `MapCausal`.
     """
 
     facts: ClassVar[Mapping[str, str]] = DEVELOPED
@@ -144,9 +144,9 @@ class MapBatch:
         return _corrected(Estimate.of_frames(answers), smooth)
 
     def _newest(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
-        """The causal answer of the last frame, where all poses before are given: nothing later corrects them.
+        """The causal answer of the last frame, used where all poses before it are given.
 
-        A sequence that is the one solved before and a frame is continued.
+        If the sequence extends the one solved before by one frame, its solution is continued.
         """
         first = 0
         if self._latest is not None:
@@ -171,7 +171,7 @@ def _unknown(people: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArra
 
 
 def _corrected(causal: Estimate, smooth: Mapping[int, tuple[FloatArray, ...]]) -> Estimate:
-    """The ``smooth`` answers of key frames; those between are moved as the key frames next to them are."""
+    """The ``causal`` estimate with ``smooth`` answers at key frames; frames between receive their corrections."""
     keys = np.array(sorted(smooth))
     poses, spreads, places, place_spreads = (np.stack(rows) for rows in zip(*(smooth[k] for k in keys), strict=True))
     moved = poses - causal.poses[keys]
@@ -202,7 +202,7 @@ def _corrected(causal: Estimate, smooth: Mapping[int, tuple[FloatArray, ...]]) -
 
 
 def _after(last: Estimate, given: Given) -> Estimate:
-    """An estimate of the last frame, after what is given of those before."""
+    """An estimate of all frames: what is given, then ``last`` as the last frame."""
     before, people, report = len(given.poses) - 1, last.positions.shape[1], dict[str, Any]()
     if last.pose_covariances is not None and last.position_covariances is not None:
         report = {

@@ -1,8 +1,8 @@
-"""Motion models: what moves people off the straight line. A new model is a class with one method.
+"""Motion models: forces that divert people from constant velocity. A new model is a class with one method.
 
 A model with the force F (an acceleration in m/s²) measures a walk by D_k = ‖F_k − ẍ_k‖ (arXiv 2111.05060, eq. 10 and
 11). With ẍ = (x − 2x' + x'')/dt² this is the distance of x from the expectation 2x' − x'' + dt²F, divided by dt²; the
-model gives dt²F; the solver decides how the distance counts.
+model gives dt²F; the solver applies its own loss to the distance.
 """
 
 from dataclasses import dataclass
@@ -76,11 +76,11 @@ class SocialForceWalk:
 def expect(
     model: MotionModel, history: History, chosen: BoolArray, spreads: Spreads, dt: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """What ``model`` expects after ``history``; forces act among the ``chosen`` [K] and the observer only.
+    """Predictions of ``model`` after ``history``; forces act among the ``chosen`` [K] and the observer only.
 
     Returns
     -------
-    Places [K, 2] of people and their standard deviations [K] in m, NaN = no expectation; the observer's pose [3], its
+    Places [K, 2] of people and their standard deviations [K] in m, NaN = no prediction; the observer's pose [3], its
     yaw held, and the standard deviation in m of its place.
     """
     kept, own_kept = kept_shares(history, dt)
@@ -106,7 +106,7 @@ def kept_shares(history: History, dt: float) -> tuple[float, float]:
 
 
 def _let_stand(walk: FloatArray, walk_std: float, history: History, spreads: Spreads, dt: float) -> float:
-    """Draw the expected pose [3] towards where the observer was, as `standing` says; return its standard deviation."""
+    """Fuse the predicted pose [3], in place, with the prior of `standing`; returns its standard deviation in m."""
     steps = np.diff(history.poses[:2, :2], axis=0)
     speed = np.nan_to_num(np.hypot(*steps.T) / dt)
     share, new = float(standing(speed)[0]), int(np.count_nonzero(history.seen & history.new))

@@ -1,6 +1,6 @@
 """``vb-sf``: view birdification with social force (VB-SF of arXiv 2111.05060), its variants, and the paper's own text.
 
-``vb-sf`` departs from the paper where that helps; ``vb-sf-literal`` is the same solver with every departure taken back.
+``vb-sf`` departs from the paper where that helps; ``vb-sf-literal`` is the same solver without any departure.
 """
 
 from collections.abc import Mapping
@@ -14,11 +14,11 @@ from vbbench.solver import Problem
 from vbbench_baselines._core import (
     descend,
     link,
+    minimise,
     pass_messages,
     pose_energies,
     ray_beliefs,
     sample_rays,
-    settle,
     tabulate,
 )
 from vbbench_baselines.cascade.factors import CrowdGraph, nearest
@@ -31,18 +31,18 @@ EXPECTED_WEIGHT = 0.5
 
 @dataclass(kw_only=True)
 class SocialForceBirdifier(Birdifier):
-    """Unsquared norms about what social force expects, and message passing on the crowd graph.
+    """The cascade with unsquared norms of deviations from social force, and message passing on the crowd graph.
 
     Parameters
     ----------
-    relaxation, radius, implicit : of the force, see `vbbench_baselines.motion_models.SocialForceWalk`.
-    softness : ε, below which a deviation counts as its square, in standard deviations.
+    relaxation, radius, implicit : parameters of `vbbench_baselines.motion_models.SocialForceWalk`.
+    softness : ε in standard deviations; the norm is quadratic for smaller deviations.
     samples, spacing : S, odd, and δ in m of height: places along a ray that message passing chooses from.
-    strength, sigma : of the pairwise potential: its weight next to D_k, both in m/s², and its σ in m.
+    strength, sigma : weight λ of the pairwise potential relative to D_k, both in m/s², and its σ in m.
     reach, neighbours : people interact within this distance in m, each with this number of nearest neighbours.
     most_interacting : at most this number of people interact, the nearest; the others keep their own optimum.
-    rounds, damping : of message passing.
-    iterations, tolerance : of the minimisations over real numbers; the tolerance is in m and rad.
+    rounds, damping : greatest number of rounds of message passing, and the damping of messages in [0, 1).
+    iterations, tolerance : limits of the continuous minimisations; the tolerance is in m and rad.
     """
 
     acceleration_std: float = 0.5
@@ -86,7 +86,7 @@ class SocialForceBirdifier(Birdifier):
 
     def _minimise(self, task: Task) -> Answer:
         factors = task.factors
-        pose, alone, weights = settle(factors, task.pose, self.softness, self.iterations, self.tolerance, task.facing)
+        pose, alone, weights = minimise(factors, task.pose, self.softness, self.iterations, self.tolerance, task.facing)
         near, positions = nearest(task.rays, self.most_interacting), alone.copy()
         crowd = task._replace(pose=pose, factors=factors.of(near), rays=task.rays[near])
         self._crowd = crowd, alone[near], weights[near]
@@ -110,7 +110,7 @@ class SocialForceBirdifier(Birdifier):
         return descend(pose, valley, factors, self.softness, graph, self.iterations, self.tolerance)
 
     def _graph(self, alone: FloatArray) -> CrowdGraph:
-        """Who interacts, of people whose own optima are ``alone`` [K, 2]."""
+        """The graph of interacting people, whose optima without interaction are ``alone`` [K, 2]."""
         strength = self.strength / self.acceleration_std
         return CrowdGraph(link(alone, self.reach, self.neighbours), strength, self.sigma)
 
@@ -157,13 +157,13 @@ class PriorHeightsFreeObserver(PriorHeights):
 class LiteralBirdifier(PriorHeightsFreeObserver):
     """The cascade of arXiv 2111.05060 as its text has it, with nothing added.
 
-    Heights come from N(μ_h, σ_h²) only, nothing is expected of the observer, and the energies are the printed sums,
+    Heights come from N(μ_h, σ_h²) only, the observer has no motion prior, and the energies are the printed sums,
 
         E = Σ_k ‖F_k − ẍ_k‖ + ½ (h_k − μ_h)²/σ_h²  (+ Σ_(i,k) V_ik in the second stage),
 
-    of accelerations in m/s² with weight one, V = ‖∇ exp(−d²/2σ²)/√(2πσ²)‖ with σ = 1 m, the solver's own past counted
-    as if it were known, and the 100 nearest people. The norm is rounded at a thousandth, because a descent needs a
-    slope everywhere. `acceleration_std` and `strength` follow from the time of a frame.
+    of accelerations in m/s² with weight one and V = ‖∇ exp(−d²/2σ²)/√(2πσ²)‖ with σ = 1 m. The solver's own past
+    counts as known, and the 100 nearest people take part. The norm is smooth below a thousandth, because a descent
+    needs a gradient everywhere. `acceleration_std` and `strength` follow from the duration of a frame.
     """
 
     estimate_std: float = 0.0

@@ -1,15 +1,15 @@
-"""The solvers with one thing changed each: what a study needs that asks whether two datasets rank solvers equally.
+"""Ablated solvers, which a study needs that compares the rankings of two datasets.
 
 `vbbench reproduce transfer` ranks them. Each is named on the command line as ``vbbench_baselines.variants:NAME``, such
 as ``vbbench_baselines.variants:map-causal-window-6``. No constant is changed, only what a solver is given or may use:
 
-- ``free``: nothing is expected of the observer's own walk (``ego_prior`` off).
+- ``free``: the observer's motion has no prior (``ego_prior`` off).
 - ``prior-heights``: heights are not learned from given positions (``calibrate`` off).
-- ``no-force``: nobody is drawn towards the velocity of the people around (`SocialForceBirdifier.relaxation`).
-- ``alone``: nobody keeps a distance (`SocialForceBirdifier.samples`).
+- ``no-force``: no alignment with the velocity of people around (`SocialForceBirdifier.relaxation`).
+- ``alone``: no pairwise potential (`SocialForceBirdifier.samples`).
 - ``noise-2``, ``noise-4``: the stated noise of the boxes is twice or four times the true one (the joint solvers learn
   it where the calibration is uncertain, as in this study).
-- ``window-6``: six frames are solved together.
+- ``window-6``: the window has six frames.
 - ``person``: a person carries the camera.
 """
 
@@ -31,7 +31,7 @@ NO_FORCE = 1e9
 
 @dataclass(frozen=True)
 class Misinformed:
-    """A solver that is given ``times`` as much noise of the boxes as there is."""
+    """A solver whose problem states ``times`` the true noise of the boxes."""
 
     solver: FrameSolver
     times: float
@@ -100,7 +100,7 @@ VARIANTS = {name: Variant(solver=name, feet=_uses_feet(name)) for name in _SOLVE
 
 
 def __getattr__(name: str) -> Make:
-    """The variant called ``name``, as if it stood here."""
+    """The variant called ``name``, as an attribute of the module."""
     try:
         return FACTORIES[name]
     except KeyError:

@@ -1,8 +1,7 @@
 """``vb-cv``, and the cascade that it shares with ``vb-sf``: view birdification (arXiv 2111.05060), frame by frame.
 
-First the pose from all people at once, then all people from the pose. Shared are the window, heights, measurements, the
-selection of people in large crowds, and the report. A solver adds its motion model and how it minimises the energies;
-``vb-cv`` (VB-CV, constant velocity) is the simplest.
+The cascade estimates first the pose from all people, then their places given the pose. A solver adds its motion model
+and the minimisation of its energies; ``vb-cv`` (VB-CV, constant velocity) is the simplest.
 """
 
 from abc import ABC, abstractmethod
@@ -38,12 +37,12 @@ FEWEST = 2
 
 
 class Task(NamedTuple):
-    """What is to be minimised: the factors of the chosen people, with their rays [K, 2] (see `Sightings`).
+    """The minimisation of a frame: factors of the chosen people, with their rays [K, 2] (see `Sightings`).
 
     Attributes
     ----------
     pose : [3] the observer's pose where it is known, else NaN.
-    facing : information in 1/rad² on the yaw that the factors expect of the observer.
+    facing : information in 1/rad² on the observer's predicted yaw.
     """
 
     pose: FloatArray
@@ -53,13 +52,13 @@ class Task(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Where the energy is least, and quadratic terms that approximate it there.
+    """The minimum of the energy, and two quadratic approximations there.
 
     Attributes
     ----------
     pose, positions : [3], and [K, 2] of the chosen people.
     curved : terms with the energy's mean curvature, for covariances.
-    tangent : terms with the energy's minimum, for how it rises around it.
+    tangent : terms with the same minimum, for the energy around it.
     """
 
     pose: FloatArray
@@ -74,12 +73,12 @@ class Birdifier(ABC):
 
     Parameters
     ----------
-    ego_prior : whether the observer is expected to walk like the others; off for robots.
-    acceleration_std : of people and observer, in m/s²; the standard deviation about an expectation is this times dt².
+    ego_prior : whether the observer has the motion prior of a person; off for robots.
+    acceleration_std : process noise of people and observer in m/s²; times dt², the standard deviation of a prediction.
     speed_std : in m/s, of each component; times dt, the deviation of people with one known past position.
-    estimate_std : in m, of the solver's own past positions, where it depends on them.
+    estimate_std : standard deviation in m of the solver's own past positions.
     height_limits : range of plausible heights in m.
-    pose_std : in m; what the solver's own poses add to the error of heights learned from them.
+    pose_std : in m; error of the solver's own poses in heights learned from them.
     calibrate : whether heights are learned from given positions; otherwise everyone keeps the prior N(μ_h, σ_h²).
     most_people, smallest_box : if more people are seen, only those of greatest box height, above ``smallest_box`` px,
         decide the pose; the rest are localised from it. The pose takes time linear in their number, so by default
@@ -164,20 +163,20 @@ class Birdifier(ABC):
         return history.store(answer.pose, positions, fallback=fallback, **report)
 
     def _expected(self, relative: FloatArray, covariance: FloatArray, chosen: BoolArray) -> Factors:
-        """The terms of all people: where boxes place them, with the covariance, and where they are expected."""
+        """The terms of all people: places ``relative`` by boxes, their ``covariance``, and the predictions."""
         expected, std, walk, walk_std = expect(self.model(), self._history, chosen, self._spreads, self._dt)
         walk[:2] = held(walk[:2], self._history.poses[1, :2], self._drift.top_speed * self._dt)
         return Factors(relative, covariance, expected, std, walk, walk_std)
 
     def _doubt_speed(self) -> None:
-        """Slow an observer down whose velocity is hardly known, where nobody will show it any more."""
+        """Reduce the observer's velocity where it is poorly known and nobody is left to observe it."""
         history, variance = self._history, self._drift.speed_variance(self._dt)
         known = history.seen & ~np.isnan(history.positions[..., 0]).all(axis=0)
         if history.blind == 0 and not known.any() and variance > 1.0 and not history.cold:
             history.slow_down(OBSERVER_SPEED**2 / (OBSERVER_SPEED**2 + variance))
 
     def _alone(self) -> tuple[float, float]:
-        """Variances in m² and rad² of what the observer does within a frame while nobody is of use."""
+        """Variances in m² and rad² of the observer's motion within a frame without usable people."""
         told, turns = self._odometry, 1.0 / (TURN**2 * self._dt)
         if told is None:
             return self._spreads.motion**2, 1.0 / turns
@@ -186,7 +185,7 @@ class Birdifier(ABC):
     def _find_again(
         self, factors: Factors, people: Company, chosen: BoolArray, few: bool
     ) -> tuple[Factors, float, bool]:
-        """The terms, the information in 1/rad² on the yaw, and whether those who are certain found a lost observer."""
+        """The terms, the information in 1/rad² on the yaw, and whether certain people re-anchored a lost observer."""
         history, drift = self._history, self._drift
         if drift.std <= UNRELIABLE or history.cold or history.pose_given[2]:
             return factors, VAGUE, False
@@ -200,7 +199,7 @@ class Birdifier(ABC):
         return renewed._replace(walk=found, walk_std=drift.std), 1.0 / drift.common.yaw, True
 
     def _within_reach(self, answer: Answer, task: Task, own_std: float) -> tuple[Answer, bool]:
-        """The answer, bound to the observer's own walk if it is further away than a person gets, and whether it was."""
+        """The answer, its pose limited to a person's reach from the predicted one, and whether the limit applied."""
         last, reach = self._history.poses[1], self._drift.top_speed * self._dt
         if not np.isnan(task.pose[2]) or not np.hypot(*(answer.pose - last)[:2]) > reach:
             return answer, False
@@ -211,7 +210,7 @@ class Birdifier(ABC):
         return self._minimise(task._replace(pose=np.append(place, answer.pose[2]))), True
 
     def _begin_again(self, factors: Factors, pose: FloatArray, positions: FloatArray) -> Factors:
-        """Place whoever would be faster than people run by the box alone; the terms without their walks."""
+        """Place people faster than a running speed by the box alone; return the terms without their predictions."""
         leaping = jumped(positions, self._history, self._spreads.reach)
         if leaping.any():
             self._history.forget(np.flatnonzero(leaping))
@@ -229,12 +228,12 @@ class Birdifier(ABC):
     def _report(
         self, answer: Answer, factors: Factors, chosen: BoolArray, certain: BoolArray, *, bounded: bool
     ) -> dict[str, Any]:
-        """What is reported besides pose and positions; the drift takes over what this frame is unsure of.
+        """The other fields of the frame's estimate; adds the covariance of this frame's fit to the drift.
 
         Parameters
         ----------
-        certain : [K] who keeps the pose from drifting, see `Company`.
-        bounded : whether the pose is not where boxes put it.
+        certain : [K] people who anchor the pose, see `Company`.
+        bounded : whether the pose was limited by a person's reach.
         """
         history, drift, pose = self._history, self._drift, np.zeros((3, 3))
         std = factors.std.copy()
@@ -253,11 +252,11 @@ class Birdifier(ABC):
         return {**known, **covariances, "converged": sure}
 
     def _walked(self, curved: Factors) -> FloatArray:
-        """Covariance [3, 3] of a pose that nobody helps to find."""
+        """Covariance [3, 3] of a predicted pose, without people."""
         return np.diag((curved.walk_std**2, curved.walk_std**2, self._alone()[1]))
 
     def _spread(self, answer: Answer, pose: FloatArray, curved: Factors) -> dict[str, FloatArray]:
-        """The covariances of pose and places: by this frame's ``pose`` [3, 3] and ``curved`` terms, and by the past."""
+        """Covariances of pose and places: those of this frame, ``pose`` [3, 3] and ``curved`` terms, plus the drift."""
         history, sigma = self._history, pose.copy()
         people = position_covariances(answer.pose, pose, curved)
         drifted = people.copy()
@@ -269,9 +268,9 @@ class Birdifier(ABC):
 
 
 def _with_odometry(factors: Factors, told: Told | None, facing: float) -> tuple[Factors, float]:
-    """The terms with what odometry measured, if surely, in place of the walk, and the information in 1/rad² on the yaw.
+    """The terms with odometry, if precise, in place of the motion prior, and the information in 1/rad² on the yaw.
 
-    ``facing``: that without odometry.
+    ``facing``: the information without odometry.
     """
     if told is None:
         return factors, facing

@@ -1,4 +1,4 @@
-// What boxes measure: where people of known or uncertain height are, and how tall people at known places are.
+// Measurements of boxes: places of people of known or uncertain height, and heights of people at known places.
 #pragma once
 
 #include <algorithm>

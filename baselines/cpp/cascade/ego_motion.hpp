@@ -17,8 +17,8 @@
 // minimum one scan and Newton's method find. With every W_k a multiple of I, A is one too, and yaw = atan2(g_2, g_1) is
 // the weighted rigid (Procrustes) fit. The people are summed over once.
 //
-// With the origin o at any other place c, q = 0 and E(c, R) = mᵀAm − 2gᵀm + const.: how likely the observer is to be
-// there instead, its yaw minimised out. E is a sum of squared, normalised errors, so −ln p = E/2.
+// With the origin o at any other place c, q = 0 and E(c, R) = mᵀAm − 2gᵀm + const.: minimised over yaw, this is the
+// energy of the observer at c. E is a sum of squared, normalised errors, so −ln p = E/2.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,7 @@
 
 namespace vbbench::cascade {
 
-constexpr double kVague = 1e-6;  ///< 1/m² and 1/rad²: holds the pose where people say nothing about it
+constexpr double kVague = 1e-6;  ///< 1/m² and 1/rad²: holds the pose in directions that people do not determine
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kPi = std::numbers::pi;
 
@@ -106,7 +106,7 @@ inline double descend_circle(const Polynomial& energy, double angle, double reac
 
 /// The angle in [−π, π) at which the polynomial is least over the whole circle.
 ///
-/// Newton's method from every low of a scan: the deepest valley may be too narrow for the scan to tell. A polynomial of
+/// Newton's method starts from every local minimum of a scan, whose steps may be too wide to rank them. A polynomial of
 /// degree two has at most two minima on the circle.
 inline double least_angle(const Polynomial& energy) {
   constexpr int kScan = 32;
@@ -156,7 +156,7 @@ inline Sums sums_about(const Factors& factors, double x, double y, double prior,
   return t;
 }
 
-/// Information on the place that the observer's walk has, at least a vague one.
+/// Information in 1/m² of the observer's motion prior on the place, at least `kVague`.
 inline double walk_information(const Factors& factors) { return std::max(1.0 / square(factors.walk_std), kVague); }
 
 /// The pose of least energy; `facing` in 1/rad² is the information on the predicted yaw, as 2(1 − cos d) for d².

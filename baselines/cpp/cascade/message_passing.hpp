@@ -22,13 +22,14 @@ struct Choices {
   int count;  ///< of edges
 };
 
-/// After some rounds, or when no message changed by more; `damping`, in [0, 1), is the share of a message that is kept.
+/// Stopping rule: a number of rounds, or no message changed by more; `damping` in [0, 1) is the share of an old
+/// message.
 struct Passing {
   int rounds;
   double damping, tolerance;
 };
 
-/// Renews `message` [S] from a node with `belief`, which had `received` [S]; returns the greatest change.
+/// Updates `message` [S] of a node with `belief` that had `received` [S]; returns the greatest change.
 ///
 /// `first`: the energies `pair` [S, S] are by the choices of the receiver and then of the sender.
 inline double send(const double* belief, const double* received, const double* pair, bool first, int samples,

@@ -5,9 +5,9 @@
 //
 //     U_k(x) = ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹}   (see `reweighting.hpp`).
 //
-// Message passing over samples along the viewing rays finds the valley, and a descent from there its lowest point, off
-// the grid of samples. In each step of the descent ρ is replaced by its weighted square and V by its tangent; what is
-// left is a Kalman update with p_k moved by −σ_k²/w_k·λ∇V.
+// Message passing over samples along the viewing rays finds the basin, and a descent from there its minimum between
+// samples. In each step of the descent ρ is replaced by its weighted square and V by its tangent; what remains is a
+// Kalman update with p_k moved by −σ_k²/w_k·λ∇V.
 //
 // The samples stand δ of height apart on the ray about the person's own optimum, as many as ±SPAN standard deviations
 // of the height take, at most S. Box noise across the ray moves each sample to where, at that height, U_k is least
@@ -31,7 +31,7 @@ struct Samples {
   std::vector<double> places, energies;
 };
 
-/// What of a person's height its own terms leave open: the variance in m², and dz/dh (right, forward).
+/// A person's height given its own terms: the variance in m², and dz/dh (right, forward).
 struct OpenHeight {
   double variance, right, forward;
 };
@@ -49,8 +49,8 @@ inline OpenHeight open_height(const double* ray, const double* covariance, doubl
 
 /// Everyone's samples; people without expectation stay where they are.
 ///
-/// Positions [K, 2] and weights [K] are as `settle` gives them; rays [K, 2] are places in m of a person one metre tall;
-/// `most`, odd, and `spacing` are S and δ in m of height.
+/// Positions [K, 2] and weights [K] are as `minimise` gives them; rays [K, 2] are places in m of a person one metre
+/// tall; `most`, odd, and `spacing` are S and δ in m of height.
 inline Samples sample_rays(double yaw, const double* positions, const double* weights, const double* rays,
                            const Factors& factors, double softness, int most, double spacing) {
   constexpr double kSpan = 3.0;  // standard deviations of the height on either side of the optimum
@@ -67,7 +67,7 @@ inline Samples sample_rays(double yaw, const double* positions, const double* we
     const auto [variance, right, forward] = open_height(rays + 2 * k, factors.covariance + 3 * k, spread);
     if (!(variance >= 0.25 * square(spacing))) continue;
     const double step_x = (right * sin + forward * cos) * spacing, step_y = (forward * sin - right * cos) * spacing;
-    // Away from the optimum x the box term grows by its slope there, −∇ρ = −(w/σ²)(x − p), and its own curvature.
+    // Away from the optimum x the box term has the gradient −∇ρ = −(w/σ²)(x − p) and its own curvature.
     const double off_x = x - factors.expected[2 * k], off_y = y - factors.expected[2 * k + 1];
     const double start = std::sqrt((off_x * off_x + off_y * off_y) / square(std) + square(softness));
     const double slope = weights[k] / square(std) * (off_x * step_x + off_y * step_y);

@@ -10,7 +10,7 @@
 //
 //     g(v) = ½ [ r_1²/(σ²v + n_1) + r_2²/(σ²v + n_2) + v + ε²/v ],
 //
-// whose slope is concave: Newton's method from the left of its zero never steps over it. With N_k = 0 it is ρ itself.
+// whose derivative is concave: Newton's method from the left of its zero never steps over it. With N_k = 0 it is ρ.
 #pragma once
 
 #include <algorithm>
@@ -83,7 +83,7 @@ inline void pose_energies(const double* poses, int count, const Factors& factors
 
 /// Probability [K, S] of each person's samples by the messages: exp(−belief), of sum 1.
 ///
-/// Beliefs are min-marginals: a sample has the probability of the best choice of all others beside it.
+/// Beliefs are min-marginals: a sample has the probability of the best joint choice that contains it.
 inline std::vector<double> ray_beliefs(const Choices& choices, const Passing& how) {
   int rounds = 0;
   std::vector<double> beliefs = pass_beliefs(choices, how, rounds);

@@ -4,8 +4,8 @@
 //
 //     E_c = Σ_k ρ(m_k) + ½ (z_k − Rᵀ(x_k − c))ᵀ N_k⁻¹ (z_k − Rᵀ(x_k − c)),   ρ(m) = √(m² + ε²),
 //
-// the observer being one more walker with z = 0, N = 0. ρ is the norm, smooth below ε standard deviations; a walk far
-// from its expectation pulls no harder than one that is near it. Since ρ is concave in m²,
+// the observer being one more walker with z = 0, N = 0. ρ is the norm, smooth below ε standard deviations: the gradient
+// of a large deviation is bounded. Since ρ is concave in m²,
 //
 //     ρ(m) ≤ ½ w m² + constant,   w = 1/√(m_now² + ε²),   with equality at m_now,
 //
@@ -22,13 +22,13 @@
 
 namespace vbbench::cascade {
 
-/// How `settle` and `descend` end: after some rounds, or when nothing moved by `tolerance` (m, rad) or more.
+/// How `minimise` and `descend` end: after some rounds, or when nothing moved by `tolerance` (m, rad) or more.
 struct Stop {
   int rounds;
   double tolerance;
 };
 
-/// Weights w [K] of positions [K, 2] about what is expected; one where nothing is.
+/// Weights w [K] of positions [K, 2] by their deviations from predictions; 1 without prediction.
 inline void weigh(const double* positions, const Factors& factors, double softness, double* weights) {
   for (int k = 0; k < factors.people; ++k) {
     const double x = positions[2 * k] - factors.expected[2 * k];
@@ -51,16 +51,16 @@ inline bool moved(const double* before, const double* after, int people, double 
 }
 
 /// Where E_c is least: the pose, positions [K, 2] (NaN = not observed) and weights [K] of the people's terms.
-struct Settled {
+struct Minimum {
   Pose pose;
   std::vector<double> positions, weights;
 };
 
 /// Minimises E_c over the people and the pose, unless that is known and not NaN.
-inline Settled settle(const Factors& factors, const Pose& known, double softness, const Stop& stop, double facing) {
+inline Minimum minimise(const Factors& factors, const Pose& known, double softness, const Stop& stop, double facing) {
   const int people = factors.people;
   const bool free = std::isnan(known[2]);
-  Settled found{known, std::vector<double>(2 * people, kInfinity), std::vector<double>(people, 1.0)};
+  Minimum found{known, std::vector<double>(2 * people, kInfinity), std::vector<double>(people, 1.0)};
   std::vector<double> spread(factors.std, factors.std + people), last(2 * people);
   Factors weighted = factors;
   weighted.std = spread.data();

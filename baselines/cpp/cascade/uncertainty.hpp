@@ -1,4 +1,4 @@
-// How sure pose and positions are: the inverse Gauss–Newton Hessian.
+// Covariances of pose and positions: the inverse Gauss–Newton Hessian.
 //
 // With r_k = z_k + Rᵀ(c − p_k) as in `ego_motion.hpp` and J_k = ∂r_k/∂(c, yaw), the pose has the covariance
 //
@@ -72,7 +72,7 @@ inline void position_covariances(const Pose& pose, const double* sigma, const Fa
   for (int k = 0; k < factors.people; ++k) {
     const double* noise = factors.covariance + 3 * k;
     const double n_rr = noise[0], n_rf = noise[1], n_ff = noise[2];
-    Symmetric share{1.0, 0.0, 1.0};  // B: all the measurement's, where nothing is expected
+    Symmetric share{1.0, 0.0, 1.0};  // B: the measurement alone, where there is no prediction
     if (!std::isnan(factors.std[k])) {
       const double v = square(factors.std[k]);
       const Symmetric w = information(noise, v);

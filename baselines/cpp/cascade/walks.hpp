@@ -1,4 +1,4 @@
-// Where people and the observer are expected at constant velocity, and the social force that draws them together.
+// Predictions of people and observer at constant velocity, and the social force that aligns them.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ constexpr double kAnchorStd = 1e-3;  ///< m, of a position given at t itself
 struct Spreads {
   double motion, stay, estimate, reach;
 
-  /// About 2x' − x'', where the places before and last were given or are estimates.
+  /// Standard deviation about 2x' − x'', by whether the two past places were given or are estimates.
   double total(bool before_given, bool last_given) const {
     const double estimates = (last_given ? 0.0 : 4.0) + (before_given ? 0.0 : 1.0);
     return std::sqrt(square(motion) + estimates * square(estimate));

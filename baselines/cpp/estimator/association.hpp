@@ -1,4 +1,4 @@
-// Data association: whether a newest box shows the person whom its track showed before.
+// Data association: whether the newest box of a track is of the same person as those before it.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,8 @@
 
 namespace vbbench {
 
-/// Finds identity switches by the density of a box where its person is expected, against that of another nearby.
+/// Finds identity switches: compares the density of a box under its person's prediction with that of another person
+/// nearby.
 class Association {
  public:
   void start() {
@@ -22,8 +23,8 @@ class Association {
     a(switches_), a(kept_);
   }
 
-  /// Indices of the people of the window whose newest boxes are more probably of another person; none if they are half
-  /// of those who are seen again, since then the camera's motion is what surprises.
+  /// Indices of the people of the window whose newest boxes are more probably of another person. None if they are half
+  /// of those who are seen again: then the camera's motion is the likelier cause.
   std::vector<int> switched(const Window& window, const Model& model) {
     std::vector<int> found;
     int again = 0;
@@ -47,9 +48,9 @@ class Association {
   static constexpr double kDoubt = 10.0;                 ///< squared σ from which a box is examined
   static constexpr double kAside = 0.4, kFarther = 0.3;  ///< σ of another's place, in box heights and of the range
   static constexpr int kRounds = 4;
-  static constexpr double kStill = 0.01;  ///< m: a step that is the last one
+  static constexpr double kStill = 0.01;  ///< m: a shorter step is the last one
 
-  /// Squares of the newest whitened residuals.
+  /// Sum of squares of a person's newest whitened residuals.
   static double surprise(const Window& window, const Person& person, const Model& model) {
     const int last = person.frames() - 1;
     double sum = 0.0;

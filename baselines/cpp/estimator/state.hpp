@@ -13,26 +13,26 @@
 namespace vbbench {
 
 constexpr int kPose = 3, kFrame = 5;  ///< unknowns of a pose, and of a frame with its sway
-constexpr int kHeld = 2;              ///< frames at the beginning of a full window whose poses are held
+constexpr int kHeld = 2;              ///< number of frames at the beginning of a full window whose poses are held fixed
 constexpr double kGiven = 1e-3;       ///< m, standard deviation of a given place
 constexpr double kGivenPose = 1e-5;   ///< m and rad, of a given pose
 
 /// Motion of the camera since the frame before, as its odometry measured it, with its information.
 struct Motion {
   bool measured = false;
-  std::array<double, 3> moved{};                ///< forward, left, turn
+  std::array<double, 3> moved{};                ///< forward, left in m, turn in rad
   std::array<std::array<double, 3>, 3> root{};  ///< lower triangular: whitens the error
 };
 
 /// A frame of the window.
 struct Frame {
-  std::array<double, kFrame> at{};  ///< x, y, yaw, pitch and roll about their means
+  std::array<double, kFrame> at{};  ///< x, y in m, yaw in rad; pitch and roll in rad from the recording's means
   bool given = false;               ///< whether the pose is
   std::array<double, 3> given_pose{};
   Motion motion;
-  std::array<double, 3> information{};  ///< 1/m², 1/m², 1/rad²: of boxes about the innovation into it
-  int left = 0;                         ///< of the window's first frame: poses before it, of frames that have left
-  std::array<std::array<double, 3>, kSpan - 2> past{};  ///< these, the newest first
+  std::array<double, 3> information{};  ///< 1/m², 1/m², 1/rad²: of boxes about the camera's innovation into the frame
+  int left = 0;                         ///< in the window's first frame: number of `past` poses
+  std::array<std::array<double, 3>, kSpan - 2> past{};  ///< poses of frames that have left the window, the newest first
 };
 
 /// A person in one frame of the window.
@@ -42,15 +42,15 @@ struct Node {
   std::array<bool, 3> box_absorbed{};
   bool walk_absorbed = false;  ///< whether the marginal prior holds its factor
   Box box;
-  std::array<double, 3> leverage{};  ///< how far the solution follows each cue of the box
-  double growth = 0.0;  ///< by which the cost of the walk into the node grows with the log scale of the path
+  std::array<double, 3> leverage{};  ///< leverage of each cue of the box, w gᵀ H⁻¹ g in [0, 1]
+  double growth = 0.0;               ///< derivative of the walk's cost into the node by the log scale of the path
   std::array<double, 2> given_at{};
 };
 
-/// Unknowns of a person that the marginal prior is about: the first `kReach` places, log height, own edge, globals.
+/// Unknowns of a person's marginal prior: the first `kReach` places, log height, own edge, globals.
 constexpr int kPriorPlaces = 2 * kReach, kPrior = kPriorPlaces + 2 + kGlobals;
 
-/// Information of boxes of frames that have left the window about a person: ½ (x − x₀)ᵀ Λ (x − x₀) − ηᵀ(x − x₀).
+/// Information about a person from frames that have left the window: the cost ½ (x − x₀)ᵀ Λ (x − x₀) − ηᵀ(x − x₀).
 struct MarginalPrior {
   bool any = false;
   std::array<std::array<double, kPrior>, kPrior> information{};
@@ -59,8 +59,8 @@ struct MarginalPrior {
 
 /// A person of the window.
 struct Person {
-  int column = -1;  ///< of the solver's arrays, −1 once its boxes are of another person
-  int shown = -1;   ///< column whose boxes the nodes hold
+  int column = -1;  ///< column of the solver's arrays; −1 once that column's boxes are of another person
+  int shown = -1;   ///< column of the boxes that the nodes hold
   int first = 0;    ///< frame of nodes[0] in the window
 
   std::vector<Node> nodes;

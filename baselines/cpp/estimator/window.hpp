@@ -8,7 +8,7 @@
 
 namespace vbbench {
 
-/// Laws that do not change while a recording goes on, but for the noise of boxes.
+/// The densities of all factors. Within a recording only the noise of boxes and the walk's scale change.
 struct Model {
   PeopleModel people;
   EgoMotion motion;
@@ -23,6 +23,7 @@ struct Solution {
 
 constexpr double kLongestStep = 10.0, kLongestWay = 100.0;  ///< m, of poses and places: far away robust costs are flat
 
+/// The frames and people of a sliding window, the cost of their state, and its minimisation.
 class Window {
  public:
   std::vector<Frame> frames;
@@ -46,9 +47,9 @@ class Window {
     return sum + camera_cost(model) + calibration_cost();
   }
 
-  /// Minimises the cost in at most `rounds` steps, until the next one should gain less than `least`: steps converge
-  /// linearly, and so a gain is to the next one about as the one before was to it. A step has the factors of the one
-  /// before while that converges, if the calibration is uncertain.
+  /// Minimises the cost in at most `rounds` steps, until the next gain is expected below `least`. Convergence is
+  /// linear: the ratio of the last two gains predicts it. With an uncertain calibration, a step reuses the last
+  /// factorisation while that converges.
   Solution solve(const Model& model, int rounds, double least) {
     Solution solution;
     double damping = kDamping, last = least;
@@ -103,8 +104,8 @@ class Window {
     return sum;
   }
 
-  /// By how much the walk into each node costs more as its path grows, w e², at the present state. What the marginal
-  /// prior holds stays as it was.
+  /// Computes `Node::growth`, w e² of the walk into each node, at the present state; nodes whose walk is marginalised
+  /// keep theirs.
   void weigh_walks(const Model& model) {
     for (Person& person : people) {
       for (Node& node : person.nodes)
@@ -115,8 +116,8 @@ class Window {
     }
   }
 
-  /// How far the whole solution follows each box of a frame, w gᵀ H⁻¹ g by all unknowns, at the last
-  /// linearisation; false if that failed.
+  /// Computes the leverage of each cue of a frame's boxes, w gᵀ H⁻¹ g over all unknowns, at the last linearisation;
+  /// false if that failed.
   bool weigh_learned(const Model& model, int frame) {
     if (!std::isfinite(damping_)) return false;
     const int size = layout_.size(), count = padded(3 * static_cast<int>(people.size()));
@@ -148,8 +149,8 @@ class Window {
     return true;
   }
 
-  /// Covariances of the pose of a frame and of the frame that is held next, given those that are held, and of the
-  /// places of people in that frame, NaN where a person is not in it.
+  /// Covariances, given the poses that are held: of a frame's `pose` and its people's places (NaN where absent), and of
+  /// the pose that is held `next`.
   struct Covariances {
     using Pose = std::array<std::array<double, 3>, 3>;
     Pose pose{}, next{};
@@ -157,7 +158,8 @@ class Window {
     std::vector<std::array<double, 3>> places;        ///< xx, xy, yy
   };
 
-  /// By the last linearisation where that is `fresh`: the last step since then was small.
+  /// Computes the covariances of a frame, with the last linearisation if that is `fresh`: the step since then was
+  /// small.
   bool covariances(const Model& model, int frame, bool fresh, Covariances& out) {
     if (!(fresh && damping_ <= kDamping) && !linearise(model, 0.0)) return false;
     const int newest = static_cast<int>(frames.size()) - 1, next = std::min(kHeld, newest);
@@ -200,7 +202,7 @@ class Window {
     return true;
   }
 
-  /// Removes the oldest frame: the information of its boxes about people and calibration stays as marginal priors.
+  /// Marginalises the oldest frame into priors of people and calibration.
   void marginalise(const Model& model) {
     mode_costs(frames, model.motion, trial, costs_);
     if (costs_.size() > 1) {
@@ -236,7 +238,7 @@ class Window {
     held = kHeld;
   }
 
-  /// Leaves the newest frame and who is in it; what else was known of the calibration stays.
+  /// Removes all frames but the newest, and people who are not in it; the calibration's information stays.
   void restart() {
     const int newest = static_cast<int>(frames.size()) - 1;
     for (std::size_t p = people.size(); p-- > 0;) {
@@ -260,7 +262,7 @@ class Window {
     held = 0;
   }
 
-  /// What remains between two solutions.
+  /// Archives the state that remains between two solutions.
   template <class Archive>
   void archive(Archive& a) {
     a(frames), a(people), a(mode_prior), a(posterior), a(held);
@@ -275,7 +277,8 @@ class Window {
     return true;
   }
 
-  /// Largest difference between the rows' gradient and that of the cost by differences, by kind of variable.
+  /// Largest difference between the analytic gradient and finite differences of the cost, by kind of variable; for
+  /// tests.
   std::array<double, 5> gradient_errors(const Model& model) {
     std::array<double, 5> worst{};
     cost(model);
@@ -352,7 +355,7 @@ class Window {
   }
 
  private:
-  /// Of modes, whose posteriors it finds, and of the camera's rows.
+  /// The cost of motion modes, whose posteriors it computes, and of the camera's rows.
   double camera_cost(const Model& model) {
     mode_costs(frames, model.motion, trial, costs_);
     double sum = mode_posteriors(model.motion, costs_, mode_prior, posterior);
@@ -470,7 +473,7 @@ class Window {
       if (!calibration.free[g]) reduced_.gradient(g) = 0.0;
   }
 
-  /// Takes the step of the linearised system. Returns whether it is no longer than steps are.
+  /// Takes the step of the linearised system. Returns whether it is within `kLongestStep`.
   bool apply() {
     step_.assign(reduced_.lines[0] + 1, reduced_.lines[0] + 1 + layout_.size());
     solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
@@ -599,7 +602,7 @@ class Window {
   }
 
   static constexpr double kDamping = 1e-8;  ///< of the diagonal, at least
-  static constexpr double kSlow = 0.3;      ///< share of the last step's gain, from which factors are made again
+  static constexpr double kSlow = 0.3;      ///< ratio of two gains above which the system is factorised again
 
   Layout layout_;
   Reduced reduced_;
@@ -607,7 +610,7 @@ class Window {
   std::vector<Modes> costs_;
   std::vector<double> own_, saved_, step_;
   double damping_ = INFINITY;  ///< of the last linearisation
-  double cost_ = 0.0;          ///< where the gradient is of
+  double cost_ = 0.0;          ///< cost at the state of the gradient
 };
 
 }  // namespace vbbench

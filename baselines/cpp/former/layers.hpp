@@ -21,7 +21,7 @@ class Weights {
  public:
   explicit Weights(std::map<std::string, Weight> weights) : weights_(std::move(weights)) {}
 
-  /// The values of this name; std::invalid_argument where it has not this shape.
+  /// The values of this name; throws std::invalid_argument if their shape differs.
   const std::vector<float>& of(const std::string& name, const std::vector<std::size_t>& shape) const {
     const auto found = weights_.find(name);
     if (found == weights_.end()) throw std::invalid_argument("the weights '" + name + "' are missing");
@@ -54,7 +54,7 @@ struct Rows {
   std::vector<float> values;
 };
 
-/// Weighted sums of each row, and a bias.
+/// A linear layer with a bias, applied to each row.
 class Linear {
  public:
   Linear(const Weights& weights, const std::string& name, int of, int to)
@@ -111,7 +111,7 @@ class Linear {
   std::vector<float> matrix_, bias_;  ///< [of, padded], [padded]
 };
 
-/// Weighted sums that pass where they are positive.
+/// A linear layer and SiLU.
 template <class X>
 X hidden(const Linear& layer, const X& x) {
   X made = layer(x);
@@ -122,7 +122,7 @@ X hidden(const Linear& layer, const X& x) {
   return made;
 }
 
-/// Two layers.
+/// Two linear layers with SiLU between.
 struct Perceptron {
   Perceptron(const Weights& weights, const std::string& name, int of, int between, int to)
       : in(weights, name + ".in", of, between), out(weights, name + ".out", between, to) {}
@@ -168,7 +168,7 @@ struct Memory {
         fresh(weights, name + ".new", of, 3 * numbers),
         old(weights, name + ".old", numbers, 3 * numbers) {}
 
-  /// `memory` [size] after what `news` and `kept` [3 size] made of its input and of itself.
+  /// `memory` [size] after the gates of `news` and `kept` [3 size], linear in the input and in the memory.
   void renew(const float* news, const float* kept, const float* memory, float* made) const {
     for (int m = 0; m < size; ++m) {
       const float change = sigmoid(news[m] + kept[m]), reset = sigmoid(news[size + m] + kept[size + m]);
@@ -196,7 +196,7 @@ struct Block {
         tell(weights, name + ".tell", kWidth, kWidth),
         think(weights, name + ".think", kWidth, kHidden, kWidth) {}
 
-  /// Rows after they attended to one another; `absent` is added to the match with each, minus much for who is away.
+  /// Rows after attention; `absent` is added to the logits, a large negative number for absent people.
   void attend(Rows& rows, const std::vector<float>& absent) const {
     add(rows, tell(attended(ask(before_asking(rows)), absent)));
     add(rows, think(before_thinking(rows)));
@@ -206,7 +206,7 @@ struct Block {
     for (std::size_t i = 0; i < rows.values.size(); ++i) rows.values[i] += more.values[i];
   }
 
-  /// Of rows of queries, keys and values, each by heads: the mean values by softmax of the matches.
+  /// Softmax attention of rows of queries, keys and values, each by heads.
   static Rows attended(const Rows& parts, const std::vector<float>& absent) {
     constexpr int kSize = kWidth / kHeads;
     const float scale = 1.0f / std::sqrt(static_cast<float>(kSize));

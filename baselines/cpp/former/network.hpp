@@ -15,7 +15,7 @@ constexpr int kWalkFacts = 14, kEgoFacts = 9, kPersonFacts = 45, kObserverFacts 
 constexpr float kLongest = 40.0f, kFar = 1e4f;
 constexpr float kNearestLog = -1.6f, kFarthestLog = 4.8f;
 
-/// What is remembered of a person, as `state.Walkers` has it; numbers lie as in the arrays of Python.
+/// The state of a person, with the fields and layout of `state.Walkers`.
 struct Walker {
   Point place, place_before, velocity;
   std::array<Point, kTraces> traces;
@@ -24,7 +24,7 @@ struct Walker {
   float seen, away, shown, traceable, exact, exact_before, by_height, by_feet, has_feet;
 };
 
-/// What is remembered of the observer, as `state.Observer` has it.
+/// The state of the observer, with the fields of `state.Observer`.
 struct Observer {
   Point step;
   float turn;
@@ -38,7 +38,7 @@ struct Observer {
   float moved, told, frames;
 };
 
-/// A person's box, and where the person is if that is given, as `sights.Sights` and `scene.Told` have it.
+/// A person's measurement and given place, with the fields of `sights.Sights` and `scene.Told`.
 struct Sight {
   float seen;
   Point ray;
@@ -48,7 +48,7 @@ struct Sight {
   float placed;
 };
 
-/// The observer's motion as far as it is given, and what odometry says, as `scene.Told` has it.
+/// The observer's given motion and odometry, with the fields of `scene.Told`.
 struct Given {
   Point step;
   float turn, moved;
@@ -58,7 +58,7 @@ struct Given {
   float sure;
 };
 
-/// The answer's motions and its spread, as `network.Answer` has them.
+/// The answer's motions and its spread, with the fields of `network.Answer`.
 struct PoseAnswer {
   Point step;
   float turn;
@@ -101,7 +101,7 @@ class Network {
     for (int block = 0; block < kBlocks; ++block) blocks_.emplace_back(weights, "block" + std::to_string(block));
   }
 
-  /// Replaces people [K] and observer by what is remembered after a frame of `dt` s, and writes the answers [K].
+  /// Updates the state of people [K] and observer by a frame of `dt` s, and writes the answers [K].
   void advance(Walker* people, Observer& observer, int count, const Sight* sights, const Given& given, float dt,
                float spread, PoseAnswer& pose, PersonAnswer* places) const {
     Frame frame(people, observer, count, sights, given, dt, spread);
@@ -109,14 +109,14 @@ class Network {
     foresee(frame);
     attend(frame);
     first_pose(frame);
-    settle(frame);
+    find(frame);
     remember(frame);
     answer(frame, pose, places);
     state_after(frame);
   }
 
  private:
-  /// A person in a frame. `walker` has velocity, traces and offsets renewed once walks are taken in.
+  /// A person in a frame; step 1 updates velocity, traces and offsets of `walker`.
   struct Person {
     Walker walker;
     Sight sight;
@@ -154,7 +154,7 @@ class Network {
     std::vector<Person> people;
     std::vector<View> views;
     Walker* remembered;
-    Observer own;  ///< with velocity, turn rate, traces and head renewed once walks are taken in
+    Observer own;  ///< step 1 updates velocity, turn rate, traces and head
     Observer& own_after;
     const Given& given;
     Measured measured;
@@ -163,9 +163,9 @@ class Network {
     std::array<float, 3> own_surprise{}, inertia{}, uncertain{};
     Motion expected, rough, motion;
     Weighing weighing;
-    Rows rows;      ///< what the network makes of people and, last, the observer
-    Rows thoughts;  ///< of people, once there is a pose
-    Rows memories;  ///< of people, after the frame
+    Rows rows;      ///< hidden features of people and, last, the observer
+    Rows thoughts;  ///< hidden features of people given the first pose
+    Rows memories;  ///< memories of people after the frame
     std::vector<float> own_row, own_memory, doubt;
   };
 
@@ -187,7 +187,7 @@ class Network {
   static Point asinh(Point a) { return {std::asinh(a.x), std::asinh(a.y)}; }
   static Point clipped(Point a) { return {clip(a.x, -3.0f, 3.0f), clip(a.y, -3.0f, 3.0f)}; }
 
-  /// Step 1: each walk's velocity takes in a share of what the last frame showed that was not expected.
+  /// Step 1: each velocity is corrected by a share of the last innovation.
   void take_in_walks(Frame& frame) const {
     const int count = frame.count();
     const float log_dt = std::log(frame.dt);
@@ -264,7 +264,7 @@ class Network {
     own.turn_rate += gains[2] * turned;
   }
 
-  /// Step 2: everybody is expected to walk on, and a plain robust fit tells roughly how the camera moved.
+  /// Step 2: constant velocity predicts all places, and a plain robust fit gives an approximate motion of the camera.
   void foresee(Frame& frame) const {
     constexpr float kWalk = 0.15f, kExact = 0.01f, kOwnWalk = 0.3f, kOwnTurn = 1.5f;
     const float dt = frame.dt;
@@ -315,7 +315,7 @@ class Network {
     frame.rough = frame.or_given(rough);
   }
 
-  /// Step 3: people and observer look at one another.
+  /// Step 3: people and observer attend to one another.
   void attend(Frame& frame) const {
     const int count = frame.count();
     Rows facts(count, kPersonFacts + kMemory);
@@ -381,7 +381,7 @@ class Network {
     return facts;
   }
 
-  /// Step 4: what counts how much, and the motion by it.
+  /// Step 4: the weights of the fit, and its motion.
   void first_pose(Frame& frame) const {
     const Rows trust = trust_(frame.rows);
     const auto own_trust = own_trust_(frame.own_row);
@@ -400,7 +400,7 @@ class Network {
         frame.or_given(pure_ ? weighing.motion : fit(frame.views, weighing, frame.rough, 2, frame.uncertain));
   }
 
-  /// λ and x⁰ of the fit; of a pure network x⁰ is the answer.
+  /// λ and x⁰ of the fit; for a pure network x⁰ is the answer.
   void own_prior(Frame& frame, const std::vector<float>& trust) const {
     Weighing& weighing = frame.weighing;
     const float dt = frame.dt;
@@ -415,8 +415,8 @@ class Network {
     add_measured(weighing.inertia, said, frame.measured);
   }
 
-  /// Steps 4 and 5: a second look, the pose, and everybody's place.
-  void settle(Frame& frame) const {
+  /// Steps 4 and 5: the second weights, the pose, and people's places.
+  void find(Frame& frame) const {
     look_again(frame);
     const Rows trust = trust_again_(frame.thoughts);
     Weighing& weighing = frame.weighing;
@@ -447,7 +447,7 @@ class Network {
     p.off = seen.off;
   }
 
-  /// What the network makes of people now that there is a pose, and of all of them together.
+  /// Hidden features of people given the first pose; each includes the mean over people.
   void look_again(Frame& frame) const {
     const int count = frame.count();
     Rows facts(count, kWidth + kLookFacts);
@@ -476,7 +476,7 @@ class Network {
     frame.thoughts = hidden(together_, both);
   }
 
-  /// Memories of people, of the observer, and of how unsure the pose is, after the frame.
+  /// Recurrent memories of people, of the observer and of the pose's error, after the frame.
   void remember(Frame& frame) const {
     const int count = frame.count();
     Rows news(count, kWidth + 4), kept(count, kMemory);
@@ -531,7 +531,7 @@ class Network {
     for (int k = 0; k < count; ++k) places[k] = {frame.people[k].place, {spreads[k][0], spreads[k][1]}};
   }
 
-  /// All that the next frame is told, from the new pose.
+  /// The state for the next frame, relative to the new pose.
   static void state_after(Frame& frame) {
     const Point back = direction(-frame.motion.turn);
     for (int k = 0; k < frame.count(); ++k) {

@@ -1,5 +1,5 @@
-// The observer's motion that fits best, by Gauss–Newton steps in closed form, whose weights the network chooses; see
-// `pose_fit.py` and `heads.py` for the formulas.
+// Weighted least-squares fit of the observer's motion by Gauss–Newton steps; `pose_fit.py` and `heads.py` have the
+// equations.
 #pragma once
 
 #include <array>
@@ -29,25 +29,25 @@ struct Motion {
   float turn = 0.0f;
 };
 
-/// What odometry says of the motion, with 1/variance of its three numbers; `sure` where it replaces what is expected.
+/// The motion by odometry, with 1/variance of its three numbers; `sure` where it replaces the predicted motion.
 struct Measured {
   Motion motion;
   std::array<float, 3> information{};
   float sure = 0.0f;
 };
 
-/// A person as a pose shows it: where it is expected and seen, in m, and the ray towards it.
+/// A person in the fit: predicted and measured place in m, and the ray towards it.
 struct View {
   Point expected, seen, ray;
 };
 
-/// What is known of the observer's head: (1 − g) s, g/dt, and how probable it is that it follows its way.
+/// The observer's head: (1 − g) s, g/dt, and the probability that it follows the motion (`heads.py`).
 struct Head {
   Point kept;
   float gain = 0.0f, share = 0.0f;
 };
 
-/// What counts how much: a person's weights along and across the ray in 1/m², and its offset in m.
+/// A person's weights along and across the ray in 1/m², and the offset in m.
 struct PersonWeight {
   float along, across;
   Point offset;
@@ -77,7 +77,7 @@ inline Head before(Point smooth, float odds, float dt) {
   return {smooth * (1.0f - share), share / dt, sigmoid(odds + first_odds)};
 }
 
-/// The odds, in logarithms, after a frame that turned the head by `turn` rad/s.
+/// The log odds after a frame that turned the head by `turn` rad/s.
 inline float odds_after(float odds, Point smooth, float turn, float dt) {
   const float off = square(facing(smooth)), turned = square(turn * dt), wandering = kWandering * dt;
   const float others = kLoose / (square(kLoose) + off) + wandering / (square(wandering) + turned);
@@ -99,7 +99,7 @@ inline Equations head_equations(const Head& head, const Motion& motion) {
   return {wx * ahead, wx * left, wx, wy * left, wy, weight, wx * off, wy * off, weight * off};
 }
 
-/// λ and x⁰ with what odometry says.
+/// λ and x⁰ combined with odometry.
 inline void add_measured(std::array<float, 3>& inertia, Motion& motion, const Measured& measured) {
   if (measured.sure > 0.5f) {
     inertia = measured.information;
@@ -117,7 +117,7 @@ inline void add_measured(std::array<float, 3>& inertia, Motion& motion, const Me
   motion.turn += share[2] * turned;
 }
 
-/// Where a person is seen after the motion, and how far off along and across the ray, in m.
+/// A person's predicted place after the motion, and the residual along and across the ray, in m.
 struct Seen {
   Point place, off;
 };
@@ -129,7 +129,7 @@ inline Seen seen_after(const View& view, const Motion& motion) {
   return seen_after(view, motion, direction(-motion.turn));
 }
 
-/// The motion that is best if people count alike along and across their rays (Umeyama 1991, in the plane).
+/// The best motion with isotropic weights (Umeyama 1991, in the plane).
 inline Motion align(const std::vector<View>& views, const Weighing& weighing) {
   const float own = weighing.inertia[0];
   const Motion& expected = weighing.motion;
@@ -188,7 +188,7 @@ inline Motion solved(const Equations& equations, std::array<float, 3>& variances
           (xt * gx + yt * gy + tt * gt) * scale};
 }
 
-/// The motion after some steps, at least one, and the variances of its numbers but for heads.
+/// The motion after some steps, at least one, and the variances of its components without the factor of heads.
 inline Motion fit(const std::vector<View>& views, const Weighing& weighing, Motion motion, int times,
                   std::array<float, 3>& variances) {
   const auto& inertia = weighing.inertia;

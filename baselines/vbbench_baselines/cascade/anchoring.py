@@ -1,15 +1,15 @@
-"""Where the observer is by the people whose places are certain, once its own estimates have drifted away from them.
+"""Re-anchors a drifted observer to people whose places are certain.
 
-People are certain whose place is given at t, or whose walk is expected from given places only. Everybody else is
-expected where the solver put them, and has drifted with it. In the paper's energy a few certain people stand against
-the observer's own walk, whose deviation is that of one frame however long nobody was seen: they move the observer by a
-part of the error only, and constant velocity takes that part for motion and carries it on, more in every frame. Here
-the certain people meet what the drift (`common.drift`) leaves unsure instead, and what they move is the past:
+A person is certain if the place at t is given, or predicted from given places only. All others are predicted from the
+solver's own estimates, and have drifted with them. In the paper's energy the certain people compete with the prior of
+the observer's motion, whose deviation is that of one frame, however long the drift lasted. They would correct a part of
+the error only, and constant velocity would extrapolate that part as motion. Here they compete with the covariance of
+the drift (`common.drift`) instead, and past poses are corrected, too:
 
     (c, yaw) = argmin ‖c − ĉ‖²/Var(e_t) + (yaw − ŷ)²/Var(yaw) + Σ_certain r_kᵀ W_k r_k
 
-about the pose (ĉ, ŷ) to which the drifted people, or nobody, lead. By the share Cov(e_{t−1}, e_t)/Var(e_t) of the
-correction the pose of t−1 was wrong already; the rest was motion.
+where (ĉ, ŷ) is the pose by the drifted people, or the predicted one. The pose of t−1 is corrected by the share
+Cov(e_{t−1}, e_t)/Var(e_t) of the correction at t; the rest counts as motion.
 """
 
 import math
@@ -28,7 +28,7 @@ CONTRADICTED = 3.0
 
 
 class Company(NamedTuple):
-    """Who is seen, expected and takes part: [K] whether a person is certain, or expected by the solver's own places."""
+    """Masks [K] of people who are seen, predicted and take part; ``others`` are predicted from estimates."""
 
     certain: BoolArray
     others: BoolArray
@@ -42,10 +42,9 @@ def company(history: History, helpful: BoolArray) -> Company:
 
 
 def can_anchor(people: Company) -> bool:
-    """Whether those who are certain find the observer: they are alone, or two or more and not outnumbered.
+    """Whether certain people correct the pose: there are no others, or at least two are certain, and not fewer.
 
-    One person determines the observer's distance alone, and others, though they have drifted, determine its yaw better.
-    Where others are the most, the energy of all is left as it is.
+    One person determines only the distance of the observer; the others, though drifted, determine its yaw better.
     """
     certain, others = int(people.certain.sum()), int(people.others.sum())
     return bool(certain > 0 and (others == 0 or certain >= max(others, 2)))
@@ -54,12 +53,12 @@ def can_anchor(people: Company) -> bool:
 def reanchor(
     history: History, drift: Drift, factors: Factors, people: Company, facing: float, alone: tuple[float, float]
 ) -> FloatArray | None:
-    """The pose [3] by those who are certain, if it is another; the past of ``history`` then moves, and ``drift`` knows.
+    """Correct the past in ``history``, and ``drift``; return the pose [3] by certain people, ``None`` without need.
 
     Parameters
     ----------
     facing : information in 1/rad² on the yaw in this frame.
-    alone : variances in m² and rad² of what an observer does within a frame that nobody shows.
+    alone : variances in m² and rad² of the observer's motion within a frame without people in sight.
     """
     led, turn, fresh = factors.walk, bool(people.others.any()), alone
     if turn:

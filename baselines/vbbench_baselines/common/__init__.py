@@ -1,1 +1,1 @@
-"""What every solver stands on: measurements on the ground, the past, the pose of least energy and its uncertainty."""
+"""What solvers share: measurements on the ground, motion and its history, drift, cold starts."""

@@ -4,8 +4,8 @@ Of a person at the distance r in the direction a, who is h tall and seen from th
 
     the direction a, the slope c/r down to the feet, and the slope h/r from head to feet,
 
-as a camera without tilt would see them. What a box height of noise is in each follows from the camera, too. A box at
-the border of the picture shows less of a person than there is.
+as a camera without tilt would see them. The camera converts noise in box heights to these units. A box at the border of
+the picture shows a part of the person only.
 """
 
 from typing import NamedTuple
@@ -34,7 +34,7 @@ class Bearings(NamedTuple):
     azimuth : a in rad, clockwise from forward.
     foot, length : tangents c/r to the feet and h/r from head to feet, in m per m.
     size : height of the box in px.
-    width : a in rad of a box height's length along the row.
+    width : angle in rad along the row that is as many px wide as the box is high.
     cut : which of `FEET_CUT`, `HEAD_CUT` and `SIDE_CUT` hold, as a sum.
     """
 
@@ -47,7 +47,7 @@ class Bearings(NamedTuple):
 
 
 def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
-    """The bearings of boxes [..., 3] (u, v, l) in px; NaN for those that show nobody on the ground."""
+    """The bearings of boxes [..., 3] (u, v, l) in px; NaN for boxes that no person on the ground can have."""
     boxes = np.where(boxes[..., 2:] > 0.0, boxes, np.nan)
     np.maximum(boxes[..., 2], SMALLEST_BOX, out=boxes[..., 2])
     both = np.array((boxes, boxes))
@@ -64,7 +64,7 @@ def bearings_of(camera: Camera, boxes: FloatArray) -> Bearings:
 
 
 def _cut(camera: Camera, boxes: FloatArray) -> IntArray:
-    """What the border may have cut off the boxes [..., 3]."""
+    """Parts that the border may have cut off the boxes [..., 3], as sums of flags."""
     columns, rows = camera.picture_size
     u, v, size = boxes[..., 0], boxes[..., 1], boxes[..., 2]
     half = 0.5 * size

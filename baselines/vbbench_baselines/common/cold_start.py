@@ -1,10 +1,8 @@
 """What all solvers share when nothing is given but the observer's pose in frame 0 (protocol ``cold-start``).
 
-People are first placed where the heights of their boxes say. How fast people move is not known then, and how fast all
-move together never becomes quite certain: no picture of people distinguishes a crowd that walks past from an observer
-who walks the other way. Only what is likely helps: people are slow, and so their velocities count as drawn from N(0,
-`PEOPLE_SPEED`²) about once every `FADE` seconds; what is expected of the next frame fades towards a standstill as
-quickly. The observer may drive.
+People are first placed by their box heights. Their common velocity is a gauge freedom: boxes do not distinguish a crowd
+that walks past from an observer who walks the other way. A prior fixes it: people's velocities are drawn from N(0,
+`PEOPLE_SPEED`²) about once every `FADE` seconds, and predicted velocities decay at this rate. The observer may drive.
 """
 
 import math
@@ -40,45 +38,45 @@ def begins_cold(given: Given, frame: int) -> bool:
 
 
 def kept_velocities(dt: float, watched: bool) -> tuple[float, float]:
-    """The shares of the velocities of people and of the observer that are still expected ``dt`` seconds later.
+    """The factors by which the velocities of people and of the observer decay in ``dt`` seconds.
 
-    ``watched``: whether a person is seen; else the observer's velocity fades as people's does.
+    ``watched``: whether a person is seen; else the observer's velocity decays as people's does.
     """
     return math.exp(-dt / FADE), math.exp(-dt / (OBSERVER_FADE if watched else FADE))
 
 
 def standing(speed: FloatArray) -> FloatArray:
-    """How much it counts that an observer at a ``speed`` in m/s stands, next to that each of those seen does.
+    """Weight [...] of the prior that an observer at a ``speed`` [...] in m/s stands, for each person seen.
 
-    Each of the people seen is slow by a separate prior. Against a single one of the observer, the more people walk
-    past the surer it would seem that it is the observer who moves. What all have in common is one unknown, and so the
-    observer's prior grows with their number. It fades with speed: the fast are vehicles.
+    Each person has a prior of a low speed. Against a single one of the observer, a larger crowd that walks past would
+    make it surer that the observer moves. The common velocity is one unknown, and so the observer's prior is weighted
+    by their number. It vanishes at high speed: such observers are vehicles.
     """
     return np.asarray(STANDING / (1.0 + (speed / FAST) ** 2))
 
 
 def drift_variance(seconds: FloatArray) -> FloatArray:
-    """In m² in each direction, how far a crowd's common velocity leads astray in ``seconds`` [...] without odometry.
+    """Variance in m² on each axis of the drift by the crowd's common velocity, in ``seconds`` [...] without odometry.
 
-    A velocity that is forgotten within `FADE` (an Ornstein–Uhlenbeck process) leads astray with the variance
+    It is that of an integrated Ornstein–Uhlenbeck process with the deviation s and the time F = `FADE`,
     2 s² F (t − F(1 − exp(−t/F))).
     """
     return np.asarray(2.0 * FLOW_SPEED**2 * FADE * (seconds - FADE * (1.0 - np.exp(-seconds / FADE))))
 
 
 class Astray:
-    """How far all may have drifted together since a cold start; each stretch without odometry begins again.
+    """Variance of the common drift since a cold start; the variances of stretches without odometry add up.
 
     Attributes
     ----------
-    seconds : without odometry, in all.
+    seconds : total time without odometry, in s.
     """
 
     def __init__(self) -> None:
         self.seconds = self._stretch = self._finished = 0.0
 
     def wait(self, seconds: float) -> None:
-        """A frame has passed, for so many ``seconds`` of which nothing measured how the observer moved."""
+        """Add a frame; for so many ``seconds`` of it nothing measured how the observer moved."""
         if seconds == 0.0 and self._stretch > 0.0:
             self._finished, self._stretch = self.variance, 0.0
         self._stretch += seconds
@@ -86,15 +84,15 @@ class Astray:
 
     @property
     def variance(self) -> float:
-        """In m² in each direction."""
+        """Variance in m² on each axis."""
         return self._finished + float(drift_variance(np.array(self._stretch)))
 
 
 def add_drift(poses: FloatArray, places: FloatArray, variance: FloatArray) -> None:
-    """Add what nobody can know of a crowd's common velocity to covariances, a ``variance`` [...] in each direction.
+    """Add the ``variance`` [...] in m² of the common drift, in place, to covariances of ``poses`` and ``places``.
 
-    Those of poses are [..., 3, 3], those of places [..., K, 2, 2]. A solver takes velocities of different people for
-    independent, and its covariances do not have that all may walk one way.
+    Those of poses are [..., 3, 3], those of places [..., K, 2, 2]. A solver models people's velocities as independent,
+    so that its covariances lack their common part.
     """
     poses[..., :2, :2] += variance[..., None, None] * np.eye(2)
     places += variance[..., None, None, None] * np.eye(2)

@@ -1,14 +1,13 @@
-"""How far a frame-by-frame solver may be off with all that it remembers: what it cannot see in its own residuals.
+"""Covariance of the common error of observer and people in a frame-by-frame solver, which its residuals do not show.
 
-People are expected where the solver itself placed them, and so an error that the observer and everybody have in common
-is carried on for ever: constant velocity continues even its growth. Let e_t be the common error of the places of frame
-t, in each direction. What is expected of t follows from t−1 and t−2 as the places do (`common.motion`), and the frame
-adds what its own pose is unsure of, w_t:
+People are predicted from the solver's own estimates, and so an error that the observer and all people share persists;
+constant velocity even continues its growth. Let e_t be the common error on each axis of the places of frame t. It
+propagates as the places do (`common.motion`), and each frame adds the error w_t of the pose fit:
 
     e_t = (1 + κ) e_{t−1} − κ e_{t−2} + w_t.
 
-`Drift` keeps the covariance of (e_t, e_{t−1}), which is zero where poses are given, grows with the cube of time while
-nobody is seen, and slower the more people are. Of the yaw it keeps a variance that only adds up.
+`Drift` keeps the covariance of (e_t, e_{t−1}). It is zero where poses are given, grows with the cube of time while
+nobody is seen, and more slowly with more people. The variance of the yaw is the sum over frames.
 """
 
 import math
@@ -49,8 +48,8 @@ class Common(NamedTuple):
 
     Attributes
     ----------
-    now, across, before : of e_t, between the two, and of e_{t−1}, in m².
-    yaw : in rad².
+    now, across, before : Var e_t, Cov(e_t, e_{t−1}) and Var e_{t−1}, in m².
+    yaw : variance in rad².
     """
 
     now: float
@@ -60,7 +59,7 @@ class Common(NamedTuple):
 
 
 def variances(covariance: FloatArray) -> tuple[float, float]:
-    """Of a pose's place, in the mean of all directions, and of its yaw, by its covariance [3, 3]."""
+    """Variances of a pose's place (mean of both axes, m²) and of its yaw (rad²) from its covariance [3, 3]."""
     return float(0.5 * (covariance[0, 0] + covariance[1, 1])), float(covariance[2, 2])
 
 
@@ -69,8 +68,8 @@ class Drift:
 
     Attributes
     ----------
-    common : what is known of it.
-    top_speed : in m/s, of the observer.
+    common : its covariance.
+    top_speed : greatest speed of the observer, in m/s.
     """
 
     def __init__(self) -> None:
@@ -90,13 +89,13 @@ class Drift:
         return (now - 2.0 * across + before) / dt**2
 
     def advance(self, history: History, kept: float, dt: float, *, measured: bool) -> None:
-        """On to the frame to which the ``history`` has moved on.
+        """Predict the covariance at the newest frame of ``history``.
 
         Parameters
         ----------
-        kept : κ, the share of the observer's velocity that is expected to last.
-        dt : in s.
-        measured : whether odometry measured the motion; then no error of a velocity is carried on.
+        kept : κ, the factor by which the observer's velocity decays in a frame.
+        dt : duration of a frame in s.
+        measured : whether odometry measured the motion; then an error of the velocity does not persist.
         """
         self._know(history, dt)
         now, across, before, yaw = self.common
@@ -111,29 +110,29 @@ class Drift:
             self.common = self._limited(variance, ahead * now - kept * across, now, yaw)
 
     def with_more(self, place: float, yaw: float) -> Common:
-        """The same with what a frame's own pose is unsure of: variances in m² and rad²."""
+        """The covariance after the error of a frame's own pose fit is added: variances in m² and rad²."""
         now, across, before, turned = self.common
         return self._limited(now + place, across, before, turned + yaw)
 
     def add(self, place: float, yaw: float) -> None:
-        """Take that over."""
+        """Add variances as `with_more` does, and keep the result."""
         self.common = self.with_more(place, yaw)
 
     def correct(self, place: float, yaw: float) -> None:
-        """After people who are certain took the error away, but for variances ``place`` in m² and ``yaw`` in rad²."""
+        """Reset the error, once certain people corrected it, to the variances ``place`` in m² and ``yaw`` in rad²."""
         now, across, before, _ = self.common
         gain = 1.0 - place / now
         self.common = self._limited(place, (1.0 - gain) * across, before - gain * across**2 / now, yaw)
 
     def reduce(self, kept: FloatArray) -> None:
-        """After people who are certain took away some of the error: ``kept`` [3, 3] of (x, y, yaw) is left."""
+        """Scale the covariance after a correction: the share ``kept`` [3, 3] of the error (x, y, yaw) remains."""
         now, across, before, yaw = self.common
         place, turned = variances(kept @ np.diag((now, now, yaw)) @ kept.T)
         share = math.sqrt(min(place / now, 1.0)) if now > 0.0 else 1.0
         self.common = self._limited(share**2 * now, share * across, before, turned)
 
     def cover(self, pose: FloatArray, people: FloatArray, here: FloatArray, places: FloatArray) -> None:
-        """Add the common error to the covariances [3, 3] of the pose ``here`` [3] and [K, 2, 2] of the ``places``."""
+        """Add the drift to covariances, in place: ``pose`` [3, 3] at ``here``, ``people`` [K, 2, 2] at ``places``."""
         now, yaw = self.common.now, self.common.yaw
         pose += np.diag((now, now, yaw))
         lever = np.column_stack((here[1] - places[:, 1], places[:, 0] - here[0]))
@@ -151,7 +150,7 @@ class Drift:
             self.top_speed = max(self.top_speed, FASTER * speed)
 
     def _limited(self, now: float, across: float, before: float, yaw: float) -> Common:
-        """These, as far as the observer can have come and turned since its pose was given."""
+        """The covariance, limited by how far the observer can have moved and turned since its pose was given."""
         far = min(UNKNOWN_PLACE, self.top_speed * self._seconds) ** 2
         now, before = min(max(now, 0.0), far), min(max(before, 0.0), far)
         limit = math.sqrt(now * before)
@@ -159,7 +158,7 @@ class Drift:
 
 
 def held(place: FloatArray, last: FloatArray, reach: float) -> FloatArray:
-    """The place [2] in m, or as near to it as a person gets who was at ``last`` [2] and moves ``reach`` m at most."""
+    """The place [2] in m, moved to within ``reach`` m of ``last`` [2]."""
     step = place - last
     length = float(np.hypot(*step))
     return place if not length > reach else np.asarray(last + step * (reach / length))

@@ -4,9 +4,9 @@ Constant velocity: x = x' + κ(x' − x''), κ = 1 (arXiv 2111.05060, eq. 10), o
 variance σ_m² + σ_e²(4e' + e''), σ_m being the motion's, σ_e that of the solver's own estimates, and e', e'' one where
 the past position is such an estimate and zero where it was given.
 
-Odometry says that the observer moved by m = (forward, left, turn) in the axes of the frame before, with covariance C.
-Where C is small (`SURE`) the pose to which that leads replaces the priors of the observer's walk and head, which are
-far less certain and, of a robot, wrong; elsewhere it counts in addition to them.
+Odometry measures the observer's motion m = (forward, left, turn) in the axes of the frame before, with covariance C.
+Where C is small (`SURE`), the pose to which m leads replaces the priors of the observer's motion and yaw, which are
+far less certain and, for a robot, wrong; elsewhere it counts in addition to them.
 """
 
 import math
@@ -33,7 +33,7 @@ class History:
     position_given : [3, K] whether the position was given.
     cold : whether nothing but the pose of frame 0 is given (`common.cold_start`).
     age : frames since frame 0.
-    unmeasured : whether odometry says nothing of the step into the newest frame.
+    unmeasured : whether odometry lacks the step into the newest frame.
     seen : [K] who has a box at t; set by the solver.
     moving : whether a person seen twice has shown how the observer moves; set by the solver.
     blind : frames since a person was of use for the pose; set by the solver.
@@ -76,13 +76,13 @@ class History:
         self.position_given[:, columns] = False
 
     def correct(self, pose: FloatArray, found: FloatArray, earlier: float, *, turn: bool) -> None:
-        """Move the solver's own estimates of t−2 and t−1, since the observer is not where they lead to.
+        """Correct the solver's own estimates of t−2 and t−1 by a share of the error at t.
 
         Parameters
         ----------
-        pose, found : [3] where they lead to at t, and where the observer is.
-        earlier : the share of that error which was there at t−1.
-        turn : whether directions turn, too: as far as people show the yaw, it is theirs.
+        pose, found : [3] the pose that they predict at t, and the corrected one.
+        earlier : the share of the error that existed at t−1.
+        turn : whether the yaw is corrected, too, because people determine it.
         """
         angle = found[2] - pose[2] if turn else 0.0
         sin, cos = np.sin(angle), np.cos(angle)
@@ -96,7 +96,7 @@ class History:
                 self.poses[row, 2] += angle
 
     def slow_down(self, share: float) -> None:
-        """Let the observer have moved by this ``share`` only from t−2 to t−1."""
+        """Scale the observer's motion from t−2 to t−1 by the ``share``."""
         if not self.pose_given[0]:
             self.poses[0, :2] = self.poses[1, :2] + share * (self.poses[0, :2] - self.poses[1, :2])
 
@@ -118,7 +118,7 @@ class Spreads(NamedTuple):
     motion : σ_m, about the expectation of a model.
     stay : about the one known past position, for each frame since.
     estimate : σ_e, of the solver's own past positions.
-    reach : how far a person gets in a frame; whoever moved further became another one (a track that jumped).
+    reach : how far a person gets in a frame; a track that moved further has switched to another person.
     """
 
     motion: float
@@ -135,13 +135,13 @@ SURE = 0.3
 
 
 class Told(NamedTuple):
-    """What odometry measured of the newest pose, where the pose before is known.
+    """The newest pose by odometry from the pose before.
 
     Attributes
     ----------
-    pose : [3] where it leads to.
-    std : in m, of its place, equal in all directions.
-    facing : information in 1/rad² on its yaw.
+    pose : [3] (x, y, yaw) in m and rad.
+    std : standard deviation of the place in m, equal on both axes.
+    facing : information in 1/rad² on the yaw.
     """
 
     pose: FloatArray
@@ -150,7 +150,7 @@ class Told(NamedTuple):
 
 
 def newest_measured(odometry: Odometry | None, before: FloatArray) -> Told | None:
-    """What the newest row of ``odometry`` says after the pose ``before`` [3]; ``None`` if nothing."""
+    """The newest pose by ``odometry`` from the pose ``before`` [3]; ``None`` if odometry measured nothing."""
     if odometry is None:
         return None
     moved, spread = odometry.motions[-1], odometry.covariances[-1]

@@ -1,1 +1,1 @@
-"""`vb-former`: a recurrent network of attention that corrects, weighs and forgets, about a pose fit in closed steps."""
+"""`vb-former`: a recurrent attention network that weights the residuals of a Gauss–Newton pose fit."""

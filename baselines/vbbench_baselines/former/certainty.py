@@ -1,4 +1,4 @@
-"""How sure poses and places are: what the network says of them, and what adds up that it cannot know."""
+"""Covariances of poses and places: the network's own, and common drift, which short training windows do not contain."""
 
 import math
 
@@ -19,15 +19,15 @@ STILL = np.zeros((3, 3))
 
 
 class Certainty:
-    """How sure the last pose is, and people's places.
+    """Covariances of the last pose and of people's places.
 
-    Where places are given, newcomers make a pose surer, and the network knows best, or odometry where it is surer. But
-    after a cold start nothing does, and the network, which learned on short windows, cannot know how far all may drift
-    together: then each frame adds what odometry leaves open, or what nobody can know of a crowd.
+    Where places are given, newcomers reduce the error of the pose, and its covariance is the network's, or odometry's
+    where that is smaller. After a cold start nothing reduces it, and the network, which learned on short windows, does
+    not estimate the common drift. Then each frame adds the covariance of odometry, or of the crowd's common velocity.
 
     Parameters
     ----------
-    dt : of a frame, in s.
+    dt : duration of a frame in s.
 
     Attributes
     ----------
@@ -40,15 +40,15 @@ class Certainty:
         self.know()
 
     def know(self) -> None:
-        """The pose is given."""
+        """Reset the covariance: the pose is given."""
         self.pose, self._astray, self._alone = STILL, Astray(), True
 
     def follow(
         self, before: FloatArray, now: FloatArray, spread: Array, motion: FloatArray | None, *, sure: bool
     ) -> None:
-        """A frame leads from the pose ``before`` to ``now`` [3], of which the network says the ``spread`` [3].
+        """Propagate the covariance from the pose ``before`` to ``now`` [3], whose ``spread`` [3] the network estimates.
 
-        ``motion`` [3, 3] is the covariance of what odometry measured, and ``sure`` whether that is trusted.
+        ``motion`` [3, 3] is the covariance of odometry, and ``sure`` is whether odometry replaces other priors.
         """
         told = _turned(_variances(spread), now)
         if sure:
@@ -65,7 +65,7 @@ class Certainty:
             self.pose = min(told, _carried(before, now, self.pose, motion), key=_size)
 
     def _unmeasured(self, motion: FloatArray | None) -> FloatArray:
-        """[3, 3] of the motion of a frame of which odometry says nothing, or not much."""
+        """Covariance [3, 3] of the motion in a frame with weak odometry or none."""
         drifted = self._astray.variance
         self._astray.wait(self._dt)
         place, yaw = (self._astray.variance - drifted) * np.eye(2), TURNED**2 * self._dt
@@ -76,7 +76,7 @@ class Certainty:
         return made
 
     def of_places(self, pose: FloatArray, places: FloatArray, rays: Array, spread: Array) -> FloatArray:
-        """[K, 2, 2] of ``places`` [K, 2], whose ``spread`` [K, 2] along and across ``rays`` the network says."""
+        """Covariances [K, 2, 2] of ``places`` [K, 2] by the network's ``spread`` [K, 2] along and across ``rays``."""
         told = _along_and_across(_variances(spread), rays, pose)
         if not self.cold:
             return told
@@ -84,7 +84,7 @@ class Certainty:
 
 
 def _at_least(covariance: FloatArray, other: FloatArray) -> FloatArray:
-    """As unsure of the place, and of the yaw, as the ``other`` where that is more so."""
+    """The ``covariance`` [3, 3], enlarged to at least the variances of place and yaw of the ``other``."""
     place = max(0.0, 0.5 * (_size(other) - _size(covariance)))
     return covariance + np.diag((place, place, max(0.0, other[2, 2] - covariance[2, 2])))
 
@@ -94,12 +94,12 @@ def _size(covariance: FloatArray) -> float:
 
 
 def _variances(spread: Array) -> FloatArray:
-    """Of what the network says, ln of standard deviations."""
+    """Variances of the network's ``spread``, ln of standard deviations."""
     return np.asarray(np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)))
 
 
 def _turned(variances: FloatArray, pose: FloatArray) -> FloatArray:
-    """[3, 3] of a pose [3] with these ``variances`` [3] ahead, to the left and in yaw."""
+    """Covariance [3, 3] in the world of a pose [3] with ``variances`` [3] forward, left and in yaw."""
     ahead, left, yaw = variances.tolist()
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
     across = (ahead - left) * cos * sin
@@ -113,14 +113,14 @@ def _turned(variances: FloatArray, pose: FloatArray) -> FloatArray:
 
 
 def _carried(before: FloatArray, now: FloatArray, covariance: FloatArray, motion: FloatArray) -> FloatArray:
-    """[3, 3] of a pose ``now`` from that of the pose ``before`` and that of the ``motion`` since."""
+    """Covariance [3, 3] of the pose ``now``, propagated from that of the pose ``before`` and of the ``motion``."""
     cos, sin = math.cos(before[2]), math.sin(before[2])
     axes = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
     return covariance_along(pose_levers(now, before), covariance) + covariance_along(axes, motion)
 
 
 def _along_and_across(variances: FloatArray, rays: Array, pose: FloatArray) -> FloatArray:
-    """[K, 2, 2] of places with these ``variances`` [K, 2] along and across ``rays`` [K] of a pose."""
+    """Covariances [K, 2, 2] in the world, from ``variances`` [K, 2] along and across ``rays`` [K] of a pose."""
     along = rays * np.exp(1j * pose[2])
     axes = np.stack([along.real, along.imag], axis=-1)
     round_about = np.broadcast_to(np.eye(2), (len(axes), 2, 2)) * variances[:, 1, None, None]

@@ -1,4 +1,4 @@
-"""What the network is given, as numbers of about 1, in the order in which its weights were learned."""
+"""Input features of the network, scaled to about 1, in the order in which its weights were learned."""
 
 from vbbench_baselines.former.operations import Array, Operations
 from vbbench_baselines.former.pose_fit import Motion, view
@@ -7,7 +7,7 @@ from vbbench_baselines.former.state import Walkers
 
 
 def person_facts(xp: Operations, people: Walkers, scene: Scene, rough: Motion) -> Array:
-    """Of people: [..., K, `layers.PERSON_FACTS`] and the memory; ``rough`` is how the observer seems to have moved."""
+    """Features of people [..., K, `layers.PERSON_FACTS`], then memories; ``rough`` is the approximate motion."""
     walks, views, sights = scene.walks, scene.views, scene.sights
     stds = xp.stack([xp.sqrt(scene.along), xp.sqrt(scene.across)])
     scale, known = scene.scale[..., None], scene.known[..., None]
@@ -31,7 +31,7 @@ def person_facts(xp: Operations, people: Walkers, scene: Scene, rough: Motion) -
 
 
 def _looks(xp: Operations, people: Walkers, scene: Scene) -> list[Array]:
-    """16 facts [..., K]: of how long people are known, and of how far away boxes say they are."""
+    """16 features [..., K]: how long people are known, and their distances by their boxes."""
     sights, walks, none = scene.sights, scene.walks, 0.0 * scene.distance
     by_height, by_feet = walks.offsets[..., 0], walks.offsets[..., 1]
     apart = xp.clip(sights.by_feet + by_feet - sights.by_height - by_height, -1.0, 1.0) * sights.has_feet
@@ -57,7 +57,7 @@ def _looks(xp: Operations, people: Walkers, scene: Scene) -> list[Array]:
 
 
 def observer_facts(xp: Operations, scene: Scene, rough: Motion, count: Array) -> Array:
-    """Of the observer: [..., `layers.OBSERVER_FACTS`] and the memory; ``count`` [...] people are known."""
+    """Features of the observer [..., `layers.OBSERVER_FACTS`], then its memory; ``count`` [...] people are known."""
     dt, own, expected, none = scene.dt, scene.walks.own, scene.expected, 0.0 * scene.dt
     beyond, turned = (rough.step - expected.step) / dt, (rough.turn - expected.turn) / dt
     motion = xp.stack([beyond.real, beyond.imag, turned])
@@ -87,7 +87,7 @@ def observer_facts(xp: Operations, scene: Scene, rough: Motion, count: Array) ->
 
 
 def second_look(xp: Operations, scene: Scene, off: Array, offset: Array) -> Array:
-    """Of people once a pose is fitted: [..., K, 8]; ``off`` and ``offset`` [..., K] in m are complex."""
+    """Features of people [..., K, 8] after the first fit; ``off`` and ``offset`` [..., K] as in `Found`, in m."""
     offs, scale = xp.pairs(off), scene.scale[..., None]
     stds = xp.stack([xp.sqrt(scene.along), xp.sqrt(scene.across)])
     misses = [xp.asinh(offs / scale), xp.asinh(offs / stds), xp.asinh(xp.pairs(offset) / scale)]
@@ -95,13 +95,13 @@ def second_look(xp: Operations, scene: Scene, off: Array, offset: Array) -> Arra
 
 
 def surprise(xp: Operations, scene: Scene, off: Array, offset: Array) -> Array:
-    """Of people once all is found, for their memories: [..., K, 4]."""
+    """Features of people [..., K, 4] for their memories, after the last pose fit; ``off`` and ``offset`` as above."""
     misses = xp.join([xp.pairs(off), xp.pairs(offset)])
     return scene.known[..., None] * xp.asinh(misses / scene.scale[..., None])
 
 
 def own_change(xp: Operations, scene: Scene, motion: Motion) -> Array:
-    """Of the observer once all is found, for its memory: [..., 6]."""
+    """Features of the observer [..., 6] for its memory: its ``motion`` by the last pose fit."""
     dt, expected = scene.dt, scene.expected
     pace, beyond = motion.step / dt, (motion.step - expected.step) / dt
     turned = 3.0 * (motion.turn - expected.turn) / dt

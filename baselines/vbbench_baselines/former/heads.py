@@ -1,15 +1,14 @@
-"""What the observer's head shows of its step: who walks looks where the way leads, and comes round with a lag.
+"""A factor between the yaw and the motion of a walking observer: the head follows the walking direction with a lag.
 
-With the velocity v = d/dt of a step and the mean velocity s of late, both from the last pose, a head that turned by ψ
-is off its way by
+Let v = d/dt be the velocity of a step and s the smoothed velocity before it, both seen from the last pose. A head that
+turned by ψ then has the residual
 
     e = ψ − arg w,   w = s + g (v − s),   g = 1 − exp(−dt/τ),   ∂e/∂ψ = 1,   ∂e/∂d = −(g/dt)·(−Im w, Re w)/|w|²,
 
-which is one more residual of the pose's fit (`pose_fit`), e ~ Cauchy(γ). Other heads follow loosely, e ~ Cauchy(γ₁),
-or turn whatever their bearer does, ψ ~ Cauchy(γ₀ dt). One head does the same all the time: all frames so far show how
-probable each is, and the residual counts with the probability of the first. Nothing of this is learned: g and τ are
-those of ``look = motion``, γ's were chosen on simulated crowds with three kinds of heads, and docs/learned-solver.md
-says what the first odds trade.
+in the pose fit (`pose_fit`), e ~ Cauchy(γ). Other heads follow loosely, e ~ Cauchy(γ₁), or turn independently of the
+motion, ψ ~ Cauchy(γ₀ dt). An observer keeps one of the three modes; the residual is weighted by the posterior of the
+first. Nothing here is learned: g and τ are those of ``look = motion``, and the γ were chosen on simulated crowds with
+heads of all three modes. docs/learned-solver.md explains the choice of prior odds.
 """
 
 import math
@@ -28,13 +27,13 @@ FIRST_ODDS, MOST_ODDS = math.log(1.0 / 3.0), 10.0
 
 
 class Head(NamedTuple):
-    """What is known of the head before a frame, [...].
+    """The head before a frame, arrays [...].
 
     Attributes
     ----------
     kept : (1 − g) s in m/s, complex.
     gain : g/dt in 1/s.
-    share : how probable it is that the head just follows its way.
+    share : posterior probability of the first mode, in which the head follows the motion closely.
     """
 
     kept: Array
@@ -43,20 +42,20 @@ class Head(NamedTuple):
 
 
 def head_of(xp: Operations, smooth: Array, odds: Array, dt: Array) -> Head:
-    """Before a frame of ``dt`` [...] s, at the mean velocity ``smooth`` [...] of late and the ``odds`` [...] so far."""
+    """The head before a frame of ``dt`` [...] s, by the smoothed velocity ``smooth`` [...] and the log ``odds``."""
     gain = _gain(xp, dt)
     return Head(smooth * (1.0 - gain), gain / dt, xp.sigmoid(odds + FIRST_ODDS))
 
 
 def smoothed(xp: Operations, smooth: Array, step: Array, dt: Array) -> Array:
-    """The mean velocity [...] of late after one more ``step`` in m/s."""
+    """The smoothed velocity [...] after one more ``step`` in m/s."""
     return smooth + (step - smooth) * _gain(xp, dt)
 
 
 def odds_after(xp: Operations, odds: Array, smooth: Array, turn: Array, dt: Array) -> Array:
-    """What frames say of the odds [...], in logarithms, after one that turned the head by ``turn`` in rad/s.
+    """The log odds [...] of the first mode after a frame in which the head turned by ``turn`` in rad/s.
 
-    ``smooth`` is the mean velocity of late, that of the frame included, from where the head looks now.
+    ``smooth`` is the smoothed velocity, this frame included, in the axes of the new pose.
     """
     off, turned, wandering = _facing(xp, smooth) ** 2, (turn * dt) ** 2, WANDERING * dt
     others = LOOSE / (LOOSE**2 + off) + wandering / (wandering**2 + turned)
@@ -65,7 +64,7 @@ def odds_after(xp: Operations, odds: Array, smooth: Array, turn: Array, dt: Arra
 
 
 def head_equations(xp: Operations, head: Head, step: Array, turn: Array) -> list[Array]:
-    """After a ``step`` in m and a ``turn``: the upper half of JᵀwJ by rows, and Jᵀwe, nine numbers [...]."""
+    """Normal equations [...] at a ``step`` in m and a ``turn`` in rad: six of the upper half of JᵀwJ, three of Jᵀwe."""
     way = head.kept + step * head.gain
     off = turn - _facing(xp, way)
     weight = 2.0 * head.share * _walks(way) / (FOLLOWING**2 + off**2)
@@ -80,11 +79,11 @@ def _gain(xp: Operations, dt: Array) -> Array:
 
 
 def _facing(xp: Operations, way: Array) -> Array:
-    """In rad, where a velocity [...] points; 0 if it is 0."""
+    """Direction in rad of a velocity [...]; 0 if it is 0."""
     return xp.angle(xp.point(way.real + 1e-4, way.imag))
 
 
 def _walks(way: Array) -> Array:
-    """How much a person walks at a velocity [...], from 0 to 1."""
+    """Weight from 0 (stands) to 1 (walks) of a velocity [...]."""
     square = (way.real**2 + way.imag**2) ** 2
     return square / (square + STANDING**4)

@@ -1,7 +1,7 @@
 """The network at run time: in C++ (``baselines/cpp/former``), frame by frame, of one sequence.
 
-What is remembered and what boxes measure lie in records, one a person, whose fields are those of `Walkers`, `Observer`,
-`Sights` and `Told`, and those of the structs of ``network.hpp``.
+State and measurements are NumPy records, one a person. Their fields are those of `Walkers`, `Observer`, `Sights` and
+`Told`, and those of the structs of ``network.hpp``.
 """
 
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ def _points(*shape: int) -> NDArray[np.complex64]:
 
 
 def _record(parts: Walkers | Observer, axes: int) -> np.dtype[np.void]:
-    """Of a record the fields, each without its first ``axes``."""
+    """The type of a record of the fields of ``parts``, each without its first ``axes`` axes."""
     return np.dtype([(name, part.dtype, part.shape[axes:]) for name, part in zip(parts._fields, parts, strict=True)])
 
 
@@ -69,7 +69,7 @@ PLACE = np.dtype([("place", POINT), ("spread", NUMBER, 2)])
 
 
 class Remembered(NamedTuple):
-    """What is remembered from frame to frame, see `State`.
+    """The state between frames, as records; see `State`.
 
     Attributes
     ----------
@@ -82,12 +82,12 @@ class Remembered(NamedTuple):
 
 
 def nothing_remembered(people: int) -> Remembered:
-    """What is remembered of so many people before frame 0."""
+    """The state of so many people before frame 0."""
     return Remembered(np.zeros(people, WALKER), np.zeros((), OBSERVER))
 
 
 class Inference:
-    """The network with these weights; see `vbbench_baselines.former.network.Birdifier`. It does not change.
+    """The compiled network with these weights, immutable; see `vbbench_baselines.former.network.Birdifier`.
 
     Raises
     ------
@@ -107,7 +107,7 @@ class Inference:
         return Inference, (self.weights, self.heads)
 
     def advance(self, remembered: Remembered, sights: Sights, told: Told, dt: float, spread: float) -> Answer:
-        """The answer for a frame of ``dt`` s; what is ``remembered`` becomes what the next frame needs.
+        """The answer for a frame of ``dt`` s; replaces the state in ``remembered`` by that after the frame.
 
         ``spread`` is the standard deviation of heights, as a share of their mean.
         """
@@ -136,7 +136,7 @@ class Inference:
 
 
 def _given(told: Told) -> Records:
-    """A record `GIVEN`; where odometry says nothing its information is 0."""
+    """What is given, as a record `GIVEN`; without odometry its information is 0."""
     given = np.zeros((), GIVEN)
     given["step"], given["turn"], given["moved"] = *told.motion, told.moved
     if told.measured is not None:

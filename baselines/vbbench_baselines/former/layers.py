@@ -1,4 +1,4 @@
-"""The layers of the network, by name among its weights: what is learned, and nothing else."""
+"""The layers of the network; each reads its weights by name."""
 
 from collections.abc import Mapping
 
@@ -20,7 +20,7 @@ class Network:
 
     Parameters
     ----------
-    operations : what to compute with.
+    operations : array operations of NumPy or PyTorch.
     weights : arrays by name, see `shapes`.
     """
 
@@ -28,15 +28,15 @@ class Network:
         self.operations, self.weights = operations, weights
 
     def linear(self, name: str, x: Array) -> Array:
-        """Weighted sums of ``x`` [..., n]."""
+        """A linear layer of ``x`` [..., n] with a bias."""
         return self.operations.linear(x, self.weights[f"{name}.weights"], self.weights[f"{name}.bias"])
 
     def perceptron(self, name: str, x: Array) -> Array:
-        """Two layers."""
+        """Two linear layers of ``x`` [..., n] with SiLU between."""
         return self.linear(f"{name}.out", self.hidden(f"{name}.in", x))
 
     def hidden(self, name: str, x: Array) -> Array:
-        """Weighted sums that pass where they are positive."""
+        """A linear layer of ``x`` [..., n] and SiLU."""
         return self.operations.silu(self.linear(name, x))
 
     def normalise(self, name: str, x: Array) -> Array:
@@ -53,9 +53,9 @@ class Network:
         return memory + change * (made - memory)
 
     def attend(self, rows: Array, hidden: Array) -> Array:
-        """Rows [..., K + 1, `WIDTH`] after they looked at one another; ``hidden`` [..., K + 1]: −∞ for whoever is away.
+        """``rows`` [..., K + 1, `WIDTH`] after the attention blocks; ``hidden`` [..., K + 1] is −∞ for absent people.
 
-        A block of a transformer (Vaswani et al. 2017) with normalisation before each part (Xiong et al. 2020).
+        These are transformer blocks (Vaswani et al. 2017) with normalisation before each part (Xiong et al. 2020).
         """
         for block in range(BLOCKS):
             name = f"block{block}"
@@ -114,7 +114,7 @@ def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
 
 
 def first_weights(rng: np.random.Generator, pure: bool) -> dict[str, FloatArray]:
-    """Weights before training: uniform (He et al. 2015), small where they decide, and biases of a plain filter."""
+    """Initial weights: uniform (He et al. 2015), small in output layers, whose biases make it a plain filter."""
     made: dict[str, FloatArray] = {}
     for name, shape in shapes(pure).items():
         if name.endswith(".weights"):

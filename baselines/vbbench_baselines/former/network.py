@@ -1,14 +1,12 @@
-"""One frame through the network: what walks did, what is expected, who is trusted, the pose, and what is remembered.
+"""The forward pass of one frame: filter, predict, attend, fit the pose, update the state.
 
-People are seen from the last pose and distinguished by nothing but what they do: the answer does not depend on their
-order, or on where the world begins. In turn,
+Positions are relative to the last pose: the answer is equivariant to people's order and to the world's origin. In turn,
 
-1. each walk's velocity takes in a share of what the last frame showed that was not expected (`walking`),
-2. everybody is expected to walk on, and a plain robust fit of the pose shows roughly how the camera moved (`scene`),
-3. people and observer look at one another (attention), and output where else they expect each and how far,
-4. the pose is fitted with these weights, looked at again, and fitted again,
-5. people are moved a share of the way to where their boxes show them, and memories take in what was left over
-   (`remembering`).
+1. each person's velocity is corrected by a share of the last innovation (`walking`),
+2. constant velocity predicts all places, and a plain robust fit gives an approximate motion of the camera (`scene`),
+3. people and observer attend to one another, which yields the weights and offsets of the residuals,
+4. the pose is fitted with these, attended to again, and fitted again,
+5. people's places are corrected by a share of their residuals, and memories are updated (`remembering`).
 """
 
 from dataclasses import dataclass
@@ -29,13 +27,13 @@ FAR = 1e4
 
 
 class Answer(NamedTuple):
-    """What the network says of a frame.
+    """The network's output for a frame.
 
     Attributes
     ----------
-    motion : of the observer since the last pose; ``rough`` before the network looked.
-    places : of people from the new pose, [..., K] in m, complex.
-    pose_spread : [..., 3] ln of the standard deviation of the pose ahead, to the left and in yaw, since all was given.
+    motion : motion of the observer since the last pose; ``rough``: its approximation by step 2.
+    places : [..., K] places of people relative to the new pose, in m, complex.
+    pose_spread : [..., 3] ln of the standard deviations of the pose forward, left and in yaw, since all was given.
     place_spread : [..., K, 2] the same of people's places in the world, along and across their rays.
     """
 
@@ -54,7 +52,7 @@ class Birdifier:
     ----------
     network : its layers.
     pure : whether the pose is output by the network, and not fitted.
-    heads : whether the fit counts on heads that follow their ways.
+    heads : whether the fit includes the factor of `heads`.
     """
 
     network: Network
@@ -77,7 +75,7 @@ class Birdifier:
         return state_after(network, state, scene, found, memory), answer
 
     def _attend(self, state: State, scene: Scene, rough: Motion) -> tuple[Array, Array]:
-        """Step 3: what the network thinks of people [..., K, `WIDTH`] and of the observer [..., `WIDTH`]."""
+        """Step 3: hidden features of people [..., K, `WIDTH`] and of the observer [..., `WIDTH`]."""
         xp, network, seen = self.network.operations, self.network, scene.sights.seen
         rows = network.perceptron("person", person_facts(xp, state.people, scene, rough))
         own_row = network.perceptron("observer", observer_facts(xp, scene, rough, scene.known.sum(-1)))
@@ -86,7 +84,7 @@ class Birdifier:
         return rows[..., :-1, :], rows[..., -1, :]
 
     def _first_pose(self, scene: Scene, rough: Motion, trust: Array, own_row: Array) -> tuple[Weighing, Motion]:
-        """Step 4: what counts how much, and the motion by it."""
+        """Step 4: the weights of the fit, and its motion."""
         xp = self.network.operations
         own_trust = self.network.linear("own_trust", own_row)
         weights = xp.exp(xp.clip(trust[..., 2:4], -6.0, 5.0))
@@ -104,7 +102,7 @@ class Birdifier:
         return weighing, scene.or_given(xp, motion)
 
     def _own_prior(self, scene: Scene, trust: Array) -> tuple[Array, Motion]:
-        """λ and x⁰ of the fit; of a pure network x⁰ is the answer."""
+        """λ and x⁰ of the fit (`pose_fit`); for a pure network x⁰ is the answer."""
         xp, dt, expected = self.network.operations, scene.dt, scene.expected
         inertia = scene.inertia * xp.exp(xp.clip(trust[..., 3:6], -6.0, 6.0))
         said = Motion(
@@ -116,7 +114,7 @@ class Birdifier:
         return with_measured(xp, inertia, said, scene.told.measured)
 
     def _find(self, scene: Scene, weighing: Weighing, motion: Motion, rows: Array, own_row: Array) -> Found:
-        """Steps 4 and 5: a second look, the pose, and everybody's place."""
+        """Steps 4 and 5: the second weights, the pose, and people's places."""
         xp, placed = self.network.operations, scene.told.placed
         again = self._look_again(scene, weighing, motion, rows)
         trust = self.network.linear("trust_again", again)
@@ -135,7 +133,7 @@ class Birdifier:
         return Found(motion, places, kept, off, offset, again, own_row, uncertain)
 
     def _look_again(self, scene: Scene, weighing: Weighing, motion: Motion, rows: Array) -> Array:
-        """What the network thinks of people [..., K, `WIDTH`] now that there is a pose, and of all of them together."""
+        """Hidden features [..., K, `WIDTH`] of people given the first pose; each includes the mean over people."""
         xp, network, known = self.network.operations, self.network, scene.known
         _, off = view(xp, scene.views, motion)
         seen = second_look(xp, scene, off - weighing.offset, weighing.offset)
@@ -144,7 +142,7 @@ class Birdifier:
         return network.hidden("together", xp.join([again, mean[..., None, :] + 0.0 * again]))
 
     def _places(self, scene: Scene, motion: Motion, offset: Array, gains: Array) -> tuple[Array, Array]:
-        """Step 5: places [..., K] from the new pose, and how far boxes show people from where they walk to."""
+        """Step 5: places [..., K] relative to the new pose, and the residuals of boxes about the predictions."""
         xp, views = self.network.operations, scene.views
         places, off = view(xp, views, motion)
         left = off - offset

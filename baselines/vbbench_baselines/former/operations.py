@@ -1,4 +1,4 @@
-"""What the network computes with: a few operations, on tensors while it is trained, and on NumPy's arrays in tests.
+"""Array operations of the network, on tensors while it is trained, and on NumPy's arrays in tests.
 
 Points and directions on the ground are complex numbers: forward + i·left of a camera.
 """
@@ -25,7 +25,7 @@ class Operations(Protocol):
         """The square root."""
 
     def asinh(self, x: Array) -> Array:
-        """As x near 0, as a logarithm far off: large errors do not drown small ones."""
+        """The inverse hyperbolic sine: linear near 0, logarithmic far from it."""
 
     def tanh(self, x: Array) -> Array:
         """The hyperbolic tangent."""
@@ -49,28 +49,28 @@ class Operations(Protocol):
         """Forward + i·left."""
 
     def pairs(self, points: Array) -> Array:
-        """Forward and left of points [...] side by side, [..., 2]."""
+        """Real and imaginary parts [..., 2] of points [...]."""
 
     def totals(self, parts: list[Array]) -> list[Array]:
         """The sum [...] of each of the arrays [..., K]."""
 
     def stack(self, parts: list[Array]) -> Array:
-        """Arrays [...] side by side, [..., N]."""
+        """N arrays [...] stacked along a new last axis, [..., N]."""
 
     def join(self, parts: list[Array]) -> Array:
-        """Arrays [..., n] one after the other."""
+        """Arrays [..., n] concatenated along the last axis."""
 
     def append_row(self, rows: Array, row: Array) -> Array:
-        """Rows [..., K, N] and one more [..., N]."""
+        """Rows [..., K + 1, N]: ``rows`` [..., K, N], then ``row`` [..., N]."""
 
     def linear(self, x: Array, weights: Array, bias: Array) -> Array:
         """X [..., n] times the weights [m, n] transposed, and the bias [m]."""
 
     def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
-        """X less its mean, over its standard deviation, times gain plus bias (layer normalisation)."""
+        """Layer normalisation along the last axis, times ``gain`` plus ``bias``."""
 
     def softmax(self, x: Array) -> Array:
-        """Shares that sum to 1."""
+        """Softmax along the last axis."""
 
     def detach(self, x: Array) -> Array:
-        """x, through which nothing is learned."""
+        """The same values without gradient."""

@@ -1,12 +1,13 @@
-"""The observer's motion that fits best, by Gauss–Newton steps in closed form, whose weights the network chooses.
+"""Weighted least-squares fit of the observer's motion by Gauss–Newton steps; the network chooses the weights.
 
-With a motion (d, ψ), people expected at T (from the last pose) are seen at q = (T − d)·exp(−iψ); boxes show them at z,
-along the ray ρ, |ρ| = 1. The residuals along and across it are the parts of r = (z − q)·ρ̄, with
+Under a motion (d, ψ), a person predicted at T relative to the last pose is at q = (T − d)·exp(−iψ) relative to the new
+one. The box measures z on the ray ρ, |ρ| = 1. The residuals along and across the ray are the real and imaginary part of
+r = (z − q)·ρ̄, with
 
-    ∂r/∂d = ū, i·ū  (ahead, to the left),  u = ρ·exp(iψ),    ∂r/∂ψ = i·q·ρ̄.
+    ∂r/∂d = ū, i·ū  (forward, left),  u = ρ·exp(iψ),    ∂r/∂ψ = i·q·ρ̄.
 
-What is minimised is Σ w_a (Re r − o_a)² + w_c (Im r − o_c)² + Σ λ_j (x_j − x⁰_j)², x = (Re d, Im d, ψ), about an
-offset o and an expected motion x⁰, and what the head shows of the step (`heads`).
+The cost is Σ w_a (Re r − o_a)² + w_c (Im r − o_c)² + Σ λ_j (x_j − x⁰_j)², x = (Re d, Im d, ψ), with an offset o and a
+predicted motion x⁰, plus the factor of `heads`.
 """
 
 from typing import NamedTuple
@@ -23,13 +24,13 @@ class Motion(NamedTuple):
 
 
 class Views(NamedTuple):
-    """People as a pose shows them: complex, [..., K].
+    """People in the fit, complex [..., K].
 
     Attributes
     ----------
-    expected : T from the last pose, in m.
+    expected : T, relative to the last pose, in m.
     seen : z in m.
-    ray, upright : ρ, and ρ̄, which turns what is along and across the ray upright.
+    ray, upright : ρ, and ρ̄, which rotates the ray onto the real axis.
     """
 
     expected: Array
@@ -39,7 +40,7 @@ class Views(NamedTuple):
 
 
 class Weighing(NamedTuple):
-    """What counts how much.
+    """Weights of the fit.
 
     Attributes
     ----------
@@ -47,7 +48,7 @@ class Weighing(NamedTuple):
     offset : o [..., K] in m, complex along and across the ray.
     inertia : λ [..., 3] in 1/m² and 1/rad².
     motion : x⁰.
-    head : what it shows; ``None`` if nothing.
+    head : the factor of the observer's head; ``None`` without it.
     """
 
     along: Array
@@ -59,13 +60,13 @@ class Weighing(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """What odometry says.
+    """The motion that odometry measured.
 
     Attributes
     ----------
     motion : in m and rad.
     information : [..., 3] 1/variance of forward, left and turn.
-    sure : [...] 1 where it stands in place of what else is expected, and not next to it.
+    sure : [...] 1 where it replaces the predicted motion; else it counts in addition.
     """
 
     motion: Motion
@@ -76,7 +77,7 @@ class Measured(NamedTuple):
 def with_measured(
     operations: Operations, inertia: Array, motion: Motion, measured: Measured | None
 ) -> tuple[Array, Motion]:
-    """λ and x⁰ with what odometry says."""
+    """λ and x⁰ (``inertia`` and ``motion``) combined with odometry."""
     if measured is None:
         return inertia, motion
     sure, total = measured.sure > 0.5, inertia + measured.information
@@ -90,16 +91,16 @@ def with_measured(
 
 
 def view(operations: Operations, views: Views, motion: Motion) -> tuple[Array, Array]:
-    """q, and r: where people are seen, and how far off along and across the ray; complex [..., K] in m."""
+    """Places q and residuals r of people under a motion, complex [..., K] in m."""
     turned = operations.direction(-motion.turn)[..., None]
     places = (views.expected - motion.step[..., None]) * turned
     return places, (views.seen - places) * views.upright
 
 
 def align(operations: Operations, views: Views, weighing: Weighing) -> Motion:
-    """The motion that is best if people count equally along and across their rays: closed form, whatever the turn.
+    """The best motion with isotropic weights: a rigid fit in closed form, for any turn (Umeyama 1991, in the plane).
 
-    The observer is one more point, seen at 0, and the expected turn counts as cos(ψ − ψ⁰) (Umeyama 1991, in the plane).
+    The predicted motion counts as one more point at 0, and as cos(ψ − ψ⁰).
     """
     along, across, expected = weighing.along, weighing.across, weighing.motion
     weights, own = 2.0 * along * across / (along + across + 1e-9), weighing.inertia[..., 0]
@@ -117,9 +118,9 @@ def align(operations: Operations, views: Views, weighing: Weighing) -> Motion:
 def fit(
     operations: Operations, views: Views, weighing: Weighing, motion: Motion, times: int
 ) -> tuple[Motion, tuple[Array, Array, Array]]:
-    """The motion after some steps from ``motion``, at least one, and the variances [...] of its numbers but for heads.
+    """The motion after ``times`` ≥ 1 steps from ``motion``, and the variances [...] of its three components.
 
-    What the network says of its spread by these variances, it learned without heads.
+    The variances exclude the factor of `heads`, without which the network learned to estimate its own spread.
     """
     ahead, left, turning = (weighing.inertia[..., number] for number in range(3))
     for _ in range(times):
@@ -139,7 +140,7 @@ def fit(
 def _solved(
     operations: Operations, a: Array, b: Array, c: Array, d: Array, e: Array, f: Array, gx: Array, gy: Array, gt: Array
 ) -> tuple[Motion, tuple[Array, Array, Array]]:
-    """The solution of normal equations, of whose matrix the upper half is given by rows, and its variances."""
+    """The solution of 3 × 3 normal equations, and its variances; ``a`` to ``f`` are the matrix's upper half by rows."""
     xx, xy, xt, yy, yt, tt = d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b
     scale = 1.0 / (a * xx + b * xy + c * xt)
     step = operations.point((xx * gx + xy * gy + xt * gt) * scale, (xy * gx + yy * gy + yt * gt) * scale)

@@ -1,4 +1,4 @@
-"""What a frame leaves behind: memories that take in what was left over, how unsure all is, and the next state."""
+"""The state after a frame: memories updated by residuals, the network's standard deviations, and the next state."""
 
 from typing import NamedTuple
 
@@ -18,11 +18,11 @@ class Found(NamedTuple):
 
     Attributes
     ----------
-    motion, places : of the observer since the last pose, and [..., K] of people from the new one.
-    kept : [..., K] their distances in m.
-    off, offset : [..., K] in m, along and across rays: where boxes show people, and where the network expects them,
-        next to where their walks lead.
-    thoughts, own_thought : [..., K, N] and [..., N] what the network made of people and observer.
+    motion, places : motion of the observer since the last pose; [..., K] places relative to the new one.
+    kept : [..., K] distances of people in m.
+    off, offset : [..., K] complex in m, along and across rays: residuals of the boxes about the predictions, and the
+        network's offsets of the predictions.
+    thoughts, own_thought : [..., K, N] and [..., N] hidden features of people and observer.
     uncertain : [..., 3] ln of the fit's variances.
     """
 
@@ -37,7 +37,7 @@ class Found(NamedTuple):
 
 
 class Memories(NamedTuple):
-    """Of people [..., K, `MEMORY`], of the observer [..., `MEMORY`], and of how unsure the pose is [..., `DOUBT`]."""
+    """Memories of people [..., K, `MEMORY`], observer [..., `MEMORY`] and the pose's error [..., `DOUBT`]."""
 
     people: Array
     own: Array
@@ -45,7 +45,7 @@ class Memories(NamedTuple):
 
 
 def memories(network: Network, state: State, scene: Scene, found: Found) -> Memories:
-    """What is remembered after the frame."""
+    """The recurrent memories after the frame."""
     xp, people = network.operations, state.people
     news = xp.join([found.thoughts, surprise(xp, scene, found.off, found.offset)])
     memory = network.remember("memory", news, people.memory)
@@ -59,7 +59,7 @@ def memories(network: Network, state: State, scene: Scene, found: Found) -> Memo
 
 
 def spreads(network: Network, scene: Scene, found: Found, doubt: Array) -> tuple[Array, Array]:
-    """Ln of the standard deviations of the pose [..., 3] and of places [..., K, 2]; teaches nothing but itself."""
+    """Ln of standard deviations of the pose [..., 3] and of places [..., K, 2]; no gradient passes to other layers."""
     xp, thoughts = network.operations, found.thoughts
     facts = [
         xp.detach(thoughts),
@@ -71,7 +71,7 @@ def spreads(network: Network, scene: Scene, found: Found, doubt: Array) -> tuple
 
 
 def state_after(network: Network, state: State, scene: Scene, found: Found, memory: Memories) -> State:
-    """All that the next frame is given, from the new pose."""
+    """The state for the next frame, relative to the new pose."""
     back = network.operations.direction(-found.motion.turn)
     return State(
         _people(network, state, scene, found, memory, back), _observer(network, state, scene, found, memory, back)

@@ -1,7 +1,4 @@
-"""A frame before its pose is fitted: where everybody is expected, where boxes show them, and how surely.
-
-A plain robust fit of it shows roughly how the observer moved, before the network looks.
-"""
+"""A frame before its pose is fitted: predictions, measurements, their variances, and an approximate motion."""
 
 from typing import NamedTuple
 
@@ -19,13 +16,13 @@ OWN_WALK, OWN_TURN = 0.3, 1.5
 
 
 class Told(NamedTuple):
-    """What is given of a frame, from the last pose.
+    """What is given of a frame, relative to the last pose.
 
     Attributes
     ----------
-    places, placed : where people are, [..., K] in m (complex), and 1 where that is given.
-    motion, moved : the observer's, and 1 [...] where it is.
-    measured : what odometry says of the motion; ``None`` if nothing.
+    places, placed : [..., K] places of people in m (complex), and 1 where they are given.
+    motion, moved : the observer's motion, and [...] 1 where it is given.
+    measured : the motion by odometry; ``None`` without it.
     """
 
     places: Array
@@ -41,15 +38,15 @@ class Scene(NamedTuple):
     Attributes
     ----------
     sights, told, dt, spread : as given to `foresee`.
-    walks : of people and observer, up to now.
-    given : [..., K] whose place is given.
-    known : [..., K] 1 for people who are seen where a person is expected.
+    walks : filtered velocities of people and observer.
+    given : [..., K] 1 for people whose place is given.
+    known : [..., K] 1 for people who are seen and predicted.
     distance, distance_std : [..., K] ln of the distance in m by height and feet together, and its standard deviation.
-    views : what is expected, and what is seen.
+    views : predictions and measurements for the fit.
     box_along, box_across : [..., K] standard deviations in m of boxes along and across their rays.
     along, across : [..., K] variances in m² of boxes and walks together.
-    expected, inertia : the observer's motion, and the information [..., 3] on it.
-    scale : [..., 1] in m, what an error is measured by.
+    expected, inertia : the observer's predicted motion, and its information [..., 3].
+    scale : [..., 1] in m, the unit of residuals as features.
     """
 
     sights: Sights
@@ -71,13 +68,13 @@ class Scene(NamedTuple):
     scale: Array
 
     def or_given(self, operations: Operations, motion: Motion) -> Motion:
-        """The motion, or the one that is given."""
+        """The given motion where there is one, else ``motion``."""
         where, told, given = operations.where, self.told.motion, self.told.moved > 0.5
         return Motion(where(given, told.step, motion.step), where(given, told.turn, motion.turn))
 
 
 def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> Scene:
-    """What is known of a frame that comes ``dt`` [...] s after ``state``; see `network.Birdifier.advance`."""
+    """Predict the frame ``dt`` [...] s after ``state``; parameters as in `network.Birdifier.advance`."""
     xp, people, walks = network.operations, state.people, taken_in(network, state, dt)
     own, given = walks.own, told.placed > 0.5
     distance, std = _distance(xp, people._replace(offsets=walks.offsets), sights, spread)
@@ -112,7 +109,7 @@ def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Arra
 
 
 def rough_motion(operations: Operations, scene: Scene) -> Motion:
-    """How the observer moved by a plain fit, in which whoever is far off where they are expected counts less."""
+    """The observer's motion by a robust fit, in which people far from their predictions have less weight."""
     views, known = scene.views, scene.known
     inertia, expected = with_measured(operations, scene.inertia, scene.expected, scene.told.measured)
     plain = Weighing(known / scene.along, known / scene.across, 0.0 * views.ray, inertia, expected)

@@ -1,4 +1,4 @@
-"""What the boxes of a frame measure of where people are: rays, and two distances along each with their noise."""
+"""Boxes of a frame as measurements: a ray for each person, and two distances along it with their noise."""
 
 from typing import Any, NamedTuple
 
@@ -20,14 +20,14 @@ _CUTS = np.array((FEET_CUT, HEAD_CUT, SIDE_CUT))
 
 
 class Sights(NamedTuple):
-    """People [..., K] as boxes show them; 0 where there is none.
+    """Measurements of people [..., K]; 0 where there is no box.
 
     Attributes
     ----------
     seen : 1 where there is a box.
     ray : towards the person, forward + i·left of the camera; 1 where there is no box.
     by_height, by_feet : ln of the distance in m, for a person of mean height, and for feet on level ground.
-    has_feet : 1 where the feet have information.
+    has_feet : 1 where the foot cue measures a distance.
     noise : [..., K, 3] standard deviations in rad of the ray, and of the two logarithms.
     cut : [..., K, 3] 1 where the picture's border may cut off feet, head or a side.
     """

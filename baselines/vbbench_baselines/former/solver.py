@@ -1,7 +1,7 @@
 """``vb-former``: a network that learned view birdification on simulated crowds, frame by frame; and a pure one.
 
-The network sees everything from the last pose. Poses in the world are composed here, in float64, and what is given
-there is turned into what it sees.
+The network works relative to the last pose. This module composes poses in the world, in float64, and transforms what is
+given there.
 """
 
 import math
@@ -58,7 +58,7 @@ class VbFormer:
     Parameters
     ----------
     weights : of the network, pure or not, see `layers.shapes`; ``None`` for those that come with the package.
-    heads : whether it counts on an observer's head that follows its way, once that shows (`heads`).
+    heads : whether the fit includes the factor of an observer's head that follows its motion (`heads`).
     """
 
     facts: ClassVar[Mapping[str, str]] = SIMULATED
@@ -79,7 +79,7 @@ class VbFormer:
         self._nowhere = np.zeros(self._people, np.complex64)
 
     def _inference(self) -> Inference:
-        """With the bundled weights one that all share; with others, that of the last start if nothing has changed."""
+        """The compiled network: a shared one for the bundled weights, else that of the last start if unchanged."""
         if self.weights is None:
             return bundled_inference(self.bundled, self.heads)
         own = self._own
@@ -120,7 +120,7 @@ class VbFormer:
         _keep_as_trained(people)
 
     def _take_in_past(self, given: Given) -> None:
-        """Put what is given of the two frames before in place of what was estimated."""
+        """Replace estimates of the two frames before by what is given of them."""
         before, last = given.poses[0], given.poses[1]
         if not self._begun or np.isnan(last).any():
             return
@@ -138,7 +138,7 @@ class VbFormer:
         own["step"], own["turn"], own["told"] = motion.step * back / self._dt, motion.turn / self._dt, 1.0
 
     def _given(self, given: Given, sights: Sights) -> Told:
-        """What is given of this frame, from the last pose; the first frame's pose is the origin of all others."""
+        """What is given of this frame, relative to the last pose; the first frame's pose is the world's origin."""
         pose = given.poses[2]
         unknown = bool(np.isnan(pose).any())
         if not self._begun:
@@ -156,7 +156,7 @@ class VbFormer:
         )
 
     def _advance(self, sights: Sights, told: Told) -> Answer:
-        """The network's answer; where there is none, the pose stays, boxes alone give places, and nothing is kept."""
+        """The network's answer; if that is not plausible, one with the pose unchanged and places by boxes alone."""
         answer = self._network.advance(self._remembered, sights, told, self._dt, self._stature_spread)
         _keep_as_trained(self._remembered.people)
         if self._is_sane(answer):
@@ -166,14 +166,14 @@ class VbFormer:
         return Answer(told.motion, told.motion, places, unsure.ravel()[:3], unsure[2:])
 
     def _is_sane(self, answer: Answer) -> bool:
-        """Whether the answer can be."""
+        """Whether the answer is finite and plausible."""
         motion = answer.motion
         sound = abs(motion.step) <= FASTEST * self._dt and abs(motion.turn) <= np.pi
         spreads = np.isfinite(answer.pose_spread).all() and np.isfinite(answer.place_spread).all()
         return bool(sound and spreads and np.isfinite(answer.places).all())
 
     def _grow_unsure(self, before: FloatArray, answer: Answer, told: Told, odometry: Odometry | None) -> None:
-        """How sure the pose is, after the pose ``before``."""
+        """Propagate the covariance of the pose from the pose ``before`` [3]."""
         if told.placed.any():
             self._certainty.cold = False
         if told.moved:
@@ -185,14 +185,14 @@ class VbFormer:
         self._certainty.follow(before, self._pose, answer.pose_spread, motion, sure=sure)
 
     def _covariances(self, answer: Answer, sights: Sights, told: Told, places: FloatArray) -> dict[str, FloatArray]:
-        """Those of the pose and of people's places; NaN for whom no box shows."""
+        """Covariances of the pose and of people's places; NaN for people without a box."""
         everyone = self._certainty.of_places(self._pose, places, sights.ray, answer.place_spread)
         everyone[told.placed > 0.5] = GIVEN * np.eye(2)
         everyone[sights.seen < 0.5] = np.nan
         return {"pose_covariance": self._certainty.pose.copy(), "position_covariances": everyone}
 
     def _heights(self) -> FloatArray:
-        """[K] in m."""
+        """Heights [K] of people in m by their boxes and places."""
         offsets = self._remembered.people["offsets"][:, 0].astype(np.float64)
         heights: FloatArray = self._problem.height_mean * np.exp(offsets)
         return heights
@@ -200,19 +200,19 @@ class VbFormer:
 
 @dataclass(kw_only=True)
 class PureVbFormer(VbFormer):
-    """For comparison: a learned solver that outputs the pose by attention alone, and fits nothing."""
+    """A learned solver for comparison, which outputs the pose by attention alone, without a fit."""
 
     bundled: ClassVar[str] = "vb-former-pure"
 
 
 @cache
 def bundled_inference(solver: str, heads: bool) -> Inference:
-    """With the weights that come with the package, see `bundled_weights`."""
+    """The compiled network with the weights that come with the package, see `bundled_weights`."""
     return Inference(bundled_weights(solver), heads)
 
 
 def _keep_as_trained(people: Records) -> None:
-    """Keep people within what windows of the training have: whoever was never seen is where the observer is."""
+    """Limit the state to the range of the training's windows: people who were never seen are at the observer."""
     people["place"][people["seen"] <= 0.5] = 0.0
     np.minimum(people["away"], np.float32(LONGEST_AWAY), out=people["away"])
 
@@ -225,7 +225,7 @@ def seen_from(pose: FloatArray, positions: FloatArray) -> NDArray[np.complex64]:
 
 
 def in_world(pose: FloatArray, places: Array) -> FloatArray:
-    """The inverse of `seen_from`: [..., 2], within what can be an answer."""
+    """The inverse of `seen_from`: places [..., 2] in the world, clipped to the range of valid answers."""
     turned = np.asarray(places, np.complex128) * np.exp(1j * pose[2])
     positions = np.stack([pose[0] + turned.real, pose[1] + turned.imag], axis=-1)
     made: FloatArray = np.minimum(np.maximum(positions, -LARGEST), LARGEST)
@@ -245,7 +245,7 @@ def moved(pose: FloatArray, motion: Motion) -> FloatArray:
 
 
 def measured_motion(odometry: Odometry | None) -> Measured | None:
-    """What odometry says of the newest frame."""
+    """The motion into the newest frame by odometry; ``None`` without it."""
     if odometry is None or not np.isfinite(odometry.motions[-1]).all():
         return None
     variances = odometry.covariances[-1].diagonal() + SMALLEST**2

@@ -1,4 +1,4 @@
-"""What is remembered from frame to frame, all of it seen from the last pose: no frame knows where the world begins."""
+"""The recurrent state of the network, relative to the last pose and so independent of the world's origin."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -12,19 +12,19 @@ MEMORY, DOUBT = 24, 12
 
 
 class Walkers(NamedTuple):
-    """What is remembered of people, [..., K]; points and velocities are complex, from the last pose.
+    """The state of people, [..., K]; points and velocities are complex, in the axes of the last pose.
 
     Attributes
     ----------
     place, place_before : in m, in the last frame and the one before it.
     velocity : over the ground, in m/s.
-    traces : [..., K, `TRACES`] in m/s.
-    memory : [..., K, `MEMORY`].
-    offsets : [..., K, 2] ln of how many times as far people are as boxes say by their height, and by their feet.
-    seen : in how many frames.
-    away : for how many s not.
-    shown, traceable : 1 if the last frame showed them, and if there was a place before that.
-    exact, exact_before : 1 if place and place before were given.
+    traces : [..., K, `TRACES`] decaying sums of innovations, in m/s.
+    memory : [..., K, `MEMORY`] of a gated recurrent unit.
+    offsets : [..., K, 2] ln of the ratio of the distance to that by box height, and to that by feet.
+    seen : number of frames in which the person was seen.
+    away : time in s since the person was seen.
+    shown, traceable : 1 if the last frame showed the person, and if there was a place before that.
+    exact, exact_before : 1 if ``place`` and ``place_before`` were given.
     by_height, by_feet, has_feet : what the last frame's boxes measured, see `vbbench_baselines.former.sights.Sights`.
     """
 
@@ -46,16 +46,17 @@ class Walkers(NamedTuple):
 
 
 class Observer(NamedTuple):
-    """What is remembered of the observer, [...].
+    """The state of the observer, [...].
 
     Attributes
     ----------
     step, turn : the last frame's motion, in m/s (complex) and rad/s.
-    velocity, turn_rate : what is expected of the next.
-    smooth, head_odds : the mean velocity of late, in m/s, and how much speaks for a head that follows it (`heads`).
-    traces, memory, doubt : [..., `TRACES`], [..., `MEMORY`], [..., `DOUBT`].
+    velocity, turn_rate : predictions for the next frame, in m/s and rad/s.
+    smooth, head_odds : smoothed velocity in m/s, and log odds of a head that follows it (`heads`).
+    traces, memory : [..., `TRACES`] and [..., `MEMORY`], see `Walkers`.
+    doubt : [..., `DOUBT`] recurrent memory of the pose's error.
     moved, told : 1 if there was a last motion, and if it was given.
-    frames : how many there were.
+    frames : number of frames so far.
     """
 
     step: Array
@@ -73,7 +74,7 @@ class Observer(NamedTuple):
 
 
 class State(NamedTuple):
-    """All that is remembered."""
+    """The state between two frames."""
 
     people: Walkers
     observer: Observer

@@ -1,7 +1,7 @@
-"""What walks did: each takes in a share of what the last frame showed that was not expected.
+"""The filter's update: velocities are corrected by a learned share (gain) of the last innovation.
 
-A person's share is learned along and across the way to them, where boxes err differently; the observer's forward, to
-the left and in turn rate. What was unexpected also adds up in traces, each of which is forgotten at a learned pace.
+A person has a gain along and one across the ray, where boxes err differently; the observer's are forward, left and in
+turn rate. Innovations also add up in traces, which decay at learned rates.
 """
 
 from typing import NamedTuple
@@ -13,15 +13,15 @@ from vbbench_baselines.former.state import TRACES, Observer, State, Walkers
 
 
 class Walks(NamedTuple):
-    """Velocities and traces, seen from the last pose.
+    """Filtered velocities and traces, in the axes of the last pose.
 
     Attributes
     ----------
-    velocity, traces : of people, [..., K] and [..., K, `TRACES`] in m/s, complex.
-    offsets : of people, [..., K, 2], see `vbbench_baselines.former.state.Walkers`.
-    begins : [..., K] 1 where a walk has just begun.
-    own : the observer, with velocity, turn rate and traces renewed.
-    surprise : [..., 3] what was not expected of the observer.
+    velocity, traces : [..., K] and [..., K, `TRACES`] of people, in m/s, complex.
+    offsets : [..., K, 2] of people, see `vbbench_baselines.former.state.Walkers`.
+    begins : [..., K] 1 where a track has just begun.
+    own : the observer, with updated velocity, turn rate and traces.
+    surprise : [..., 3] the observer's innovation.
     own_begins : [...] as ``begins``.
     """
 
@@ -35,12 +35,12 @@ class Walks(NamedTuple):
 
 
 def taken_in(network: Network, state: State, dt: Array) -> Walks:
-    """The walks after the last frame; the next one is ``dt`` [...] s later."""
+    """The filtered velocities after the last frame; the next one is ``dt`` [...] s later."""
     return Walks(*_people(network, state.people, dt), *_observer(network, state.observer, dt))
 
 
 def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array, Array, Array]:
-    """Velocities, traces, offsets, and who begins."""
+    """People's velocities, traces and offsets, and 1 where a track begins."""
     xp = network.operations
     kept = xp.sqrt(people.place.real**2 + people.place.imag**2 + 1e-4)
     toward = people.place / kept
@@ -67,7 +67,7 @@ def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array,
 
 
 def _observer(network: Network, own: Observer, dt: Array) -> tuple[Observer, Array, Array]:
-    """The observer, what was not expected of it, and whether it begins."""
+    """The updated observer, its innovation, and 1 where its motion begins."""
     xp = network.operations
     strange, turned = own.step - own.velocity, own.turn - own.turn_rate
     begins = xp.where(own.frames < 2.5, 1.0 + 0.0 * dt, 0.0 * dt)

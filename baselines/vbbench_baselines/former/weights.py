@@ -1,7 +1,4 @@
-"""The weights that are learned: those that come with the package are in ``weights``, made as the TOML files there say.
-
-The file of weights must be the one that its recipe names, by its SHA-256.
-"""
+"""Files of weights. Those of the package are in ``weights``, each with its recipe as TOML, which holds its SHA-256."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -30,9 +27,9 @@ class Recipe:
 
     Parameters
     ----------
-    sha256 : of the file of weights.
+    sha256 : checksum of the file of weights.
     pure : whether the network outputs the pose, and does not fit it.
-    training : what else is worth knowing: data, steps, seeds, seconds.
+    training : further facts: data, steps, seeds, seconds.
     """
 
     sha256: str

@@ -13,11 +13,11 @@ from vbbench_baselines._core import (
     fit_pose,
     link,
     localise,
+    minimise,
     pass_messages,
     potential,
     pull,
     sample_rays,
-    settle,
     weigh,
 )
 from vbbench_baselines.cascade.factors import CrowdGraph, Factors, nearest, select
@@ -102,7 +102,7 @@ def ego_energy(pose: FloatArray, softness: float, terms: Factors) -> float:
 @pytest.mark.parametrize("seed", range(8))
 def test_the_gradient_of_the_ego_energy_vanishes(seed: int) -> None:
     terms = random_terms(seed, depth_std=0.3)
-    pose, _, _ = settle(terms, np.full(3, np.nan), 0.3, 2000, 1e-12)
+    pose, _, _ = minimise(terms, np.full(3, np.nan), 0.3, 2000, 1e-12)
     h = 1e-4
     slopes = [ego_energy(pose + d, 0.3, terms) - ego_energy(pose - d, 0.3, terms) for d in h * np.eye(3)]
     np.testing.assert_allclose(np.array(slopes) / (2 * h), 0.0, atol=2e-3)
@@ -110,7 +110,7 @@ def test_the_gradient_of_the_ego_energy_vanishes(seed: int) -> None:
 
 def test_without_reweighting_the_first_round_is_the_closed_form() -> None:
     terms = random_terms(2)
-    np.testing.assert_array_equal(settle(terms, np.full(3, np.nan), 0.3, 1, 0.0)[0], fit_pose(terms))
+    np.testing.assert_array_equal(minimise(terms, np.full(3, np.nan), 0.3, 1, 0.0)[0], fit_pose(terms))
 
 
 def test_the_sampled_optimum_converges_to_the_closed_form() -> None:

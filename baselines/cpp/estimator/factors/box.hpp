@@ -9,12 +9,13 @@
 
 namespace vbbench {
 
-/// Calibration that one recording shares; a reduced column each.
+/// Constants of a recording that all frames share: angles in rad, lengths in m. Each has a column of the reduced
+/// system.
 enum Global { kPitch, kRoll, kMount, kOffset, kEdge, kOdometryScale, kOdometryTurn, kGlobals };
 
-constexpr int kBoxGlobals = 5;  ///< of which a box depends, the first ones
+constexpr int kBoxGlobals = 5;  ///< a box depends on the first five `Global`s
 
-/// What the border of the picture, or another person, hides.
+/// Parts of a person that the border of the picture, or another person, hides.
 enum Cut { kFeetCut = 1, kHeadCut = 2, kSideCut = 4 };
 
 /// A box as a camera of the nominal calibration sees it.
@@ -27,9 +28,9 @@ struct Box {
   int cut = 0;            ///< sum of `Cut`
   double expected = 0.0;  ///< length as the last solution expects it: the scale of the foot's error
   bool hidden = false;    ///< whether another person hides the feet
-  double cos = 1.0, sin = 0.0, log_length = 0.0;  ///< of the azimuth and the length
+  double cos = 1.0, sin = 0.0, log_length = 0.0;  ///< cos and sin of the azimuth, ln of the length
 
-  /// Of a row of `Input::boxes`.
+  /// The box of a row of `Input::boxes`; `cut` is a sum of `Cut`.
   static Box of(const double* row, int cut) {
     Box box{row[0], row[1], row[2], row[3], row[4], cut, row[2]};
     box.cos = std::cos(box.azimuth);
@@ -39,7 +40,8 @@ struct Box {
   }
 };
 
-/// Errors of boxes: shares of the box height, correlated in time, and white pixels.
+/// Errors of boxes in column, height and foot: σ in box heights with a correlation time in s, white σ in px, and the
+/// degrees of freedom.
 struct BoxNoise {
   std::array<double, 3> share, time;
   double pixel, nu;
@@ -48,27 +50,27 @@ struct BoxNoise {
 /// Unknowns of one box, in the order of a `Cue`'s gradient.
 enum BoxUnknown { kX, kY, kLogHeight, kOwnEdge, kPoseX, kPoseY, kYaw, kSwayPitch, kSwayRoll, kBoxUnknowns };
 
-/// One cue q in box heights with its gradient, standard deviation and how much of that is correlated in time.
+/// Residual q of one cue, in box heights, with its gradient and standard deviation.
 struct Cue {
   double q = 0.0;
   std::array<double, kBoxUnknowns> by{};
   std::array<double, kBoxGlobals> by_global{};
-  double std = 1.0, correlated = 0.0;  ///< correlated: share of the variance
+  double std = 1.0, correlated = 0.0;  ///< correlated: share of the variance that is correlated in time
   bool used = false;
 };
 
-constexpr double kNearest = 0.2;                 ///< m, no box is of a person nearer than this
+constexpr double kNearest = 0.2;                 ///< m, no person is nearer than this
 constexpr double kCutTolerance = 0.03;           ///< of the log height, by which a cut box may be too tall
-constexpr double kShown = 0.3, kShownStd = 0.4;  ///< −ln of the share that shows of a person who is cut, and its σ
+constexpr double kShown = 0.3, kShownStd = 0.4;  ///< −ln of the visible share of a person who is cut, and its σ
 constexpr double kSideFactor = 4.0;              ///< by which a column is less certain where the side is cut
 constexpr double kPartSide = 0.05;               ///< box heights by which a column is uncertain where only a part shows
 
-/// State that one box depends on, and where its person is from the camera.
+/// State that one box depends on, and the person's place relative to the camera.
 struct BoxState {
   double log_height;
   const double *pose, *sway, *global;  ///< x, y, yaw; pitch, roll; `Global`
-  double dx, dy, square, r;            ///< m and m²
-  double rho, by_rho, log_rho;         ///< m, r − δ, at least `kNearest`; its derivative by r, and logarithm
+  double dx, dy, square, r;            ///< m; square: r² in m²
+  double rho, by_rho, log_rho;         ///< r − δ in m, at least `kNearest`; its derivative by r; its logarithm
 
   BoxState(double x, double y, double height, double own_edge, const double* camera, const double* calibration)
       : log_height(height), pose(camera), sway(camera + 3), global(calibration) {
@@ -83,8 +85,9 @@ struct BoxState {
   }
 };
 
-/// The cues of a box: q_u = (a − a' )/w, q_l = ln λ + ln(r − δ) − η, q_b = (s − h/(r − δ))/λ − c q_l,
-/// with c from the pixel noise that the length and the foot share.
+/// The cues of a box: bearing q_u = (a − a')/w, height q_l = ln λ + ln(r − δ) − η, and foot
+/// q_b = (s − h/(r − δ))/λ − c q_l, where c decorrelates the pixel noise that height and foot share. a, s, λ, w:
+/// azimuth, foot, length and width of the box; η: log height; h: mount height; δ: near edge.
 inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const BoxNoise& noise) {
   std::array<Cue, 3> cues;
   const double dx = at.dx, dy = at.dy, square = at.square, r = at.r, rho = at.rho, by_rho = at.by_rho;
@@ -165,7 +168,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   return cues;
 }
 
-/// Cost and weight of a whitened residual under a Student-t law.
+/// Cost and weight of a whitened residual under a Student-t law, of its `square` and number of `dimensions`.
 struct Robust {
   double cost, weight;
 };

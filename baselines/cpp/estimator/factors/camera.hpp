@@ -7,8 +7,8 @@
 
 namespace vbbench {
 
-/// Poses of the frames up to `t`, those that have left the window included, the newest last, as `EgoMotion` takes them;
-/// returns how many there are.
+/// Writes the last poses up to frame `t`, the newest last, as `EgoMotion` takes them; frames that have left the window
+/// count. Returns how many there are.
 inline int span_of(const std::vector<Frame>& frames, int t, std::array<std::array<double, 3>, kSpan>& poses) {
   const int known = std::min(t + 1 + frames[0].left, kSpan);
   for (int j = 0; j < known; ++j)
@@ -16,7 +16,7 @@ inline int span_of(const std::vector<Frame>& frames, int t, std::array<std::arra
   return known;
 }
 
-/// Another start of the descent: motion modes that the newest steps do not have.
+/// Another hypothesis to minimise from: it excludes the modes `out` from the newest `steps`.
 struct Trial {
   int steps = 0;
   std::array<bool, kModes> out{};

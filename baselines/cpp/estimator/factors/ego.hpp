@@ -42,16 +42,16 @@ Step<T> step_between(const std::array<T, 3>& before, const std::array<T, 3>& now
 struct EgoMotion {
   double dt = 0.4;
   Walk walk;
-  double spread = 1.0;             ///< by which a pedestrian's innovations are larger than those of `walk`: the crowd's
-  std::array<double, 3> change{};  ///< m, m, rad: scales of a vehicle's changes of step
-  double curve = 0.0;              ///< rad: in curves
-  std::array<double, 2> slip{};    ///< m and rad in a frame
+  double spread = 1.0;             ///< factor of a pedestrian's innovations on those of `walk`; learned from the crowd
+  std::array<double, 3> change{};  ///< m, m, rad: scales by which a vehicle's step changes
+  double curve = 0.0;              ///< rad: the same of its turn in curves
+  std::array<double, 2> slip{};    ///< m and rad in a frame: sideways motion and turn of a vehicle that drives straight
   std::array<double, 2> stand{};
   std::array<double, 2> lag{};   ///< how far a head follows within a frame, 0 to 1
-  std::array<double, 3> head{};  ///< rad
+  std::array<double, 3> head{};  ///< rad, Cauchy scales of a head that lags, is loose, wanders
   SpeedPrior pace;               ///< of a pedestrian
   double nu = 4.0, first = 1.6, slow = 0.12;
-  double duration = 1.0;  ///< weight in a frame of densities that hold for seconds
+  double duration = 1.0;  ///< weight in one frame of a density that holds for seconds
   Modes start{};          ///< prior of the modes
   std::array<Modes, kModes> transition{};
 
@@ -132,7 +132,7 @@ struct EgoMotion {
       if (mode == kDrive) cauchy(step.turn, slip[1], duration);
       return;
     }
-    // A pedestrian walks as others do, hardly runs, and looks along the path, or anywhere.
+    // A pedestrian walks as others do, hardly runs, and looks along the path or anywhere.
     const double speed = std::hypot(value_of(step.forward), value_of(step.left)) / dt;
     if (speed > pace.running) {
       using std::sqrt;
@@ -183,7 +183,7 @@ struct EgoMotion {
     }
   }
 
-  /// Scales of a step under a mode, in m, m and rad.
+  /// Scales (forward, left, turn) in m, m and rad of a step under a mode, after `known` poses.
   std::array<double, 3> scales(int mode, int known) const {
     if (mode == kStand) return {stand[0], stand[0], stand[1]};
     if (vehicular(mode)) return {known > 2 ? change[0] : first, change[1], mode == kCurve ? curve : change[2]};
@@ -192,8 +192,8 @@ struct EgoMotion {
     return {walked, walked, head[mode - kFollow]};
   }
 
-  /// −ln of the evidence of the step under every mode, by Laplace's approximation: ½ ln(1 + s² d) for each direction in
-  /// which the boxes have the information d [3] about it; where nobody is seen no mode is more probable than before.
+  /// −ln of the evidence of the step under every mode, by Laplace's approximation: residuals of scale s add ½ ln(1 + s²
+  /// d) for each direction, d [3] being the `information` of the boxes. Where nobody is seen, d is 0 and no mode gains.
   Modes costs(const std::array<std::array<double, 3>, kSpan>& poses, int known,
               const std::array<double, 3>& information) const {
     Modes out{};

@@ -7,16 +7,15 @@
 
 namespace vbbench {
 
-/// A variable of a row: a coordinate of the person's path, the person's own numbers, a global, or a frame's.
+/// A variable of a row: a coordinate of the path, the person's log height or own edge, a `Global`, or one of a frame.
 struct Variable {
   enum Kind : int { kPath, kHeight, kOwn, kShared, kCamera };
   Kind kind;
   int index;  ///< 2 · node + axis; none; `Global`; kFrame · frame + component
 };
 
-/// What a row of a person may depend on, in the order of its gradient: what only the person has, then −residual, which
-/// stands for the right side, and what the reduced system holds. Camera and place are those of the row's node and of
-/// the node before.
+/// Order of a row's gradient: the person's variables, which are eliminated, then −residual for the right-hand side,
+/// then the variables of the reduced system. Camera and place are those of the row's node and of the node before.
 enum Slot : int {
   kSlotPlace = 0,
   kSlotPlaceBefore = 2,
@@ -36,11 +35,11 @@ struct Row {
   enum Law { kGaussian, kBox, kWalk, kSpread, kPace, kLaws };  ///< rows of one law have the same power
 
   double e = 0.0, w = 0.0, cost = 0.0, power = 0.0, base = 1.0;
-  int node = -1;  ///< the newest of the row, −1: only the person's own numbers
-  int cue = -1;   ///< of a box
+  int node = -1;  ///< the newest node of the row; −1: the row depends on height or own edge alone
+  int cue = -1;   ///< index of a box's cue
   Law law = kGaussian;
-  bool of_box = false, walk = false;  ///< of a box; an innovation of the path, which only has `chain`
-  int axis = 0, reach = 0;            ///< of an innovation; how many nodes before the newest one
+  bool of_box = false, walk = false;  ///< residual of a box; innovation of the path, whose gradient is `chain`
+  int axis = 0, reach = 0;            ///< axis of an innovation; number of nodes before the newest one
   std::array<double, kReach + 1> chain{};
   std::array<double, kSlots> by{};
 
@@ -63,7 +62,7 @@ struct Row {
   }
 };
 
-/// A row of the camera, which adds `cost` to the cost.
+/// A residual e of the camera with weight w and `count` derivatives `by` its `variables`; it adds `cost` to the cost.
 struct CameraRow {
   double e = 0.0, w = 0.0, cost = 0.0;
   int count = 0;
@@ -76,7 +75,7 @@ struct CameraRow {
   }
 };
 
-/// What the factors of people need next to their state.
+/// Densities of the factors of people.
 struct PeopleModel {
   Walk walk;
   BoxNoise noise;
@@ -85,8 +84,8 @@ struct PeopleModel {
   double height_nu = 1e9;  ///< degrees of freedom of log heights
 };
 
-/// The scale-free prior of a path, −g ln r with the growth g of the last solution: it cancels the walk's information
-/// about the path's scale. Without it smaller worlds, whose people move less, are more probable.
+/// The scale-free prior of a path, −g ln r, r being the distance from the camera and g `Node::growth` of the last
+/// solution. It cancels the scale bias of the walk factor, under which smaller worlds are more probable.
 inline Row scale_row(const Node& node, const BoxState& at, int i) {
   constexpr double kTiny = 1e-7;  // a gradient without curvature
   const double by_x = node.growth * at.dx / at.square, by_y = node.growth * at.dy / at.square;
@@ -237,7 +236,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   }
 }
 
-/// Visits the Gaussian rows about a person's own numbers, which the marginal prior replaces once there is one.
+/// Visits the priors of a person's log height and own edge, which the marginal prior replaces once there is one.
 template <class Visit>
 void own_rows(const Person& person, const PeopleModel& model, Visit&& visit) {
   if (person.prior.any) return;
@@ -257,7 +256,7 @@ void own_rows(const Person& person, const PeopleModel& model, Visit&& visit) {
   visit(own);
 }
 
-/// −ln of the density of a person's rows: logarithms are taken of the products of the rows of a law.
+/// Sum of the costs of a person's rows. Rows of one law are multiplied first: one logarithm serves many.
 class CostSum {
  public:
   void add(const Row& row) {

@@ -1,4 +1,4 @@
-// The walk and pace factors: how people's paths go on, and how fast.
+// The walk and pace factors: the process model of people's paths, and the prior of their speed.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace vbbench {
 
-constexpr int kReach = 4;  ///< frames before a frame that its innovation spans
+constexpr int kReach = 4;  ///< number of earlier frames on which an innovation depends
 
 /// Innovations of second differences, e_t = a_t − b₁ a_{t−1} − b₂ a_{t−2}, at frames of dt seconds.
 ///
@@ -41,8 +41,8 @@ struct Walk {
     return w;
   }
 
-  /// Coefficients of the positions at t, t − 1, … in the innovation that a path with `past` frames before t allows
-  /// (0 for the first frame of a path), and its scale. No innovation for past < 2.
+  /// Writes the coefficients `c` of the positions at t, t − 1, … in the innovation of a path that has `past` ≥ 2
+  /// earlier frames, and returns its scale in m.
   double coefficients(int past, std::array<double, kReach + 1>& c) const {
     c = {1.0, -2.0, 1.0, 0.0, 0.0};
     double b1 = b[0], b2 = b[1], scale = sigma;
@@ -68,15 +68,16 @@ struct Walk {
   }
 };
 
-/// Weights and density of a speed under its prior: e = speed − `walking` with the weight `walk`, and each component of
-/// the velocity with the weight `stand`, as expectation maximisation has them.
+/// A speed under its prior: `density`, and the weights of expectation maximisation in s²/m²; `walk` is that of the
+/// residual speed − `walking`, and `stand` that of each component of the velocity.
 struct Pace {
   double walk, stand, density;
 };
 
-/// The prior of the speed of pedestrians, who walk or stand: a Gaussian and a Cauchy law, which ends where nobody runs.
+/// The prior of a pedestrian's speed: a Gaussian for those who walk and a Cauchy law for those who stand, both without
+/// mass where nobody runs.
 struct SpeedPrior {
-  double weight = 0.0;                           ///< 1/s
+  double weight = 0.0;                           ///< 1/s, weight of the log density in a second
   double walking = 0.0, walking_std = 0.0;       ///< m/s
   double standing = 0.0, standing_weight = 0.0;  ///< m/s, and the weight of those who stand
   double running = 0.0, running_std = 0.0;       ///< m/s
@@ -85,7 +86,7 @@ struct SpeedPrior {
     return {c.pace, c.walking, c.walking_std, c.standing, c.standing_weight, c.running, c.running_std};
   }
 
-  /// In a step of dt seconds.
+  /// The prior at a `speed` in m/s, weighted for a step of dt seconds.
   Pace at(double speed, double dt) const {
     const double walk =
         (1.0 - standing_weight) / walking_std * std::exp(-0.5 * std::pow((speed - walking) / walking_std, 2));

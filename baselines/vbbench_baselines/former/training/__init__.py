@@ -1,1 +1,1 @@
-"""How the weights of `vb-former` are learned: from simulated crowds alone, which are made while they are asked for."""
+"""Training of `vb-former`, on simulated crowds alone, which are generated when first needed."""

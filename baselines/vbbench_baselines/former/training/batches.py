@@ -1,6 +1,6 @@
-"""Batches of windows as tensors: what is seen, what is given under which protocol, and the truth.
+"""Batches of windows as tensors: measurements, what each protocol gives, and the truth.
 
-A training has its batches by their numbers, drawn ahead of it by other processes if there are any.
+A batch follows from its number. Other processes, if any, draw batches ahead of the training.
 """
 
 from collections.abc import Iterator
@@ -30,10 +30,10 @@ class Batch:
 
     Parameters
     ----------
-    sights : what boxes measure, tensors [B, L, K].
-    positions : [B, L, K] x + i·y in m.
-    place, yaw : [B, L] of the camera.
-    true, given, scored : [B, L, K] 1 where truth is known, where it is given in that frame, where it counts.
+    sights : measurements of boxes, tensors [B, L, K].
+    positions : [B, L, K] true x + i·y in m.
+    place, yaw : [B, L] true x + i·y in m, and yaw in rad, of the camera.
+    true, given, scored : [B, L, K] 1 where truth exists, where it is given in that frame, where it is scored.
     protocol : [B] number of the protocol in `vbbench.protocol.PROTOCOLS`.
     dt, spread : [B], see `vbbench_baselines.former.training.crowds.Watched`.
     """
@@ -65,7 +65,7 @@ class Batch:
 
 
 def draw_size(rng: np.random.Generator, recipe: Recipe) -> Size:
-    """The size of a batch: what is drawn of it first."""
+    """The size of a batch, which is drawn before its windows."""
     shares = np.array([size.share for size in recipe.size])
     return recipe.size[rng.choice(len(recipe.size), p=shares / shares.sum())]
 
@@ -73,12 +73,12 @@ def draw_size(rng: np.random.Generator, recipe: Recipe) -> Size:
 def batch_of(
     rng: np.random.Generator, crowds: Crowds, recipe: Recipe, phase: Phase, size: Size, *, filled: bool = False
 ) -> Batch:
-    """A batch of windows of one size, drawn again for each step of the training.
+    """A batch of windows of one size.
 
     Parameters
     ----------
-    filled : whether there is room for as many people as the size allows, though no window has that many, so that all
-        batches of a size are equal.
+    filled : whether arrays are padded to the greatest number of people of the size, so that all batches of a size have
+        the same shape.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def _stacked(rng: np.random.Generator, windows: list[Window], recipe: Recipe, pe
 
 
 def _filled(values: list[NDArray[Any]], people: int, empty: float | bool) -> NDArray[Any]:
-    """Values [L, k, ...] of each window in one array [B, L, K, ...]."""
+    """Values [L, k, ...] of each window in one array [B, L, K, ...], padded with ``empty``."""
     first = values[0]
     made = np.full((len(values), len(first), people, *first.shape[2:]), empty, first.dtype)
     for row, one in zip(made, values, strict=True):
@@ -171,7 +171,7 @@ class Feed:
         return batch_of(rng, self._crowds, self._recipe, self._phases[number], size, filled=self._filled)
 
     def drawn(self, first: int, jobs: int) -> Iterator[Batch]:
-        """The batches from number ``first`` on; of ``jobs`` processes one is left to whoever learns from them."""
+        """The batches from number ``first`` on, drawn by ``jobs`` − 1 processes; the training itself takes one."""
         return iter(DataLoader(self, batch_size=None, sampler=range(first, len(self)), num_workers=jobs - 1))
 
     def _phase_by_phase(self) -> Iterator[Phase]:

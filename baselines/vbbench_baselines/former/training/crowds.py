@@ -1,4 +1,4 @@
-"""Simulated sequences as the network sees them: made once, in parallel, and kept in files of arrays."""
+"""Simulated sequences as measurements and truth: generated once, in parallel, and kept in files of arrays."""
 
 import zlib
 from collections.abc import Iterator
@@ -36,9 +36,9 @@ class Watched(NamedTuple):
     ----------
     positions : [T, K] true places in m, x + i·y; NaN where nobody is.
     poses : [T, 3] true poses of the camera.
-    sights : what boxes measure, arrays [T, K].
-    dt : s per frame.
-    spread : of heights, as a share of their mean.
+    sights : measurements of boxes, arrays [T, K].
+    dt : duration of a frame in s.
+    spread : standard deviation of heights, as a share of their mean.
     """
 
     positions: NDArray[np.complex64]
@@ -60,7 +60,7 @@ class Chunk(NamedTuple):
 
     @property
     def plan(self) -> Plan:
-        """What makes them."""
+        """The generator's plan of these sequences."""
         options = self.stream.options(self.scenario, self.people, self.seed)
         plan: Plan = load("generator", self.stream.split).plan(options)
         return plan
@@ -72,8 +72,8 @@ class Crowds:
 
     Parameters
     ----------
-    streams : by stream and scenario, its sequences.
-    shares : of each, how much of the training is cut out of it.
+    streams : the sequences of each stream in each scenario.
+    shares : the share of the training's windows that each supplies.
     """
 
     streams: tuple[tuple[Watched, ...], ...]
@@ -90,7 +90,7 @@ class Crowds:
 
 
 def chunks_of(recipe: Recipe, seed: int, part: float = 1.0) -> list[Chunk]:
-    """What there is to make; ``part``: of as many sequences as the recipe says."""
+    """The chunks of a recipe; ``part`` is the share of its sequences."""
     return [
         Chunk(stream, scenario, tuple(recipe.people[scenario]), seed, first, min(first + AT_ONCE, count))
         for stream in recipe.stream
@@ -101,7 +101,7 @@ def chunks_of(recipe: Recipe, seed: int, part: float = 1.0) -> list[Chunk]:
 
 
 def files_of(chunks: list[Chunk], folder: Path) -> list[Path]:
-    """The file of each chunk: its name says what it was made by, so that trainings can share a folder."""
+    """The file of each chunk; its name identifies the chunk's parameters, so that trainings can share a folder."""
     ids = {(chunk.stream.name, chunk.scenario): chunk.plan.info.id for chunk in chunks if not chunk.first}
     return [
         folder / f"{name}-{scenario}-{ids[name, scenario]}-{EDITION}-{chunk.first}-{chunk.last}.npz"
@@ -111,7 +111,7 @@ def files_of(chunks: list[Chunk], folder: Path) -> list[Path]:
 
 
 def make_crowds(recipe: Recipe, folder: Path, seed: int, *, part: float = 1.0, jobs: int = 1) -> Crowds:
-    """The sequences of a recipe with a seed; those in the folder are not made again."""
+    """The sequences of a recipe with a seed; those in the folder are read instead of generated."""
     folder.mkdir(parents=True, exist_ok=True)
     chunks = chunks_of(recipe, seed, part)
     files = files_of(chunks, folder)
@@ -129,7 +129,7 @@ def make_crowds(recipe: Recipe, folder: Path, seed: int, *, part: float = 1.0, j
 
 
 def watch(chunk: Chunk) -> Iterator[Watched]:
-    """Make the sequences of a chunk."""
+    """Generate the sequences of a chunk."""
     plan = chunk.plan
     for index in range(chunk.first, chunk.last):
         data = build_sequence(plan, index)
@@ -146,7 +146,7 @@ def watch(chunk: Chunk) -> Iterator[Watched]:
 
 
 def _write(chunk: Chunk, file: Path) -> None:
-    """Make a chunk and write its file, whole or not at all."""
+    """Generate a chunk and write its file atomically."""
     watched = list(watch(chunk))
     arrays: dict[str, NDArray[Any]] = {
         "shapes": np.array([one.positions.shape for one in watched], np.int64).reshape(-1, 2),

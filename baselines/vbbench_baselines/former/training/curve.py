@@ -1,4 +1,4 @@
-"""How a training went, as a picture: the loss, and the errors on crowds that are not trained on, over windows."""
+"""The learning curve of a training: loss, and errors on held-out crowds, by number of windows."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +15,7 @@ SIZE, WIDE, HIGH = (9.6, 3.9), 3.9, 2.3
 
 
 def draw_curve(log: Sequence[Mapping[str, Any]], sequences: int, path: Path) -> None:
-    """Draw the rows of a training's log that learns from so many sequences."""
+    """Draw the rows of the ``log`` of a training on so many ``sequences``."""
     panels = {"loss": (0.7, 0.6, WIDE, HIGH), "held out": (0.7 + WIDE + 0.9, 0.6, WIDE, HIGH)}
     figure = lay_out(SIZE, panels)
     loss, held_out = figure.axes

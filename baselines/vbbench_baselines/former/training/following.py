@@ -1,7 +1,7 @@
-"""The network follows a batch of windows on its own estimates, and learns how far off it is.
+"""Unrolls the network over a batch of windows on its own estimates; the loss is of all frames' errors.
 
-The loss of an error e is ln(1 + 4 e)/4, e in m (rad count twice): metres of a sequence that went astray do not drown
-the centimetres of the others.
+The loss of an error e is ln(1 + 4 e)/4, e in m (rad count twice): a diverged sequence with errors of metres does not
+outweigh the centimetres of the others.
 """
 
 from typing import Any, NamedTuple
@@ -30,14 +30,14 @@ MOST_WRONG = 4.0
 
 
 class Errors(NamedTuple):
-    """Of the frames from the third on, tensors [B, L − 2, ...].
+    """Errors of the frames from the third on, tensors [B, L − 2, ...].
 
     Attributes
     ----------
-    people, relative : [K] in m, in the world and from the camera; ``counted`` 1 where they count.
-    place, yaw : of the camera, in m and rad; ``shown`` 1 where a person is seen.
-    pose_surprise, place_surprise : [3] and [K, 2] squared errors over what was said of them.
-    spread_loss : −ln of how likely the errors are by what was said of them, up to a constant.
+    people, relative : [K] errors of people in m, in the world and relative to the camera; ``counted`` 1 where scored.
+    place, yaw : errors of the camera in m and rad; ``shown`` 1 where a person is seen.
+    pose_surprise, place_surprise : [3] and [K, 2] squared errors over the variances that the network estimates.
+    spread_loss : negative log likelihood of the errors under these variances, up to a constant.
     """
 
     people: torch.Tensor
@@ -52,7 +52,7 @@ class Errors(NamedTuple):
 
     @property
     def loss(self) -> torch.Tensor:
-        """What training makes small."""
+        """The loss that training minimises."""
         count = self.counted.sum(-1)
         people = ((_compressed(self.people) + RELATIVE * _compressed(self.relative)) * self.counted).sum(-1)
         camera = (_compressed(self.place) + TURN * _compressed(self.yaw)) * (BLIND + (1.0 - BLIND) * self.shown)
@@ -109,7 +109,7 @@ class TensorOperations:
 
 
 def follow(birdifier: Birdifier, batch: Batch) -> Errors:
-    """Run through a batch of windows."""
+    """The errors of the network on a batch, unrolled frame by frame."""
     size, frames, people = batch.true.shape
     state = nothing_seen(
         lambda *shape: batch.yaw.new_zeros((size, *shape)),
@@ -129,7 +129,7 @@ def follow(birdifier: Birdifier, batch: Batch) -> Errors:
 
 
 def _given(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor) -> Told:
-    """What is given of frame ``t``: the pose of frames 0 and 1, and people as the protocol has it."""
+    """What is given of frame ``t``: the pose of frames 0 and 1, and people's places by the protocol."""
     moved = torch.zeros_like(yaw) if t >= START_FRAMES else torch.ones_like(yaw)
     if t == 1:
         moved = (batch.protocol != COLD_START).float()
@@ -141,7 +141,7 @@ def _given(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor) -> Told
 def _reveal(
     state: State, batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor
 ) -> tuple[State, torch.Tensor, torch.Tensor]:
-    """State and pose of frame t − 1 as they are in truth, and those of t − 2, where the protocol is one-step."""
+    """State and pose with the true values of frames t − 1 and t − 2, where the protocol is one-step."""
     one = batch.protocol == ONE_STEP
     place, yaw = torch.where(one, batch.place[:, t - 1], place), torch.where(one, batch.yaw[:, t - 1], yaw)
     local = _turned(-yaw)[:, None]
@@ -164,7 +164,7 @@ def _reveal(
 
 
 def _errors(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor, answer: Answer) -> tuple[torch.Tensor, ...]:
-    """What `Errors` has of one frame, in its order."""
+    """The fields of `Errors` for one frame, in its order."""
     true_place, true_yaw, true = batch.place[:, t], batch.yaw[:, t], batch.positions[:, t]
     facing = _turned(yaw)
     wrong = place[:, None] + answer.places * facing[:, None] - true
@@ -192,7 +192,7 @@ def _errors(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor, answer
 
 
 def _likelihood(spread: torch.Tensor, off: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """−ln of the normal density of errors, up to a constant, and their squares over the variances."""
+    """−ln of the normal density of errors ``off``, up to a constant, and their squares over the variances."""
     spread = spread.clip(NARROWEST, WIDEST)
     surprise = off**2 * torch.exp(-2.0 * spread)
     return (spread + 0.5 * surprise).sum(-1), surprise.detach()

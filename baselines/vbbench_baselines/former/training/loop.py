@@ -1,7 +1,7 @@
-"""The training, batch after batch, with checkpoints from which it goes on.
+"""The training loop, with checkpoints from which it resumes.
 
-On a GPU learning from a batch is recorded once for each shape: a frame through the network and back is thousands of
-small operations, and starting them from Python takes longer than doing them.
+On a GPU the step is captured as a CUDA graph for each shape: a frame's forward and backward pass is thousands of small
+kernels, which take longer to launch from Python than to run.
 """
 
 import json
@@ -58,14 +58,14 @@ class _Recording(NamedTuple):
 
 
 class Replaying:
-    """``learn``, recorded for each shape of batches and played again; errors are overwritten by the next batch."""
+    """``learn`` as a CUDA graph for each shape of batches; the next batch overwrites the errors that it returns."""
 
     def __init__(self, learn: Learn) -> None:
         self._learn, self._recordings, self._memory = learn, dict[torch.Size, _Recording](), None
         self._stream = torch.cuda.Stream()
 
     def __call__(self, batch: Batch) -> Errors:
-        """Learn from a batch on the GPU, or on its way there."""
+        """Learn from a batch, which is moved to the GPU if it is not there."""
         shape = batch.true.shape
         if shape not in self._recordings:
             self._recordings[shape] = self._record(batch)
@@ -89,18 +89,18 @@ class Replaying:
 
 @dataclass
 class Training:
-    """A training and how far it is.
+    """A training and its progress.
 
     Parameters
     ----------
-    recipe, crowds, held_out : what is learned, from what, and the batches by which one looks how far it is.
-    seed : of the first weights and of the windows.
+    recipe, crowds, held_out : the recipe, its sequences, and the validation batches.
+    seed : seed of the initial weights and of the windows.
     pure : see `vbbench_baselines.former.network.Birdifier`.
-    device : of PyTorch, such as ``cuda``. Only on ``cpu`` are weights the same each time.
-    jobs : processes; all but one draw windows ahead.
-    batches, windows : learned from.
-    averaged : batches whose weights are averaged.
-    seconds, log : of processor time, and how it went.
+    device : PyTorch device, such as ``cuda``. Only on ``cpu`` are weights the same each time.
+    jobs : number of processes; all but one draw windows ahead.
+    batches, windows : number of batches and windows so far.
+    averaged : number of batches whose weights are averaged.
+    seconds, log : processor time in s, and the rows of the log.
     """
 
     recipe: Recipe
@@ -142,7 +142,7 @@ class Training:
         )
 
     def run(self, checkpoint: Path, report: Callable[[dict[str, Any]], None]) -> Arrays:
-        """Train to the end, with a checkpoint now and then; the weights, averaged over the last part."""
+        """Train to the end, with checkpoints; returns the weights, averaged over the last part."""
         started = process_time()
         for batch in self._feed.drawn(self.batches, self.jobs):
             errors = self._learn(batch)
@@ -155,7 +155,7 @@ class Training:
         return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
 
     def look(self, weights: Mapping[str, torch.Tensor]) -> dict[str, Any]:
-        """How these weights do on the held-out windows: capped means in m by protocol, and how sure they are."""
+        """Validate the weights on held-out windows: capped means in m by protocol, and calibration of variances."""
         with torch.no_grad():
             batches = [batch.to(self.device) for batch in self.held_out]
             return summary([(batch, follow(self._birdifier(weights), batch)) for batch in batches])
@@ -177,19 +177,19 @@ class Training:
         return errors
 
     def _differentiate(self, batch: Batch) -> Errors:
-        """The errors of a batch, and the gradients of the weights by them."""
+        """The errors of a batch; sets the gradients of the loss."""
         self._optimiser.zero_grad(set_to_none=False)
         errors = follow(self._birdifier(self.weights), batch)
         (errors.loss + SPREAD_WEIGHT * errors.spread_loss.mean()).backward()
         return errors
 
     def _birdifier(self, weights: Mapping[str, torch.Tensor]) -> Birdifier:
-        """The network that learns: its heads may turn as they like, so that it does not count on any that follow."""
+        """The network in training. Its fit excludes the factor of `heads`: in training windows heads turn freely."""
         return Birdifier(Network(TensorOperations(), weights), pure=self.pure, heads=False)
 
     @property
     def _part(self) -> float:
-        """How much of the training is done."""
+        """The share of the training that is done, in [0, 1]."""
         return self.windows / self.recipe.windows
 
     @property
@@ -214,7 +214,7 @@ class Training:
         }
 
     def save(self, checkpoint: Path) -> None:
-        """Write all that is needed to go on, whole or not at all."""
+        """Write a checkpoint, atomically: weights, optimiser, averages, progress."""
         state = {
             "facts": json.dumps({name: getattr(self, name) for name in FACTS}),
             "weights": dict(self.weights),
@@ -246,7 +246,7 @@ class Training:
 
 
 def held_out_batches(recipe: Recipe, crowds: Crowds) -> tuple[Batch, ...]:
-    """Windows of crowds that are not trained on, of each size, as long as the last ones of the training."""
+    """Validation windows of held-out crowds, of each size, as long as those of the last phase."""
     rng = np.random.default_rng([recipe.held_out_seed, 0])
     return tuple(
         batch_of(rng, crowds, recipe, recipe.phase[-1], type(size)(**{**vars(size), "windows": recipe.held_out}))
@@ -255,7 +255,7 @@ def held_out_batches(recipe: Recipe, crowds: Crowds) -> tuple[Batch, ...]:
 
 
 def summary(followed: list[tuple[Batch, Errors]]) -> dict[str, Any]:
-    """Capped means in m by protocol of people and camera, what share fails, and squared errors over their variances."""
+    """Capped means in m by protocol of people and camera, failure rates, and squared errors over their variances."""
     protocol = torch.cat([batch.protocol for batch, _ in followed])
     people = torch.cat([_means(errors.people, errors.counted) for _, errors in followed])
     camera = torch.cat([_means(errors.place, errors.shown) for _, errors in followed])

@@ -1,4 +1,4 @@
-"""What the network is trained on, and how: a file that users can change."""
+"""The recipe of a training, a TOML file: its data, phases and learning rate."""
 
 from bisect import bisect_right
 from collections.abc import Mapping
@@ -22,11 +22,11 @@ class Stream:
 
     Parameters
     ----------
-    name : what the stream is called.
-    split, tier, camera, look, observer, detector : what ``vbbench generate`` is asked for.
-    scenarios : where crowds walk; the stream has ``sequences`` of each.
-    fewest : crowds of fewer people are removed.
-    share : how much of the training is cut out of this stream, next to the shares of the others.
+    name : name of the stream.
+    split, tier, camera, look, observer, detector : options of ``vbbench generate``.
+    scenarios : scenarios of the split; the stream has ``sequences`` of each.
+    fewest : sequences with fewer people are removed.
+    share : weight of the stream among the training's windows.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Stream:
             raise ValueError(f"the stream '{self.name}' names no scenarios; name one or more")
 
     def options(self, scenario: str, people: tuple[int, ...], seed: int) -> Options:
-        """What is asked of the generator."""
+        """The generator's options for ``people`` in a ``scenario``."""
         crowd = Simulation(
             scenario=scenario if self.split == "sim" else None,
             people=tuple(number for number in people if number >= self.fewest),
@@ -65,13 +65,13 @@ class Stream:
 
 @dataclass(frozen=True, kw_only=True)
 class Size:
-    """Windows of about as many people, which are trained on together.
+    """A class of windows with about the same number of people, which form batches.
 
     Parameters
     ----------
-    least, most : people of a window.
-    windows : in a batch.
-    share : of all batches.
+    least, most : least and greatest number of people of a window.
+    windows : windows in a batch.
+    share : weight among all batches.
     """
 
     least: Annotated[int, Within(1, 1000)]
@@ -91,8 +91,8 @@ class Phase:
 
     Parameters
     ----------
-    frames : of its windows.
-    share : how much of the training it is.
+    frames : length of its windows.
+    share : weight of the phase in the training.
     """
 
     frames: Annotated[int, Within(4, 1000)]
@@ -104,18 +104,18 @@ class Phase:
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
-    """All of it.
+    """The whole recipe.
 
     Parameters
     ----------
-    seed, held_out_seed : of the crowds, and of those by which one looks how far the training is; seed 0 is the boards'.
-    held_out : windows of each size by which one looks.
-    windows : windows of frames that are learned from.
-    rate, decay : the learning rate, and from which part of the training on it falls, as a cosine.
-    averaged : the last part, whose weights are averaged.
+    seed, held_out_seed : seeds of the training and validation crowds; seed 0 is the boards'.
+    held_out : validation windows of each size.
+    windows : number of training windows.
+    rate, decay : the learning rate, and the share of the training after which it falls as a cosine.
+    averaged : share of the training, at its end, whose weights are averaged.
     people : numbers of people in each scenario.
-    protocols : shares of what is given.
-    phase, stream, size : see there; phases come in turn.
+    protocols : weights of the protocols.
+    phase, stream, size : see `Phase`, `Stream` and `Size`; phases follow each other.
     """
 
     seed: Annotated[int, Within(2, 2**31)]
@@ -167,12 +167,12 @@ class Recipe:
                     raise ValueError(f"[people] has no '{scenario}', which the stream '{stream.name}' needs")
 
     def phase_at(self, part: float) -> Phase:
-        """The phase of when ``part`` of the training is done."""
+        """The phase when the share ``part`` of the training is done."""
         ends = list(accumulate(phase.share for phase in self.phase))
         return self.phase[min(bisect_right(ends, part * ends[-1]), len(ends) - 1)]
 
     def shortened(self, part: float) -> "Recipe":
-        """The recipe with ``part`` of the windows."""
+        """The recipe with the share ``part`` of the windows."""
         return replace(self, windows=max(1, round(part * self.windows)))
 
 

@@ -1,9 +1,9 @@
-"""The folder of a training: it is made, goes on where it was stopped, and ends with the weights.
+"""The folder of a training, from which a stopped one resumes.
 
-OUT/training.json   what is trained: recipe, seed, versions; the mark of the folder
+OUT/training.json   recipe, seed and versions; marks the folder
 OUT/crowds          the simulated sequences
-OUT/checkpoint.pt   from which it goes on
-OUT/log.csv         how it went, and curve.png, which shows it
+OUT/checkpoint.pt   the newest checkpoint
+OUT/log.csv         the log, which curve.png shows
 OUT/weights.npz     the result; training.json then has its SHA-256
 """
 
@@ -37,15 +37,15 @@ HELD_OUT_PART = 0.025
 
 @dataclass(frozen=True, kw_only=True)
 class Asked:
-    """What is to be trained: all that the weights follow from.
+    """Everything that determines the weights.
 
     Parameters
     ----------
-    recipe : what is learned from, and how.
-    seed : of the first weights and of the windows.
+    recipe : data and phases.
+    seed : seed of the initial weights and of the windows.
     pure : see `vbbench_baselines.former.network.Birdifier`.
-    sequences : about how many of the sequences are learned from; ``None`` for all.
-    part : how many sequences and windows there are, next to what the recipe says.
+    sequences : about how many of the sequences are used; ``None`` for all.
+    part : share of the recipe's sequences and windows.
     """
 
     recipe: Recipe
@@ -56,7 +56,7 @@ class Asked:
 
 
 def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = "cpu", jobs: int = 1) -> Path:
-    """Train in the folder ``out``, or go on there; the path of the weights.
+    """Train in the folder ``out``, or resume there; returns the path of the weights.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def _check_device(device: str) -> None:
 
 
 def _is_done(out: Path) -> bool:
-    """Whether the weights are there, as they were written."""
+    """Whether the weights exist and have the checksum of their recipe."""
     try:
         read_weights(out / WEIGHTS)
     except FileError:
@@ -120,7 +120,7 @@ def _is_done(out: Path) -> bool:
 
 
 def _begin(out: Path, facts: dict[str, Any]) -> None:
-    """Mark a new folder; raise VbbenchError if it is of something else."""
+    """Mark a new folder; raises VbbenchError if it is of something else."""
     if not (out / MARK).is_file():
         if any(entry.name != ".vbbench-lock" for entry in out.iterdir()):
             raise VbbenchError(f"{out} exists and is not the folder of a training; choose another folder")
@@ -137,7 +137,7 @@ def _begin(out: Path, facts: dict[str, Any]) -> None:
 
 
 def _about(weights: Path, facts: dict[str, Any], results: dict[str, Any]) -> str:
-    """What `vbbench_baselines.former.weights` reads of weights: their SHA-256, and how they were learned."""
+    """The TOML text that `vbbench_baselines.former.weights` reads: SHA-256 of the weights, facts of their training."""
     told = {"vbbench": __version__, **{name: facts[name] for name in ("seed", "part")}, **results}
     lines = [f"sha256 = {json.dumps(sha256(weights.read_bytes()).hexdigest())}", f"pure = {json.dumps(facts['pure'])}"]
     lines += ["", "[training]", *(f"{json.dumps(name)} = {json.dumps(value)}" for name, value in told.items())]

@@ -1,7 +1,7 @@
-"""Windows of a few people and frames, cut out of sequences and altered: no two are equal.
+"""Windows of a few people and frames, cut out of sequences and augmented at random.
 
-What is altered is the truth: how fast and steadily people and observer walk, where heads turn, who is there when. Boxes
-keep what they are wrong by, in the direction and in the logarithm of the distance.
+Augmentation alters the truth: speeds and smoothness of people and observer, yaw, and who is present when. Boxes keep
+their errors in direction and in the logarithm of the distance.
 """
 
 from collections.abc import Callable
@@ -26,17 +26,17 @@ STOP_TIME = 0.8
 
 @dataclass(frozen=True)
 class Window:
-    """L frames and K people.
+    """A window of L frames and K people.
 
     Parameters
     ----------
-    positions : [L, K] x + i·y in m; where nobody is, where the box shows a person.
+    positions : [L, K] true x + i·y in m; the place by the box where no person is (a false detection).
     place, yaw : [L] of the camera, in m (complex) and rad, without jumps of 2π.
     true : [L, K] whether a person is there.
     seen : [L, K] whether there is a box.
-    error : [L, K] by which unit complex number the box's direction is off.
-    height_error, foot_error : [L, K] by what its logarithms of the distance are.
-    sights : what boxes measured before anything was altered.
+    error : [L, K] error of the box's direction, as a unit complex number.
+    height_error, foot_error : [L, K] errors of the box's two logarithms of the distance.
+    sights : measurements of boxes before augmentation.
     dt, spread : see `vbbench_baselines.former.training.crowds.Watched`.
     """
 
@@ -54,12 +54,12 @@ class Window:
 
     @property
     def relative(self) -> NDArray[np.complex128]:
-        """[L, K] people from the camera, forward + i·left in m."""
+        """[L, K] people relative to the camera, forward + i·left in m."""
         found: NDArray[np.complex128] = (self.positions - self.place[:, None]) * np.exp(-1j * self.yaw)[:, None]
         return found
 
     def shown(self) -> Sights:
-        """What boxes measure now."""
+        """Measurements of boxes after augmentation: true values with the boxes' errors."""
         relative = self.relative
         distance = np.maximum(np.abs(relative), 1e-6)
         range_of = np.log(distance)
@@ -79,7 +79,7 @@ class Window:
 
 
 def cut(rng: np.random.Generator, watched: Watched, phase: Phase, size: Size) -> Window | None:
-    """A window of some frames and people; ``None`` if the sequence is too short, or shows nobody."""
+    """A random window of a sequence; ``None`` if that is too short, or shows nobody."""
     total, frames = len(watched.poses), phase.frames
     if total < frames:
         return None
@@ -126,7 +126,7 @@ def cut(rng: np.random.Generator, watched: Watched, phase: Phase, size: Size) ->
 
 
 def alter(rng: np.random.Generator, window: Window) -> Window:
-    """A window in which all walk otherwise, and none may be seen before or after."""
+    """The window with all augmentations."""
     if rng.random() < 0.5:
         window = replace(window, dt=min(window.dt * _between(rng, 0.6, 1.6), max(window.dt, LONGEST_FRAME)))
     for change in (_stop_and_go, _stray, _look_about, _come_and_go, _mirror):
@@ -135,7 +135,7 @@ def alter(rng: np.random.Generator, window: Window) -> Window:
 
 
 def _stop_and_go(rng: np.random.Generator, window: Window) -> Window:
-    """Some people stand, stop, set off or change their pace; now and then the observer does."""
+    """Some people, and sometimes the observer, stand, stop, set off or change their pace."""
     chance, positions = rng.choice((0.0, 0.0, 0.1, 0.3)), window.positions.copy()
     for person in range(positions.shape[1]):
         if rng.random() < chance and window.true[:, person].all():
@@ -150,7 +150,7 @@ def _stop_and_go(rng: np.random.Generator, window: Window) -> Window:
 def _paced(
     rng: np.random.Generator, dt: float, frames: int
 ) -> Callable[[NDArray[np.complex128]], NDArray[np.complex128]]:
-    """A way [L] gone at another pace, from some frame on, until then, or all along."""
+    """A function that resamples a path [L] at another pace, from a random frame on, until it, or throughout."""
     pace, turn = rng.choice((0.0, 0.0, 0.3, 0.6, 1.3)), rng.integers(frames)
     soon = np.clip((np.arange(frames) - turn) / max(1, round(STOP_TIME / dt)), 0.0, 1.0)
     paces = 1.0 + (pace - 1.0) * soon
@@ -165,7 +165,7 @@ def _paced(
 
 
 def _stray(rng: np.random.Generator, window: Window) -> Window:
-    """All sway about their ways: velocities wander, steps are uneven, gaits swing; how much is drawn for the window."""
+    """Perturb all paths: velocities wander, steps are uneven, gaits swing, by amounts drawn for the window."""
     if rng.random() >= 0.8:
         return window
     frames, people = window.positions.shape
@@ -185,7 +185,7 @@ def _stray(rng: np.random.Generator, window: Window) -> Window:
 
 
 def _look_about(rng: np.random.Generator, window: Window) -> Window:
-    """The head turns more than it did."""
+    """Add random turns to the yaw of the camera."""
     if rng.random() >= 0.35:
         return window
     turns = _wander(rng, len(window.yaw), 1, window.dt, _between(rng, 0.4, 4.0))[:, 0].real
@@ -193,7 +193,7 @@ def _look_about(rng: np.random.Generator, window: Window) -> Window:
 
 
 def _come_and_go(rng: np.random.Generator, window: Window) -> Window:
-    """Some are seen later, some no longer, boxes are missed, and for a while nobody is seen at all."""
+    """Some tracks begin later or end earlier, boxes are missed, and sometimes nobody is seen for a while."""
     seen = window.seen.copy()
     frames, people = seen.shape
     if rng.random() < 0.5:
@@ -211,7 +211,7 @@ def _come_and_go(rng: np.random.Generator, window: Window) -> Window:
 
 
 def _mirror(rng: np.random.Generator, window: Window) -> Window:
-    """Left and right change sides."""
+    """Mirror the window: left becomes right."""
     if rng.random() >= 0.5:
         return window
     return replace(
@@ -233,7 +233,7 @@ def _gaussian(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.co
 
 
 def _wander(rng: np.random.Generator, frames: int, count: int, dt: float, time: float) -> NDArray[np.complex128]:
-    """[L, N] complex numbers that wander about 0 (Ornstein–Uhlenbeck), each part with variance 1."""
+    """[L, N] complex Ornstein–Uhlenbeck processes; each part has variance 1 and the correlation time ``time`` in s."""
     kept = np.exp(-dt / time)
     found = np.empty((frames, count), np.complex128)
     found[0] = _gaussian(rng, (count,))
