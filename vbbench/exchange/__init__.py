@@ -1,1 +1,4 @@
-"""Other programs' files and detectors: MOTChallenge, TUM, CSV, recordings of heads."""
+"""Data of other tools, in and out: boxes, trajectories, camera files, MOTChallenge and TUM folders, CSV.
+
+Every reader raises FileError at the first thing that is wrong: it names the file, the line, and what to write instead.
+"""

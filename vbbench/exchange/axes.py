@@ -73,11 +73,6 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     ----------
     trajectory : what was read.
     axes : a key of `AXES`, where they are known; otherwise the motion decides.
-
-    Raises
-    ------
-    FileError
-        If no usual order and axes fit the motion, or several do, or places alone do not give the yaw.
     """
     axes, orders = axes or (trajectory.axes if trajectory.axes in AXES else None), trajectory.rotations
     places, name = trajectory.places, trajectory.path.name

@@ -50,13 +50,7 @@ _PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff", ".ppm")
 
 
 def read_box_file(path: Path, picture: Picture = None) -> BoxTable:
-    """The boxes of a file, or of a folder of labels; ``picture`` is (width, height) in px, for shares of it.
-
-    Raises
-    ------
-    FileError
-        If it is of no kind that is read, which is named, or something in it is wrong.
-    """
+    """The boxes of a file, or of a folder of labels; ``picture`` is (width, height) in px, for shares of it."""
     if is_label_folder(path):
         folder = path if any(path.glob("*.txt")) else path / "labels"
         return _labels(path, {file.name: file.read_bytes() for file in sorted(folder.glob("*.txt"))}, picture)

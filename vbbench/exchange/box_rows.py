@@ -130,13 +130,7 @@ def rows_of(
 
 
 def linked_rows(table: BoxTable, frame: IntArray) -> tuple[BoxRows, tuple[str, ...]]:
-    """The boxes of a table in frames [N] from 0, checked, and a note where tracks have other ids than the file.
-
-    Raises
-    ------
-    FileError
-        If some rows have an id and others none, one is not whole, or they number boxes; or as `BoxRows.check`.
-    """
+    """The boxes of a table in frames [N] from 0, checked, and a note where tracks have other ids than the file."""
     track, ids, notes = _tracks_of(table)
     names = ("path", "lines", "where", "boxes", "scores", "visible")
     rows = BoxRows(frame=frame, track=track, ids=ids, **{name: getattr(table, name) for name in names})

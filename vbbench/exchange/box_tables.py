@@ -45,11 +45,6 @@ def of_people(
     classes : [N] numbers, `UNKNOWN` or NaN for none, or names.
     given : the class of people, if the user states it.
     names : of class numbers, if the file has them.
-
-    Raises
-    ------
-    FileError
-        If the classes do not show which one is of people; boxes are counted by class.
     """
     numbered = classes.dtype.kind in "if"
     known = np.isfinite(classes) & (classes != UNKNOWN) if numbered else classes != ""
@@ -165,11 +160,6 @@ def read_box_text(
     """The boxes of a text; ``picture`` is (width, height) in px, for shares; ``columns`` as of `read_table`.
 
     Frames and px of CSV with a header count from 0, of any other text from 1.
-
-    Raises
-    ------
-    FileError
-        As `read_table` and `box_table`.
     """
     cells = content[:1000].partition(b"\n")[0].decode("utf-8", "replace").split()
     words = [column for column, cell in enumerate(cells) if parse_number(cell) is None]
@@ -201,13 +191,7 @@ def _four_columns(content: bytes) -> bytes:
 
 
 def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: int) -> BoxTable:
-    """The boxes of a table whose columns have names.
-
-    Raises
-    ------
-    FileError
-        If a column is missing; or with the line, a corner is on the wrong side of the other, or a share above 1.
-    """
+    """The boxes of a table whose columns have names."""
     if not len(table):
         raise FileError(table.path, "holds no row")
     films = np.unique(table["film"]).tolist() if "film" in table else []
@@ -269,13 +253,7 @@ def _stamps_of_pictures(table: NamedColumns) -> FloatArray | None:
 
 
 def frame_numbers(table: NamedColumns) -> FloatArray:
-    """[N] numbers of frames, which may be the last ones in names of pictures.
-
-    Raises
-    ------
-    FileError
-        If a name has no number, or two names have the same one.
-    """
+    """[N] numbers of frames, which may be the last ones in names of pictures."""
     if table["frame"].dtype.kind in "if":
         return table.numbers("frame")
     names, row_of, inverse = np.unique(table["frame"], return_index=True, return_inverse=True)
@@ -387,13 +365,7 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
 
 
 def _scores_and_classes(table: NamedColumns) -> tuple[FloatArray, NDArray[Any]]:
-    """[N] the seventh and eighth column, which are class and score where these are whole numbers and shares.
-
-    Raises
-    ------
-    FileError
-        If they could also be a mark of rows that count, and a visibility.
-    """
+    """[N] the seventh and eighth column, which are class and score where these are whole numbers and shares."""
     scores, classes = table.numbers("score"), _classes(table)
     shares = classes.dtype.kind == "f" and ((classes >= 0.0) & (classes <= 1.0)).all() and (classes % 1.0).any()
     if not shares or (scores % 1.0).any() or ("visible" in table and (table.numbers("visible") != UNLINKED).any()):
@@ -425,13 +397,7 @@ def _plain(values: FloatArray) -> BoolArray:
 
 
 def people_in(table: BoxTable, person_class: int | str | None = None) -> tuple[BoolArray, tuple[str, ...]]:
-    """Which boxes count, [N]: of people, and not marked as ignored; and a note that counts the others.
-
-    Raises
-    ------
-    FileError
-        If no box is left, or classes do not show which is of people.
-    """
+    """Which boxes count, [N]: of people, and not marked as ignored; and a note that counts the others."""
     counted = ~table.ignored
     if not counted.any():
         raise FileError(table.path, f"all {len(counted)} boxes are marked as ignored: conf 0 or visibility 0")

@@ -32,11 +32,6 @@ def files_by_sequence(named: Mapping[Path, str], sequences: int) -> dict[int, Pa
     ----------
     named : each file with its `sequence_name`.
     sequences : how many the dataset has.
-
-    Raises
-    ------
-    FileError
-        At the first file that belongs to no sequence, or to the same sequence as another.
     """
     found: dict[int, Path] = {}
     for path, stem in named.items():
@@ -76,13 +71,7 @@ class SequenceInfo(NamedTuple):
 
 
 def picture_facts(path: Path) -> SequenceInfo:
-    """What a ``seqinfo.ini`` says of the size and rate of its pictures: nothing if it is missing.
-
-    Raises
-    ------
-    FileError
-        If it cannot be read.
-    """
+    """What a ``seqinfo.ini`` says of the size and rate of its pictures: nothing if it is missing."""
     if not path.is_file():
         return SequenceInfo()
     with plain_errors(path):
@@ -97,11 +86,6 @@ def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> Sequence
     path : what messages call it.
     content : the text, UTF-8.
     whole : whether everything must be there, and no key twice; else only size and rate are read.
-
-    Raises
-    ------
-    FileError
-        If it is not such a file, or a key is missing or its value is not valid.
     """
     if len(content) > _MOST_BYTES:
         raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")

@@ -116,13 +116,7 @@ class NamedColumns(Rows):
         return self.columns[noun]
 
     def numbers(self, noun: str, missing: float = np.nan) -> FloatArray:
-        """[N] the column as numbers, ``missing`` where it has none.
-
-        Raises
-        ------
-        FileError
-            At the first cell that is a word.
-        """
+        """[N] the column as numbers, ``missing`` where it has none."""
         column = self.columns.get(noun)
         if column is None:
             return np.full(len(self), missing)
@@ -148,13 +142,7 @@ class NamedColumns(Rows):
         return np.stack([self.numbers(noun) for noun in nouns], axis=-1)
 
     def whole(self, noun: str, least: int, most: int, wanted: str) -> IntArray:
-        """[N] the column as integers.
-
-        Raises
-        ------
-        FileError
-            At the first row with something else than a whole number from ``least`` to ``most``, which is ``wanted``.
-        """
+        """[N] the column as integers."""
         values = self.numbers(noun)
         bad = (values != np.round(values)) | (values < least) | (values > most)
         self.refuse(bad, "{0:.10g} is " + wanted, values)
@@ -191,12 +179,6 @@ def read_table(
     required : columns whose cells must not be empty where they have names; without names none may, but in the last.
     columns : how few and how many columns a text in ``order`` may have.
     read : which of those are read; all by default.
-
-    Raises
-    ------
-    FileError
-        If several columns have one meaning, or nothing names the columns; with the line, if a cell is not a finite
-        number, or a line has another number of cells.
     """
     body, header, first = split_header(decode(path, content), nouns)
     end = body.find(b"\n", 0, 100 * _SHOWN)
@@ -238,11 +220,6 @@ def read_fixed(
     wanted : what it should hold, for messages.
     least : how many columns each row must have; all by default.
     read : the names of those that are read; all by default.
-
-    Raises
-    ------
-    FileError
-        If it is missing or empty, or as `read_table`.
     """
     order = names.split()
     columns = least or len(order), len(order)
@@ -272,13 +249,7 @@ def first_cells(path: Path) -> list[str]:
 
 
 def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: Sequence[str]) -> NamedColumns:
-    """The columns of a list of records, such as of JSON; a cell that is not there is empty.
-
-    Raises
-    ------
-    FileError
-        If several names have one meaning, or a cell is no number where one must be.
-    """
+    """The columns of a list of records, such as of JSON; a cell that is not there is empty."""
     names = list(dict.fromkeys(name for record in records for name in record))
     header = name_columns(names, nouns)
     refuse_doubtful(path, header, None)
@@ -292,13 +263,7 @@ def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: 
 
 
 def decode(path: Path, content: bytes) -> bytes:
-    """A text as UTF-8, its lines ended by line feeds alone.
-
-    Raises
-    ------
-    FileError
-        If it is neither.
-    """
+    """A text as UTF-8, its lines ended by line feeds alone."""
     if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         try:
             content = content.decode("utf-16").encode()

@@ -67,14 +67,7 @@ class Trajectory(Rows):
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """Read a file.
-
-    Raises
-    ------
-    FileError
-        With the line: another number of columns, text or NaN in a number, what is no rotation; or if the file is
-        missing or empty, or its columns are not known.
-    """
+    """Read a file."""
     if not path.is_file():
         raise FileError(path, "the file is missing")
     named, axes, line, cells, rows = _split(path)

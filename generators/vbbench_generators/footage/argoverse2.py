@@ -138,13 +138,7 @@ class FeatherTable(ArrowTable):
 
 
 def find_logs(source: Path | None) -> dict[str, Path]:
-    """Folders of logs by name: the folder itself, those in it, or those in its folders ``train`` and ``val``.
-
-    Raises
-    ------
-    VbbenchError
-        If there is none.
-    """
+    """Folders of logs by name: the folder itself, those in it, or those in its folders ``train`` and ``val``."""
     if source is None:
         raise SourceMissingError(f"argoverse2: name with --source {WANTED}; download it from {SITE}")
     if not source.is_dir():
@@ -164,13 +158,7 @@ def find_logs(source: Path | None) -> dict[str, Path]:
 
 
 def read_log(folder: Path, cameras: tuple[str, ...]) -> CarRecording:
-    """One log, seen by ``cameras``.
-
-    Raises
-    ------
-    FileError
-        At the first file or row that is not valid.
-    """
+    """One log, seen by ``cameras``."""
     annotations = FeatherTable(
         folder / ANNOTATIONS,
         ("timestamp_ns", *SIZE, *QUATERNION, *PLACE, "num_interior_pts"),

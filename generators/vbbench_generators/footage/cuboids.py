@@ -405,11 +405,6 @@ def part_of(split: str, name: str, folder: str = "") -> Part:
     Parameters
     ----------
     folder : of the recording, for data sets that are parted by folders.
-
-    Raises
-    ------
-    VbbenchError
-        If it cannot be in any.
     """
     rule = _rules()[split]
     if name in rule["seen"]:
@@ -430,11 +425,6 @@ def chosen(split: str, names: Iterable[str] | None, known: Mapping[str, str]) ->
     Parameters
     ----------
     known : recording → its folder.
-
-    Raises
-    ------
-    VbbenchError
-        If there is none of a name, or none of a part.
     """
     found: list[str] = []
     for name in names or ():

@@ -111,13 +111,7 @@ class CameraPath:
 
 
 def find_camera_path(found: Annotations) -> CameraPath:
-    """Read the camera's angles, check poses, joints and boxes by reprojection, and mend a shift of poses.
-
-    Raises
-    ------
-    FileError
-        If they do not fit at any shift, or the camera's tilt or height changes.
-    """
+    """Read the camera's angles, check poses, joints and boxes by reprojection, and mend a shift of poses."""
     off = np.linalg.norm(found.project(found.joints) - found.pixels, axis=-1)
     if not np.isfinite(off).any():
         raise FileError(

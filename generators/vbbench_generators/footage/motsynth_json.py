@@ -84,13 +84,7 @@ class Annotations:
 
 
 def read_annotations(path: Path) -> Annotations:
-    """Read one annotation file; people whom nobody sees, and those marked as crowd, are skipped.
-
-    Raises
-    ------
-    FileError
-        If it is not such a file; the key, image or annotation is named.
-    """
+    """Read one annotation file; people whom nobody sees, and those marked as crowd, are skipped."""
     values = _load(path)
     images, rows = (_objects(path, values, name) for name in ("images", "annotations"))
     info = values.get("info", {})

@@ -201,13 +201,7 @@ class Scenes:
         self.samples, self.data_rows, self.label_rows = (rows_by_group(one, len(self.names)) for one in groups)
 
     def read(self, name: str, cameras: tuple[str, ...], digest: str) -> CarRecording:
-        """One scene, seen by ``cameras``.
-
-        Raises
-        ------
-        FileError
-            At the first row that is not valid.
-        """
+        """One scene, seen by ``cameras``."""
         scene = self.names.index(name)
         samples = self.samples[scene]
         samples = samples[np.argsort(self.sample.values("timestamp")[samples], kind="stable")]
@@ -324,13 +318,7 @@ class Scenes:
 
 
 def find_tables(source: Path | None) -> Path:
-    """The folder with the tables: the one that is named, or the only v1.0-… in it.
-
-    Raises
-    ------
-    VbbenchError
-        If there is none, or there are several.
-    """
+    """The folder with the tables: the one that is named, or the only v1.0-… in it."""
     if source is None:
         raise SourceMissingError(f"nuscenes: name with --source {WANTED}; download it from {SITE}")
     if (source / "scene.json").is_file():

@@ -37,11 +37,6 @@ def read_found(
     dt : seconds per frame, by which time stamps are frames; 0 is the first one.
     picture : width and height in px, for boxes that are shares of it.
     person_class : class of people, by number or name, where the file does not show it.
-
-    Raises
-    ------
-    FileError
-        At the first row that is not valid, or of no frame of the recording.
     """
     rows = read_boxes(path, dt, picture=picture, person_class=person_class)
     for note in rows.notes:
@@ -53,11 +48,6 @@ def sure_boxes(rows: BoxRows) -> BoxRows:
     """Those of the boxes that are sure enough: their scores are above `LEAST_SCORE`, log-odds or shares.
 
     Where all are −1, as MOTChallenge writes what is not known, all count.
-
-    Raises
-    ------
-    FileError
-        If some rows have ids and others none.
     """
     known = np.where((rows.scores == UNKNOWN).all(), np.nan, rows.scores)
     track, shares = np.where(rows.track < 0, UNLINKED, rows.track), scores_as_shares(known)
@@ -73,11 +63,6 @@ def file_for(given: Path, name: str, several: bool) -> Path:
     """The file of a sequence in a folder that the user names, or the file itself if there is one sequence alone.
 
     Text is looked for first, then whatever else is called like the sequence.
-
-    Raises
-    ------
-    VbbenchError
-        If one file is named for several sequences, or the file is not there.
     """
     if given.is_file():
         if several:
@@ -173,11 +158,6 @@ def follow(
     camera : of the pictures.
     dt : seconds per frame.
     size : width and height of the pictures in px.
-
-    Raises
-    ------
-    FileError
-        If there are no boxes, they are of pictures of another size, or most are of nobody.
     """
     if not len(found):
         raise FileError(found.path, "holds no box of a person that is sure enough in the frames that are labelled")

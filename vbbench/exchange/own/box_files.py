@@ -55,13 +55,6 @@ def read_boxes(
     dt : seconds per frame, ``None`` if only the file's time stamps say it.
     picture : width and height in px, for boxes that are shares of it.
     person_class : class of people, by number or name, where the file does not show it.
-
-    Raises
-    ------
-    FileError
-        If it cannot be read or has no boxes; with the line, if a cell is not a number, a box has no size, a track has
-        two boxes in a frame, an id is not whole, a share is not between 0 and 1, or the clock jumps. If its classes do
-        not show which is of people.
     """
     table = read_box_file(path, picture)
     if not len(table.frame):
@@ -99,13 +92,7 @@ def _frame_time(table: BoxTable, dt: float | None) -> float | None:
 
 
 def rows_in_frames(rows: OwnBoxes, frames: int, dt: float) -> BoxRows:
-    """The boxes in a recording of ``frames`` frames, ``dt`` s apart, whose first one is at 0 s.
-
-    Raises
-    ------
-    FileError
-        At the first box that is of no frame of the recording, or between two.
-    """
+    """The boxes in a recording of ``frames`` frames, ``dt`` s apart, whose first one is at 0 s."""
     exact = rows.timeline.times[rows.frame] / dt
     found = replace(rows, frame=np.round(exact).astype(np.int64)).within(frames)
     between = np.abs(exact - found.frame) > OFF_FRAME
@@ -137,13 +124,7 @@ def _goes_back(rows: OwnBoxes) -> list[str]:
 
 
 def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
-    """The frame of each row of a table of the same recording, −1 where there is none.
-
-    Raises
-    ------
-    FileError
-        If a frame or time is not a number.
-    """
+    """The frame of each row of a table of the same recording, −1 where there is none."""
     if "frame" in table:
         exact = timeline.frame_of_number(frame_numbers(table))
     else:

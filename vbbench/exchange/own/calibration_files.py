@@ -66,13 +66,7 @@ _Loader.add_multi_constructor(
 
 
 def read_calibration(path: Path) -> dict[str, Any] | None:
-    """The keys of ``camera.toml`` that a calibration of another program states; ``None`` of a file that is none.
-
-    Raises
-    ------
-    FileError
-        If it is one that cannot be used.
-    """
+    """The keys of ``camera.toml`` that a calibration of another program states; ``None`` of a file that is none."""
     try:
         with path.open("rb") as file:
             text = file.read(MOST_BYTES).decode("utf-8-sig", errors="replace")
@@ -102,11 +96,6 @@ def calibration_keys(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
     ----------
     path : where it was read, for messages.
     table : what it states, by any of `NAMES`.
-
-    Raises
-    ------
-    FileError
-        If something is missing, of no lens model here, of a part of a picture, or of several cameras.
     """
     cameras = [name for name in table if re.fullmatch(r"cam\d+", str(name)) and isinstance(table[name], Mapping)]
     try:

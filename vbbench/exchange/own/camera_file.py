@@ -212,13 +212,7 @@ class OwnCamera:
 
 
 def find_camera(path: Path) -> Path:
-    """The camera file at a path: of a folder the ``camera.toml`` in it.
-
-    Raises
-    ------
-    FileError
-        If there is none; of a folder it names what is in it.
-    """
+    """The camera file at a path: of a folder the ``camera.toml`` in it."""
     if path.is_dir():
         found = path / "camera.toml"
         if not found.is_file():
@@ -237,12 +231,6 @@ def read_camera(path: Path, mount: Mapping[str, float | str] | None = None) -> O
     ----------
     path : ``camera.toml``, or one of the files of `vbbench.exchange.own.calibration_files`.
     mount : keys that the file lacks: ``mount_height``, ``pitch``, ``carried_by``.
-
-    Raises
-    ------
-    FileError
-        If it is missing or neither of them, a key is unknown, missing, out of range, not of this model or contradicts
-        ``mount``, or the picture would span an angle that no camera has.
     """
     table, text = read_calibration(path), ""
     if table is None:

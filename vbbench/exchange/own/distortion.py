@@ -48,13 +48,7 @@ def plain_name(name: object) -> str:
 
 
 def lens_model(name: object) -> str:
-    """The model of `Distortion` that a program calls ``name``, or ``none``.
-
-    Raises
-    ------
-    ValueError
-        If there is no such model here.
-    """
+    """The model of `Distortion` that a program calls ``name``, or ``none``; raises ValueError if there is none."""
     found = {plain_name(known): model for known, model in LENSES.items()}.get(plain_name(name))
     if found is None:
         raise ValueError(f"no lens model is called '{name}'; {suggestion(str(name), LENSES)}")
@@ -64,6 +58,8 @@ def lens_model(name: object) -> str:
 def distortion_keys(table: Mapping[str, Any], which: str = WHICH) -> dict[str, Any] | None:
     """The keys of a `Distortion`: its ``model`` by its own name, and a list ``coefficients`` by their names.
 
+    A model that is not known, or not stated where coefficients could be of two, is a ValueError.
+
     Parameters
     ----------
     table : a table ``[distortion]``: ``model`` by any of its names, coefficients by theirs or in a list.
@@ -72,11 +68,6 @@ def distortion_keys(table: Mapping[str, Any], which: str = WHICH) -> dict[str, A
     Returns
     -------
     keys : ``None`` where the lens bends nothing.
-
-    Raises
-    ------
-    ValueError
-        If the model is unknown, or missing where coefficients could be of two, or a list has another length.
     """
     named = dict(table)
     name, values = named.pop("model", None), named.pop("coefficients", ())

@@ -44,14 +44,7 @@ BEYOND = 0.5
 
 
 def read_poses(path: Path, timeline: Timeline) -> tuple[FloatArray, tuple[str, ...]]:
-    """Poses [T, 3] (x, y, yaw) of the frames, and notes.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, its axes are open, nobody moves as fast, or some frame has no pose: truth is whole,
-        or it is none.
-    """
+    """Poses [T, 3] (x, y, yaw) of the frames, and notes."""
     motion = _read(path, timeline, OdometryFacts())
     found = _at(motion.times, motion.poses, timeline.times, beyond=BEYOND * timeline.dt)
     missing = np.isnan(found[:, 0])
@@ -68,12 +61,6 @@ def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple
     Poses are interpolated at the times of the frames, and not known before the first and after the last. Stated
     covariances are added up over the time of a frame, parts of intervals in proportion to time; otherwise they follow
     from ``facts``.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be read, its axes are open, nobody moves as fast, a covariance is not positive, or hardly any
-        frame has a motion.
     """
     motion = _read(path, timeline, facts)
     body, motions = (
@@ -204,11 +191,7 @@ def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Ca
     """A note if boxes [T, K, 3] do not show the turns of the camera's ``motions`` [T, 3] since the frame before.
 
     People are taken to stand, at distances by their heights: a turn to the left moves them to the right by as much.
-
-    Raises
-    ------
-    FileError
-        If they show turns the other way, as of a left-handed world or one whose y points right and z down.
+    Turns the other way, as of a left-handed world, are refused.
     """
     frame, track = np.nonzero(np.isfinite(boxes[1:, :, 2]) & np.isfinite(boxes[:-1, :, 2]))
     before, after = (camera.unproject(boxes[frame + n, track], np.full(len(frame), USUAL_HEIGHT)) for n in (0, 1))

@@ -38,13 +38,7 @@ LEAST_DEGREES = 0.1
 
 
 def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
-    """The boxes whose middle lies in the picture, and notes.
-
-    Raises
-    ------
-    FileError
-        If they cannot be people in this picture (`find_misfit`).
-    """
+    """The boxes whose middle lies in the picture, and notes."""
     picture = own.facts.picture
     misfit = find_misfit(rows.boxes, own.camera, picture, own.facts.height_mean)
     if misfit is not None and misfit.certain:
@@ -63,13 +57,7 @@ def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
 
 
 def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None:
-    """Seconds per frame by the camera file, by ``dt``, or by MOTChallenge's ``seqinfo.ini`` of a file of boxes.
-
-    Raises
-    ------
-    FileError
-        If there is a ``seqinfo.ini`` that names another size or frame rate.
-    """
+    """Seconds per frame by the camera file, by ``dt``, or by MOTChallenge's ``seqinfo.ini`` of a file of boxes."""
     nearby = (folder / SEQUENCE_INFO for folder in (boxes.parent, boxes.parent.parent))
     found = next((path for path in nearby if path.is_file()), boxes.parent / SEQUENCE_INFO)
     stated = picture_facts(found)
@@ -129,12 +117,6 @@ def read_people(
     Positions are in the world of the poses, in m; without poses (right, forward) of the camera. A height that is not
     stated anywhere is NaN. How fast people are is looked at where the camera is ``posed``: else it moves them. ``ids``
     are those of the boxes.
-
-    Raises
-    ------
-    FileError
-        If it cannot be read; with the line, if an id is not whole, or a person is at two places in a frame; if no row
-        is of a frame of the boxes, or it has time stamps where they have frames, or the other way round.
     """
     if not path.is_file():
         raise FileError(path, "the file is missing")
@@ -248,13 +230,7 @@ def boxes_in(folder: Path) -> Path | None:
 
 
 def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = None) -> RecordingFiles:
-    """The files of a recording in a folder; ``boxes`` and ``poses`` replace those in it.
-
-    Raises
-    ------
-    FileError
-        If camera or boxes are missing.
-    """
+    """The files of a recording in a folder; ``boxes`` and ``poses`` replace those in it."""
     found = boxes or boxes_in(folder)
     if not (folder / CAMERA).is_file():
         raise FileError(folder / CAMERA, "the file is missing; docs/own.md says what to write")
@@ -288,11 +264,6 @@ def read_recording(
     pictures : where the pictures are.
     mount : keys that the camera file lacks, such as ``mount_height`` and ``carried_by``.
     person_class : class of people in the boxes, where the file does not show it.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be used: it is named, with the line and what to do.
     """
     own = read_camera(files.camera, mount)
     seconds = frame_seconds(files.boxes, own, dt)
@@ -342,13 +313,7 @@ def read_recording(
 
 
 def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
-    """One or several of them as a split of footage wants them.
-
-    Raises
-    ------
-    VbbenchError
-        If their camera files differ in what solvers are given of people, of boxes or of what carries the camera.
-    """
+    """One or several of them as a split of footage wants them."""
     shared = ("height_mean", "height_std", "carried_by", "box_edge")
     for name in shared:
         if len({getattr(one.own.facts, name) for one in read}) > 1:

@@ -74,11 +74,6 @@ def number_frames(rows: Rows, numbers: FloatArray, dt: float | None, base: int) 
     """The frame of each row by its frame number [N]; ``base`` is the number of the first frame of the film.
 
     Frames that are numbered in steps, as of a film of which every fourth frame was used, are counted.
-
-    Raises
-    ------
-    FileError
-        If a number is not whole, far after the one before, or nothing says how long a frame lasts.
     """
     wrong = (numbers != np.round(numbers)) | (numbers < 0)
     rows.refuse(wrong, "frame {0:.10g} is not a whole number from 0 on", numbers)
@@ -104,11 +99,6 @@ def time_frames(rows: Rows, times: FloatArray, dt: float | None) -> tuple[IntArr
 
     The time from a frame to the next is rounded to whole frames, so that a clock that runs a little faster or slower
     than is stated does no harm; where stamps shake so much that none is left, those of an even clock are counted.
-
-    Raises
-    ------
-    FileError
-        If the clock jumps, two stamps are of one frame, or there is one stamp only.
     """
     order = np.argsort(times, kind="stable")
     begins = np.concatenate([[True], np.diff(times[order]) > SAME_FRAME * (dt or 0.001)])

@@ -63,13 +63,7 @@ class PlaceLabels(Rows):
 
 
 def read_pictures(path: Path) -> PictureLabels:
-    """The people of ``labels_2d_stitched/NAME.json``; labels of other things are not read.
-
-    Raises
-    ------
-    FileError
-        If it is no such file, or a person has two boxes in a picture; names picture and label.
-    """
+    """The people of ``labels_2d_stitched/NAME.json``; labels of other things are not read."""
     rows = _people(path, ".jpg", _BOX)
     boxes, (frame, track) = rows.stacked(*_BOX), _of_whom(rows)
     rows.refuse(boxes[:, 2:].min(axis=1, initial=1.0) <= 0.0, _NO_SIZE, *boxes[:, 2:].T)
@@ -79,13 +73,7 @@ def read_pictures(path: Path) -> PictureLabels:
 
 
 def read_places(path: Path) -> PlaceLabels:
-    """The people of ``labels_3d/NAME.json``.
-
-    Raises
-    ------
-    FileError
-        If it is no such file, or a person has two boxes in a point cloud; names point cloud and label.
-    """
+    """The people of ``labels_3d/NAME.json``."""
     rows = _people(path, ".pcd", ("cx", "cy", "h"))
     return _places(rows, rows.stacked("cx", "cy"))
 
@@ -138,13 +126,7 @@ def _numbers_of_box(path: Path, here: str, box: Any, names: tuple[str, ...]) -> 
 
 
 def read_frames(path: Path, key: str, wanted: str) -> dict[str, Any]:
-    """The object ``key`` of a JSON file, from names of frames to what is ``wanted`` of each.
-
-    Raises
-    ------
-    FileError
-        If it cannot be read or has no such object.
-    """
+    """The object ``key`` of a JSON file, from names of frames to what is ``wanted`` of each."""
     try:
         values = read_json(path, largest=_LARGEST)
     except OSError as error:
@@ -159,13 +141,7 @@ def read_frames(path: Path, key: str, wanted: str) -> dict[str, Any]:
 
 
 def frame_of(path: Path, name: str, ending: str, key: str) -> int:
-    """The number in the ``name`` of a frame, such as 000012.pcd.
-
-    Raises
-    ------
-    FileError
-        If it is no such name.
-    """
+    """The number in the ``name`` of a frame, such as 000012.pcd."""
     stem = name.removesuffix(ending)
     if stem == name or not (stem.isascii() and stem.isdigit() and len(stem) <= 9):
         raise FileError(path, f"key {quoted(name)} of '{key}' is not the name of a frame, such as 000000{ending}")
@@ -187,25 +163,13 @@ def are_results(path: Path) -> bool:
 
 
 def read_sample(path: Path) -> tuple[PictureLabels, PlaceLabels]:
-    """Both kinds of labels: a row for each person in each frame; x forward, y left.
-
-    Raises
-    ------
-    FileError
-        At the first row that has other columns, what is no number, or what cannot be.
-    """
+    """Both kinds of labels: a row for each person in each frame; x forward, y left."""
     rows = _read(path, "JRDB-Traj's sample", SAMPLE)
     return pictures_of(_boxes(rows, np.ones(len(rows)))), _places(rows, rows.stacked("x", "y"))
 
 
 def read_tracked_boxes(path: Path) -> BoxRows:
-    """The boxes of ``tracks_2d/NAME.txt``.
-
-    Raises
-    ------
-    FileError
-        At the first row that is no box of a person.
-    """
+    """The boxes of ``tracks_2d/NAME.txt``."""
     rows = _read(path, "a tracker's boxes", RESULTS)
     return _boxes(rows, rows.numbers("score"))
 
@@ -223,13 +187,7 @@ def _labels(found: BoxRows) -> PictureLabels:
 
 
 def read_tracked_places(path: Path) -> PlaceLabels:
-    """The places of ``tracks_3d/NAME.txt``.
-
-    Raises
-    ------
-    FileError
-        At the first row that is no place of a tracked person.
-    """
+    """The places of ``tracks_3d/NAME.txt``."""
     rows = _read(path, "a tracker's places", RESULTS)
     return _places(rows, rows.stacked("z", "x") * [1.0, -1.0])
 

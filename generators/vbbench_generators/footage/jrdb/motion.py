@@ -158,11 +158,6 @@ def read_odometry_file(path: Path, clouds: Stamps) -> tuple[FloatArray, FloatArr
     ----------
     path : the file: a position x, y, z and an orientation x, y, z, w for each point cloud.
     clouds : when the point clouds were taken.
-
-    Raises
-    ------
-    FileError
-        If it is no such file, an orientation is no rotation, or the robot lies on its side.
     """
     entries = read_frames(path, "odometry", "poses")
     rows = {frame_of(path, name, ".pcd", "odometry"): _pose(path, name, one) for name, one in sorted(entries.items())}
@@ -241,11 +236,6 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, ever
         and pictures differ follows from how people turn around the robot.
     every : of how many frames one will be kept. Slip lasts, so that the errors of motions in a row are correlated: the
         covariances are such that those of so many motions add up to that of the motion over all of them.
-
-    Raises
-    ------
-    FileError
-        If the bag does not cover the frames.
     """
     _check_covers(bag, times)
     gyro, offsets = bag.gyro, dict[str, float | None]()
@@ -275,11 +265,6 @@ def follow_poses(
     ----------
     path : the file of the poses, for messages.
     way : times [N] in s and poses [N, 3] (x, y, yaw).
-
-    Raises
-    ------
-    FileError
-        If they do not cover the frames.
     """
     when, twist = speeds_of(*way)
     speed, turn = (Readings(times=when, values=values) for values in twist.T)

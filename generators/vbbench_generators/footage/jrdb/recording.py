@@ -100,11 +100,6 @@ class Recording:
 
         They are results of trackers on JRDB, or whatever `birdify` reads, as MOTChallenge text, whose frame 1 is
         picture 000000.
-
-        Raises
-        ------
-        FileError
-            If a row is not valid, or most boxes are of nobody.
         """
         frames = int(self.grid.frames[-1]) + 1
         if are_results(path):
@@ -160,11 +155,6 @@ def assemble(
     ----------
     clouds : [T] number of the point cloud taken with the picture of each slot, −1 = none.
     same_ids : whether ids of boxes are those of places; otherwise they are paired by their directions.
-
-    Raises
-    ------
-    FileError
-        If a labelled picture has no time stamp, or the places are not those of the boxes.
     """
     pictures = _inside_pictures(pictures)
     slots = grid.slot_of(pictures.frame)

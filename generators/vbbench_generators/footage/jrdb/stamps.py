@@ -74,13 +74,7 @@ def nominal_stamps(path: Path, frames: IntArray) -> Stamps:
 
 
 def lay_out(stamps: Stamps) -> Grid:
-    """Put frames on slots by their times.
-
-    Raises
-    ------
-    FileError
-        If there are no two frames, or they come at no multiple of 1/15 s.
-    """
+    """Put frames on slots by their times."""
     if len(stamps.frames) < 2:
         raise FileError(stamps.path, f"stamps {len(stamps.frames)} of the labelled frames; two at least are wanted")
     passed = np.diff(stamps.times)
@@ -94,13 +88,7 @@ def lay_out(stamps: Stamps) -> Grid:
 
 
 def read_stamps(folder: Path, name: str) -> Stamps:
-    """The times in one of the two files in ``timestamps/NAME``.
-
-    Raises
-    ------
-    FileError
-        If the file is missing or another one, has a frame twice, or its clock jumps.
-    """
+    """The times in one of the two files in ``timestamps/NAME``."""
     path = folder / name
     if not path.is_file():
         raise FileError(path, "is missing; download JRDB's timestamps next to the labels")

@@ -65,13 +65,7 @@ class Calibration:
         return next((size for known, size in SIZES.items() if abs(focal - known) < _SAME_FOCAL), None)
 
     def camera(self, size: tuple[int, int]) -> PerspectiveCamera:
-        """Camera 2, as level as everybody takes it to be; ``size`` is that of its pictures in px.
-
-        Raises
-        ------
-        FileError
-            If such pictures cannot have this focal length.
-        """
+        """Camera 2, as level as everybody takes it to be; ``size`` is that of its pictures in px."""
         (focal, _, cx, _), (_, vertical, cy, _), _ = self.projection.tolist()
         least, most = (width * size[0] for width in _FOCAL_RANGE)
         if not (least <= focal <= most and least <= vertical <= most):
@@ -96,13 +90,7 @@ class Calibration:
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a calibration file.
-
-    Raises
-    ------
-    FileError
-        If a key is missing, or has a number that is none, too few of them, or a rotation that is none.
-    """
+    """Read a calibration file."""
     text = read_content(path, "the calibration: P2, R_rect, Tr_velo_cam, Tr_imu_velo").decode(errors="replace")
     found = {}
     for line, words in enumerate((line.replace(":", " ").split() for line in text.splitlines()), 1):

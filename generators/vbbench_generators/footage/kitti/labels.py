@@ -97,14 +97,7 @@ class Labels(Rows):
 
 
 def read_labels(path: Path) -> Labels:
-    """Read a label file, with 17 columns, or 18 with a score.
-
-    Raises
-    ------
-    FileError
-        At the first row with other columns, a class that KITTI does not have, a frame, track or level that is none, a
-        box without size, or a track's second box in a frame.
-    """
+    """Read a label file, with 17 columns, or 18 with a score."""
     rows = read_fixed(path, LABELS, "labelled boxes", least=_COUNTS[0], read=_READ)
     track = rows.whole("track", -1, LARGEST_ID, "no track: those are whole numbers from 0 on, -1 for nobody")
     kind = rows.places("class", CLASSES)
@@ -210,11 +203,6 @@ def read_boxes(
     Parameters
     ----------
     dt, picture, person_class : as of `read_found`.
-
-    Raises
-    ------
-    FileError
-        At the first row that is not valid.
     """
     count = len(first_cells(path))
     if count in _COUNTS:

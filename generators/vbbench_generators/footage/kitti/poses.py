@@ -39,13 +39,7 @@ _Z_UP = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 
 
 
 def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
-    """Motions [T, 4, 4] of camera 0, from the first camera's place on the map.
-
-    Raises
-    ------
-    FileError
-        If a line has other columns, a place that is none on earth, or one far from that of the line before.
-    """
+    """Motions [T, 4, 4] of camera 0, from the first camera's place on the map."""
     rows = read_fixed(path, OXTS, "GPS/IMU, a line a frame", read=PLACE.split())
     latitude, longitude, altitude, roll, pitch, yaw = (rows[name] for name in PLACE.split())
     rows.refuse(np.abs(latitude) > 85.0, "lat is {0:g}°; the map ends at 85°", latitude)
@@ -67,13 +61,7 @@ def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
 
 
 def read_poses(path: Path) -> FloatArray:
-    """Motions [T, 4, 4] of camera 0, from lines of 12 numbers, [3, 4] row after row, in the axes of the first picture.
-
-    Raises
-    ------
-    FileError
-        If a line has other columns, a rotation that is none, or a place far from that of the line before.
-    """
+    """Motions [T, 4, 4] of camera 0, from lines of 12 numbers, [3, 4] row after row, in the axes of the first picture."""
     rows = read_fixed(path, MATRICES, "poses of camera 0, a line a frame")
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
     motions[:, :3] = rows.stacked(*MATRICES.split()).reshape(-1, 3, 4)

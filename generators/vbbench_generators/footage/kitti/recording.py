@@ -59,13 +59,7 @@ class KittiFolder:
         return sorted(path.stem for path in (self.root / LABELS).glob("*.txt"))
 
     def chosen(self, names: tuple[str, ...] | None) -> list[str]:
-        """The sequences called ``names``, or all of them.
-
-        Raises
-        ------
-        VbbenchError
-            If there is none of a name; the nearest is suggested.
-        """
+        """The sequences called ``names``, or all of them."""
         known = self.names
         if not known:
             raise FileError(self.root / LABELS, "holds no labels; they are called 0000.txt and so on")
@@ -97,13 +91,7 @@ class KittiFolder:
 
 
 def find_folder(source: Path | None) -> KittiFolder:
-    """The folder ``training`` that the user names, or whose parent; ``kitti`` in the data folders if nothing is named.
-
-    Raises
-    ------
-    VbbenchError
-        If it is not there; says what is wanted and where to get it.
-    """
+    """The folder ``training`` that the user names, or whose parent; ``kitti`` in the data folders if nothing is named."""
     places = [folder / "kitti" for folder in data_folders()] if source is None else [source]
     for place in places:
         for root in (place / "training", place):
@@ -181,11 +169,6 @@ def read_recording(
     asked : what the user asks of footage.
     classes : of those who count as people.
     several : whether other sequences are read as well, so that each needs its own files.
-
-    Raises
-    ------
-    FileError
-        At the first file or row that is not valid.
     """
     paths = _paths(folder, name, asked, several)
     labels, calibration = read_labels(paths["labels"]), read_calibration(paths["calibration"])
