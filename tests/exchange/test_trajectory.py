@@ -119,14 +119,14 @@ def test_a_comment_states_the_axes(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("lat,lon,alt\n1,2,3\n", "name columns time, x, y"),
+        ("lat,lon,alt\n1,2,3\n", "names no columns that are known: frame, time"),
         ("time,x,y,qx,qz\n0,1,2,0,0\n", "name columns time, x, y, and qx, qy, qz, qw or yaw"),
         ("x,y,yaw\n1,2,0\n", "name columns time, x, y"),
-        ("time,x,tx,y\n0,1,1,2\n", "x and tx are both x"),
+        ("time,x,tx,y\n0,1,1,2\n", "'x' and 'tx' could both be the x"),
         ("0 1 2 3 4\n", "line 1: 5 columns, wanted 8"),
         ("1 0 0 0 0 1 0 0 0 0 2 0\n", "line 1: columns .* are no rotation"),
         ("time,x,y,yaw\n0,1,2,90\n", "yaw is 90; name its column 'yaw"),
-        ("time,x,y\n0,1\n", "line 2: 2 columns with commas between, wanted 3: time,x,y"),
+        ("time,x,y\n0,1\n", "line 2: 2 columns, the first line names 3"),
         ("time,x,y\n0,1,east\n", "line 2: y is 'east'"),
         ("1,2,3,4,50,60,1,-1,-1,-1\n", "line 1: 10 columns, wanted 8"),
         ('{"odometry": {}}\n', "is JSON; write lines of 'timestamp"),

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from vbbench.boxes import rectangles
 from vbbench.errors import FileError, quoted
-from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing
+from vbbench.exchange.text_tables import Layout, NamedColumns, read_table, refuse_missing
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.column_names import SHARES, UNITS, separator_of, split_cells
 from vbbench.parsing.numbers import parse_number
@@ -91,9 +91,8 @@ NOUNS = (
     *("class", "class_name", "score", "visible", "ignored"),
 )
 """What columns of boxes may be."""
-MOT_ORDER = {name: name for name in ("frame", "id", "left", "top", "width", "height")}
-MOT_ORDER |= {"score": "conf", "class": "class", "visible": "visibility", "last": "last"}
-"""Columns of MOTChallenge text, and what it calls them."""
+MOT = "frame id left top width height [score:conf class visible:visibility last]"
+"""Columns of MOTChallenge text."""
 _WORDED = (
     "frame id class truncated occluded alpha left top right bottom h w l x y z rotation",
     "frame id class truncated occluded alpha left top right bottom h w l x y z rotation score",
@@ -155,24 +154,24 @@ class BoxTable(NamedColumns):
 
 
 def read_box_text(
-    path: Path, content: bytes, picture: tuple[float, float] | None = None, columns: tuple[int, int] = (6, 10)
+    path: Path, content: bytes, picture: tuple[float, float] | None = None, layout: Layout = MOT
 ) -> BoxTable:
-    """The boxes of a text; ``picture`` is (width, height) in px, for shares; ``columns`` as of `read_table`.
+    """The boxes of a text; ``picture`` is (width, height) in px, for shares; ``layout`` of rows of numbers.
 
     Frames and px of CSV with a header count from 0, of any other text from 1.
     """
-    cells = content[:1000].partition(b"\n")[0].decode("utf-8", "replace").split()
-    words = [column for column, cell in enumerate(cells) if parse_number(cell) is None]
-    for names in map(str.split, _WORDED):
-        if len(cells) == len(names) and words == [names.index("class")]:
-            order, count = {name: name for name in names}, (len(names), len(names))
-            worded = read_table(path, content, NOUNS, order=order, columns=count, read=NOUNS)
-            return box_table(worded, picture, base=0)
-    content = _four_columns(content)
-    table = read_table(path, content, NOUNS, order=MOT_ORDER, required=_SIZES, columns=columns)
-    if table.header is None:
+
+    def layout_of(cells: list[str]) -> Layout:
+        worded = [place for place, cell in enumerate(cells) if parse_number(cell) is None]
+        known = ((names, names.index("class")) for names in map(str.split, _WORDED) if len(names) == len(cells))
+        one = next((names for names, place in known if worded == [place]), [])
+        return " ".join(name if name in NOUNS else f"({name})" for name in one) or layout
+
+    table = read_table(path, _four_columns(content), NOUNS, layout=layout_of, required=_SIZES)
+    if table.header is None and "right" not in table:
         return _mot_boxes(table)
-    return box_table(table, picture, base=0 if path.suffix.lower() in (".csv", ".tsv") else 1)
+    from_zero = table.header is None or path.suffix.lower() in (".csv", ".tsv")
+    return box_table(table, picture, base=0 if from_zero else 1)
 
 
 def _four_columns(content: bytes) -> bytes:

@@ -7,11 +7,10 @@ harm.
 
 import codecs
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
@@ -129,6 +128,10 @@ class NamedColumns(Rows):
         values = column.astype(np.float64, copy=False)
         return values if np.isnan(missing) else np.where(np.isnan(values), missing, values)
 
+    def called(self, noun: str) -> str:
+        """What the file calls a column; empty where it does not."""
+        return self.header.names[self.header.columns[noun]] if self.header else ""
+
     def unit(self, noun: str) -> str:
         """The unit in a column's name; empty where it has none."""
         return self.header.units.get(noun, "") if self.header else ""
@@ -158,15 +161,27 @@ class NamedColumns(Rows):
         return np.array([known.index(word) for word in words.tolist()], np.int64)[place]
 
 
+Layout = str
+"""Columns of a text that does not name them: nouns, or ``noun:name`` where messages call one so, with blanks between.
+
+Those in [ ] may be missing at the end of a row; one in ( ) is not read.
+"""
+
+
+def names_several(header: Header, comment: bool) -> bool:
+    """Whether a first line names two columns or more, or a comment three: then it is a header."""
+    return len(set(header.columns.values())) >= (3 if comment else 2)
+
+
 def read_table(
     path: Path,
     content: bytes,
-    nouns: Sequence[str],
+    nouns: Sequence[str] = (),
     *,
-    order: Mapping[str, str] = MappingProxyType({}),
+    layout: Layout | Callable[[list[str]], Layout] = "",
     required: Collection[str] = (),
-    columns: tuple[int, int] = (1, 1 << 16),
-    read: Collection[str] | None = None,
+    usable: Callable[[Header, bool], bool] = names_several,
+    alike: Collection[str] = (),
 ) -> NamedColumns:
     """The columns of a text; empty lines and comments (``#``) are skipped.
 
@@ -174,58 +189,43 @@ def read_table(
     ----------
     path : the file, for messages.
     content : the text, UTF-8 or UTF-16 with a byte order mark.
-    nouns : what columns are looked for.
-    order : the columns of a text that does not name them, with their names for messages; empty if it must.
+    nouns : what columns are looked for by their names.
+    layout : the columns of a text that does not name them, which may depend on the cells of its first row; empty if it
+        must name them.
     required : columns whose cells must not be empty where they have names; without names none may, but in the last.
-    columns : how few and how many columns a text in ``order`` may have.
-    read : which of those are read; all by default.
+    usable : whether a first line, or a comment, is the header.
+    alike : of these nouns the first of several columns counts.
     """
-    body, header, first = split_header(decode(path, content), nouns)
+    body, header, first = split_header(decode(path, content), nouns, usable)
     end = body.find(b"\n", 0, 100 * _SHOWN)
     sample = body[: end if end >= 0 else 100 * _SHOWN].decode("utf-8", "replace").strip()
-    mark = separator_of(sample) if sample else ","
-    if sample and header is None and not (order and _may_be_row(sample)):
-        known = ", ".join(nouns or order)
-        raise FileError(
-            path, f"its first line is {quoted(sample)}, which names no columns that are known: {known}", first
-        )
+    mark, cells = (separator_of(sample), split_cells(sample)) if sample else (",", [])
     if header is not None:
-        refuse_doubtful(path, header, first - 1)
-        places, width, span = dict(header.columns), len(header.names), None
-        called = {noun: header.names[column] for noun, column in places.items()}
+        refuse_doubtful(path, header, first - 1, alike)
+        called = {noun: header.names[column] for noun, column in header.columns.items()}
+        form = _Form(path, dict(header.columns), called, len(header.names), mark, frozenset(required), None, first)
     else:
-        width, called, span = len(split_cells(sample)), dict(order), columns
-        places = {noun: column for column, noun in enumerate(order) if read is None or noun in read}
-        required = set(places) - {"last"}
-    layout = _Layout(path, places, called, width, mark, frozenset(required), span, first)
+        if sample and (not layout or (not any(map(_is_number, cells)) and re.search("[A-Za-z]", sample))):
+            known = ", ".join(nouns or re.findall(r"\w+", str(layout)))
+            problem = f"its first line is {quoted(sample)}, which names no columns that are known: {known}"
+            raise FileError(path, problem, first)
+        try:
+            form = _laid_out(path, layout if isinstance(layout, str) else layout(cells), len(cells), mark, first)
+        except ValueError as error:
+            raise FileError(path, str(error), first) from error
     body = body.rstrip() if body.endswith(b"\n\n") else body
     if mark != "," and b"," in body:
         body = body.replace(b",", b".")
     if mark == " " and (b"  " in body or b"\t" in body or b" \n" in body or b"\n " in body):
         body = re.sub(rb"[ \t]+", b" ", body).replace(b" \n", b"\n").replace(b"\n ", b"\n").strip(b" ")
-    found, lines = _read_fast(body, layout) or _read_carefully(body, layout)
-    widest = len(found) if header is None else width
+    found, lines = _read_fast(body, form) or _read_carefully(body, form)
+    widest = len(found) if header is None else form.width
     return NamedColumns(path=path, columns=found, lines=lines, header=header, widest=widest)
 
 
-def read_fixed(
-    path: Path, names: str, wanted: str, *, least: int | None = None, read: Collection[str] | None = None
-) -> NamedColumns:
-    """The columns of a text without names.
-
-    Parameters
-    ----------
-    path : the file.
-    names : of its columns, in order, blanks between.
-    wanted : what it should hold, for messages.
-    least : how many columns each row must have; all by default.
-    read : the names of those that are read; all by default.
-    """
-    order = names.split()
-    columns = least or len(order), len(order)
-    table = read_table(
-        path, read_content(path, wanted), (), order=dict(zip(order, order, strict=True)), columns=columns, read=read
-    )
+def read_fixed(path: Path, layout: Layout, wanted: str) -> NamedColumns:
+    """The columns of a text without names that should hold what is ``wanted``."""
+    table = read_table(path, read_content(path, wanted), layout=layout)
     if not len(table):
         raise FileError(path, f"is empty; it should hold {wanted}")
     return table
@@ -254,11 +254,11 @@ def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: 
     header = name_columns(names, nouns)
     refuse_doubtful(path, header, None)
     called = {noun: header.names[column] for noun, column in header.columns.items()}
-    layout = _Layout(path, {}, called, 0, ",", frozenset(), None, 0)
+    form = _Form(path, {}, called, 0, ",", frozenset(), None, 0)
     columns = {}
     for noun, column in header.columns.items():
         cells = [None if (cell := record.get(names[column])) is None else str(cell) for record in records]
-        columns[noun] = _typed(noun, cells, layout, np.zeros(len(cells), np.int64))
+        columns[noun] = _typed(noun, cells, form, np.zeros(len(cells), np.int64))
     return NamedColumns(path=path, columns=columns, lines=np.zeros(len(records), np.int64), header=header)
 
 
@@ -276,10 +276,10 @@ def decode(path: Path, content: bytes) -> bytes:
     return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in content else content
 
 
-def refuse_doubtful(path: Path, header: Header, line: int | None) -> None:
-    """Raise FileError if several columns could be one noun."""
-    for noun, names in header.doubtful.items():
-        shown = " and ".join(quoted(name) for name in names)
+def refuse_doubtful(path: Path, header: Header, line: int | None, alike: Collection[str] = ()) -> None:
+    """Raise FileError if several columns could be one noun, other than those ``alike``."""
+    for noun in (noun for noun in header.doubtful if noun not in alike):
+        shown = " and ".join(map(quoted, header.doubtful[noun]))
         raise FileError(path, f"columns {shown} could both be the {noun}; keep one of them", line or None)
 
 
@@ -300,7 +300,9 @@ def refuse_missing(table: NamedColumns, wanted: Sequence[Collection[str]]) -> No
 
 
 @dataclass(frozen=True)
-class _Layout:
+class _Form:
+    """How a text is read: the ``places`` of its nouns, what it calls them, and what its rows must have."""
+
     path: Path
     places: dict[str, int]
     called: dict[str, str]
@@ -311,14 +313,24 @@ class _Layout:
     first: int
 
 
+def _laid_out(path: Path, layout: Layout, width: int, mark: str, first: int) -> _Form:
+    """The form of a text in a layout, whose first row has ``width`` cells."""
+    names = layout.replace("[", "").replace("]", "").split()
+    called = {name.strip("()").partition(":")[0]: name.strip("()").rpartition(":")[2] for name in names}
+    places = {noun: place for place, noun in enumerate(called) if not names[place].startswith("(")}
+    span = len(layout.partition("[")[0].split()), len(names)
+    return _Form(path, places, called, width, mark, frozenset(places) - {"last"}, span, first)
+
+
 Read = tuple[dict[str, NDArray[Any]], IntArray]
 
 
-def split_header(content: bytes, nouns: Sequence[str]) -> tuple[bytes, Header | None, int]:
+def split_header(
+    content: bytes, nouns: Sequence[str], usable: Callable[[Header, bool], bool] = names_several
+) -> tuple[bytes, Header | None, int]:
     """The text after its header and the comments before it, the header, and the number of the text's first line.
 
-    A first line must name at least two of the ``nouns``, a comment three. Of a comment that begins with other words its
-    last words count, as many as a row has columns.
+    Of a comment that begins with other words its last words count, as many as a row has columns.
     """
     header, line, begin, number = None, b"", 0, 0
     while begin < len(content):
@@ -326,7 +338,8 @@ def split_header(content: bytes, nouns: Sequence[str]) -> tuple[bytes, Header | 
         line = content[begin : (content.find(b"\n", begin) + 1) or len(content)]
         text = line[: 100 * _SHOWN].decode("utf-8", "replace").strip()
         comment = text.startswith(("#", "sep="))
-        found = header_of(text, nouns, least=3 if comment else 2) if text else None
+        found = header_of(text, nouns) if text else None
+        found = found if found is not None and usable(found, comment) else None
         header = found or header
         if found and not comment:
             return content[begin + len(line) :], found, number + 1
@@ -339,18 +352,17 @@ def split_header(content: bytes, nouns: Sequence[str]) -> tuple[bytes, Header | 
     return content[begin:], header, max(number, 1)
 
 
-def _may_be_row(text: str) -> bool:
-    """Whether a line has a number, or no letters."""
-    return any(parse_number(cell) is not None for cell in split_cells(text)) or not re.search("[A-Za-z]", text)
+def _is_number(cell: str) -> bool:
+    return parse_number(cell) is not None
 
 
-def _read_fast(body: bytes, layout: _Layout) -> Read | None:
+def _read_fast(body: bytes, form: _Form) -> Read | None:
     """The rows of a table whose lines all have the same columns, empty cells only where they may be; else ``None``."""
-    if (layout.span and not layout.span[0] <= layout.width <= layout.span[1]) or b"0x" in body or b"0X" in body:
+    if (form.span and not form.span[0] <= form.width <= form.span[1]) or b"0x" in body or b"0X" in body:
         return None
-    names = [str(column) for column in range(layout.width)]
-    by_name = {names[column]: noun for noun, column in layout.places.items() if column < layout.width}
-    parse = csv.ParseOptions(delimiter=layout.mark, ignore_empty_lines=False)
+    names = [str(column) for column in range(form.width)]
+    by_name = {names[column]: noun for noun, column in form.places.items() if column < form.width}
+    parse = csv.ParseOptions(delimiter=form.mark, ignore_empty_lines=False)
     kinds = {name: _TEXTS if noun in WORDS else pa.float64() for name, noun in by_name.items()}
     first = dict(
         zip(
@@ -371,9 +383,9 @@ def _read_fast(body: bytes, layout: _Layout) -> Read | None:
             continue
         nouns = list(by_name.values())
         table = pa.table([_trimmed(column) for column in table.columns], names=nouns)
-        if any(table.column(n).null_count for n, noun in enumerate(nouns) if noun in layout.required):
+        if any(table.column(n).null_count for n, noun in enumerate(nouns) if noun in form.required):
             return None
-        lines = np.arange(layout.first, layout.first + len(table))
+        lines = np.arange(form.first, form.first + len(table))
         floats = [column for column in table.columns if pa.types.is_floating(column.type)]
         if not all(pc.all(pc.is_finite(column), min_count=0).as_py() for column in floats):
             return None
@@ -382,14 +394,14 @@ def _read_fast(body: bytes, layout: _Layout) -> Read | None:
     return None
 
 
-def _read_carefully(body: bytes, layout: _Layout) -> Read:
+def _read_carefully(body: bytes, form: _Form) -> Read:
     lines, rows = [], list[list[str]]()
-    nothing = [place for noun, place in layout.places.items() if noun in layout.required and layout.span is None]
-    for line, text in enumerate(body.decode("utf-8", "replace").split("\n"), layout.first):
+    nothing = [place for noun, place in form.places.items() if noun in form.required and form.span is None]
+    for line, text in enumerate(body.decode("utf-8", "replace").split("\n"), form.first):
         if not text.strip() or text.lstrip().startswith("#"):
             continue
-        cells = text.split() if layout.mark == " " else text.split(layout.mark)
-        _check_width(layout, line, len(cells))
+        cells = text.split() if form.mark == " " else text.split(form.mark)
+        _check_width(form, line, len(cells))
         cells = [cell.strip(" \t\"'") for cell in cells]
         if nothing and all(cells[place] in EMPTY for place in nothing):  # nobody is seen in this frame
             continue
@@ -397,28 +409,28 @@ def _read_carefully(body: bytes, layout: _Layout) -> Read:
         lines.append(line)
     numbers = np.array(lines, np.int64)
     columns = {
-        noun: _typed(noun, [row[place] if place < len(row) else None for row in rows], layout, numbers)
-        for noun, place in layout.places.items()
+        noun: _typed(noun, [row[place] if place < len(row) else None for row in rows], form, numbers)
+        for noun, place in form.places.items()
         if not rows or any(place < len(row) for row in rows)
     }
     return columns, numbers
 
 
-def _check_width(layout: _Layout, line: int, count: int) -> None:
-    if layout.span is None:
-        if count != layout.width:
-            raise FileError(layout.path, f"{count} columns, the first line names {layout.width}", line)
-    elif not layout.span[0] <= count <= layout.span[1]:
-        least, most = layout.span
+def _check_width(form: _Form, line: int, count: int) -> None:
+    if form.span is None:
+        if count != form.width:
+            raise FileError(form.path, f"{count} columns, the first line names {form.width}", line)
+    elif not form.span[0] <= count <= form.span[1]:
+        least, most = form.span
         wanted = f"{least}" if least == most else f"{least} to {most}"
-        separated = {",": "commas", ";": "semicolons", " ": "blanks", "\t": "tabs"}.get(layout.mark, layout.mark)
-        shown = layout.mark.join(list(layout.called.values())[:most])
-        raise FileError(layout.path, f"{count} columns with {separated} between, wanted {wanted}: {shown}", line)
+        separated = {",": "commas", ";": "semicolons", " ": "blanks", "\t": "tabs"}.get(form.mark, form.mark)
+        shown = form.mark.join(list(form.called.values())[:most])
+        raise FileError(form.path, f"{count} columns with {separated} between, wanted {wanted}: {shown}", line)
 
 
-def _typed(noun: str, cells: list[str | None], layout: _Layout, lines: IntArray) -> NDArray[Any]:
+def _typed(noun: str, cells: list[str | None], form: _Form, lines: IntArray) -> NDArray[Any]:
     """A column of cells, ``None`` where a row ends before, as numbers, or as words where it may have them."""
-    known = [cell if cell is not None and (noun in layout.required or cell not in EMPTY) else None for cell in cells]
+    known = [cell if cell is not None and (noun in form.required or cell not in EMPTY) else None for cell in cells]
     if noun == "ignored":
         known = [_MARKS.get(cell.lower(), cell) if cell else None for cell in known]
     if noun in WORDS:
@@ -428,11 +440,11 @@ def _typed(noun: str, cells: list[str | None], layout: _Layout, lines: IntArray)
             noun != "frame" or column.dtype.kind != "U" or all(map(_DIGIT.search, filter(None, known)))
         ):
             return column
-    spare = noun == "time" and "frame" in layout.called  # such as a date, where frames count
+    spare = noun == "time" and "frame" in form.called  # such as a date, where frames count
     values = [
         np.nan
         if cell is None or (spare and parse_number(cell) is None)
-        else finite_number(layout.path, int(lines[row]) or None, layout.called[noun], cell)
+        else finite_number(form.path, int(lines[row]) or None, form.called[noun], cell)
         for row, cell in enumerate(known)
     ]
     return np.array(values, np.float64)

@@ -157,15 +157,12 @@ def _may_be(noun: str, word: str, words: Collection[str]) -> bool:
     return word not in ("l", "t", "r", "b") or (noun in ("left", "top", "right", "bottom")) == borders
 
 
-def header_of(line: str, nouns: Collection[str], least: int = 2) -> Header | None:
-    """The columns that a line names, a first line or a comment; ``None`` if it names fewer than ``least`` nouns.
+def header_of(line: str, nouns: Collection[str]) -> Header | None:
+    """The columns that a line names, a first line or a comment; ``None`` if it is too long to do so.
 
     Names are separated by semicolons, tabs, commas, bars or blanks: `split_cells`.
     """
-    if len(line) > LONGEST_HEADER:
-        return None
-    header = name_columns(split_cells(line.strip(_QUOTES)), nouns)
-    return header if len(set(header.columns.values())) >= least else None
+    return name_columns(split_cells(line.strip(_QUOTES)), nouns) if len(line) <= LONGEST_HEADER else None
 
 
 def separator_of(line: str) -> str:

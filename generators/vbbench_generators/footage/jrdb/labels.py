@@ -153,7 +153,7 @@ BOXES, PLACES = "tracks_2d", "tracks_3d"
 
 MOST_FRAMES = 10**6
 SAMPLE = "frame id x y h w l rot_z left top width height"
-RESULTS = "frame id type truncated occluded alpha left top width height x y z l h w rot score"
+RESULTS = "frame id (type) truncated occluded alpha left top width height x y z l h w rot score"
 """Columns of both."""
 
 
@@ -194,7 +194,7 @@ def read_tracked_places(path: Path) -> PlaceLabels:
 
 def _read(path: Path, wanted: str, names: str) -> NamedColumns:
     """Rows with whole frames and ids, a person once in a frame."""
-    rows = read_fixed(path, names, wanted, read=[name for name in names.split() if name != "type"])
+    rows = read_fixed(path, names, wanted)
     frames = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
     people = rows.whole("id", UNLINKED, LARGEST_ID, "no id: those are whole numbers from 0 on, or -1 for none")
     rows.refuse_twice("id {1} stands in frame {0} twice", frames, people, among=people != UNLINKED)

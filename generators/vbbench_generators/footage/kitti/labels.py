@@ -22,9 +22,11 @@ CYCLISTS = ("Cyclist",)
 CARS = ("Car", "Van", "Truck")
 CLASSES = (*WALKERS, *CYCLISTS, *CARS, "Tram", "Misc", "DontCare")
 
-LABELS = "frame track class truncated occluded alpha left top right bottom height width length x y z rotation score"
+LABELS = (
+    "frame track class truncated occluded (alpha) left top right bottom height (width) (length) x y z (rotation) "
+    "[score]"
+)
 """Columns; trackers write the last one for KITTI's evaluation."""
-_READ = frozenset(LABELS.split()) - {"alpha", "width", "length", "rotation"}
 _COUNTS = 17, 18
 
 FARTHEST = 250.0
@@ -98,7 +100,7 @@ class Labels(Rows):
 
 def read_labels(path: Path) -> Labels:
     """Read a label file, with 17 columns, or 18 with a score."""
-    rows = read_fixed(path, LABELS, "labelled boxes", least=_COUNTS[0], read=_READ)
+    rows = read_fixed(path, LABELS, "labelled boxes")
     track = rows.whole("track", -1, LARGEST_ID, "no track: those are whole numbers from 0 on, -1 for nobody")
     kind = rows.places("class", CLASSES)
     linked = (track >= 0) & (kind != CLASSES.index("DontCare"))
@@ -181,7 +183,7 @@ def _level(rows: NamedColumns, name: str, linked: BoolArray, levels: int) -> Int
     return np.maximum(values, 0.0).astype(np.int64)
 
 
-DETECTIONS = "frame type left top right bottom score height width length x y z rotation alpha"
+DETECTIONS = "frame type left top right bottom score (height) (width) (length) (x) (y) (z) (rotation) (alpha)"
 """Columns of lidar detectors, with commas between."""
 TYPES = {1: "Pedestrian", 2: "Car", 3: "Cyclist"}
 """Classes of these detections."""
@@ -213,7 +215,7 @@ def read_boxes(
 
 
 def _from_detections(path: Path, classes: tuple[str, ...]) -> BoxRows:
-    rows = read_fixed(path, DETECTIONS, "boxes on the pictures", read=DETECTIONS.split()[:7])
+    rows = read_fixed(path, DETECTIONS, "boxes on the pictures")
     frame = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
     corners = rows.stacked("left", "top", "right", "bottom")
     sizes = corners[:, 2:] - corners[:, :2]

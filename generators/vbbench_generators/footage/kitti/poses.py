@@ -22,10 +22,11 @@ from vbbench_generators.footage.kitti.labels import CARS, Labels
 EARTH_RADIUS = 6378137.0
 
 PLACE = "lat lon alt roll pitch yaw"
-OXTS = (
-    f"{PLACE} vn ve vf vl vu ax ay az af al au wx wy wz wf wl wu pos_accuracy vel_accuracy navstat numsats posmode "
-    "velmode orimode"
+_REST = (
+    "vn ve vf vl vu ax ay az af al au wx wy wz wf wl wu pos_accuracy vel_accuracy navstat numsats posmode velmode "
+    "orimode"
 )
+OXTS = " ".join([PLACE, *(f"({name})" for name in _REST.split())])
 """The 30 columns of the devkit."""
 
 MATRICES = "11 12 13 14 21 22 23 24 31 32 33 34"
@@ -40,7 +41,7 @@ _Z_UP = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 
 
 def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
     """Motions [T, 4, 4] of camera 0, from the first camera's place on the map."""
-    rows = read_fixed(path, OXTS, "GPS/IMU, a line a frame", read=PLACE.split())
+    rows = read_fixed(path, OXTS, "GPS/IMU, a line a frame")
     latitude, longitude, altitude, roll, pitch, yaw = (rows[name] for name in PLACE.split())
     rows.refuse(np.abs(latitude) > 85.0, "lat is {0:g}°; the map ends at 85°", latitude)
     rows.refuse(np.abs(longitude) > 180.0, "lon is {0:g}°; it is -180° to 180°", longitude)
@@ -61,7 +62,7 @@ def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
 
 
 def read_poses(path: Path) -> FloatArray:
-    """Motions [T, 4, 4] of camera 0, from lines of 12 numbers, [3, 4] row after row, in the axes of the first picture."""
+    """Motions [T, 4, 4] of camera 0 in the axes of the first picture; a line is a matrix [3, 4]."""
     rows = read_fixed(path, MATRICES, "poses of camera 0, a line a frame")
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
     motions[:, :3] = rows.stacked(*MATRICES.split()).reshape(-1, 3, 4)

@@ -91,7 +91,7 @@ class KittiFolder:
 
 
 def find_folder(source: Path | None) -> KittiFolder:
-    """The folder ``training`` that the user names, or whose parent; ``kitti`` in the data folders if nothing is named."""
+    """The folder ``training`` that the user names, or whose parent; by default ``kitti`` in the data folders."""
     places = [folder / "kitti" for folder in data_folders()] if source is None else [source]
     for place in places:
         for root in (place / "training", place):

@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
-from vbbench.exchange.box_tables import read_box_text
+from vbbench.exchange.box_tables import MOT, read_box_text
 from vbbench.exchange.mot import PEDESTRIAN, numbered_rows
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, parse_seqinfo
 from vbbench.files.tables import file_sha256
@@ -27,6 +27,8 @@ from vbbench_generators.recordings.loading import Loaded, Reader, Wishes, every_
 from vbbench_generators.recordings.readers.tracks import check_size, check_speed, read_homography
 from vbbench_generators.recordings.recipe import Recipe
 
+NINE = MOT.replace("[", "").replace(" last]", "")
+"""Columns of ground truth."""
 SEQINFO, BOXES = SEQUENCE_INFO, "gt/gt.txt"
 _PUBLISHED = re.compile(r"HT21-\d\d")
 _LEAST_TRACKS, _LEAST_FRAMES = 2, 2
@@ -150,7 +152,7 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
         are no crowd, or too many.
     """
     info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
-    table = read_box_text(files.boxes.path, files.boxes.content, columns=(9, 9))
+    table = read_box_text(files.boxes.path, files.boxes.content, layout=NINE)
     counted = (table.classes == PEDESTRIAN) & (table.scores != 0.0) & (table.visible > 0.0)
     rows = numbered_rows(table.select(counted), info.frames)
     frame, track = rows.frame, rows.track

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.exchange.text_tables import NamedColumns, read_table, refuse_missing, split_header
+from vbbench.exchange.text_tables import NamedColumns, names_several, read_table, refuse_missing, split_header
 from vbbench.geometry import FloatArray
 from vbbench.parsing.column_names import SHARES, UNITS, header_of
 from vbbench.parsing.numbers import parse_number
@@ -135,6 +135,12 @@ def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scen
     return scene_of_rows(path, frame, person, points, table.lines, dt=dt, frame_step=frame_step)
 
 
+def names_columns(line: str) -> bool:
+    """Whether a line is a header of such a table."""
+    header = header_of(line, NOUNS)
+    return header is not None and names_several(header, comment=False)
+
+
 class Trajnet(Reader):
     """Rows ``frame id x y``, or columns with names, in metres, or in pixels with a homography."""
 
@@ -142,7 +148,7 @@ class Trajnet(Reader):
 
     def recognises(self, line: str) -> bool:
         """By names of columns, or their number."""
-        return count_columns(line) == len(TRAJNET) or header_of(line, NOUNS) is not None
+        return count_columns(line) == len(TRAJNET) or names_columns(line)
 
     def read(self, file: SceneFile) -> Scene:
         """As `read_trajnet`."""
@@ -156,7 +162,7 @@ class Obsmat(Reader):
 
     def recognises(self, line: str) -> bool:
         """By the number of columns, where they have no names."""
-        return count_columns(line) == len(OBSMAT) and header_of(line, NOUNS) is None
+        return count_columns(line) == len(OBSMAT) and not names_columns(line)
 
     def read(self, file: SceneFile) -> Scene:
         """As `read_obsmat`."""

@@ -42,9 +42,8 @@ def read_rows(path: Path, names: Sequence[str]) -> NamedColumns:
     FileError
         If there is no row, or at the first line with other columns or something else than a finite number.
     """
-    order = dict(zip(names, names, strict=True))
     content = read_text(path).replace(b",", b" ")
-    table = read_table(path, content, (), order=order, columns=(len(names), len(names)))
+    table = read_table(path, content, layout=" ".join(names))
     if not len(table):
         raise FileError(path, "is empty: it holds no row of numbers")
     return table
