@@ -120,7 +120,7 @@ def test_example_solvers_answer(module: str, name: str, tmp_path: Path, monkeypa
         assert score(submission, dataset.folder).coverage == 1.0
 
 
-WRITTEN_BY_READERS = {"damped.py", "learn.py", "line.py", "still.py"}
+WRITTEN_BY_READERS = {"damped.py", "line.py", "still.py"}
 """Examples that pages tell to save."""
 GROUPS = entry_points().groups
 

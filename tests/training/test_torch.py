@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ torch = pytest.importorskip("torch", reason="needs the extra torch")
 pytestmark = pytest.mark.extra
 
 OPTIONS = Options(simulation=Simulation(people=(5, 8)))
-PAGE = Path(__file__).parents[2] / "docs" / "torch.md"
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.fixture(scope="module")
@@ -159,14 +160,10 @@ def test_a_batch_goes_to_a_device_as_a_whole(crowd: Dataset) -> None:
     assert {values.device.type for values in vars(moved).values()} == {"meta"}
 
 
-def blocks() -> list[str]:
-    return re.findall(r"^```py\n(.*?)^```", PAGE.read_text("utf-8"), flags=re.M | re.S)
-
-
 def test_the_pages_network_trains_and_solves(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "docs_learn.py").write_text(next(block for block in blocks() if "class Birdifier" in block), "utf-8")
+    shutil.copyfile(DOCS / "examples" / "learn.py", tmp_path / "docs_learn.py")
     monkeypatch.syspath_prepend(str(tmp_path))
     module = runpy.run_path(str(tmp_path / "docs_learn.py"))
     module["train"](steps=8, batch_size=8, workers=0)
@@ -181,5 +178,5 @@ def test_the_pages_network_trains_and_solves(
 def test_the_pages_short_examples_run(crowd: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "hotel").symlink_to(crowd.folder)
-    examples = "\n".join(block for block in blocks() if "class Birdifier" not in block)
-    exec(compile(examples, "torch.md", "exec"), {"__name__": "example"})  # noqa: S102
+    examples = re.findall(r"^```py\n(.*?)^```", (DOCS / "torch.md").read_text("utf-8"), flags=re.M | re.S)
+    exec(compile("\n".join(examples), "torch.md", "exec"), {"__name__": "example"})  # noqa: S102
