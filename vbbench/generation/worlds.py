@@ -6,7 +6,6 @@ and its tracks are renumbered. The scene stays as it is; ``truth/frames`` has wh
 """
 
 from dataclasses import replace
-from math import cos, sin
 
 import numpy as np
 
@@ -40,7 +39,6 @@ def _placed(data: SequenceData, order: IntArray, world: World | None) -> Sequenc
     """The sequence, as it is in its scene, in a ``world`` and with tracks numbered from 0 in this ``order`` [K]."""
     s, given, truth = data.sequence, data.sequence.given, data.truth
     turned = world or World()
-    move = turned.x, turned.y, cos(turned.yaw), sin(turned.yaw)
     poses = np.stack([given.poses, truth.poses])
     own, true = poses if world is None else world.poses(poses)
     return replace(
@@ -50,9 +48,9 @@ def _placed(data: SequenceData, order: IntArray, world: World | None) -> Sequenc
             tracks=np.arange(len(order)),
             observations=s.observations.take(order, axis=1),
             visible=s.visible.take(order, axis=1),
-            given=Given(poses=own, positions=_moved(given.positions, order, move), odometry=given.odometry),
+            given=Given(poses=own, positions=_moved(given.positions, order, turned), odometry=given.odometry),
         ),
-        truth=Truth(poses=true, positions=_moved(truth.positions, order, move), heights=truth.heights.take(order)),
+        truth=Truth(poses=true, positions=_moved(truth.positions, order, turned), heights=truth.heights.take(order)),
         persons=_persons(data, order),
         world=world,
     )
@@ -65,18 +63,10 @@ def _persons(data: SequenceData, order: IntArray) -> IntArray:
     return np.broadcast_to(data.sequence.tracks.take(order), data.sequence.visible.shape)
 
 
-def _moved(positions: FloatArray, order: IntArray, move: tuple[float, float, float, float]) -> FloatArray:
-    """Positions [T, K, 2] in this ``order`` [K] of columns, as `World.positions` moves them.
-
-    ``move`` is the world's x and y in m, and cosine and sine of its yaw.
-    """
-    east, north, across, along = move
+def _moved(positions: FloatArray, order: IntArray, world: World) -> FloatArray:
+    """Positions [T, K, 2] in this ``order`` [K] of columns, in the ``world``; most of them are NaN."""
     moved = positions.take(order, axis=1)
-    turned = along * moved
-    moved *= across
-    x, y = moved[..., 0], moved[..., 1]
-    x -= turned[..., 1]
-    x += east
-    y += turned[..., 0]
-    y += north
+    flat = moved.reshape(-1, 2)
+    known = np.flatnonzero(~np.isnan(flat[:, 0]))
+    flat[known] = world.positions(flat.take(known, axis=0))
     return moved

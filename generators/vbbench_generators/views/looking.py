@@ -44,16 +44,20 @@ def causal_headings(positions: FloatArray, dt: float) -> FloatArray:
     """
     gain = 1.0 - np.exp(-dt / SMOOTHING_TIME)
     headings = np.full(positions.shape[:2], np.nan)
-    smoothed = np.full(positions.shape[1:], np.nan)
+    last = np.full(positions.shape[1:], np.nan)  # smoothed velocities
+    known = ~np.isnan(positions[..., 0])
     for t in range(1, len(positions)):
-        velocity = (positions[t] - positions[t - 1]) / dt
-        walking = ~np.isnan(velocity[:, 0])
-        starting = walking & np.isnan(smoothed[:, 0])
+        walking = np.flatnonzero(known[t] & known[t - 1])
+        before, now = positions[t - 1].take(walking, axis=0), positions[t].take(walking, axis=0)
+        velocity, smoothed = (now - before) / dt, last.take(walking, axis=0)
+        starting = np.isnan(smoothed[:, 0])
         smoothed = np.where(starting[:, None], velocity, smoothed + gain * (velocity - smoothed))
         turned = starting | (np.hypot(smoothed[:, 0], smoothed[:, 1]) >= STANDING_SPEED)
         direction = np.arctan2(smoothed[:, 1], smoothed[:, 0])
-        headings[t] = np.where(walking, np.where(turned, direction, headings[t - 1]), np.nan)
-        headings[t - 1, starting] = headings[t, starting]
+        headings[t, walking] = np.where(turned, direction, headings[t - 1].take(walking))
+        headings[t - 1, walking[starting]] = direction[starting]
+        last[:] = np.nan
+        last[walking] = smoothed
     return headings
 
 

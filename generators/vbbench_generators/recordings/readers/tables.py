@@ -69,7 +69,8 @@ def read_trajnet(
 
 def _check_rate(path: Path, content: bytes, dt: float, steps: FloatArray) -> None:
     """Raise FileError if a comment states another frame rate, of rows or of frames ``steps`` [N] apart, than ``dt``."""
-    found = re.search(rb"^#\s*(?:framerate|frame rate|fps)\s*[:=]\s*([\d.]+)", content, re.I | re.M)
+    comment = rb"^#\s*(?:framerate|frame rate|fps)\s*[:=]\s*([\d.]+)"
+    found = re.search(comment, content, re.I | re.M) if b"#" in content else None
     rate = 0.0 if found is None else parse_number(found[1].decode()) or 0.0
     step = float(np.median(steps)) if len(steps) else 1.0
     if rate and min(abs(rate * dt - 1.0), abs(rate * dt / step - 1.0)) > JITTER:
