@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "elementary.hpp"
+
 namespace vbbench::cuboids {
 
 /// A camera whose axes are right, down and forward; its intrinsics in px.
@@ -38,13 +40,13 @@ inline Box around(const double* centre, const double (&axes)[3][3], const Projec
              (corner & 4 ? axes[i][2] : -axes[i][2]);
     if (!camera.cylinder && !(p[2] >= camera.behind)) return {none, none, none, none};
     const double reach = camera.cylinder ? std::sqrt(p[0] * p[0] + p[2] * p[2]) : p[2];
-    const double across = camera.cylinder
-                              ? std::atan2(p[0] * centre[2] - p[2] * centre[0], p[0] * centre[0] + p[2] * centre[2])
-                              : p[0] / reach;
+    const double across =
+        camera.cylinder ? elementary::atan2(p[0] * centre[2] - p[2] * centre[0], p[0] * centre[0] + p[2] * centre[2])
+                        : p[0] / reach;
     const double u = camera.fx * across, v = camera.cy + camera.fy * p[1] / reach;
     box = {std::min(box.left, u), std::min(box.top, v), std::max(box.right, u), std::max(box.bottom, v)};
   }
-  const double middle = camera.cx + (camera.cylinder ? camera.fx * std::atan2(centre[0], centre[2]) : 0.0);
+  const double middle = camera.cx + (camera.cylinder ? camera.fx * elementary::atan2(centre[0], centre[2]) : 0.0);
   return {box.left + middle, box.top, box.right + middle, box.bottom};
 }
 

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "elementary.hpp"
+
 namespace vbbench::lifting {
 
 constexpr double kFirstSpeedStd = 5.0;  ///< m/s, of a velocity of which nothing is known yet
@@ -81,7 +83,7 @@ inline Normal whiten(std::int64_t count, const double* value, const double* phi,
   std::array<double, kTerms> row{}, total{};
   double mass = 0.0, sums = 0.0;
   for (std::int64_t s = 0; s < count; ++s) {
-    const double w = weight[s], cos1 = std::cos(phi[s]), sin1 = std::sin(phi[s]);
+    const double w = weight[s], cos1 = elementary::cos(phi[s]), sin1 = elementary::sin(phi[s]);
     double cos = 1.0, sin = 0.0;
     row[0] = 1.0;
     for (int n = 0; n < kHarmonics; ++n) {
@@ -97,7 +99,7 @@ inline Normal whiten(std::int64_t count, const double* value, const double* phi,
       for (int j = 0; j <= i; ++j) normal.matrix[kTerms * i + j] += w * row[i] * row[j];
     }
     normal.square += w * (value[s] * value[s]);
-    normal.log_determinant -= std::log(w);
+    normal.log_determinant -= elementary::log(w);
     mass += w;
     sums += w * value[s];
     if (s + 1 < count && person[s + 1] == person[s]) continue;
@@ -107,7 +109,7 @@ inline Normal whiten(std::int64_t count, const double* value, const double* phi,
       for (int j = 0; j <= i; ++j) normal.matrix[kTerms * i + j] -= shared * total[i] * total[j];
     }
     normal.square -= shared * (sums * sums);
-    normal.log_determinant += std::log(1.0 + between * mass);
+    normal.log_determinant += elementary::log(1.0 + between * mass);
     total.fill(0.0);
     mass = sums = 0.0;
   }

@@ -15,6 +15,7 @@
 
 #include "binding.hpp"
 #include "cuboids.hpp"
+#include "elementary.hpp"
 #include "lifting.hpp"
 #include "odometry.hpp"
 #include "sights.hpp"
@@ -53,6 +54,29 @@ void check_indices(const Array<const Int>& found, std::size_t count, const char*
   for (std::size_t n = 0; n < found.size(); ++n)
     if (found.data()[n] < 0 || found.data()[n] >= static_cast<Int>(count))
       refuse(std::string(name) + " must be from 0 to below " + std::to_string(count));
+}
+
+nb::object elementary_function(const std::string& name, const nb::object& of, const nb::object& and_of) {
+  using Of = double (*)(double);
+  const std::pair<const char*, Of> known[] = {
+      {"exp", elementary::exp},   {"log", elementary::log},   {"log1p", elementary::log1p},
+      {"sin", elementary::sin},   {"cos", elementary::cos},   {"tan", elementary::tan},
+      {"atan", elementary::atan}, {"tanh", elementary::tanh}, {"asinh", elementary::asinh}};
+  const auto x = array<const double>(of, "x", {kAny}), y = array<const double>(and_of, "y", {x.size()});
+  std::vector<double> found(x.size());
+  const auto fill = [&](auto&& function) {
+    for (std::size_t i = 0; i < x.size(); ++i) found[i] = function(x.data()[i], y.data()[i]);
+  };
+  if (name == "atan2") {
+    fill([](double a, double b) { return elementary::atan2(a, b); });
+    return numpy(std::move(found), {x.size()});
+  }
+  for (const auto& [called, function] : known) {
+    if (name != called) continue;
+    fill([function = function](double a, double) { return function(a); });
+    return numpy(std::move(found), {x.size()});
+  }
+  refuse("no elementary function is called " + name);
 }
 
 // Social force ----------------------------------------------------------------------------------------------------
@@ -361,6 +385,8 @@ nb::tuple whiten(const nb::object& value, const nb::object& phi, const nb::objec
 NB_MODULE(_core, m) {
   m.doc() = "The generators' inner loops in C++.";
   m.def("available_threads", &available_threads, "How many threads this process may run at the same time.");
+  m.def("elementary", &elementary_function, nb::arg("name"), array_arg("x"), array_arg("y"),
+        "What the function of elementary.hpp called `name` is of x; `atan2` of x and y.");
   m.def("march", &march, array_arg("scenes"), array_arg("states"), array_arg("speeds"), array_arg("goals"),
         array_arg("members"), array_arg("groups"), array_arg("walls"), nb::arg("numbers"), nb::arg("dt"),
         nb::arg("substeps"), array_arg("paths"), nb::arg("threads"), nb::arg("large"), "Walks crowds, into paths.");

@@ -13,6 +13,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "elementary.hpp"
+
 namespace vbbench::odometry {
 
 constexpr int kSize = 11;
@@ -47,9 +49,10 @@ class Filter {
   void predict(double dt) {
     Matrix change{}, turned{};
     for (int a = 0; a < kSize; ++a) change[a][a] = 1.0;
-    const double v = state_[kV], w = state_[kW], stays = std::exp(-dt / noise_.slip_seconds);
+    const double v = state_[kV], w = state_[kW], stays = elementary::exp(-dt / noise_.slip_seconds);
     for (int first = 0; first < kV; first += kMoved) {
-      const double yaw = state_[first + 2] + 0.5 * w * dt, ahead = dt * std::cos(yaw), aside = dt * std::sin(yaw);
+      const double yaw = state_[first + 2] + 0.5 * w * dt, ahead = dt * elementary::cos(yaw),
+                   aside = dt * elementary::sin(yaw);
       state_[first] += v * ahead;
       state_[first + 1] += v * aside;
       state_[first + 2] += w * dt;
@@ -124,8 +127,8 @@ class Filter {
       spread_[kSlip + slip][kSlip + slip] += noise_.slips[slip] * noise_.slips[slip] * (1.0 - stays * stays);
     State aside{};
     for (int first = 0; first < kV; first += kMoved) {
-      aside[first] = std::sin(state_[first + 2]);
-      aside[first + 1] = -std::cos(state_[first + 2]);
+      aside[first] = elementary::sin(state_[first + 2]);
+      aside[first + 1] = -elementary::cos(state_[first + 2]);
     }
     const double push = noise_.sideways * noise_.sideways * std::abs(state_[kV]) * dt;
     for (int a = 0; a < kSize; ++a)

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "elementary.hpp"
+
 namespace vbbench::field {
 
 constexpr double kFarthestEdge = 0.5;  ///< no body's near edge is nearer than this share of the way to its middle
@@ -18,7 +20,7 @@ struct Ground {
   double at(const double* place) const {
     double height = 0.0;
     for (std::int64_t i = 0; i < waves; ++i)
-      height += amplitudes[i] * std::sin(vectors[2 * i] * place[0] + vectors[2 * i + 1] * place[1] + phases[i]);
+      height += amplitudes[i] * elementary::sin(vectors[2 * i] * place[0] + vectors[2 * i + 1] * place[1] + phases[i]);
     return height;
   }
 };
@@ -48,7 +50,7 @@ inline void sights(const Carriage& c, std::int64_t count, const std::int64_t* th
     }
     double down = level - c.ground.at(c.positions + 2 * there[n]);
     const double right = c.relative[2 * there[n]], forward = c.relative[2 * there[n] + 1];
-    const double share = std::max(1.0 - c.near_edge / std::hypot(right, forward), kFarthestEdge);
+    const double share = std::max(1.0 - c.near_edge / elementary::hypot(right, forward), kFarthestEdge);
     const double cp = c.tilt[t], sp = c.tilt[c.frames + t];
     const double cr = c.tilt[2 * c.frames + t], sr = c.tilt[3 * c.frames + t];
     for (int end = 0; end < 2; ++end, directions += 3, down -= c.heights[k]) {

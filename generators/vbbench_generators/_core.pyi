@@ -10,6 +10,9 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 def available_threads() -> int:
     """How many threads this process may run at the same time."""
 
+def elementary(name: str, x: FloatArray, y: FloatArray) -> FloatArray:
+    """What the function of cpp/elementary.hpp called ``name`` is of x [N]; `atan2` of x and y."""
+
 def march(
     *,
     scenes: IntArray,

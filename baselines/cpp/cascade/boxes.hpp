@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ego_motion.hpp"
+#include "elementary.hpp"
 
 namespace vbbench::cascade {
 
@@ -37,7 +38,7 @@ struct Heights {
   void learn(const Pose& pose, const double* positions, const double* spread, const Sightings& sightings, int people,
              double pose_std, double lowest, double highest) const {
     constexpr double kFloor = 1e-5;  // m, least standard deviation of one frame: exact data must not divide by zero
-    const double sin = std::sin(pose[2]), cos = std::cos(pose[2]);
+    const double sin = elementary::sin(pose[2]), cos = elementary::cos(pose[2]);
     for (int k = 0; k < people; ++k) {
       const double stretch = sightings.stretch[k];
       if (std::isnan(spread[k] + stretch)) continue;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "ego_motion.hpp"
+#include "elementary.hpp"
 
 namespace vbbench::cascade {
 
@@ -49,7 +50,7 @@ inline std::vector<std::int64_t> link(const double* positions, int people, doubl
 
 /// V at the squared distance d² in m².
 inline double potential(double squared, double sigma) {
-  return std::sqrt(squared) / square(sigma) * std::exp(-0.5 * squared / square(sigma));
+  return std::sqrt(squared) / square(sigma) * elementary::exp(-0.5 * squared / square(sigma));
 }
 
 /// Gradient [K, 2] in 1/m of λ Σ V over the edges, at positions [K, 2] in m.
@@ -61,7 +62,7 @@ inline void pull(const double* positions, int people, const CrowdGraph& graph, d
     const double dx = positions[i] - positions[j], dy = positions[i + 1] - positions[j + 1];
     const double squared = dx * dx + dy * dy, distance = std::max(std::sqrt(squared), 1e-9);
     const double slope =
-        graph.strength * (1.0 - squared / variance) / variance * std::exp(-0.5 * squared / variance) / distance;
+        graph.strength * (1.0 - squared / variance) / variance * elementary::exp(-0.5 * squared / variance) / distance;
     gradient[i] += slope * dx;
     gradient[i + 1] += slope * dy;
     gradient[j] -= slope * dx;

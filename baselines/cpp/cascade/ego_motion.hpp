@@ -27,6 +27,8 @@
 #include <limits>
 #include <numbers>
 
+#include "elementary.hpp"
+
 namespace vbbench::cascade {
 
 constexpr double kVague = 1e-6;  ///< 1/m² and 1/rad²: holds the pose in directions that people do not determine
@@ -82,14 +84,14 @@ struct Polynomial {
   double at(double cos, double sin) const {
     return a.a * cos * cos + 2.0 * a.b * cos * sin + a.c * sin * sin - 2.0 * (g.x * cos + g.y * sin);
   }
-  double operator()(double angle) const { return at(std::cos(angle), std::sin(angle)); }
+  double operator()(double angle) const { return at(elementary::cos(angle), elementary::sin(angle)); }
 };
 
 /// Newton's method downhill from `angle`, in moves of at most `reach` rad.
 inline double descend_circle(const Polynomial& energy, double angle, double reach) {
   const auto& [a, g] = energy;
   for (int round = 0; round < 50; ++round) {
-    const double cos = std::cos(angle), sin = std::sin(angle);
+    const double cos = elementary::cos(angle), sin = elementary::sin(angle);
     const double cos2 = cos * cos - sin * sin, sin2 = 2.0 * sin * cos, spread = a.c - a.a;
     const double slope = spread * sin2 + 2.0 * a.b * cos2 + 2.0 * (g.x * sin - g.y * cos);
     const double curvature = 2.0 * spread * cos2 - 4.0 * a.b * sin2 + 2.0 * (g.x * cos + g.y * sin);
@@ -113,7 +115,7 @@ inline double least_angle(const Polynomial& energy) {
   constexpr double kStep = 2.0 * kPi / kScan;
   static const auto directions = [] {
     std::array<Vector, kScan> found;
-    for (int i = 0; i < kScan; ++i) found[i] = {std::cos(i * kStep), std::sin(i * kStep)};
+    for (int i = 0; i < kScan; ++i) found[i] = {elementary::cos(i * kStep), elementary::sin(i * kStep)};
     return found;
   }();
   std::array<double, kScan> values;
@@ -171,9 +173,9 @@ inline Pose fit_pose(const Factors& factors, double facing) {
   const double c_r = rc * rr + fc * rf, c_f = rc * rf + fc * ff;
   const double s_r = rs * rr + fs * rf, s_f = rs * rf + fs * ff;
   const Polynomial energy{{a.a - c_r * rc - c_f * fc, a.b - c_r * rs - c_f * fs, a.c - s_r * rs - s_f * fs},
-                          {g.x - (c_r * t.wz.x + c_f * t.wz.y) + facing * std::cos(walk[2]),
-                           g.y - (s_r * t.wz.x + s_f * t.wz.y) + facing * std::sin(walk[2])}};
-  const double yaw = least_angle(energy), sin = std::sin(yaw), cos = std::cos(yaw);
+                          {g.x - (c_r * t.wz.x + c_f * t.wz.y) + facing * elementary::cos(walk[2]),
+                           g.y - (s_r * t.wz.x + s_f * t.wz.y) + facing * elementary::sin(walk[2])}};
+  const double yaw = least_angle(energy), sin = elementary::sin(yaw), cos = elementary::cos(yaw);
   const double off_r = t.wz.x - (rc * cos + rs * sin), off_f = t.wz.y - (fc * cos + fs * sin);
   const double q_r = rr * off_r + rf * off_f, q_f = rf * off_r + ff * off_f;
   return {walk[0] - sin * q_r - cos * q_f, walk[1] + cos * q_r - sin * q_f, yaw};
@@ -185,7 +187,7 @@ inline Pose fit_pose(const Factors& factors, double facing) {
 ///
 /// With N_k → 0 a person stands on its ray where its height says; without expectation the measurement is all there is.
 inline void localise(const Pose& pose, const Factors& factors, double* positions) {
-  const double sin = std::sin(pose[2]), cos = std::cos(pose[2]);
+  const double sin = elementary::sin(pose[2]), cos = elementary::cos(pose[2]);
   for (int k = 0; k < factors.people; ++k) {
     double right = factors.relative[2 * k], forward = factors.relative[2 * k + 1];
     if (!std::isnan(factors.std[k])) {

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "crowd_graph.hpp"
+#include "elementary.hpp"
 #include "reweighting.hpp"
 
 namespace vbbench::cascade {
@@ -54,7 +55,7 @@ inline OpenHeight open_height(const double* ray, const double* covariance, doubl
 inline Samples sample_rays(double yaw, const double* positions, const double* weights, const double* rays,
                            const Factors& factors, double softness, int most, double spacing) {
   constexpr double kSpan = 3.0;  // standard deviations of the height on either side of the optimum
-  const double sin = std::sin(yaw), cos = std::cos(yaw);
+  const double sin = elementary::sin(yaw), cos = elementary::cos(yaw);
   const std::size_t total = static_cast<std::size_t>(factors.people) * most;
   Samples found{std::vector<double>(2 * total), std::vector<double>(total, kInfinity)};
   for (int k = 0; k < factors.people; ++k) {

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "ego_motion.hpp"
+#include "elementary.hpp"
 #include "message_passing.hpp"
 
 namespace vbbench::cascade {
@@ -29,9 +30,9 @@ struct Principal {
   Principal(const double* relative, const double* covariance, const double* expected, double std)
       : p_x(expected[0]), p_y(expected[1]), variance(square(std)) {
     const double rr = covariance[0], rf = covariance[1], ff = covariance[2];
-    const double angle = 0.5 * std::atan2(2.0 * rf, rr - ff);
-    along = std::cos(angle), across = std::sin(angle);
-    const double middle = 0.5 * (rr + ff), half = std::hypot(0.5 * (rr - ff), rf);
+    const double angle = 0.5 * elementary::atan2(2.0 * rf, rr - ff);
+    along = elementary::cos(angle), across = elementary::sin(angle);
+    const double middle = 0.5 * (rr + ff), half = elementary::hypot(0.5 * (rr - ff), rf);
     z_1 = along * relative[0] + across * relative[1];
     z_2 = along * relative[1] - across * relative[0];
     n_1 = middle + half, n_2 = std::max(middle - half, 0.0);
@@ -66,8 +67,9 @@ inline void pose_energies(const double* poses, int count, const Factors& factors
   const Pose& walk = factors.walk;
   for (int n = 0; n < count; ++n) {
     const double x = poses[3 * n], y = poses[3 * n + 1], yaw = poses[3 * n + 2];
-    const double sin = std::sin(yaw), cos = std::cos(yaw), off = square(x - walk[0]) + square(y - walk[1]);
-    double total = facing * (1.0 - std::cos(yaw - walk[2]));
+    const double sin = elementary::sin(yaw), cos = elementary::cos(yaw),
+                 off = square(x - walk[0]) + square(y - walk[1]);
+    double total = facing * (1.0 - elementary::cos(yaw - walk[2]));
     total += std::isinf(factors.walk_std) ? 0.5 * kVague * off
                                           : std::sqrt(off / square(factors.walk_std) + square(softness));
     for (const Principal& p : people) {
@@ -91,7 +93,7 @@ inline std::vector<double> ray_beliefs(const Choices& choices, const Passing& ho
     double* row = beliefs.data() + static_cast<std::size_t>(k) * choices.samples;
     const double least = *std::min_element(row, row + choices.samples);
     double total = 0.0;
-    for (int s = 0; s < choices.samples; ++s) total += row[s] = std::exp(least - row[s]);
+    for (int s = 0; s < choices.samples; ++s) total += row[s] = elementary::exp(least - row[s]);
     for (int s = 0; s < choices.samples; ++s) row[s] /= total;
   }
   return beliefs;

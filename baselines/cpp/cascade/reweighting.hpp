@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "ego_motion.hpp"
+#include "elementary.hpp"
 
 namespace vbbench::cascade {
 
@@ -78,7 +79,7 @@ inline Minimum minimise(const Factors& factors, const Pose& known, double softne
     spread_by(factors, found.weights.data(), spread.data());
     if (free && !std::isinf(factors.walk_std)) {
       const Pose& walk = factors.walk;
-      const double stray = std::hypot(found.pose[0] - walk[0], found.pose[1] - walk[1]) / factors.walk_std;
+      const double stray = elementary::hypot(found.pose[0] - walk[0], found.pose[1] - walk[1]) / factors.walk_std;
       walk_weight = 1.0 / std::sqrt(square(stray) + square(softness));
     }
   }

@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "ego_motion.hpp"
+#include "elementary.hpp"
 
 namespace vbbench::cascade {
 
@@ -30,7 +31,7 @@ inline Matrix3 inverse(const Matrix3& m) {
 
 /// Gauss–Newton Hessian of ½ Σ rᵀWr by (x, y, yaw), without the observer's own terms.
 inline Matrix3 hessian(const Pose& pose, const Factors& factors) {
-  const double sin = std::sin(pose[2]), cos = std::cos(pose[2]);
+  const double sin = elementary::sin(pose[2]), cos = elementary::cos(pose[2]);
   double xx = 0.0, xy = 0.0, yy = 0.0, xt = 0.0, yt = 0.0, tt = 0.0;
   for (int k = 0; k < factors.people; ++k) {
     if (!factors.usable(k)) continue;
@@ -62,7 +63,7 @@ inline Matrix3 pose_covariance(const Pose& pose, const Factors& factors, double 
 
 /// Covariances [K, 2, 2] of places in the world by `sigma` [3, 3] of the pose; NaN for people not observed.
 inline void position_covariances(const Pose& pose, const double* sigma, const Factors& factors, double* spread) {
-  const double sin = std::sin(pose[2]), cos = std::cos(pose[2]);
+  const double sin = elementary::sin(pose[2]), cos = elementary::cos(pose[2]);
   const auto product = [sigma](double a, double b, double c, double d, double e, double f) {
     const double x = a * sigma[0] + b * sigma[3] + c * sigma[6];
     const double y = a * sigma[1] + b * sigma[4] + c * sigma[7];

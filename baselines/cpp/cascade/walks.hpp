@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "ego_motion.hpp"
+#include "elementary.hpp"
 
 namespace vbbench::cascade {
 
@@ -31,7 +32,7 @@ inline void continue_people(const double* positions, const bool* given, int peop
       x = now[0], y = now[1], deviation = kAnchorStd;
     } else if (std::isnan(last[0])) {
       if (!std::isnan(before[0])) x = before[0], y = before[1], deviation = 2.0 * spreads.stay;
-    } else if (std::isnan(before[0]) || std::hypot(last[0] - before[0], last[1] - before[1]) > spreads.reach) {
+    } else if (std::isnan(before[0]) || elementary::hypot(last[0] - before[0], last[1] - before[1]) > spreads.reach) {
       x = last[0], y = last[1], deviation = spreads.stay;
     } else {
       x = (1.0 + kept) * last[0] - kept * before[0];
@@ -69,7 +70,7 @@ inline void adapt_velocities(const double* positions, const double* velocities, 
     for (int i = 0; i < people; ++i) {
       const double dx = positions[2 * i] - positions[2 * k];
       if (!(std::abs(dx) < radius)) continue;  // avoids most square roots in a large crowd
-      const bool near = std::hypot(dx, positions[2 * i + 1] - positions[2 * k + 1]) < radius;
+      const bool near = elementary::hypot(dx, positions[2 * i + 1] - positions[2 * k + 1]) < radius;
       if (!near || std::isnan(velocities[2 * i])) continue;
       total_x += velocities[2 * i], total_y += velocities[2 * i + 1], count += 1.0;
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "elementary.hpp"
 #include "window.hpp"
 
 namespace vbbench {
@@ -94,7 +95,7 @@ class Association {
     expected.nodes.back().seen = true;
     const Frame& camera = window.frames.back();
     const Node& node = expected.nodes.back();
-    const double dx = node.at[0] - camera.at[0], dy = node.at[1] - camera.at[1], r = std::hypot(dx, dy) + 1e-9;
+    const double dx = node.at[0] - camera.at[0], dy = node.at[1] - camera.at[1], r = elementary::hypot(dx, dy) + 1e-9;
     const double along = kFarther * r, aside = kAside * node.box.width * r;
     int cues = 0;
     double e[3], same[3][3] = {}, other[3][3] = {}, by_place[3][2] = {}, by_height[3] = {};
@@ -127,7 +128,7 @@ class Association {
       }
     const double rate = switches_ / (switches_ + kept_), nu = model.people.noise.nu;
     const double better = log_density(e, same, cues, nu) - log_density(e, other, cues, nu);
-    return rate / (rate + (1.0 - rate) * std::exp(std::min(better, 300.0)));
+    return rate / (rate + (1.0 - rate) * elementary::exp(std::min(better, 300.0)));
   }
 
   static double square(double x) { return x * x; }
@@ -145,9 +146,9 @@ class Association {
       for (int k = 0; k < i; ++k) rest -= l[i][k] * w[k];
       w[i] = rest / l[i][i];
       away += w[i] * w[i];
-      volume += std::log(l[i][i]);
+      volume += elementary::log(l[i][i]);
     }
-    return -volume - 0.5 * (nu + n) * std::log1p(away / nu);
+    return -volume - 0.5 * (nu + n) * elementary::log1p(away / nu);
   }
 
   double switches_ = 1.0, kept_ = 100.0;

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "elementary.hpp"
+
 namespace vbbench {
 
 template <int N>
@@ -71,11 +73,11 @@ Dual<N> operator-(double a, const Dual<N>& b) {
 }
 template <int N>
 Dual<N> sin(const Dual<N>& a) {
-  return chain(a, std::sin(a.v), std::cos(a.v));
+  return chain(a, elementary::sin(a.v), elementary::cos(a.v));
 }
 template <int N>
 Dual<N> cos(const Dual<N>& a) {
-  return chain(a, std::cos(a.v), -std::sin(a.v));
+  return chain(a, elementary::cos(a.v), -elementary::sin(a.v));
 }
 template <int N>
 Dual<N> sqrt(const Dual<N>& a) {
@@ -85,7 +87,7 @@ Dual<N> sqrt(const Dual<N>& a) {
 template <int N>
 Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
   const double square = x.v * x.v + y.v * y.v;
-  Dual<N> out(std::atan2(y.v, x.v));
+  Dual<N> out(elementary::atan2(y.v, x.v));
   for (int i = 0; i < N; ++i) out.d[i] = (x.v * y.d[i] - y.v * x.d[i]) / square;
   return out;
 }

@@ -5,6 +5,7 @@
 
 #include "archive.hpp"
 #include "association.hpp"
+#include "elementary.hpp"
 #include "noise.hpp"
 #include "occlusion.hpp"
 
@@ -102,7 +103,7 @@ class Estimator {
     model_.people.pace = SpeedPrior::of(c);
     model_.people.own_edge_std = c.edge_person_std;
     model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
-    model_.sway_memory = std::exp(-recording_.dt / c.sway_time);
+    model_.sway_memory = elementary::exp(-recording_.dt / c.sway_time);
     Calibration& calibration = window_.calibration;
     const bool edge_known = recording.box_edge >= 0.0;
     const double edge_std = edge_known ? kEdgeKnown : c.edge_std;
@@ -232,7 +233,7 @@ class Estimator {
       moved_known_ = false;
       return;
     }
-    const double c = std::cos(moved_[2]), s = std::sin(moved_[2]), *m = input.motion;
+    const double c = elementary::cos(moved_[2]), s = elementary::sin(moved_[2]), *m = input.motion;
     const Pose next{moved_[0] + c * m[0] - s * m[1], moved_[1] + s * m[0] + c * m[1], moved_[2] + m[2]};
     Spread here{}, turned{};
     for (int i = 0; i < 3; ++i)
@@ -254,7 +255,7 @@ class Estimator {
     const double share = static_cast<double>(age_ % stride_) / stride_;
     Frame frame = frames.back();
     if (moved_known_) {
-      const double c = std::cos(frame.at[2]), s = std::sin(frame.at[2]);
+      const double c = elementary::cos(frame.at[2]), s = elementary::sin(frame.at[2]);
       frame.at[0] += c * moved_[0] - s * moved_[1];
       frame.at[1] += s * moved_[0] + c * moved_[1];
       frame.at[2] += moved_[2];
@@ -269,7 +270,8 @@ class Estimator {
       if (std::isnan(b[0])) continue;
       const Box box = Box::of(b, input.cut[k]);
       if (where_[k] < 0 || window_.people[where_[k]].last() != newest) {
-        const double height = where_[k] < 0 ? std::log(recording_.height_mean) : window_.people[where_[k]].log_height;
+        const double height =
+            where_[k] < 0 ? elementary::log(recording_.height_mean) : window_.people[where_[k]].log_height;
         const std::array<double, 2> at = placed(box, height, frame);
         known.push_back(k);
         placed_at.push_back({at[0], at[1], NAN});
@@ -280,10 +282,10 @@ class Estimator {
       std::array<double, 2> at = person.nodes[n - 1].at;
       if (n > 1)
         for (int a = 0; a < 2; ++a) at[a] += share * (person.nodes[n - 1].at[a] - person.nodes[n - 2].at[a]);
-      const double dx = at[0] - frame.at[0], dy = at[1] - frame.at[1], r = std::hypot(dx, dy) + 1e-9;
+      const double dx = at[0] - frame.at[0], dy = at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
       const double shown = frame.at[2] - (box.azimuth - window_.calibration.at[kOffset]);  // bearing in the world
-      const double off = wrap(std::atan2(dy, dx) - shown);
-      const double error = std::hypot(model_.people.noise.share[0] * box.width, kStray / r);
+      const double off = wrap(elementary::atan2(dy, dx) - shown);
+      const double error = elementary::hypot(model_.people.noise.share[0] * box.width, kStray / r);
       const double weight = student(off * off / (error * error), model_.people.noise.nu, 1.0).weight / (error * error);
       turn += weight * off;
       information += weight;
@@ -294,9 +296,9 @@ class Estimator {
     for (std::size_t i = 0; i < known.size(); ++i) {
       std::array<double, 3>& at = placed_at[i];
       if (!std::isnan(at[2])) {
-        const double dx = at[0] - frame.at[0], dy = at[1] - frame.at[1], r = std::hypot(dx, dy) + 1e-9;
+        const double dx = at[0] - frame.at[0], dy = at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
         const double error = model_.people.noise.share[0] * input.boxes[5 * known[i] + 4] * r;
-        const double aside = wrap(at[2] + turn / information - std::atan2(dy, dx)) * r;
+        const double aside = wrap(at[2] + turn / information - elementary::atan2(dy, dx)) * r;
         const double gain = kStray * kStray / (kStray * kStray + error * error);
         at[0] -= gain * aside * dy / r;
         at[1] += gain * aside * dx / r;
@@ -307,7 +309,7 @@ class Estimator {
     output.pose[1] = frame.at[1];
     output.pose[2] = wrap(frame.at[2]);
     for (const Person& person : window_.people)
-      if (person.column >= 0) output.heights[person.column] = std::exp(person.log_height);
+      if (person.column >= 0) output.heights[person.column] = elementary::exp(person.log_height);
     output.converged = converged_;
     if (recording_.covariances) spread_between(output, known, placed_at);
   }
@@ -326,7 +328,7 @@ class Estimator {
         to[1] = to[2] = places_[p][1];
         to[3] = places_[p][2] + kStray * kStray;
       } else {
-        const double r = std::hypot(at[i][0] - output.pose[0], at[i][1] - output.pose[1]), far = height_std_ * r;
+        const double r = elementary::hypot(at[i][0] - output.pose[0], at[i][1] - output.pose[1]), far = height_std_ * r;
         to[0] = to[3] = pose[0][0] + pose[1][1] + far * far;
         to[1] = to[2] = 0.0;
       }
@@ -356,7 +358,7 @@ class Estimator {
       frame.motion.measured = information_root(moved_spread_[0].data(), frame.motion.root);
       for (int c = 0; c < 3; ++c) frame.motion.moved[c] = moved_[c];
       const std::array<double, kFrame>& last = frames.back().at;
-      const double ca = std::cos(last[2]), sa = std::sin(last[2]);
+      const double ca = elementary::cos(last[2]), sa = elementary::sin(last[2]);
       frame.at[0] = last[0] + ca * moved_[0] - sa * moved_[1];
       frame.at[1] = last[1] + sa * moved_[0] + ca * moved_[1];
       frame.at[2] = last[2] + moved_[2];
@@ -387,7 +389,7 @@ class Estimator {
     const bool drives = !window_.posterior.empty() && driving(window_.posterior.back()) > 0.5;
     double dx = last[0] - before[0], dy = last[1] - before[1];
     if (drives) {
-      const double turn = last[2] - before[2], c = std::cos(turn), s = std::sin(turn), x = dx;
+      const double turn = last[2] - before[2], c = elementary::cos(turn), s = elementary::sin(turn), x = dx;
       dx = c * x - s * dy;
       dy = s * x + c * dy;
       frame.at[2] = last[2] + turn;
@@ -397,9 +399,9 @@ class Estimator {
   }
 
   std::array<double, 2> placed(const Box& box, double log_height, const Frame& frame) const {
-    const double r = std::exp(log_height) / box.length + window_.calibration.at[kEdge];
+    const double r = elementary::exp(log_height) / box.length + window_.calibration.at[kEdge];
     const double angle = frame.at[2] - box.azimuth;
-    return {frame.at[0] + r * std::cos(angle), frame.at[1] + r * std::sin(angle)};
+    return {frame.at[0] + r * elementary::cos(angle), frame.at[1] + r * elementary::sin(angle)};
   }
 
   /// Counts the time in which nobody is in sight; it ends with two people in a frame, or one with odometry.
@@ -432,9 +434,9 @@ class Estimator {
     for (const Person& person : window_.people) {
       const Node& node = person.nodes.back();
       if (person.last() != newest || !node.seen || !node.given) continue;
-      const double r = std::exp(person.log_height) / node.box.length + window_.calibration.at[kEdge];
-      pairs.push_back(
-          {r * std::cos(node.box.azimuth), -r * std::sin(node.box.azimuth), node.given_at[0], node.given_at[1]});
+      const double r = elementary::exp(person.log_height) / node.box.length + window_.calibration.at[kEdge];
+      pairs.push_back({r * elementary::cos(node.box.azimuth), -r * elementary::sin(node.box.azimuth), node.given_at[0],
+                       node.given_at[1]});
       for (int a = 0; a < 4; ++a) mean[a] += pairs.back()[a];
       n += 1.0;
     }
@@ -446,7 +448,7 @@ class Estimator {
       same += u * x + v * y;
       cross += u * y - v * x;
     }
-    const double yaw = std::atan2(cross, same), c = std::cos(yaw), s = std::sin(yaw);
+    const double yaw = elementary::atan2(cross, same), c = elementary::cos(yaw), s = elementary::sin(yaw);
     frame.at = {mean[2] - c * mean[0] + s * mean[1], mean[3] - s * mean[0] - c * mean[1], yaw, 0.0, 0.0};
     window_.restart();
     ages_.assign(1, age_);
@@ -464,7 +466,7 @@ class Estimator {
     const int newest = static_cast<int>(frames.size()) - 1;
     if (newest < 1) return true;
     const auto speed = [&](const auto& now, const auto& before) {
-      return std::hypot(now[0] - before[0], now[1] - before[1]) / recording_.dt;
+      return elementary::hypot(now[0] - before[0], now[1] - before[1]) / recording_.dt;
     };
     if (speed(frames[newest].at, frames[newest - 1].at) > kFastest[recording_.carrier]) return false;
     int people = 0, fast = 0;
@@ -511,14 +513,15 @@ class Estimator {
   /// estimate forgets it within `kFlowTime` (an Ornstein-Uhlenbeck process).
   double astray() const {
     const double t = unled_;
-    return strayed_ + 2.0 * kFlowSpeed * kFlowSpeed * kFlowTime * (t - kFlowTime * (1.0 - std::exp(-t / kFlowTime)));
+    return strayed_ +
+           2.0 * kFlowSpeed * kFlowSpeed * kFlowTime * (t - kFlowTime * (1.0 - elementary::exp(-t / kFlowTime)));
   }
 
   Person unknown_person(int column) const {
     Person person;
     person.column = person.shown = column;
     person.variance = variance_;
-    person.height_mean = person.log_height = std::log(recording_.height_mean);
+    person.height_mean = person.log_height = elementary::log(recording_.height_mean);
     person.height_std = height_std_;
     return person;
   }
@@ -596,8 +599,8 @@ class Estimator {
       for (Node& node : person.nodes)
         if (node.seen) {
           const Frame& camera = window_.frames[person.first + static_cast<int>(&node - person.nodes.data())];
-          const double r = std::hypot(node.at[0] - camera.at[0], node.at[1] - camera.at[1]);
-          node.box.expected = std::exp(person.log_height) / std::max(r - window_.calibration.at[kEdge], 0.5);
+          const double r = elementary::hypot(node.at[0] - camera.at[0], node.at[1] - camera.at[1]);
+          node.box.expected = elementary::exp(person.log_height) / std::max(r - window_.calibration.at[kEdge], 0.5);
         }
   }
 
@@ -605,7 +608,7 @@ class Estimator {
   void learn_walk() {
     const int frame = static_cast<int>(window_.frames.size()) - 1 - kWalkLate;
     if (frame < 0) return;
-    const double keep = std::exp(-recording_.dt / kWalkMemory), own = constants.walk_own;
+    const double keep = elementary::exp(-recording_.dt / kWalkMemory), own = constants.walk_own;
     squares_ *= keep;
     count_ *= keep;
     for (std::size_t p = 0; p < window_.people.size(); ++p) {
@@ -637,7 +640,7 @@ class Estimator {
     if (window_.posterior.empty() || frames.back().motion.measured) return;
     const Modes& now = window_.posterior.back();
     const Frame &last = frames.back(), &before = frames[frames.size() - 2];
-    const double speed = std::hypot(last.at[0] - before.at[0], last.at[1] - before.at[1]) / recording_.dt;
+    const double speed = elementary::hypot(last.at[0] - before.at[0], last.at[1] - before.at[1]) / recording_.dt;
     Trial trial;
     if (now[kStand] > 0.5) {
       trial.steps = kTried;
@@ -669,10 +672,10 @@ class Estimator {
       if (person.last() != newest || n < 3 || !person.nodes[n - 1].seen || !person.nodes[n - 2].seen) continue;
       const Box& box = person.nodes[n - 1].box;
       const double dx = person.nodes[n - 1].at[0] - frame.at[0], dy = person.nodes[n - 1].at[1] - frame.at[1];
-      const double r = std::hypot(dx, dy) + 1e-9;
-      const double error = std::hypot(model_.people.noise.share[0] * box.width, kStrayed / r);
+      const double r = elementary::hypot(dx, dy) + 1e-9;
+      const double error = elementary::hypot(model_.people.noise.share[0] * box.width, kStrayed / r);
       const double weight = 1.0 / (error * error);
-      turn += weight * wrap(std::atan2(dy, dx) - frame.at[2] + box.azimuth - window_.calibration.at[kOffset]);
+      turn += weight * wrap(elementary::atan2(dy, dx) - frame.at[2] + box.azimuth - window_.calibration.at[kOffset]);
       information += weight;
     }
     frame.at[2] += turn / information;
@@ -684,10 +687,10 @@ class Estimator {
     const Box& box = person.nodes.back().box;
     const BoxNoise& noise = model_.people.noise;
     const auto second = [&](int cue) {
-      const double rho = std::exp(-recording_.dt / noise.time[cue]);
+      const double rho = elementary::exp(-recording_.dt / noise.time[cue]);
       return (6.0 - 8.0 * rho + 2.0 * rho * rho) * noise.share[cue] * noise.share[cue];
     };
-    const double r = std::exp(person.log_height) / box.length, sigma = model_.people.walk.sigma,
+    const double r = elementary::exp(person.log_height) / box.length, sigma = model_.people.walk.sigma,
                  px = noise.pixel / box.pixels, walk = sigma * sigma * person.variance;
     const double a = 1.0 / (walk + r * r * box.width * box.width * (second(0) + 6.0 * px * px));
     const double b = 1.0 / (walk + r * r * (second(1) + 12.0 * px * px));
@@ -717,7 +720,7 @@ class Estimator {
     output.pose[2] = wrap(output.pose[2]);
     for (const Person& person : window_.people) {
       if (person.column < 0) continue;
-      output.heights[person.column] = std::exp(person.log_height);
+      output.heights[person.column] = elementary::exp(person.log_height);
       if (person.last() != newest) continue;
       for (int a = 0; a < 2; ++a) output.positions[2 * person.column + a] = person.nodes.back().at[a];
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "elementary.hpp"
 #include "window.hpp"
 
 namespace vbbench {
@@ -18,14 +19,13 @@ class NoiseLearner {
     nu_ = first.nu;
     dt_ = dt;
     noise_ = first;
-    for (int s = 0; s < kShares; ++s)
-      share_[s] = 0.002 * std::pow(0.16 / 0.002, static_cast<double>(s) / (kShares - 1));
-    for (int t = 0; t < kTimes; ++t) time_[t] = 0.05 * std::pow(20.0 / 0.05, static_cast<double>(t) / (kTimes - 1));
+    for (int s = 0; s < kShares; ++s) share_[s] = 0.002 * elementary::exp(s * (elementary::log(80.0) / (kShares - 1)));
+    for (int t = 0; t < kTimes; ++t) time_[t] = 0.05 * elementary::exp(t * (elementary::log(400.0) / (kTimes - 1)));
     for (int c = 0; c < 3; ++c)
       for (int s = 0; s < kShares; ++s)
         for (int t = 0; t < kTimes; ++t) {
-          const double off = std::log(share_[s] / first.share[c]) / spread;
-          const double later = std::log(time_[t] / first.time[c]) / 2.0;
+          const double off = elementary::log(share_[s] / first.share[c]) / spread;
+          const double later = elementary::log(time_[t] / first.time[c]) / 2.0;
           weight_[c][s][t] = -0.5 * (off * off + later * later);
         }
   }
@@ -35,7 +35,7 @@ class NoiseLearner {
     const int frame = static_cast<int>(window.frames.size()) - 1 - kLate;
     if (frame < 0) return;
     std::array<double, kTimes> memory;
-    for (int t = 0; t < kTimes; ++t) memory[t] = std::exp(-dt_ / time_[t]);
+    for (int t = 0; t < kTimes; ++t) memory[t] = elementary::exp(-dt_ / time_[t]);
     const double counts = std::sqrt(std::min(1.0, dt_ / 0.4));
     for (const Person& person : window.people) {
       const int i = frame - person.first;
@@ -54,7 +54,8 @@ class NoiseLearner {
           for (int t = 0; t < kTimes; ++t) {
             const double rho = chained && before[c].used ? correlated * memory[t] : 0.0;
             const double e = now[c].q - rho * before[c].q, square = e * e / decided / (variance * (1.0 - rho * rho));
-            const double cost = (nu_ + 1.0) * std::log(1.0 + square / nu_) + std::log(variance * (1.0 - rho * rho));
+            const double cost =
+                (nu_ + 1.0) * elementary::log(1.0 + square / nu_) + elementary::log(variance * (1.0 - rho * rho));
             weight_[c][s][t] -= 0.5 * counts * decided * cost;
           }
         }
@@ -67,13 +68,13 @@ class NoiseLearner {
       for (int s = 0; s < kShares; ++s)
         for (int t = 0; t < kTimes; ++t) {
           weight_[c][s][t] -= top;
-          const double p = std::exp(weight_[c][s][t]);
+          const double p = elementary::exp(weight_[c][s][t]);
           sum += p;
-          share += p * std::log(share_[s]);
-          time += p * std::log(time_[t]);
+          share += p * elementary::log(share_[s]);
+          time += p * elementary::log(time_[t]);
         }
-      noise_.share[c] = std::exp(share / sum);
-      noise_.time[c] = std::exp(time / sum);
+      noise_.share[c] = elementary::exp(share / sum);
+      noise_.time[c] = elementary::exp(time / sum);
     }
   }
 

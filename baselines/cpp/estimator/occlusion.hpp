@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "elementary.hpp"
 #include "window.hpp"
 
 namespace vbbench {
@@ -64,7 +65,9 @@ class Occlusion {
     bool fresh;                 ///< whether this box is the first
   };
 
-  static double density(double e, double sigma) { return std::exp(-0.5 * e * e / (sigma * sigma)) / sigma + kTail; }
+  static double density(double e, double sigma) {
+    return elementary::exp(-0.5 * e * e / (sigma * sigma)) / sigma + kTail;
+  }
 
   void gather(Window& window) {
     outlines_.clear();
@@ -75,10 +78,10 @@ class Occlusion {
       if (person.last() != newest || !person.nodes.back().seen) continue;
       Box& box = person.nodes.back().box;
       const auto& at = person.nodes.back().at;
-      const double dx = at[0] - camera.at[0], dy = at[1] - camera.at[1], r = std::hypot(dx, dy);
-      const double rho = std::max(r - global[kEdge], 0.3), length = std::exp(person.log_height) / rho;
+      const double dx = at[0] - camera.at[0], dy = at[1] - camera.at[1], r = elementary::hypot(dx, dy);
+      const double rho = std::max(r - global[kEdge], 0.3), length = elementary::exp(person.log_height) / rho;
       const double pitch = global[kPitch] + camera.at[kPose], roll = global[kRoll] + camera.at[kPose + 1];
-      const double lift = -pitch * std::cos(box.azimuth) + roll * std::sin(box.azimuth);
+      const double lift = -pitch * elementary::cos(box.azimuth) + roll * elementary::sin(box.azimuth);
       const double foot = global[kMount] / rho - lift;
       outlines_.push_back({&box, box.azimuth, box.width * length / std::max(box.length, 1e-6), foot, foot - length,
                            length, r, person.frames() == 1});

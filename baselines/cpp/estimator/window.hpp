@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "elementary.hpp"
 #include "factors/camera.hpp"
 #include "schur.hpp"
 
@@ -209,7 +210,7 @@ class Window {
       Modes here{};
       double least = 1e300, sum = 0.0;
       for (int m = 0; m < kModes; ++m) least = std::min(least, costs_[0][m]);
-      for (int m = 0; m < kModes; ++m) sum += here[m] = mode_prior[m] * std::exp(least - costs_[0][m]);
+      for (int m = 0; m < kModes; ++m) sum += here[m] = mode_prior[m] * elementary::exp(least - costs_[0][m]);
       Modes next{};
       for (int from = 0; from < kModes; ++from)
         for (int to = 0; to < kModes; ++to) next[to] += here[from] / sum * model.motion.transition[from][to];
@@ -491,7 +492,7 @@ class Window {
     }
     for (int t = held; t < layout_.frames; ++t) {
       const double* step = &step_[layout_.camera(kFrame * t)];
-      longest = std::max(longest, std::hypot(step[0], step[1]));
+      longest = std::max(longest, elementary::hypot(step[0], step[1]));
       for (int c = 0; c < layout_.unknowns; ++c) frames[t].at[c] += step[c];
     }
     for (int g = 0; g < kGlobals; ++g)

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "elementary.hpp"
+
 namespace vbbench::former {
 
 constexpr int kWidth = 48, kHeads = 3, kHidden = 96, kBlocks = 2;  ///< as `layers.py` has them
@@ -39,8 +41,8 @@ class Weights {
   std::map<std::string, Weight> weights_;
 };
 
-inline float sigmoid(float x) { return 1.0f / (1.0f + std::exp(-x)); }
-inline float silu(float x) { return x / (1.0f + std::exp(-x)); }
+inline float sigmoid(float x) { return 1.0f / (1.0f + elementary::exp(-x)); }
+inline float silu(float x) { return x / (1.0f + elementary::exp(-x)); }
 inline float clip(float x, float low, float high) { return x < low ? low : x > high ? high : x; }
 inline float square(float x) { return x * x; }
 
@@ -172,7 +174,7 @@ struct Memory {
   void renew(const float* news, const float* kept, const float* memory, float* made) const {
     for (int m = 0; m < size; ++m) {
       const float change = sigmoid(news[m] + kept[m]), reset = sigmoid(news[size + m] + kept[size + m]);
-      const float wanted = std::tanh(news[2 * size + m] + reset * kept[2 * size + m]);
+      const float wanted = elementary::tanh(news[2 * size + m] + reset * kept[2 * size + m]);
       made[m] = memory[m] + change * (wanted - memory[m]);
     }
   }
@@ -223,7 +225,7 @@ struct Block {
           share[other] = match + absent[other];
           most = std::max(most, share[other]);
         }
-        for (float& one : share) total += one = std::exp(one - most);
+        for (float& one : share) total += one = elementary::exp(one - most);
         float* mean = made[r] + head * kSize;
         for (int other = 0; other < parts.count; ++other) {
           const float* value = parts[other] + 2 * kWidth + head * kSize;

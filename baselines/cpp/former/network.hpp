@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "elementary.hpp"
 #include "layers.hpp"
 #include "pose_fit.hpp"
 
@@ -184,13 +185,13 @@ class Network {
     float* at;
   };
 
-  static Point asinh(Point a) { return {std::asinh(a.x), std::asinh(a.y)}; }
+  static Point asinh(Point a) { return {elementary::asinh(a.x), elementary::asinh(a.y)}; }
   static Point clipped(Point a) { return {clip(a.x, -3.0f, 3.0f), clip(a.y, -3.0f, 3.0f)}; }
 
   /// Step 1: each velocity is corrected by a share of the last innovation.
   void take_in_walks(Frame& frame) const {
     const int count = frame.count();
-    const float log_dt = std::log(frame.dt);
+    const float log_dt = elementary::log(frame.dt);
     struct News {
       Point toward, strange, off;
       float fresh;
@@ -208,14 +209,14 @@ class Network {
       n.strange = (w.place - w.place_before) / frame.dt - w.velocity;
       n.off = n.strange * conj(n.toward);
       person.begins = w.seen < 2.5f ? n.fresh : 0.0f;
-      n.farther = {(clip(std::log(kept) - w.by_height, -0.5f, 0.5f) - w.offsets[0]) * w.shown,
-                   (clip(std::log(kept) - w.by_feet, -0.5f, 0.5f) - w.offsets[1]) * (w.shown * w.has_feet)};
+      n.farther = {(clip(elementary::log(kept) - w.by_height, -0.5f, 0.5f) - w.offsets[0]) * w.shown,
+                   (clip(elementary::log(kept) - w.by_feet, -0.5f, 0.5f) - w.offsets[1]) * (w.shown * w.has_feet)};
       Writer row(facts[k]);
       row.put(asinh(n.off * 2.0f));
       row.put(w.velocity * conj(n.toward));
       row.put(n.off * 0.3f);
       row.put(std::array{5.0f * n.farther[0], 5.0f * n.farther[1], person.begins, w.exact, w.exact_before,
-                         std::log(1.0f + w.seen), std::log(kept), log_dt});
+                         elementary::log(1.0f + w.seen), elementary::log(kept), log_dt});
       row.put(w.memory);
     }
     const Rows gates = walk_(facts);
@@ -230,7 +231,7 @@ class Network {
       for (int i = 0; i < 2; ++i) w.offsets[i] += sigmoid(gate[2 + i]) * n.farther[i];
       for (int i = 0; i < kTraces; ++i) {
         const float kept = 1.0f - n.fresh * (1.0f - sigmoid(gate[4 + i]));
-        const float added = std::tanh(gate[4 + kTraces + i]) * n.fresh * (1.0f - person.begins);
+        const float added = elementary::tanh(gate[4 + kTraces + i]) * n.fresh * (1.0f - person.begins);
         w.traces[i] = w.traces[i] * kept + n.strange * added;
       }
     }
@@ -242,7 +243,8 @@ class Network {
     const Point strange = own.step - own.velocity;
     const float turned = own.turn - own.turn_rate;
     frame.own_begins = own.frames < 2.5f ? 1.0f : 0.0f;
-    frame.own_surprise = {std::asinh(2.0f * strange.x), std::asinh(2.0f * strange.y), std::asinh(2.0f * turned)};
+    frame.own_surprise = {elementary::asinh(2.0f * strange.x), elementary::asinh(2.0f * strange.y),
+                          elementary::asinh(2.0f * turned)};
     std::vector<float> facts(kEgoFacts + kMemory);
     Writer row(facts.data());
     row.put(frame.own_surprise);
@@ -254,7 +256,7 @@ class Network {
     for (int i = 0; i < 3; ++i) gains[i] = sigmoid(gate[i] + 4.0f * frame.own_begins) * own.moved;
     for (int i = 0; i < kTraces; ++i) {
       const float kept = 1.0f - own.moved * (1.0f - sigmoid(gate[3 + i]));
-      const float added = std::tanh(gate[3 + kTraces + i]) * (own.moved * (1.0f - frame.own_begins));
+      const float added = elementary::tanh(gate[3 + kTraces + i]) * (own.moved * (1.0f - frame.own_begins));
       own.traces[i] = own.traces[i] * kept + strange * added;
     }
     const Point smoothed = own.smooth + (own.step - own.smooth) * heads::gain(frame.dt);
@@ -279,7 +281,7 @@ class Network {
       const float measured = by_height * (s.by_height + w.offsets[0]) + by_feet * (s.by_feet + w.offsets[1]);
       p.distance = clip(measured / total, kNearestLog, kFarthestLog);
       p.distance_std = 1.0f / std::sqrt(total);
-      const float reach = std::exp(p.distance), stray = square(p.given ? kExact : kWalk * dt + kExact);
+      const float reach = elementary::exp(p.distance), stray = square(p.given ? kExact : kWalk * dt + kExact);
       p.box_along = p.distance_std * reach;
       p.box_across = s.noise[0] * reach;
       p.along = square(p.box_along) + stray;
@@ -349,14 +351,14 @@ class Network {
     row.put(frame.own.velocity * turned * upright);
     for (const Point trace : w.traces) row.put(trace * turned * upright);
     row.put(s.ray);
-    row.put(std::array{p.known, s.placed, std::log(1.0f + before.seen), std::log(1.0f + before.away), p.begins, w.exact,
-                       w.exact_before, p.distance});
-    for (const float noise : s.noise) row.put(std::log(noise + 1e-4f));
+    row.put(std::array{p.known, s.placed, elementary::log(1.0f + before.seen), elementary::log(1.0f + before.away),
+                       p.begins, w.exact, w.exact_before, p.distance});
+    for (const float noise : s.noise) row.put(elementary::log(noise + 1e-4f));
     const float apart = clip(s.by_feet + w.offsets[1] - s.by_height - w.offsets[0], -1.0f, 1.0f) * s.has_feet;
-    row.put(std::array{std::log(p.distance_std + 1e-3f), 5.0f * apart, 5.0f * w.offsets[0], 5.0f * w.offsets[1],
-                       s.has_feet, std::log(frame.dt), 10.0f * frame.spread});
+    row.put(std::array{elementary::log(p.distance_std + 1e-3f), 5.0f * apart, 5.0f * w.offsets[0], 5.0f * w.offsets[1],
+                       s.has_feet, elementary::log(frame.dt), 10.0f * frame.spread});
     row.put(s.cut);
-    row.put(std::array{std::log(along + 1e-3f), std::log(across + 1e-3f)});
+    row.put(std::array{elementary::log(along + 1e-3f), elementary::log(across + 1e-3f)});
     row.put(w.memory);
   }
 
@@ -372,10 +374,10 @@ class Network {
     row.put(beyond);
     row.put(turned);
     row.put(asinh(beyond * 3.0f));
-    row.put(std::asinh(3.0f * turned));
+    row.put(elementary::asinh(3.0f * turned));
     for (const Point trace : own.traces) row.put(trace);
-    row.put(std::array{std::log(1.0f + frame.known), std::log(frame.dt), own.told, frame.own_begins,
-                       std::log(1.0f + own.frames), 10.0f * frame.spread, 0.05f * frame.seen,
+    row.put(std::array{elementary::log(1.0f + frame.known), elementary::log(frame.dt), own.told, frame.own_begins,
+                       elementary::log(1.0f + own.frames), 10.0f * frame.spread, 0.05f * frame.seen,
                        frame.known < 1.5f ? 1.0f : 0.0f, frame.known < 2.5f ? 1.0f : 0.0f});
     row.put(own.memory);
     return facts;
@@ -390,8 +392,8 @@ class Network {
     for (int k = 0; k < frame.count(); ++k) {
       const Person& p = frame.people[k];
       const float* t = trust[k];
-      weighing.people[k] = {p.known / p.along * std::exp(clip(t[2], -6.0f, 5.0f)),
-                            p.known / p.across * std::exp(clip(t[3], -6.0f, 5.0f)),
+      weighing.people[k] = {p.known / p.along * elementary::exp(clip(t[2], -6.0f, 5.0f)),
+                            p.known / p.across * elementary::exp(clip(t[3], -6.0f, 5.0f)),
                             Point{t[0], t[1]} * (frame.scale * (1.0f - p.sight.placed))};
     }
     weighing.heads = heads_;
@@ -404,7 +406,8 @@ class Network {
   void own_prior(Frame& frame, const std::vector<float>& trust) const {
     Weighing& weighing = frame.weighing;
     const float dt = frame.dt;
-    for (int n = 0; n < 3; ++n) weighing.inertia[n] = frame.inertia[n] * std::exp(clip(trust[3 + n], -6.0f, 6.0f));
+    for (int n = 0; n < 3; ++n)
+      weighing.inertia[n] = frame.inertia[n] * elementary::exp(clip(trust[3 + n], -6.0f, 6.0f));
     Motion& said = weighing.motion;
     said.step = frame.expected.step + Point{trust[0], trust[1]} * (0.3f * dt);
     said.turn = frame.expected.turn + trust[2] * (0.5f * dt);
@@ -424,14 +427,14 @@ class Network {
       const float* t = trust[k];
       auto& weight = weighing.people[k];
       weight.offset = weight.offset + Point{t[2], t[3]} * (frame.scale * (1.0f - frame.people[k].sight.placed));
-      weight.along *= std::exp(clip(t[0], -6.0f, 4.0f));
-      weight.across *= std::exp(clip(t[1], -6.0f, 4.0f));
+      weight.along *= elementary::exp(clip(t[0], -6.0f, 4.0f));
+      weight.across *= elementary::exp(clip(t[1], -6.0f, 4.0f));
       frame.people[k].gains = {sigmoid(t[4]), sigmoid(t[5])};
     }
     frame.uncertain = {};
     if (!pure_) {
       frame.motion = fit(frame.views, weighing, frame.motion, 2, frame.uncertain);
-      for (float& variance : frame.uncertain) variance = std::log(variance + 1e-9f);
+      for (float& variance : frame.uncertain) variance = elementary::log(variance + 1e-9f);
     }
     frame.motion = frame.or_given(frame.motion);
     for (int k = 0; k < frame.count(); ++k) place(frame, k);
@@ -501,7 +504,7 @@ class Network {
     change.resize(kWidth + 6);
     Writer row(change.data() + kWidth);
     row.put(asinh(beyond * 3.0f));
-    row.put(std::asinh(3.0f * (frame.motion.turn - frame.expected.turn) / frame.dt));
+    row.put(elementary::asinh(3.0f * (frame.motion.turn - frame.expected.turn) / frame.dt));
     row.put(pace);
     row.put(frame.motion.turn / frame.dt);
     frame.own_memory = own_memory_(change, {frame.own.memory.begin(), frame.own.memory.end()});
@@ -509,7 +512,7 @@ class Network {
     thought.insert(thought.end(), frame.own_memory.begin(), frame.own_memory.end());
     thought = hidden(doubt_, thought);
     for (const float uncertain : frame.uncertain) thought.push_back(uncertain * 0.2f);
-    thought.push_back(std::log(1.0f + frame.known));
+    thought.push_back(elementary::log(1.0f + frame.known));
     frame.doubt = doubts_(thought, {frame.own.doubt.begin(), frame.own.doubt.end()});
   }
 
@@ -524,8 +527,8 @@ class Network {
       Writer row(facts[k]);
       row.put(frame.thoughts[k], kWidth);
       row.put(frame.doubt.data(), kDoubt);
-      row.put(std::array{std::log(p.box_along + 1e-3f), std::log(p.box_across + 1e-3f), p.sight.placed,
-                         std::log(std::sqrt(squared(p.place) + 1e-4f))});
+      row.put(std::array{elementary::log(p.box_along + 1e-3f), elementary::log(p.box_across + 1e-3f), p.sight.placed,
+                         elementary::log(std::sqrt(squared(p.place) + 1e-4f))});
     }
     const Rows spreads = place_spread_(facts);
     for (int k = 0; k < count; ++k) places[k] = {frame.people[k].place, {spreads[k][0], spreads[k][1]}};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "elementary.hpp"
 #include "layers.hpp"
 
 namespace vbbench::former {
@@ -20,7 +21,7 @@ inline Point operator*(Point a, Point b) { return {a.x * b.x - a.y * b.y, a.x * 
 inline Point operator*(Point a, float b) { return {a.x * b, a.y * b}; }
 inline Point operator/(Point a, float b) { return {a.x / b, a.y / b}; }
 inline Point conj(Point a) { return {a.x, -a.y}; }
-inline Point direction(float angle) { return {std::cos(angle), std::sin(angle)}; }
+inline Point direction(float angle) { return {elementary::cos(angle), elementary::sin(angle)}; }
 inline float squared(Point a) { return a.x * a.x + a.y * a.y; }
 
 /// How the observer moved since the last frame, in m and rad.
@@ -65,15 +66,15 @@ namespace heads {
 
 constexpr float kLag = 0.8f, kStanding = 0.3f, kFollowing = 0.005f, kLoose = 0.03f, kWandering = 0.4f,
                 kMostOdds = 10.0f;
-inline float gain(float dt) { return 1.0f - std::exp(dt * (-1.0f / kLag)); }
-inline float facing(Point way) { return std::atan2(way.y, way.x + 1e-4f); }
+inline float gain(float dt) { return 1.0f - elementary::exp(dt * (-1.0f / kLag)); }
+inline float facing(Point way) { return elementary::atan2(way.y, way.x + 1e-4f); }
 inline float walks(Point way) {
   const float speed = square(squared(way));
   return speed / (speed + square(square(kStanding)));
 }
 
 inline Head before(Point smooth, float odds, float dt) {
-  const float share = gain(dt), first_odds = std::log(1.0f / 3.0f);
+  const float share = gain(dt), first_odds = elementary::log(1.0f / 3.0f);
   return {smooth * (1.0f - share), share / dt, sigmoid(odds + first_odds)};
 }
 
@@ -81,7 +82,7 @@ inline Head before(Point smooth, float odds, float dt) {
 inline float odds_after(float odds, Point smooth, float turn, float dt) {
   const float off = square(facing(smooth)), turned = square(turn * dt), wandering = kWandering * dt;
   const float others = kLoose / (square(kLoose) + off) + wandering / (square(wandering) + turned);
-  const float evidence = std::log(2.0f * kFollowing / (square(kFollowing) + off) / others);
+  const float evidence = elementary::log(2.0f * kFollowing / (square(kFollowing) + off) / others);
   return clip(odds + evidence * walks(smooth), -kMostOdds, kMostOdds);
 }
 
@@ -150,7 +151,7 @@ inline Motion align(const std::vector<View>& views, const Weighing& weighing) {
     turned = turned + (views[k].expected - middle) * weights[k] * conj(views[k].seen - centre);
   turned = turned - (expected.step - middle) * own * conj(centre);
   const Point way = turned * conj(direction(expected.turn)) + Point{weighing.inertia[2], 0.0f};
-  const float turn = expected.turn + std::atan2(way.y, way.x);
+  const float turn = expected.turn + elementary::atan2(way.y, way.x);
   return {middle - centre * direction(turn), turn};
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "basics.hpp"
+#include "elementary.hpp"
 
 namespace vbbench::social_force {
 
@@ -15,7 +16,7 @@ inline void cohere(const People& people, std::int64_t i, double x, double y, dou
                    Forces& forces) {
   const double dx = x - people.x[i], dy = y - people.y[i];
   const double distance = std::sqrt(dx * dx + dy * dy);
-  const double pull = factor * 0.5 * (std::tanh(distance - radius) + 1.0);
+  const double pull = factor * 0.5 * (elementary::tanh(distance - radius) + 1.0);
   forces.x[i] += pull * dx;
   forces.y[i] += pull * dy;
 }

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "elementary.hpp"
+
 namespace vbbench::views {
 
 struct Drive {
@@ -24,11 +26,11 @@ inline double wrapped(double angle) {
 /// Place x, y in m, yaw in rad, speed and turning rate at each of the steps, into way [N, 5], towards goals [N, 2].
 inline void steer(std::int64_t steps, const double* goals, const double* start, const Drive& d, double* way) {
   double x = start[0], y = start[1], speed = 0.0;
-  double yaw = steps > 0 ? std::atan2(goals[1] - y, goals[0] - x) : 0.0;
+  double yaw = steps > 0 ? elementary::atan2(goals[1] - y, goals[0] - x) : 0.0;
   for (std::int64_t n = 0; n < steps; ++n, goals += 2, way += 5) {
-    const double dx = goals[0] - x, dy = goals[1] - y, aside = wrapped(std::atan2(dy, dx) - yaw);
-    const double reach = std::hypot(dx, dy);
-    const double wanted = std::min(reach / d.lead, d.top_speed) * std::max(std::cos(aside), 0.0);
+    const double dx = goals[0] - x, dy = goals[1] - y, aside = wrapped(elementary::atan2(dy, dx) - yaw);
+    const double reach = elementary::hypot(dx, dy);
+    const double wanted = std::min(reach / d.lead, d.top_speed) * std::max(elementary::cos(aside), 0.0);
     speed += std::min(std::max(wanted - speed, -d.acceleration * d.step), d.acceleration * d.step);
     const double near = std::min(reach / (0.2 * d.lead), 1.0);  // a goal at its feet lies in no direction
     const double turn = near * std::min(std::max(aside / d.turn_time, -d.turn_rate), d.turn_rate);
@@ -38,8 +40,8 @@ inline void steer(std::int64_t steps, const double* goals, const double* start, 
     way[3] = speed;
     way[4] = turn;
     const double middle = yaw + 0.5 * turn * d.step;
-    x += speed * std::cos(middle) * d.step;
-    y += speed * std::sin(middle) * d.step;
+    x += speed * elementary::cos(middle) * d.step;
+    y += speed * elementary::sin(middle) * d.step;
     yaw += turn * d.step;
   }
 }
@@ -48,7 +50,7 @@ inline void steer(std::int64_t steps, const double* goals, const double* start, 
 inline void turn_towards(std::int64_t count, const double* course, double most, double* yaws) {
   if (count > 0) yaws[0] = course[0];
   for (std::int64_t t = 1; t < count; ++t) {
-    const double off = course[t] - yaws[t - 1], wanted = std::atan2(std::sin(off), std::cos(off));
+    const double off = course[t] - yaws[t - 1], wanted = elementary::atan2(elementary::sin(off), elementary::cos(off));
     yaws[t] = yaws[t - 1] + std::min(std::max(wanted, -most), most);
   }
 }

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <numbers>
 
+#include "elementary.hpp"
+
 namespace vbbench::views {
 
 /// Whom a vehicle sees, and who is in its way.
@@ -34,7 +36,7 @@ inline void look_round(const People& people, std::int64_t ways, const double* po
     runs[0] = runs[1] = 0;
     std::int64_t begun = 0;
     for (std::int64_t t = 0; t < people.frames; ++t, poses += 3, ++nearest) {
-      const double sin = std::sin(poses[2]), cos = std::cos(poses[2]);
+      const double sin = elementary::sin(poses[2]), cos = elementary::cos(poses[2]);
       std::int64_t seen = 0;
       bool clear = true;
       *nearest = horizon;
@@ -47,7 +49,7 @@ inline void look_round(const People& people, std::int64_t ways, const double* po
         if (!people.crowd[n] || !(away < horizon)) continue;
         const double aside = sin * east - cos * north, ahead = cos * east + sin * north;
         if (narrow && ahead <= 0.0) continue;
-        const double azimuth = all_around ? 0.0 : std::atan2(aside, ahead);
+        const double azimuth = all_around ? 0.0 : elementary::atan2(aside, ahead);
         if (all_around || (left < azimuth && azimuth < right)) {
           ++seen;
           *nearest = std::min(*nearest, away);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "../meshes.hpp"
+#include "elementary.hpp"
 #include "threads.hpp"
 
 namespace vbbench::renderers {
@@ -43,8 +44,8 @@ inline bool in_sight(const std::array<float, 4>& sphere, const Transform& joined
   }
   const double radius = sphere[3] * std::sqrt(stretch), right = rays.width - rays.centre, left = rays.centre;
   if (centre[2] + radius < kNear) return false;
-  if (rays.across * centre[0] + left * centre[2] < -radius * std::hypot(rays.across, left)) return false;
-  return right * centre[2] - rays.across * centre[0] >= -radius * std::hypot(rays.across, right);
+  if (rays.across * centre[0] + left * centre[2] < -radius * elementary::hypot(rays.across, left)) return false;
+  return right * centre[2] - rays.across * centre[0] >= -radius * elementary::hypot(rays.across, right);
 }
 
 /// Columns in a perspective picture; a limb that reaches behind the camera may cover all of them.
@@ -69,7 +70,7 @@ inline Span columns_around(Int count, const Point* points, float* columns, doubl
   constexpr double pi = 3.141592653589793;
   double start = 0.0, low = 0.0, high = 0.0;
   for (Int n = 0; n < count; ++n) {
-    const double column = (std::atan2(points[n][0], points[n][2]) / (2.0 * pi) + 0.5) * width;
+    const double column = (elementary::atan2(points[n][0], points[n][2]) / (2.0 * pi) + 0.5) * width;
     columns[n] = static_cast<float>(column);
     if (n == 0) start = column;
     const double offset = column - start - width * std::floor((column - start) / width + 0.5);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "../constants.hpp"
+#include "elementary.hpp"
 
 namespace vbbench {
 
@@ -33,9 +34,9 @@ struct Box {
   /// The box of a row of `Input::boxes`; `cut` is a sum of `Cut`.
   static Box of(const double* row, int cut) {
     Box box{row[0], row[1], row[2], row[3], row[4], cut, row[2]};
-    box.cos = std::cos(box.azimuth);
-    box.sin = std::sin(box.azimuth);
-    box.log_length = std::log(box.length);
+    box.cos = elementary::cos(box.azimuth);
+    box.sin = elementary::sin(box.azimuth);
+    box.log_length = elementary::log(box.length);
     return box;
   }
 };
@@ -81,7 +82,7 @@ struct BoxState {
     const double raw = r - global[kEdge] - own_edge;
     rho = std::max(raw, kNearest);
     by_rho = raw > kNearest ? 1.0 : 0.0;
-    log_rho = std::log(rho);
+    log_rho = elementary::log(rho);
   }
 };
 
@@ -103,7 +104,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
 
   Cue& u = cues[0];
   const double seen = box.azimuth - middle * (pitch * sa + roll * ca) - at.global[kOffset];
-  u.q = wrap(at.pose[2] - std::atan2(dy, dx) - seen) / box.width;
+  u.q = wrap(at.pose[2] - elementary::atan2(dy, dx) - seen) / box.width;
   const double by_x = -dy / square / box.width, by_y = dx / square / box.width;  // of the bearing, counter-clockwise
   u.by[kX] = -by_x;
   u.by[kY] = -by_y;
@@ -139,7 +140,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   Cue& b = cues[2];
   const bool feet = !(box.cut & kFeetCut || box.hidden), head = !(box.cut & kHeadCut);
   const double slope = feet ? box.foot : box.foot - box.length;
-  const double height = feet ? 0.0 : std::exp(at.log_height), down = at.global[kMount] - height;
+  const double height = feet ? 0.0 : elementary::exp(at.log_height), down = at.global[kMount] - height;
   const double scale = 1.0 / box.expected, by_distance = scale * down / (rho * rho) * by_rho;
   b.q = (slope + lift * (1.0 + slope * slope) - down / rho) * scale;
   b.by[kX] = by_distance * rx;
@@ -174,7 +175,7 @@ struct Robust {
 };
 inline Robust student(double square, double nu, double dimensions) {
   const double scaled = square / nu;
-  return {0.5 * (nu + dimensions) * std::log1p(scaled), (nu + dimensions) / (nu * (1.0 + scaled))};
+  return {0.5 * (nu + dimensions) * elementary::log1p(scaled), (nu + dimensions) / (nu * (1.0 + scaled))};
 }
 
 }  // namespace vbbench

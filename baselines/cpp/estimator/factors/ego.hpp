@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "../constants.hpp"
+#include "elementary.hpp"
 #include "walk.hpp"
 
 namespace vbbench {
@@ -31,8 +32,8 @@ struct Step {
 
 template <class T>
 Step<T> step_between(const std::array<T, 3>& before, const std::array<T, 3>& now) {
-  using std::cos;
-  using std::sin;
+  using elementary::cos;
+  using elementary::sin;
   const T turn = wrap(now[2] - before[2]), heading = before[2] + 0.5 * turn;
   const T x = now[0] - before[0], y = now[1] - before[1], c = cos(heading), s = sin(heading);
   return {c * x + s * y, c * y - s * x, turn};
@@ -59,11 +60,11 @@ struct EgoMotion {
     EgoMotion e;
     e.dt = dt;
     e.walk = Walk::of(c, dt);
-    for (int i = 0; i < 3; ++i) e.change[i] = c.drive[i] * std::pow(dt, 1.5);
-    e.curve = c.curve * std::pow(dt, 1.5);
+    for (int i = 0; i < 3; ++i) e.change[i] = c.drive[i] * dt * std::sqrt(dt);
+    e.curve = c.curve * dt * std::sqrt(dt);
     e.slip = {c.slip[0] * dt, c.slip[1] * dt};
     e.stand = {std::min(c.stand[0], 0.5 * e.slip[0]), std::min(c.stand[1], 0.5 * e.slip[1])};
-    for (int i = 0; i < 2; ++i) e.lag[i] = 1.0 - std::exp(-dt / c.head_lag[i]);
+    for (int i = 0; i < 2; ++i) e.lag[i] = 1.0 - elementary::exp(-dt / c.head_lag[i]);
     e.head = {c.head_scale[0] * dt / 0.4, c.head_scale[1], c.head_scale[2] * dt / 0.4};
     e.nu = c.drive_nu;
     e.pace = SpeedPrior::of(c);
@@ -78,7 +79,7 @@ struct EgoMotion {
     double sum = 0.0;
     for (double p : e.start) sum += p;
     for (double& p : e.start) p /= sum;
-    const double leave = 1.0 - std::exp(-dt / c.stay), rare = 1e-3 * leave;
+    const double leave = 1.0 - elementary::exp(-dt / c.stay), rare = 1e-3 * leave;
     for (int from = 0; from < kModes; ++from) {
       for (int to = 0; to < kModes; ++to) {
         // each carrier stands at times, and vehicles turn
@@ -107,7 +108,7 @@ struct EgoMotion {
     };
     const auto cauchy = [&](const T& r, double gamma, double share) {
       const double v = value_of(r), square = v * v / (gamma * gamma);
-      add(r, 2.0 * share / (gamma * gamma * (1.0 + square)), share * std::log1p(square));
+      add(r, 2.0 * share / (gamma * gamma * (1.0 + square)), share * elementary::log1p(square));
     };
     if (mode == kStand) {
       gaussian(step.forward, stand[0]);
@@ -133,7 +134,7 @@ struct EgoMotion {
       return;
     }
     // A pedestrian walks as others do, hardly runs, and looks along the path or anywhere.
-    const double speed = std::hypot(value_of(step.forward), value_of(step.left)) / dt;
+    const double speed = elementary::hypot(value_of(step.forward), value_of(step.left)) / dt;
     if (speed > pace.running) {
       using std::sqrt;
       const T x = now[0] - before[0], y = now[1] - before[1];
@@ -162,7 +163,7 @@ struct EgoMotion {
       const T x = T(1.0 / dt) * (now[0] - before[0]), y = T(1.0 / dt) * (now[1] - before[1]);
       const T pacing = sqrt(x * x + y * y + T(1e-8));
       const Pace usual = pace.at(value_of(pacing), dt);
-      add(pacing - T(pace.walking), usual.walk, -pace.weight * dt * std::log(usual.density));
+      add(pacing - T(pace.walking), usual.walk, -pace.weight * dt * elementary::log(usual.density));
       add(x, usual.stand, 0.0);
       add(y, usual.stand, 0.0);
     }
@@ -170,9 +171,9 @@ struct EgoMotion {
     if (mode == kWander) {
       cauchy(step.turn, gamma, 1.0);
     } else {
-      using std::atan2;
-      using std::cos;
-      using std::sin;
+      using elementary::atan2;
+      using elementary::cos;
+      using elementary::sin;
       using std::sqrt;
       const T x = now[0] - before[0], y = now[1] - before[1], ca = cos(before[2]), sa = sin(before[2]);
       const T ahead = ca * x + sa * y, left = ca * y - sa * x, square = x * x + y * y;
@@ -201,7 +202,7 @@ struct EgoMotion {
       double sum = 0.0;
       residuals(mode, poses, known, [&](const double&, double, double cost) { sum += cost; });
       const std::array<double, 3> s = scales(mode, known);
-      for (int a = 0; a < 3; ++a) sum += 0.5 * std::log1p(s[a] * s[a] * information[a]);
+      for (int a = 0; a < 3; ++a) sum += 0.5 * elementary::log1p(s[a] * s[a] * information[a]);
       out[mode] = sum;
     }
     return out;
@@ -231,9 +232,9 @@ inline double mode_posteriors(const EgoMotion& motion, const std::vector<Modes>&
     for (int m = 0; m < kModes; ++m)
       if (here[m] > 0.0) least = std::min(least, costs[t][m]);
     double sum = 0.0;
-    for (int m = 0; m < kModes; ++m) sum += forward[t][m] = here[m] * std::exp(least - costs[t][m]);
+    for (int m = 0; m < kModes; ++m) sum += forward[t][m] = here[m] * elementary::exp(least - costs[t][m]);
     for (double& p : forward[t]) p /= sum;
-    evidence += least - std::log(sum);
+    evidence += least - elementary::log(sum);
   }
   Modes after;
   after.fill(1.0);
@@ -249,7 +250,7 @@ inline double mode_posteriors(const EgoMotion& motion, const std::vector<Modes>&
     double top = 0.0;
     for (int from = 0; from < kModes; ++from) {
       for (int to = 0; to < kModes; ++to)
-        next[from] += motion.transition[from][to] * std::exp(least - costs[t][to]) * after[to];
+        next[from] += motion.transition[from][to] * elementary::exp(least - costs[t][to]) * after[to];
       top = std::max(top, next[from]);
     }
     for (int m = 0; m < kModes; ++m) after[m] = next[m] / top;

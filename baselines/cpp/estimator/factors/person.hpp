@@ -4,6 +4,7 @@
 #include <array>
 
 #include "../state.hpp"
+#include "elementary.hpp"
 
 namespace vbbench {
 
@@ -94,7 +95,7 @@ inline Row scale_row(const Node& node, const BoxState& at, int i) {
   row.of_box = true;
   row.w = kTiny;
   row.e = -1.0 / kTiny;
-  row.cost = -0.5 * node.growth * std::log(at.square);
+  row.cost = -0.5 * node.growth * elementary::log(at.square);
   row.by[kSlotPlace] = by_x;
   row.by[kSlotPlace + 1] = by_y;
   row.by[kSlotCamera] = -by_x;
@@ -113,7 +114,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
                  const PeopleModel& model, Visit&& visit, Nodes nodes = {}) {
   const int end = std::min(person.frames(), nodes.last + 1);
   std::array<double, 3> memory;
-  for (int c = 0; c < 3; ++c) memory[c] = std::exp(-model.walk.dt / model.noise.time[c]);
+  for (int c = 0; c < 3; ++c) memory[c] = elementary::exp(-model.walk.dt / model.noise.time[c]);
   std::array<Cue, 3> before{};
   int before_node = -2;
   for (int i = std::max(0, nodes.first - 1); i < end; ++i) {
@@ -264,19 +265,19 @@ class CostSum {
     if (row.power == 0.0) return;
     power_[row.law] = row.power;
     if (row.base < 1e-100) {  // the product would be 0
-      sum_ += row.power * std::log(row.base);
+      sum_ += row.power * elementary::log(row.base);
       return;
     }
     double& product = product_[row.law];
     product *= row.base;
     if (product > 1e-100 && product < 1e100) return;
-    sum_ += row.power * std::log(product);
+    sum_ += row.power * elementary::log(product);
     product = 1.0;
   }
   double sum() const {
     double sum = sum_;
     for (int law = 0; law < Row::kLaws; ++law)
-      if (product_[law] != 1.0) sum += power_[law] * std::log(product_[law]);
+      if (product_[law] != 1.0) sum += power_[law] * elementary::log(product_[law]);
     return sum;
   }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "../constants.hpp"
+#include "elementary.hpp"
 
 namespace vbbench {
 
@@ -22,9 +23,9 @@ struct Walk {
 
   static Walk of(const Constants& c, double dt) {
     const auto gait = [&](int k) {  // autocovariance of displacements
-      const double t = c.gait_time, decay = std::exp(-dt / t), power = c.gait_speed * c.gait_speed * t * t;
+      const double t = c.gait_time, decay = elementary::exp(-dt / t), power = c.gait_speed * c.gait_speed * t * t;
       if (k == 0) return 2.0 * power * (dt / t - 1.0 + decay);
-      return power * std::pow(decay, k - 1) * (1.0 - decay) * (1.0 - decay);
+      return power * elementary::exp((1 - k) * dt / t) * (1.0 - decay) * (1.0 - decay);
     };
     std::array<double, 3> g{};
     for (int k = 0; k < 3; ++k) g[k] = 2.0 * gait(k) - gait(k == 0 ? 1 : k - 1) - gait(k + 1);
@@ -88,12 +89,12 @@ struct SpeedPrior {
 
   /// The prior at a `speed` in m/s, weighted for a step of dt seconds.
   Pace at(double speed, double dt) const {
-    const double walk =
-        (1.0 - standing_weight) / walking_std * std::exp(-0.5 * std::pow((speed - walking) / walking_std, 2));
+    const double off = (speed - walking) / walking_std;
+    const double walk = (1.0 - standing_weight) / walking_std * elementary::exp(-0.5 * off * off);
     const double scaled = 1.0 + speed * speed / (standing * standing);
     const double faster = std::max(0.0, speed - running) / running_std;
     const double stand =
-        standing_weight / standing * std::exp(-0.5 * faster * faster) / (scaled * std::sqrt(scaled)) + 1e-300;
+        standing_weight / standing * elementary::exp(-0.5 * faster * faster) / (scaled * std::sqrt(scaled)) + 1e-300;
     const double share = walk / (walk + stand), rest = 1.0 - share;
     const double beyond = faster > 0.0 ? faster / running_std / (speed - walking) : 0.0;
     const double counts = weight * dt;
