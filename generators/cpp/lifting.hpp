@@ -10,7 +10,7 @@
 
 namespace vbbench::lifting {
 
-constexpr double kFirstSpeedStd = 5.0;  ///< m/s, of a velocity of which nothing is known yet
+constexpr double kFirstSpeedStd = 5.0;  ///< m/s, prior of a velocity
 
 /// The Kalman filter and the smoother of Rauch, Tung and Striebel of one coordinate, driven by white acceleration.
 class Smoother {
@@ -69,7 +69,7 @@ class Smoother {
 constexpr int kHarmonics = 6;
 constexpr int kTerms = 2 * kHarmonics + 1;
 
-/// Normal equations of the harmonics of log speeds, with people's own paces integrated out.
+/// Normal equations of the harmonics of log speeds; deviations of people are integrated out.
 struct Normal {
   std::array<double, kTerms * kTerms> matrix{};
   std::array<double, kTerms> right{};

@@ -1,10 +1,10 @@
 // An extended Kalman filter of planar pose and velocities from wheels and gyro.
 //
 // The state is the pose (x, y, yaw) since frame 0, the motion (forward, left, turn) since the frame before, the speeds
-// (v, ω), the gyro's bias b, and how much the wheels slip, as shares s of the speed and k of the turning rate:
+// (v, ω), the gyro's bias b, and the wheels' slip, as shares s of the speed and k of the turning rate:
 //
 //     x' = x + v Δt cos(yaw + ωΔt/2),  y' = y + v Δt sin(yaw + ωΔt/2),  yaw' = yaw + ωΔt   (the motion likewise)
-//     v, ω, b: random walks;   s, k: fade with e^(−Δt/τ) and are renewed at the rate that keeps their spread
+//     v, ω, b: random walks;   s, k: stationary Ornstein–Uhlenbeck processes of the correlation time τ
 //     wheels: (1 + s) v and (1 + k) ω;   gyro: ω + b
 #pragma once
 
@@ -18,13 +18,13 @@
 namespace vbbench::odometry {
 
 constexpr int kSize = 11;
-/// Places in the state: x, y, yaw; forward, left, turn; v, ω, b, s, k.
+/// Indices in the state: x, y, yaw; forward, left, turn; v, ω, b, s, k.
 constexpr int kMoved = 3, kV = 6, kW = 7, kBias = 8, kSlip = 9, kTurnSlip = 10;
 
-/// Kinds of readings; a frame is the moment at which pose and motion are wanted.
+/// Kinds of readings; a frame is a time at which pose and motion are reported.
 enum Kind : std::int64_t { kSpeedReading, kTurnReading, kGyroReading, kFrame };
 
-/// Standard deviations of what the filter expects.
+/// Standard deviations of the filter's model.
 struct Noise {
   std::array<double, 3> readings;                    ///< of speed, turn and gyro, in m/s, rad/s, rad/s
   double acceleration, turn_acceleration, sideways;  ///< m/s and rad/s after a second, m in a metre
@@ -74,7 +74,7 @@ class Filter {
     add_noise(dt, stays);
   }
 
-  /// Takes one reading in; one that lies far off counts as less certain.
+  /// Updates the state with one reading; outliers have less weight.
   void update(Kind kind, double value) {
     const int rate = kind == kSpeedReading ? kV : kW;
     const int other = kind == kGyroReading ? kBias : kind == kSpeedReading ? kSlip : kTurnSlip;
@@ -109,7 +109,7 @@ class Filter {
   }
 
  private:
-  /// With sums in one order on every machine.
+  /// A matrix product with sums in one order on every machine.
   static Matrix product(const Matrix& first, const Matrix& second) {
     Matrix product{};
     for (int a = 0; a < kSize; ++a)
@@ -118,7 +118,7 @@ class Filter {
     return product;
   }
 
-  /// Q: random walks of v, ω and b, the renewal of the slips, and motion sideways, equal in pose and motion.
+  /// Process noise Q: random walks of v, ω and b, the noise of the slips, and motion sideways, in pose and motion.
   void add_noise(double dt, double stays) {
     spread_[kV][kV] += noise_.acceleration * noise_.acceleration * dt;
     spread_[kW][kW] += noise_.turn_acceleration * noise_.turn_acceleration * dt;
@@ -140,7 +140,7 @@ class Filter {
   Matrix spread_{};
 };
 
-/// Where a robot was, at the readings that are frames.
+/// Poses and motions of a robot at the readings that are frames.
 struct Motion {
   double *poses, *covariances;  ///< [T, 3] and [T, 3, 3]
   double *motions, *spreads;    ///< the same since the frame before

@@ -1,4 +1,4 @@
-// Where a carried camera sees feet and heads: tilted, at its own height, over uneven ground.
+// Directions to feet and heads from a carried camera: tilted, at its own height, over uneven ground.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct Ground {
   }
 };
 
-/// A camera's way through a sequence of T frames, and K people.
+/// Poses and tilts of a camera in T frames, and K people.
 struct Carriage {
   std::int64_t frames, people;
   const double* relative;   ///< [T, K, 2] (right, forward) of the camera, in m

@@ -1,4 +1,4 @@
-// Who hides whom: outlines that stand on level ground, of which nearer ones hide what is below their upper edge.
+// Occlusion: outlines of people on level ground, of which nearer ones hide what is below their upper edge.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ struct Figure {
   double u, feet, size;
 };
 
-/// Box about what shows, in px.
+/// Box of the visible part, in px.
 struct Box {
   double u, v, height, width;
 };
@@ -32,14 +32,14 @@ struct Columns {
   std::int64_t first, last;
 };
 
-/// What hides everything below it, column by column of the picture.
+/// The upper edge of all nearer outlines, column by column of the picture; everything below it is hidden.
 class Skyline {
  public:
-  /// Of a picture that many px wide; one that wraps closes on itself and has no upper and lower border.
+  /// For a picture of this width in px; one that wraps is a panorama without upper and lower border.
   Skyline(int width, double bottom, bool wraps)
       : rows_(static_cast<std::size_t>(width) * kSamples, bottom), bottom_(bottom), wraps_(wraps) {}
 
-  /// The sampled columns of a figure, also those beside the picture; the narrowest still has one.
+  /// The sampled columns of a figure, also those outside the picture; the narrowest still has one.
   ///
   /// Sample c stands at column (c + ½) / kSamples.
   Columns columns(const Figure& figure, double half) const {
@@ -51,7 +51,7 @@ class Skyline {
     return {first, last};
   }
 
-  /// Those of columns that are in the picture.
+  /// The part of the columns that is in the picture.
   Columns inside(const Columns& columns) const {
     if (wraps_) return columns;
     return {std::max<std::int64_t>(columns.first, 0), std::min(columns.last, count() - 1)};
@@ -91,7 +91,7 @@ class Skyline {
       sky = std::min(sky, head);
     }
     if (shown > 0.0) {
-      // Where the figure's own edge shows it is exact; elsewhere the sample's edge bounds what shows.
+      // A visible edge of the figure is exact; elsewhere the sample's edge bounds the visible part.
       const double begin = left == own.first ? u - reach : static_cast<double>(left) / kSamples;
       const double end = right == own.last ? u + reach : static_cast<double>(right + 1) / kSamples;
       box = {0.5 * (begin + end), 0.5 * (top + low), low - top, end - begin};
@@ -99,7 +99,7 @@ class Skyline {
     return whole > 0.0 ? shown / whole : std::numeric_limits<double>::quiet_NaN();
   }
 
-  /// Forgets everybody, who were all within these columns.
+  /// Clears the skyline within these columns.
   void clear(const Columns& columns) {
     if (wraps_) {
       std::ranges::fill(rows_, bottom_);
@@ -125,7 +125,7 @@ class Skyline {
   bool wraps_;
 };
 
-/// Visible fractions and boxes [T, K] of people at the given distances; NaN = not there, and where nothing shows.
+/// Visible fractions and boxes [T, K] of people at the given distances; NaN = absent, or nothing is visible.
 inline void sweep(std::int64_t frames, std::int64_t people, const Figure* figures, const double* distances,
                   const Outline& outline, Skyline& skyline, double* visible, Box* boxes) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();

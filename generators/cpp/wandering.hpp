@@ -1,4 +1,4 @@
-// Noise that remembers: Ornstein–Uhlenbeck processes.
+// Ornstein–Uhlenbeck processes.
 #pragma once
 
 #include <cstdint>

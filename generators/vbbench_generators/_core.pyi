@@ -54,7 +54,7 @@ def sweep(
     bottom: float,
     wraps: bool,
 ) -> tuple[FloatArray, FloatArray]:
-    """What shows of people whom nearer ones hide: visible fractions [T, K], and boxes [T, K, 4] (u, v, l, width) in px.
+    """Occlusion: visible fractions [T, K] of people, and boxes [T, K, 4] (u, v, l, width) in px of their visible parts.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def project_cuboids(
     """
 
 def worths(tracks: FloatArray, detections: FloatArray, scores: FloatArray, least: float, period: float) -> FloatArray:
-    """[N, M] how much the overlap of boxes [N, 4] and [M, 4], times the score [M] of the latter, is above ``least``.
+    """[N, M] excess over ``least`` of the IoU of boxes [N, 4] and [M, 4], times the score [M] of the latter.
 
     Boxes, here and below, are (centre column, centre row, width, height) in px; ``period`` is the width of a picture
     that closes on itself, 0 for one with borders.
@@ -129,24 +129,24 @@ def merge_people(
     rate: float,
     period: float,
 ) -> BoolArray:
-    """Which of the detections [N, 4] remain, where some pairs of people become one box about both, in place.
+    """Merge some pairs of people into one box about both, in place; returns a mask of the detections that remain.
 
     Of two whose true boxes overlap by more than ``overlap`` that is so where the first's ``chance`` is below ``rate``.
     """
 
 def remaining(boxes: FloatArray, order: IntArray, overlap: float, period: float) -> BoolArray:
-    """Non-maximum suppression: which boxes [N, 4] overlap none by more than ``overlap`` that remains, best first."""
+    """Non-maximum suppression: mask of boxes [N, 4] whose IoU with better, kept ones is at most ``overlap``."""
 
 def move_on(mean: FloatArray, spread: FloatArray, dt: float, wander: float, acceleration: float) -> None:
-    """Beliefs [N, 4, 2] and their covariances [N, 4, 3] ``dt`` seconds later, in place."""
+    """Predict states [N, 4, 2] and their covariances [N, 4, 3] ``dt`` seconds ahead, in place."""
 
 def take_in(mean: FloatArray, spread: FloatArray, boxes: FloatArray, measurement: float, period: float) -> None:
-    """Beliefs [N, 4, 2] and their covariances [N, 4, 3] after boxes [N, 4] were seen, in place."""
+    """Update states [N, 4, 2] and their covariances [N, 4, 3] with boxes [N, 4], in place."""
 
 def look_round(
     places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, limits: tuple[float, float, float, float]
 ) -> tuple[IntArray, FloatArray]:
-    """What is seen along each of the ``ways`` [P, T, 3].
+    """Visibility of people along each of the paths ``ways`` [P, T, 3].
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def steer(
     """
 
 def turn_towards(course: FloatArray, most: float) -> FloatArray:
-    """Yaws [N] of a head that turns towards its ``course`` [N] by at most so many rad a step."""
+    """Yaws [N] that follow a ``course`` [N] by at most so many rad a step."""
 
 def filter_readings(
     times: FloatArray, values: FloatArray, kinds: IntArray, noise: dict[str, Any]
@@ -207,7 +207,7 @@ def smooth(known: FloatArray, noise: FloatArray, starts: IntArray, q: float, dt:
 def whiten(
     value: FloatArray, phi: FloatArray, weight: FloatArray, person: IntArray, between: float
 ) -> tuple[FloatArray, FloatArray, float, float]:
-    """Normal equations of harmonics, weighted square sum and log determinant, people's own paces integrated out.
+    """Normal equations of harmonics, weighted square sum and log determinant; deviations of people are integrated out.
 
     Parameters
     ----------

@@ -1,7 +1,4 @@
-"""Crowds that walk under the social force model: the engine and its model.
-
-The engine walks one crowd or many, on one thread or more, to the same numbers.
-"""
+"""Simulation of crowds by social force. Results do not depend on the number of threads."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
@@ -20,15 +17,15 @@ NO_GROUP = -1
 
 @dataclass(frozen=True, kw_only=True)
 class Crowd:
-    """One scene at its start.
+    """The initial state of one crowd.
 
     Parameters
     ----------
     positions : [K, 2] in m.
     velocities : [K, 2] in m/s.
     speeds : [K] desired speeds in m/s.
-    goals : [K, G, 2] in m, the places each person heads for, one after the other; the last one is kept to.
-    groups : [K] group number, -1 for people who walk alone; by default everyone does.
+    goals : [K, G, 2] in m, the goals of each person in turn; people stay at the last one.
+    groups : [K] group number, −1 for people who walk alone; by default, all do.
 
     Raises
     ------
@@ -92,7 +89,7 @@ class Moussaid:
     factor : strength A in m/s².
     velocity_weight : λ in s/m, weight of the relative velocity in the interaction vector.
     reach : γ in m, range of the force for an interaction vector of length 1.
-    side_sharpness, brake_sharpness : n and n', how fast turning aside and braking fade with the angle.
+    side_sharpness, brake_sharpness : n and n', the decay of evasion and braking with the angle.
     """
 
     factor: float = 5.1
@@ -107,14 +104,14 @@ class Moussaid:
 
 @dataclass(frozen=True, kw_only=True)
 class WallForce:
-    """Walls, as in pysocialforce: lines sampled at 10 points a metre, each of which repels.
+    """Repulsion of walls, as in pysocialforce: lines are sampled at 10 points per metre, each of which repels.
 
     Parameters
     ----------
     factor : strength in m/s².
-    fall_off : in m.
-    reach : distance in m from the body's rim beyond which a point does nothing.
-    body_radius : in m.
+    fall_off : decay length of the force in m.
+    reach : distance in m from the body's rim beyond which there is no force.
+    body_radius : radius of a body in m.
     """
 
     factor: float = 10.0
@@ -128,14 +125,14 @@ class WallForce:
 
 @dataclass(frozen=True, kw_only=True)
 class GroupForces:
-    """What keeps a group together, as in pysocialforce, where these are the factors in effect.
+    """Forces within a group, with the effective factors of pysocialforce.
 
     Parameters
     ----------
-    cohesion : pull towards the centre of the group, in 1/s².
-    gaze : walking on or waiting so that the others stay in view, in m/s².
-    separation : push between members closer than ``personal_space``, in 1/s².
-    personal_space : in m.
+    cohesion : attraction to the centre of the group, in 1/s².
+    gaze : acceleration or braking that keeps the others in view, in m/s².
+    separation : repulsion between members closer than ``personal_space``, in 1/s².
+    personal_space : distance in m.
     """
 
     cohesion: float = 1.0
@@ -149,14 +146,14 @@ class GroupForces:
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """Everything that moves a crowd.
+    """The forces of a crowd.
 
     Parameters
     ----------
-    repulsion : how people keep apart.
-    walls : how walls repel.
-    groups : how groups keep together.
-    relaxation_time : τ in s, to regain the desired velocity.
+    repulsion : repulsion between people.
+    walls : repulsion of walls.
+    groups : forces within groups.
+    relaxation_time : τ in s, within which the desired velocity is regained.
     top_speed : maximum speed, relative to the desired speed.
     arrival_radius : distance in m from a goal at which a person turns to the next one; at least 0.5.
     """
@@ -200,7 +197,7 @@ def simulate(
     walls: ArrayLike = NO_WALLS,
     threads: int | None = None,
 ) -> FloatArray:
-    """Walk one crowd.
+    """Simulate one crowd.
 
     Parameters
     ----------
@@ -233,7 +230,7 @@ def simulate_many(
     walls: ArrayLike = NO_WALLS,
     threads: int | None = None,
 ) -> list[FloatArray]:
-    """Walk several crowds, each by itself, side by side; the parameters and each array are those of `simulate`."""
+    """Simulate several independent crowds in parallel; parameters and arrays are those of `simulate`."""
     segments = _checked(frames, dt, substeps, walls)
     if threads is not None and threads < 1:
         raise ValueError(f"threads must be at least 1, not {threads}")
@@ -268,7 +265,7 @@ def _checked(frames: int, dt: float, substeps: int, walls: ArrayLike) -> FloatAr
 
 
 def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, substeps: int) -> dict[str, Any]:
-    """Crowds laid end to end, as `_core.march` takes them."""
+    """The concatenated arrays of crowds for `_core.march`."""
     members = [crowd.members() for crowd in crowds]
     groups = [group for crowd_groups in members for group in crowd_groups]
     ends = np.cumsum(

@@ -14,13 +14,13 @@ from vbbench_generators.views.reprojection import Reprojection, plan_reprojectio
 
 @dataclass(frozen=True)
 class RecipeSplit:
-    """A split made by a recipe; its file is read when it is first needed.
+    """A split defined by a recipe, whose file is read when first needed.
 
     Parameters
     ----------
-    name : what the split is called.
+    name : name of the split.
     file : the recipe; ``None`` for the one of this name that comes with vbbench.
-    half_width : in m, of the square field that the recordings are scaled to; ``None`` leaves them as they are.
+    half_width : half the side in m of the square to which recordings are scaled; ``None``: no scaling.
     """
 
     name: str
@@ -34,7 +34,7 @@ class RecipeSplit:
 
     @property
     def card(self) -> Card:
-        """What the recipe says of its source."""
+        """The card of the recipe's source."""
         return self._card(self.recipe.caution.text if self.recipe.caution else None)
 
     def scaled(self, half_width: float) -> "RecipeSplit":

@@ -1,4 +1,4 @@
-// What all forces share: people as rows of plain numbers, the model's numbers, and functions that loops vectorise.
+// Common parts of the forces: people as rows of numbers, parameters of the model, and vectorised functions.
 //
 // Exponential and arc tangent are made of additions and multiplications. Calls of the C library would keep loops
 // scalar, and its last digits differ between machines. Polynomials are written in pairs of terms, which the processor
@@ -46,7 +46,7 @@ struct Forces {
   explicit Forces(int people) : x(people), y(people) {}
 };
 
-/// Pairs that are gathered before they are computed in one loop: four numbers each, and whom they are of.
+/// Pairs that are gathered before they are computed in one loop: four numbers and the two indices of each.
 struct Pairs {
   std::array<std::vector<double>, 4> rows;
   std::vector<int> of;

@@ -11,7 +11,7 @@
 
 namespace vbbench::social_force {
 
-/// Pulls i towards the centre x, y, softly switched on where it is further off than `radius`.
+/// Force on i towards the centre x, y, which rises smoothly beyond the distance `radius`.
 inline void cohere(const People& people, std::int64_t i, double x, double y, double radius, double factor,
                    Forces& forces) {
   const double dx = x - people.x[i], dy = y - people.y[i];
@@ -21,7 +21,7 @@ inline void cohere(const People& people, std::int64_t i, double x, double y, dou
   forces.y[i] += pull * dy;
 }
 
-/// Pushes i along the way to the goal as far as the others' centre lies ahead, relative to the goal's distance.
+/// Force on i towards the goal, by how far the others' centre lies ahead relative to the goal's distance.
 ///
 /// x, y are sums over the group. The goal counts as 0.5 m away where it is nearer.
 inline void gaze(const People& people, std::int64_t i, double x, double y, double size, double factor, Forces& forces) {
@@ -46,7 +46,7 @@ inline void add_group_forces(const People& people, std::span<const std::int64_t>
   for (const std::int64_t i : members) {
     cohere(people, i, x / size, y / size, (size - 1.0) / 2.0, s.cohesion, forces);
     gaze(people, i, x, y, size, s.gaze, forces);
-    for (const std::int64_t j : members) {  // pushed away by as much as the two are apart
+    for (const std::int64_t j : members) {  // repulsion proportional to the distance
       const double dx = people.x[i] - people.x[j], dy = people.y[i] - people.y[j];
       if (std::sqrt(dx * dx + dy * dy) > s.personal_space) continue;
       forces.x[i] += s.separation * dx;

@@ -1,6 +1,6 @@
 // Crowds step by step: goals, forces, and the semi-implicit integration v += F·Δt, x += v·Δt.
 //
-// Scenes are walked side by side, or one large crowd at a time with the work of each step shared out.
+// Scenes run in parallel, or one large crowd at a time with the work of each step divided among threads.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct Scene {
   std::int64_t first, last, first_goal, last_goal, first_group, last_group;
 };
 
-/// Crowds laid end to end, and all that moves them.
+/// Concatenated crowds, and the parameters of their simulation.
 struct Crowds {
   std::span<const Scene> scenes;
   std::int64_t people = 0;                ///< N, of all scenes
@@ -54,7 +54,7 @@ inline void add_row_forces(const People& people, int first, int stride, std::spa
   }
 }
 
-/// A scene on its way.
+/// The state of a scene during its simulation.
 class Walk {
  public:
   Walk(const Scene& scene, const Crowds& crowds)
@@ -70,7 +70,7 @@ class Walk {
 
   const People& people() const { return people_; }
 
-  /// Turns people who have arrived to their next goal, and finds the way to it.
+  /// Assigns the next goal to people who have arrived, and computes direction and distance of goals.
   void aim() {
     for (int k = 0; k < people_.count; ++k) {
       const double* own = crowds_.goals + 2 * (scene_.first_goal + k * goals_);
@@ -130,7 +130,7 @@ class Walk {
   std::vector<std::int64_t> current_;
 };
 
-/// Walks one scene: steps(walk) takes the steps of a frame; `paths` [T, N, 2] in m.
+/// Simulates one scene: steps(walk) takes the steps of a frame; `paths` [T, N, 2] in m.
 template <class Steps>
 void march_frames(const Scene& scene, const Crowds& crowds, int frames, double* paths, const Steps& step) {
   Walk walk(scene, crowds);
@@ -144,7 +144,7 @@ void march_frames(const Scene& scene, const Crowds& crowds, int frames, double* 
   }
 }
 
-/// Walks scenes, each on one thread of the team, and fills `paths` [T, N, 2] in m.
+/// Simulates scenes, each on one thread of the team, and fills `paths` [T, N, 2] in m.
 inline void march(const Crowds& crowds, int frames, double* paths, Team& team) {
   team.run(static_cast<int>(crowds.scenes.size()), [&](int n) {
     const Scene& scene = crowds.scenes[n];
@@ -160,7 +160,7 @@ inline void march(const Crowds& crowds, int frames, double* paths, Team& team) {
   });
 }
 
-/// Walks large scenes one after the other: blocks of people are spread over the team, and summed in their order.
+/// Simulates large scenes one after the other: blocks of people are divided among the team, and summed in order.
 inline void march_large(const Crowds& crowds, int frames, double* paths, Team& team) {
   for (const Scene& scene : crowds.scenes) {
     const int people = static_cast<int>(scene.last - scene.first);

@@ -20,8 +20,8 @@ namespace vbbench::social_force {
 /// Replaces the places x, y (m) of i as seen from j by the force (m/s²) on i, given velocities of j less i (m/s).
 ///
 /// With r = (x, y), D is taken times d, which needs no division: d D = λ d u + r, and tan(θ/2) = |λ r × u| / (|d D| +
-/// d + λ r·u). Coinciding people have no e and feel nothing. There are three short loops, of which the processor has
-/// more rounds at work at the same time than of a long one.
+/// d + λ r·u). Coinciding people have no e and feel nothing. Of three short loops the processor overlaps more
+/// iterations than of a long one.
 VBBENCH_WIDE inline void moussaid_pairs(int filled, const Settings& s, double* __restrict x, double* __restrict y,
                                         const double* __restrict ux, const double* __restrict uy) {
   constexpr int kAtOnce = 128;
@@ -74,7 +74,7 @@ inline double interleaved_sum(const double* values, int count) {
   return (sums[0] + sums[1]) + (sums[2] + sums[3]);
 }
 
-/// Gives i = start, start + stride, … < end the forces of its row of pairs, and all j > i the opposite.
+/// Adds the forces of a row of pairs to i = start, start + stride, … < end, and the opposite to all j > i.
 VBBENCH_WIDE inline void hand_out_rows(int start, int end, int stride, const Pairs& pairs, Forces& forces) {
   const int count = static_cast<int>(forces.x.size());
   for (int axis = 0; axis < 2; ++axis) {

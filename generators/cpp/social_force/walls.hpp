@@ -19,7 +19,7 @@ struct Wall {
 
 using Vector = std::array<double, 2>;
 
-/// Replaces places by pushes, without branches.
+/// Replaces places (m) of points of a wall by their forces (m/s²), without branches.
 VBBENCH_WIDE inline void wall_pushes(int filled, double radius, double fall_off, double reach, double* __restrict dx,
                                      double* __restrict dy) {
   for (int n = 0; n < filled; ++n) {

@@ -1,4 +1,4 @@
-// Boxes of detector and tracker: how much they overlap, which become one, and which remain.
+// Boxes of detector and tracker: IoU, merging, and non-maximum suppression.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ struct Box {
   double u, v, width, height;
 };
 
-/// `apart` columns, by the shorter way in a picture that closes on itself after `period` px; 0 = one with borders.
+/// The distance of `apart` columns, the shorter one in a panorama of the width `period` px; 0 = borders.
 inline double shorter(double apart, double period) {
   return period > 0.0 ? apart - period * std::nearbyint(apart / period) : apart;
 }
@@ -28,7 +28,7 @@ inline double shared_area(const Box& a, const Box& b, double period) {
   return shared / (a.width * a.height + b.width * b.height - shared);
 }
 
-/// How much overlaps of N and M boxes, times the scores of the latter, are above `least`, into worth [N, M].
+/// Writes the excess over `least` of the IoU of N and M boxes, times the scores of the latter, into worth [N, M].
 inline void worths(std::int64_t tracks, std::int64_t detections, const Box* track, const Box* detection,
                    const double* scores, double least, double period, double* worth) {
   for (std::int64_t i = 0; i < tracks; ++i)
@@ -44,9 +44,9 @@ inline void join(double& middle, double& size, double other_middle, double other
   size = high - low;
 }
 
-/// Some pairs of people become one box about both, in place; `kept` [N] is which detections remain.
+/// Merges some pairs of people into one box about both, in place; `kept` [N] marks the detections that remain.
 ///
-/// Of two whose true boxes overlap by more than `overlap` that is so where the first's `chance` is below `rate`.
+/// A pair merges if the IoU of the true boxes exceeds `overlap` and the first's `chance` is below `rate`.
 inline void merge_people(std::int64_t count, Box* boxes, double* scores, const Box* truth, const double* chance,
                          double overlap, double rate, double period, bool* kept) {
   std::fill_n(kept, count, true);
@@ -62,7 +62,8 @@ inline void merge_people(std::int64_t count, Box* boxes, double* scores, const B
   }
 }
 
-/// Non-maximum suppression: `kept` [N] is which boxes overlap none by more than `overlap` that remains, best first.
+/// Non-maximum suppression, best first: `kept` [N] marks boxes whose IoU with all better kept ones is at most
+/// `overlap`.
 inline void remaining(std::int64_t count, const Box* boxes, const std::int64_t* order, double overlap, double period,
                       bool* kept) {
   std::fill_n(kept, count, true);

@@ -14,9 +14,9 @@ using Mean = std::array<std::array<double, 2>, 4>;
 /// Their covariances (P_00, P_01, P_11).
 using Spread = std::array<std::array<double, 3>, 4>;
 
-constexpr int kHeight = 3;  ///< place of the height among a box's coordinates
+constexpr int kHeight = 3;  ///< index of the height among a box's coordinates
 
-/// Beliefs `dt` seconds later; `wander` and `acceleration` are in heights.
+/// Predicts states `dt` seconds ahead; `wander` and `acceleration` are in heights.
 inline void move_on(std::int64_t count, Mean* mean, Spread* spread, double dt, double wander, double acceleration) {
   for (std::int64_t n = 0; n < count; ++n) {
     const double height = std::max(mean[n][kHeight][0], 1.0);
@@ -30,7 +30,7 @@ inline void move_on(std::int64_t count, Mean* mean, Spread* spread, double dt, d
   }
 }
 
-/// Beliefs after boxes were seen; `measurement` is the deviation of a coordinate in heights.
+/// Updates states with boxes; `measurement` is the standard deviation of a coordinate in heights.
 inline void take_in(std::int64_t count, Mean* mean, Spread* spread, const Box* boxes, double measurement,
                     double period) {
   for (std::int64_t n = 0; n < count; ++n) {

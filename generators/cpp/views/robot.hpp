@@ -1,4 +1,4 @@
-// A robot on two driven wheels that follows a person.
+// A robot with differential drive that follows a person.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace vbbench::views {
 
 struct Drive {
   double top_speed, acceleration;  ///< m/s and m/s²
-  double turn_rate, turn_time;     ///< rad/s, and s in which it turns to where it is to go
+  double turn_rate, turn_time;     ///< rad/s, and s within which it turns to the goal's direction
   double lead;                     ///< s by which goals are ahead
   double step;                     ///< s
 };
@@ -46,7 +46,7 @@ inline void steer(std::int64_t steps, const double* goals, const double* start, 
   }
 }
 
-/// Yaws [n] of a head that turns towards its course [n] by at most so many rad a step.
+/// Yaws [n] that follow a course [n] by at most so many rad a step.
 inline void turn_towards(std::int64_t count, const double* course, double most, double* yaws) {
   if (count > 0) yaws[0] = course[0];
   for (std::int64_t t = 1; t < count; ++t) {

@@ -1,4 +1,4 @@
-// What a vehicle sees along ways that are laid among people.
+// Visibility of people along a vehicle's paths.
 #pragma once
 
 #include <algorithm>
@@ -10,19 +10,19 @@
 
 namespace vbbench::views {
 
-/// Whom a vehicle sees, and who is in its way.
+/// Limits of view and collision of a vehicle, and the people.
 struct Limits {
   double left, right;         ///< azimuths in rad of the view's borders
-  double horizon, clearance;  ///< farthest distance in m of whom it sees, and nearest of whom it passes
+  double horizon, clearance;  ///< farthest distance in m of a person in view, and nearest of one who is passed
 };
 
 struct People {
   std::int64_t frames, count;
   const double* places;  ///< [T, K, 2] in m, NaN = absent
-  const bool* crowd;     ///< [T, K] who is to be seen
+  const bool* crowd;     ///< [T, K] people to be seen
 };
 
-/// What is seen along each of the ways [P, T, 3].
+/// Visibility along each of the paths [P, T, 3].
 ///
 /// `runs` [P, 2] are the longest run of frames first ≤ t < last in which enough people are in view and nobody is in the
 /// way, the first of several; `nearest` [P, T] is the distance in m of the nearest in view, or the horizon's.

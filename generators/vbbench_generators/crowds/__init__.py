@@ -1,1 +1,1 @@
-"""Simulated crowds: scenarios, the social force that walks them, and the splits made of them."""
+"""Simulated crowds: scenarios, and the splits made of them."""

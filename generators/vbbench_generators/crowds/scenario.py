@@ -32,14 +32,13 @@ MOST_WALL = 1e5
 
 @dataclass(frozen=True, kw_only=True)
 class Flow:
-    """People who start in one place and head for another.
+    """People who start in one rectangle and head for another.
 
     Parameters
     ----------
-    start : where they start, uniformly.
-    goal : where they head for, uniformly.
-    beyond : whether they pass their goal and walk straight on, so that nobody arrives.
-    then : who arrives heads for a place in one of these rectangles next, and so on; if there are none, it stays.
+    start, goal : places are drawn uniformly in these rectangles.
+    beyond : whether people pass their goal and walk straight on, so that nobody arrives.
+    then : rectangles of further goals after arrival, drawn in turn; without any, people stay.
     """
 
     start: Rectangle
@@ -58,25 +57,25 @@ class Flow:
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario:
-    """What a simulated crowd does, and how it is recorded.
+    """A simulated crowd, and its recording.
 
     Parameters
     ----------
-    name, title : what it is called and shows.
+    name, title : its name, and its description.
     sequences : number of sequences; each has its own crowd.
     people : numbers of people K; the sequences take them in turn.
     frames, dt : frames per sequence, and seconds per frame.
     step : seconds of an integration step.
     warm_up : seconds that the crowd walks before frame 0.
-    camera : what the observer carries unless the user says otherwise.
-    min_seen : the observer is one who sees at least so many people in every frame, and at least one person in some.
-    forces : how people keep apart: Moussaïd et al. 2009.
-    turn_rate : how fast the camera turns at most, in rad/s: people take about a second to turn round.
+    camera : the observer's camera by default.
+    min_seen : the observer sees at least so many people in every frame, and at least one person in some.
+    forces : the model of repulsion: Moussaïd et al. 2009.
+    turn_rate : limit of the camera's yaw rate in rad/s: people take about a second to turn round.
     speed_mean, speed_std : desired speeds in m/s, normal, cut off at three standard deviations.
     spacing : least distance of two people at the start, in m.
-    least_way : least distance from the start, or the last goal, to the next goal, in m.
-    flow : who walks where; people belong to the flows in turn.
-    walls : line segments x0, y0, x1, y1 in m that people keep away from.
+    least_way : least distance in m from the start, or the last goal, to the next goal.
+    flow : the flows; people are assigned to them in turn.
+    walls : line segments x0, y0, x1, y1 in m that repel people.
     """
 
     name: str
@@ -115,7 +114,7 @@ class Scenario:
         self._check_size()
 
     def _check_size(self) -> None:
-        """Refuse what no memory holds, though each number by itself can be."""
+        """Refuse sequences that would not fit in memory, though each number is valid."""
         crowd, frames = max(self.people), self.warm_up_frames + self.frames
         if crowd * frames > MOST_POSITIONS:
             raise ValueError(f"{crowd:,} people in {frames:,} frames, the warm-up's included, are too many")
@@ -133,7 +132,7 @@ class Scenario:
 
     @property
     def warm_up_frames(self) -> int:
-        """Frames that are simulated and thrown away."""
+        """Frames that are simulated and discarded."""
         return round(self.warm_up / self.dt)
 
     @cached_property
@@ -210,7 +209,7 @@ def draw_speeds(scenario: Scenario, people: int, rng: np.random.Generator) -> Fl
 def _draw_goals(
     flow: Flow, start: FloatArray, farthest: float, scenario: Scenario, rng: np.random.Generator
 ) -> FloatArray:
-    """Goals [G, 2] in m, enough that no one with further goals arrives at the last."""
+    """Goals [G, 2] in m; with further goals, so many that nobody arrives at the last."""
     goal = _draw_place(flow.goal, start[None], scenario.least_way, rng, scenario)
     if flow.beyond:
         way = goal - start
@@ -226,7 +225,7 @@ def _draw_goals(
 
 
 def _leaves_way(place: Rectangle, point: FloatArray, least: float) -> bool:
-    """Whether most of a rectangle is farther than ``least`` from a point: its centre, or its half diagonal, is."""
+    """Whether the centre of a rectangle is farther than ``least`` m from a point, or its half diagonal is longer."""
     x0, y0, x1, y1 = place
     away = np.hypot((x0 + x1) / 2.0 - point[0], (y0 + y1) / 2.0 - point[1])
     return bool(max(away, np.hypot(x1 - x0, y1 - y0) / 2.0) > least)
@@ -252,7 +251,7 @@ def _draw_place(
 
 @dataclass(frozen=True)
 class ObservedScene:
-    """A scene and who observes it: a column of the scene, and where that person looks, [T] in rad."""
+    """A scene, its observer's column, and the observer's ``heading`` [T] in rad."""
 
     scene: Scene
     observer: int
@@ -267,12 +266,12 @@ def draw_scene(
     height: float,
     rng: np.random.Generator,
 ) -> ObservedScene:
-    """A scene of the scenario in which no one is stuck, with an observer who sees enough; heights are unknown.
+    """A scene of the scenario in which nobody is stuck, with an observer who sees enough; heights are not drawn.
 
     Parameters
     ----------
-    people : K.
-    camera, height : of the observer, and the height in m of the people whom it must see.
+    people : number of people K.
+    camera, height : the observer's camera, and the height in m of people for the test of what it sees.
     rng : the sequence's random numbers.
 
     Raises
@@ -303,7 +302,7 @@ def draw_scene(
 
 
 def is_stuck(positions: FloatArray, speeds: FloatArray, dt: float) -> BoolArray:
-    """[K] who hardly moves over some `STUCK_TIME`: positions [T, K, 2] in m, desired speeds [K] in m/s, dt in s."""
+    """Mask [K] of people who hardly move over some `STUCK_TIME`; ``speeds`` [K] are the desired ones in m/s."""
     steps = np.diff(positions, axis=0)
     covered = np.cumsum(np.concatenate([np.zeros((1, len(speeds))), np.hypot(steps[..., 0], steps[..., 1])]), axis=0)
     window = min(round(STUCK_TIME / dt), len(steps))
@@ -330,7 +329,7 @@ def walk(scenario: Scenario, crowd: Crowd, model: Model) -> FloatArray:
 
 
 def _count_seen(positions: FloatArray, heading: FloatArray, height: float, observer: int, camera: Camera) -> IntArray:
-    """[T] how many others the observer has in the picture while looking ahead."""
+    """[T] number of people in the picture of an ``observer`` with the yaws ``heading`` [T]."""
     poses = np.concatenate([positions[:, observer], heading[:, None]], axis=1)
     boxes = camera.project(world_to_relative(positions, poses), np.full(positions.shape[1], height))
     there = ~np.isnan(boxes[..., 2])

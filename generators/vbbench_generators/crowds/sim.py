@@ -1,6 +1,6 @@
-"""The splits `sim` and `street`: crowds that walk under the social force, each seen by one of its walkers.
+"""The splits `sim` and `street`: crowds simulated by social force, each observed by one of its people.
 
-`street` is the paper's photorealistic split, in which people are hidden by people.
+`street` is the paper's photorealistic split, with occlusion.
 """
 
 from dataclasses import asdict, dataclass, replace
@@ -34,7 +34,7 @@ HALF_SIDE = 6.0
 
 
 class DemoSplit:
-    """Simulated crowds, each seen by all of its people; needs no source."""
+    """Simulated crowds, each observed by all of its people in turn; needs no source."""
 
     card = Card(
         name="demo",
@@ -83,7 +83,7 @@ SIM_SCENARIO, STREET_SCENARIO = "open", "street"
 
 
 class Carried(NamedTuple):
-    """A scene, the frames of it that are seen, the poses [T, 3] of the camera, and how its bearer measured its way."""
+    """A scene, the observed frames, the poses [T, 3] of the camera in m and rad, and the odometry of its bearer."""
 
     scene: Scene
     span: Span
@@ -105,7 +105,7 @@ class SimulationPlan:
 
     @property
     def scenes(self) -> tuple[Scene, ...]:
-        """None: every sequence brings its own."""
+        """Empty: every sequence has its own scene."""
         return ()
 
     def __len__(self) -> int:
@@ -137,7 +137,7 @@ class SimulationPlan:
         return replace(data, sequence=_measured(data.sequence, seen.odometry), scene=seen.scene)
 
     def _carried(self, drawn: ObservedScene, index: int, rng: np.random.Generator) -> Carried:
-        """How the camera is carried through a scene."""
+        """The scene with the camera's frames and poses, by the plan's ``observer``."""
         scene = drawn.scene
         if self.observer == "robot":
             others = np.arange(len(scene.people)) != drawn.observer
@@ -177,7 +177,7 @@ def _measured(sequence: Sequence, odometry: Odometry | None) -> Sequence:
 
 
 class SimSplit:
-    """Crowds made on demand; needs no source."""
+    """Simulated crowds, one a sequence; needs no source."""
 
     card = Card(
         name="sim",
@@ -206,15 +206,15 @@ def plan_simulation(
 
     Parameters
     ----------
-    card : of the split.
-    default_scenario : unless the options name one.
-    tier : what is done to exact boxes.
-    definition : what else the dataset's definition is to say.
+    card : card of the split.
+    default_scenario : the scenario, unless the options name one.
+    tier : the corruption of exact boxes.
+    definition : further entries of the dataset's definition.
 
     Raises
     ------
     VbbenchError
-        If an option is not for this split, or a number is not one of its scenario.
+        If an option is not for this split, or out of the scenario's range.
     """
     if options.source is not None or options.dt is not None or options.homography is not None:
         raise VbbenchError(f"{card.name} has no source: leave `source`, `dt` and `homography` out")
@@ -264,9 +264,9 @@ def plan_simulation(
 class StreetSplit:
     """The scenario `street`; needs no source.
 
-    Its tier `ideal` is the paper's input from centre lines: whoever shows enough has a whole and exact box, and whoever
-    does not has none. Any tier in which nobody is hidden, such as `noisy`, comes on top of that; others, such as
-    `occluded` and `tracked`, are as everywhere.
+    Its tier `ideal` is the paper's input from centre lines: a person with a sufficient visible fraction has a whole,
+    exact box, others have none. Tiers without occlusion, such as `noisy`, are applied to these boxes; tiers with
+    occlusion, such as `occluded` and `tracked`, work as in other splits.
     """
 
     card = replace(SimSplit.card, name="street", title="Street: a simulated crowd in which people hide one another")

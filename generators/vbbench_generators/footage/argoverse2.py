@@ -109,7 +109,7 @@ class FeatherTable(ArrowTable):
         return self._texts[name]
 
     def number(self, name: str) -> FloatArray:
-        """[N] a column of numbers, as they are stored."""
+        """[N] a column of numbers, in the stored type."""
         return self._numbers[name]
 
     def numbers(self, names: tuple[str, ...], rows: IntArray | None = None) -> FloatArray:

@@ -77,7 +77,7 @@ class Sensor:
     Parameters
     ----------
     rotation : [3, 3] from the camera's axes to the car's.
-    origin : [3] where it is on the car in m.
+    origin : [3] its position in the car's axes, in m.
     camera : its model, with the pitch, roll and mount height that follow from these.
     distortion : of its raw pictures; ``None`` where they have none.
     """
@@ -109,7 +109,7 @@ class Cuboids:
 
 @dataclass(frozen=True, kw_only=True)
 class CarMotion:
-    """Where a car is: ``rotations`` [T, 3, 3] from its axes to the world's, and ``origins`` [T, 3] in m."""
+    """Poses of a car: ``rotations`` [T, 3, 3] from its axes to the world's, and ``origins`` [T, 3] in m."""
 
     rotations: FloatArray
     origins: FloatArray
@@ -121,11 +121,11 @@ class CarRecording:
 
     Parameters
     ----------
-    name : what it is called.
-    sensors : the cameras that are asked for, by name.
-    motions : the car's motion at the times of each of them.
-    cuboids : the people.
-    digests : SHA-256 of the files that it was read from, by what they are; empty where recordings share files.
+    name : name of the recording.
+    sensors : the chosen cameras, by name.
+    motions : the car's poses at the exposures of each camera.
+    cuboids : the labelled people.
+    digests : SHA-256 of the recording's files, by kind of file; empty where recordings share files.
     """
 
     name: str
@@ -151,7 +151,7 @@ def rotation_matrices(quaternions: FloatArray) -> FloatArray:
 
 
 def between(quaternions: FloatArray, later: FloatArray, share: FloatArray) -> FloatArray:
-    """Quaternions [N, 4] a ``share`` [N] of the way from ones to ``later`` ones, along the chord: for small turns."""
+    """Quaternions [N, 4] interpolated linearly, for small turns, at a ``share`` [N] of the way to ``later`` ones."""
     sign = np.where((quaternions * later).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
     return quaternions + share[:, None] * (sign * later - quaternions)
 
@@ -242,7 +242,7 @@ def _projection(camera: Camera) -> tuple[tuple[float, float, float, float], bool
 
 
 def footage_of(one: CarRecording, name: str, sensor_name: str) -> tuple[Footage, FloatArray]:
-    """What one camera of a recording saw, and the boxes [T, P, 4] (left, top, width, height) of all its people."""
+    """The footage of one camera, and the boxes [T, P, 4] (left, top, width, height) in px of all labelled people."""
     sensor, motion, cuboids = one.sensors[sensor_name], one.motions[sensor_name], one.cuboids
     frames, count = len(motion.origins), int(cuboids.person.max(initial=-1)) + 1
     at = cuboids.frame, cuboids.person
@@ -280,7 +280,7 @@ class CuboidSplit(FootageSplit):
 
     Parameters
     ----------
-    near, lasting : how near in m, and for how many s.
+    near, lasting : greatest distance in m of these people, and least duration of a sequence in s.
     """
 
     reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"boxes", "person_class", "cameras"}
@@ -295,7 +295,7 @@ class CuboidSplit(FootageSplit):
         """The recordings of these names, or those of the parts of these names; all without any."""
 
     def plan(self, options: Options) -> FootageSequences:
-        """See `FootageSplit.plan`; solvers get more noise for boxes that are found than for labelled ones."""
+        """See `FootageSplit.plan`; the stated noise is larger for a detector's boxes than for labels."""
         asked = options.footage or FootageOptions()
         seconds = DT * (asked.every or self.every)
         longest = asked.longest or round(LONGEST / seconds)
@@ -310,7 +310,7 @@ class CuboidSplit(FootageSplit):
         return f" within {self.near:g} m"
 
     def counted(self, one: Footage) -> BoolArray:
-        """See `FootageSplit.counted`: those near the camera."""
+        """See `FootageSplit.counted`: boxes of people near the camera."""
         positions, _ = one.positions()
         away = np.full(positions.shape, np.nan) if one.poses is None else positions - one.poses[:, None, :2]
         return one.observed & (np.hypot(away[..., 0], away[..., 1]) < self.near)
@@ -372,7 +372,7 @@ def _found(path: Path, boxes: FloatArray, sensor: Sensor, person_class: str | No
 
 
 def _facts(one: Footage) -> dict[str, Any]:
-    """A row of the dataset's table of recordings: the camera's motion, the crowd's density and speed."""
+    """A row of the dataset's table of recordings: camera motion, crowd density and speeds."""
     poses, places = np.asarray(one.poses), one.positions()[0]
     driven = float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum())
     second = round(1.0 / DT)
@@ -420,7 +420,7 @@ def part_of(split: str, name: str, folder: str = "") -> Part:
 
 
 def chosen(split: str, names: Iterable[str] | None, known: Mapping[str, str]) -> list[str]:
-    """The recordings that are named, one by one or by a part (`PARTS`); all without names.
+    """The recordings called ``names``, by recording or by part (`PARTS`); all if that is ``None``.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The split ``motsynth``: videos of a game, with people, joints and camera as the game has them."""
+"""The split ``motsynth``: videos of a game, with the game's own people, joints and camera."""
 
 import re
 import warnings
@@ -48,7 +48,7 @@ class MotsynthSplit(FootageSplit):
     every: int = 8
 
     def recordings(self, options: Options) -> Recordings:
-        """Read the annotation files that are asked for; a video that cannot be used is skipped, unless it is named."""
+        """Read the chosen annotation files; an unusable video is skipped, unless the user names it."""
         asked = options.footage or FootageOptions()
         files = _annotation_files(options.source, asked.sequences)
         footage, reports, digests = [], {}, {}
@@ -74,7 +74,7 @@ class MotsynthSplit(FootageSplit):
 
 
 def _annotation_files(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
-    """The files of the videos that are asked for; all of them by default."""
+    """The annotation files of the videos called ``names``; all of them by default."""
     if source is None:
         raise SourceMissingError(f"motsynth needs --source: {WHERE}")
     folder = source / "annotations" if (source / "annotations").is_dir() else source
@@ -91,7 +91,7 @@ def _annotation_files(source: Path | None, names: tuple[str, ...] | None) -> lis
 
 
 def _footage(path: Path, camera_path: CameraPath) -> Footage:
-    """One video; boxes whose centre is outside the picture are removed, as everywhere."""
+    """The footage of one video, without boxes whose centre is outside the picture."""
     found = camera_path.annotations
     tracks = np.unique(found.person)
     column = np.searchsorted(tracks, found.person)
@@ -137,13 +137,13 @@ def _medians(values: FloatArray, group: IntArray, count: int) -> FloatArray:
 
 
 def _pictures(path: Path, first: int) -> Pictures | None:
-    """The pictures next to the annotations, as the authors' tool writes them."""
+    """The pictures next to the annotations, in the layout of the data set's own tool; ``None`` without any."""
     folder = path.parent.parent / "frames" / path.stem / "rgb"
     return pictures_in(folder, "{:04d}.jpg", first)
 
 
 def _summary(reports: dict[str, Any]) -> str:
-    """The figures of all videos on one line, the worst of each."""
+    """A line with the worst value over all videos of each check."""
     values = list(reports.values())
     worst = {
         name: max(report[name] for report in values) for name in ("joint_px", "pose_error", "box_error", "pitch_spread")

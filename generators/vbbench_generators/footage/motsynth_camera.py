@@ -1,10 +1,9 @@
-"""The camera of a MOTSynth video: how its angles are to be read, and whether its poses belong to the boxes.
+"""The camera of a MOTSynth video: the convention of its angles, and the consistency of poses and boxes.
 
-People are given in the camera's axes (right, down, forward), the camera in the game's world, z up. Three things can go
-wrong between them, and all are tested by reprojection: the axes of the joints (they must project onto the joints in the
-picture), the boxes (the joints must project into them), and the frame of the poses: people walk smoothly
-in the world, so that where a person is at time t follows from where they were half a second and a second before, seen
-by the camera of time t.
+People are given in the camera's axes (right, down, forward), the camera in the game's world, z up. Reprojection tests
+three things: the axes of the joints (they must project onto the joints in the picture), the boxes (the joints must
+project into them), and the frames of the poses. The last test predicts people by constant velocity in the world, from
+half a second and a second before, and compares the prediction in the picture.
 """
 
 from dataclasses import dataclass, replace
@@ -31,12 +30,12 @@ PLACES = {
 
 @dataclass(frozen=True)
 class AngleReading:
-    """How ``cam_world_rot`` is read.
+    """A convention of the angles ``cam_world_rot``.
 
     Parameters
     ----------
-    where : where pitch, roll and yaw stand in it.
-    signs : of the three; pitch is positive upwards, roll clockwise as the camera sees, yaw to the left.
+    where : indices of pitch, roll and yaw.
+    signs : signs of the three; pitch is positive upwards, roll clockwise as the camera sees, yaw to the left.
     fixed_axes : whether roll turns about a fixed axis, after yaw and pitch; else about the camera's own.
     """
 
@@ -92,12 +91,12 @@ class CameraPath:
 
     Parameters
     ----------
-    annotations : boxes, joints and poses of the same frames; a shift of poses is mended.
+    annotations : boxes, joints and poses of the same frames; a shift of the poses is corrected.
     poses : [T, 3] (x, y, yaw) in m and rad.
     pitch, roll, mount_height : medians in rad and m.
     people : [N, 2] place of each box's person on the ground: between the hips.
     statures : [N] height in m, from the lower ankle to the top of the head.
-    report : the figures of the checks.
+    report : figures of the checks.
     """
 
     annotations: Annotations
@@ -111,7 +110,7 @@ class CameraPath:
 
 
 def find_camera_path(found: Annotations) -> CameraPath:
-    """Read the camera's angles, check poses, joints and boxes by reprojection, and mend a shift of poses."""
+    """Find the convention of angles, check poses, joints and boxes by reprojection, and correct a shift of poses."""
     off = np.linalg.norm(found.project(found.joints) - found.pixels, axis=-1)
     if not np.isfinite(off).any():
         raise FileError(
@@ -170,7 +169,7 @@ def find_camera_path(found: Annotations) -> CameraPath:
 
 
 def _refuse_leaps(found: Annotations, axes: FloatArray, shift: int) -> None:
-    """Raise FileError at the first pose, ``shift`` frames later in the file, to which no camera gets from the last."""
+    """Raise FileError at the first pose too far from the last; poses are ``shift`` frames later in the file."""
     moved = np.linalg.norm(np.diff(found.positions, axis=0), axis=1)
     turned = np.arccos(np.clip(np.einsum("tij,tij->t", axes[1:], axes[:-1]) * 0.5 - 0.5, -1.0, 1.0))
     leaps = (moved > FASTEST / found.fps) | (turned > QUICKEST / found.fps)
@@ -193,7 +192,7 @@ def camera_axes(angles: FloatArray, reading: AngleReading) -> FloatArray:
 
 
 def _turn(angle: FloatArray, axis: int) -> FloatArray:
-    """[T, 3, 3] right-handed turns about a coordinate axis."""
+    """Right-handed rotations [T, 3, 3] by ``angle`` [T] in rad about a coordinate axis."""
     first, second = (axis + 1) % 3, (axis + 2) % 3
     turns = np.tile(np.eye(3), (len(angle), 1, 1))
     turns[:, first, first] = turns[:, second, second] = np.cos(angle)
@@ -202,7 +201,7 @@ def _turn(angle: FloatArray, axis: int) -> FloatArray:
 
 
 def _to_world(found: Annotations, axes: FloatArray, points: FloatArray) -> FloatArray:
-    """Points [N, J, 3] of the camera in the world."""
+    """Points [N, J, 3] from the camera's axes to the world's."""
     return found.positions[found.frame, None] + points @ np.moveaxis(axes[found.frame], 1, 2)
 
 
@@ -219,7 +218,7 @@ def _box_error(found: Annotations) -> float:
 
 
 def _partners(found: Annotations, shift: int) -> tuple[IntArray, IntArray]:
-    """Rows [M], and those [M] of the same person ``shift`` frames later."""
+    """Rows [M], and the rows [M] of the same person ``shift`` frames later."""
     margin = abs(shift)
     key = found.person * (found.frames + 2 * margin) + found.frame + margin
     place = np.searchsorted(key, key + shift).clip(max=len(key) - 1)
@@ -229,7 +228,7 @@ def _partners(found: Annotations, shift: int) -> tuple[IntArray, IntArray]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Reading:
-    """Places and angles as read, the shift of the poses, and how people move then: see `_find_reading`."""
+    """A convention of places and angles, a shift of poses, and people's motion under both: see `_find_reading`."""
 
     places: str
     angles: AngleReading
@@ -240,7 +239,7 @@ class _Reading:
 
 @dataclass(frozen=True)
 class _Motion:
-    """Median error of predicted places in box heights, mean speed, and median of its vertical part, in m/s."""
+    """Median error of predicted places in box heights; mean speed, and median of its vertical part, in m/s."""
 
     error: float = np.inf
     speed: float = np.inf
@@ -248,10 +247,10 @@ class _Motion:
 
 
 def _find_reading(found: Annotations) -> _Reading:
-    """Choose how places and angles are read.
+    """Choose the convention of places and angles.
 
-    People and ground are level; people are where they are predicted; they climb least; they are slowest. (Behind a
-    camera that goes straight on, predictions fit under any reading; people who stand or walk on level ground do not.)
+    The criteria, in turn, are upright people on level ground, small errors of prediction, small vertical speed, and low
+    speed. (If the camera moves straight on, predictions fit under any convention, but the last two criteria do not.)
     """
     triples = _triples(found)
     tried: dict[bytes, _Reading] = {}
@@ -277,7 +276,7 @@ def _find_reading(found: Annotations) -> _Reading:
 
 
 def _level_readings(found: Annotations) -> list[tuple[AngleReading, float]]:
-    """The readings under which people and ground are level, likeliest first, and degrees by which people lean."""
+    """Conventions under which people are upright and the ground is level, best first, with the lean in degrees."""
     rows = np.linspace(0, len(found.frame) - 1, min(len(found.frame), MOST_TRIPLES)).astype(int)
     ankles = found.joints[rows][:, ANKLES]
     bodies = found.joints[rows, HEAD_TOP] - ankles.mean(axis=1)
@@ -300,7 +299,7 @@ def _level_readings(found: Annotations) -> list[tuple[AngleReading, float]]:
 
 
 def _ground_slope(ankles: FloatArray) -> float:
-    """Degrees of the plane through the lower ankles of [N, 2, 3], in axes that are level, from the camera."""
+    """Inclination in degrees of the plane through the lower of two ``ankles`` [N, 2, 3], relative to level axes."""
     feet = ankles[np.arange(len(ankles)), ankles[..., 2].argmin(axis=1)]
     feet = feet - feet.mean(axis=0)
     level, usual = feet[:, :2], (GROUND_RELIEF / GROUND_SLOPE) ** 2
@@ -309,14 +308,14 @@ def _ground_slope(ankles: FloatArray) -> float:
 
 
 def _relative_poses(axes: FloatArray, positions: FloatArray) -> bytes:
-    """What a reading makes of the camera's way, as seen by the camera: readings that agree here are one."""
+    """A key of the camera's relative poses under a convention; conventions with equal keys are equivalent."""
     moved = np.einsum("twc,tw->tc", axes, positions - positions[0])
     whole = [np.einsum("twc,wd->tcd", axes, axes[0]).reshape(len(axes), 9), axes[:, 2], moved]
     return bytes((np.round(np.hstack(whole), 5) + 0.0).tobytes())
 
 
 def _triples(found: Annotations) -> IntArray:
-    """Rows [3, M] of the same person at three times, `AHEAD` from the one to the next."""
+    """Rows [3, M] of the same person at three times, `AHEAD` apart."""
     step = max(1, round(AHEAD * found.fps))
     (late, before), (later, long_before) = (_partners(found, -steps) for steps in (step, 2 * step))
     last, n, m = np.intersect1d(late, later, return_indices=True)
@@ -327,7 +326,7 @@ def _triples(found: Annotations) -> IntArray:
 
 
 def _motions(found: Annotations, axes: FloatArray, positions: FloatArray, rows: IntArray) -> dict[int, _Motion]:
-    """How people of ``rows`` [3, M] move for poses ``shift`` frames later."""
+    """The motion of people of ``rows`` [3, M] by each shift of the poses, in frames."""
     hips = found.joints[rows][:, :, HIPS].mean(axis=2)
     motions = {}
     for shift in range(-MOST_SHIFT, MOST_SHIFT + 1):
@@ -350,7 +349,7 @@ def _motions(found: Annotations, axes: FloatArray, positions: FloatArray, rows: 
 
 
 def _best(errors: dict[int, float]) -> int:
-    """The shift with the least error; 0 unless another one is clearly better."""
+    """The shift with the least error; 0 unless another is clearly better."""
     best = min(errors, key=lambda shift: (errors[shift], abs(shift)))
     return best if errors[best] < CLEARLY * errors[0] else 0
 

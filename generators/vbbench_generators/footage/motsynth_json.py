@@ -84,7 +84,7 @@ class Annotations:
 
 
 def read_annotations(path: Path) -> Annotations:
-    """Read one annotation file; people whom nobody sees, and those marked as crowd, are skipped."""
+    """Read one annotation file, without invisible people and those marked as crowd."""
     values = _load(path)
     images, rows = (_objects(path, values, name) for name in ("images", "annotations"))
     info = values.get("info", {})
@@ -130,7 +130,7 @@ def read_annotations(path: Path) -> Annotations:
 
 
 def _load(path: Path) -> dict[str, Any]:
-    """The object in the file, without the masks of people, most of its bytes."""
+    """The JSON object of the file, without the masks of people, which take most of its bytes."""
     try:
         values = json.loads(path.read_bytes(), object_hook=_without_mask)
     except FileNotFoundError:
@@ -155,7 +155,7 @@ def _objects(path: Path, values: dict[str, Any], name: str) -> list[dict[str, An
 
 
 def _in_order(path: Path, images: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The images, in place, by frame; consecutive frames of one video."""
+    """The images sorted by frame, in place; they must be consecutive frames of one video."""
     videos = sorted({str(image["seq_name"]) for image in images if "seq_name" in image})
     if len(videos) > 1:
         problem = f"holds {len(videos)} videos ({videos[0]}, {videos[1]} …)"
@@ -193,7 +193,7 @@ def _missing(path: Path, what: str, name: str, known: Iterable[str]) -> FileErro
 
 
 def _number(path: Path, video: dict[str, Any], name: str) -> float:
-    """A number of the video; some are written as text."""
+    """The number ``name`` of the video, which may be written as text."""
     if video.get(name) is None:
         raise _missing(path, "neither 'info' nor the first image", name, video)
     try:
@@ -262,7 +262,7 @@ def _refuse_repetition(path: Path, frame: IntArray, person: IntArray) -> None:
 
 
 def _refuse_points(path: Path, rows: list[dict[str, Any]], joints: FloatArray, seen: IntArray) -> None:
-    """Refuse people, of those ``seen``, all of whose joints are in one place."""
+    """Refuse people ``seen`` whose joints all lie at one point."""
     points = seen[np.ptp(joints[seen], axis=1).max(axis=1) == 0.0]
     if len(points):
         name = quoted(rows[int(points.min())].get("id"))

@@ -1,4 +1,4 @@
-"""The split ``nuscenes``: scenes of nuScenes, people labelled as cuboids twice a second and interpolated between."""
+"""The split ``nuscenes``: scenes of nuScenes, with people labelled as cuboids twice a second, interpolated between."""
 
 import hashlib
 import re
@@ -162,7 +162,7 @@ class JsonTable(ArrowTable):
         return flat
 
     def rows_of(self, column: str, other: "JsonTable", needed: bool = True) -> IntArray:
-        """[N] the rows of another table whose tokens stand in a column; -1 where there is none and none is needed."""
+        """Rows [N] of the table ``other`` by the tokens in ``column``; −1 where an optional token is missing."""
         found = pc.index_in(self.table[column], value_set=other.table["token"].combine_chunks())
         lost = np.asarray(pc.is_null(found)) & needed
         self.refuse(lost, f"'{column}' is no token of {other.path.name}; {AGAIN}")
@@ -173,7 +173,7 @@ class Scenes:
     """All tables, joined by their tokens."""
 
     def __init__(self, folder: Path) -> None:
-        """Read them."""
+        """Read the tables of a folder."""
         tables = {name: JsonTable(folder, name) for name in TABLES}
         self.scene, self.sample, self.data = tables["scene"], tables["sample"], tables["sample_data"]
         self.labels, self.pose = tables["sample_annotation"], tables["ego_pose"]
@@ -241,7 +241,7 @@ class Scenes:
         return keys
 
     def _motion(self, name: str, rows: IntArray, samples: IntArray, keys: IntArray) -> CarMotion:
-        """The car's motion when a sensor, whose data are in ``rows``, saw the frames."""
+        """The car's poses at the exposures of a sensor, whose data are in ``rows``."""
         key = rows[self.data.values("is_key_frame")[rows].astype(bool)] if len(rows) else rows
         order = np.argsort(self.sample_of_data[key], kind="stable")
         place = np.searchsorted(self.sample_of_data[key][order], samples).clip(max=max(len(key) - 1, 0))
@@ -318,7 +318,7 @@ class Scenes:
 
 
 def find_tables(source: Path | None) -> Path:
-    """The folder with the tables: the one that is named, or the only v1.0-… in it."""
+    """The folder with the tables: ``source``, or the only v1.0-… in it."""
     if source is None:
         raise SourceMissingError(f"nuscenes: name with --source {WANTED}; download it from {SITE}")
     if (source / "scene.json").is_file():

@@ -1,14 +1,14 @@
-"""How a robot moved, by its wheels and its gyro: an extended Kalman filter of planar pose and velocities.
+"""An extended Kalman filter of a robot's planar pose and velocities, from its wheels and gyro.
 
 The state is the pose (x, y, yaw) since frame 0, the motion (forward, left, turn) since the frame before, the speeds
-(v, ω), the gyro's bias b, and how much the wheels slip, as shares s of the speed and k of the turning rate:
+(v, ω), the gyro's bias b, and the wheels' slip, as shares s of the speed and k of the turning rate:
 
     x' = x + v Δt cos(yaw + ωΔt/2),  y' = y + v Δt sin(yaw + ωΔt/2),  yaw' = yaw + ωΔt   (the motion likewise)
-    v, ω, b: random walks;   s, k: fade with e^(−Δt/τ) and are renewed at the rate that keeps their spread
+    v, ω, b: random walks;   s, k: stationary Ornstein–Uhlenbeck processes of the correlation time τ
     wheels: (1 + s) v and (1 + k) ω;   gyro: ω + b
 
-Slip that lasts is thereby part of the covariance, although nothing here measures it; a reading that jumps (a wheel that
-spins) counts less, by the weight of a Student-t error. (Thrun, Burgard, Fox, *Probabilistic Robotics*, 2005, ch. 3, 5.)
+Correlated slip is thereby part of the covariance, although no sensor measures it. Outliers (a wheel that spins) have
+less weight, by a Student-t likelihood. (Thrun, Burgard, Fox, *Probabilistic Robotics*, 2005, ch. 3, 5.)
 """
 
 from dataclasses import dataclass
@@ -26,12 +26,12 @@ SPEED, TURN, GYRO, FRAME = 0, 1, 2, 3
 
 @dataclass(frozen=True, kw_only=True)
 class Readings:
-    """What a sensor said and when.
+    """Readings of a sensor.
 
     Parameters
     ----------
-    times : [N] s, ascending.
-    values : [N] m/s or rad/s.
+    times : [N] in s, ascending.
+    values : [N] in m/s or rad/s.
     """
 
     times: FloatArray
@@ -42,21 +42,21 @@ class Readings:
         freeze(self, values=(len(self.times),))
 
     def earlier(self, seconds: float) -> "Readings":
-        """The same, had the sensor's clock been set back."""
+        """The readings with times ``seconds`` earlier."""
         return Readings(times=self.times - seconds, values=self.values)
 
 
 class RobotNoise(NamedTuple):
-    """Standard deviations of what the filter expects, of a robot on two driven wheels.
+    """Standard deviations of the filter's model, for a robot with differential drive.
 
     Attributes
     ----------
-    readings : of `SPEED`, `TURN` and `GYRO`, in m/s, rad/s, rad/s.
+    readings : noise of `SPEED`, `TURN` and `GYRO`, in m/s, rad/s, rad/s.
     acceleration, turn_acceleration : random walks of v and ω, in m/s and rad/s after a second.
-    sideways : how far the robot is pushed aside in a metre of driving, in m.
-    bias, bias_drift : of the gyro at first and after a second, in rad/s.
-    slips : shares of speed and turning rate that the wheels get wrong.
-    slip_seconds : τ, how long they stay so.
+    sideways : lateral drift in m per metre of driving.
+    bias, bias_drift : the gyro's bias at the start, and its random walk after a second, in rad/s.
+    slips : standard deviations of s and k.
+    slip_seconds : correlation time τ of the slip, in s.
     freedom : degrees of freedom ν of the Student-t error of a reading.
     """
 
@@ -73,12 +73,12 @@ class RobotNoise(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class RobotMotion:
-    """Where the robot was.
+    """The filtered motion of a robot.
 
     Parameters
     ----------
     poses : [T, 3] (x, y, yaw) in m and rad, from (0, 0, 0) at frame 0.
-    covariances : [T, 3, 3] of these.
+    covariances : [T, 3, 3] covariances of the poses.
     odometry : the motion from each frame to the next.
     """
 
@@ -88,11 +88,11 @@ class RobotMotion:
 
 
 def filter_motion(frames: FloatArray, speed: Readings, turn: Readings, gyro: Readings | None) -> RobotMotion:
-    """Where the robot was at the times ``frames`` [T], each from readings up to then.
+    """Filter the robot's poses at the times ``frames`` [T], each by the readings up to it.
 
     Parameters
     ----------
-    frames : in s, ascending, of the same clock as the readings.
+    frames : [T] in s, ascending, of the same clock as the readings.
     speed, turn : the wheels' forward speed and turning rate.
     gyro : turning rate about the vertical axis; ``None`` where there is no gyro.
     """
@@ -112,10 +112,10 @@ STEP, WIDEST, LEAST_TURN, LEAST_LIKENESS = 0.01, 0.5, 0.03, 0.6
 
 
 def clock_offset(reference: Readings, other: Readings, widest: float = WIDEST) -> float | None:
-    """By how many seconds the clock of ``other`` is ahead, from turning rates that both measured.
+    """Offset in s by which the clock of ``other`` is ahead, from turning rates that both measured.
 
-    Found where the two correlate most, up to ``widest`` seconds. ``None`` if the robot hardly turned, or they never
-    correlate.
+    It maximises the correlation of the two, up to ``widest`` seconds. ``None`` if the robot hardly turned, or the
+    correlation is low.
     """
     first = max(reference.times[0], other.times[0]) + widest
     grid = np.arange(first, min(reference.times[-1], other.times[-1]) - widest, STEP)

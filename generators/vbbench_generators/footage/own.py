@@ -1,4 +1,4 @@
-"""Split ``own``: recordings of the user's own camera; docs/own.md says what files they are."""
+"""Split ``own``: recordings of the user's own camera; docs/own.md describes their files."""
 
 import warnings
 from contextlib import suppress
@@ -34,7 +34,7 @@ class OwnSplit(FootageSplit):
     rules: RunRules = field(default_factory=lambda: RunRules(fewest=0, longest=None))
 
     def recordings(self, options: Options) -> Recordings:
-        """See `FootageSplit.recordings`; what does not look right is a warning."""
+        """See `FootageSplit.recordings`; warns of implausible values."""
         asked = options.footage or FootageOptions()
         found = [_files(folder, asked) for folder in _folders(options.source, asked.sequences)]
         read = [read_recording(files, dt=options.dt, person_class=asked.person_class) for files in found]
@@ -46,7 +46,7 @@ class OwnSplit(FootageSplit):
 
 
 def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
-    """The folders of recordings, by name; those that are asked for."""
+    """The folders of the chosen recordings, by name."""
     if source is None:
         raise VbbenchError(f"own: name the folder of your recording with --source; {CARD.caution}")
     if not source.is_dir():
@@ -79,7 +79,7 @@ def _files(folder: Path, asked: FootageOptions) -> RecordingFiles:
 
 
 def _instead(path: Path | None, name: str) -> Path | None:
-    """The file that is asked for in place of a recording's own: itself, or the one of its name in a folder."""
+    """The file that replaces a recording's own: ``path`` itself, or the file called ``name`` in that folder."""
     if path is None or not path.is_dir():
         return path
     found = next((path / f"{name}{end}" for end in (".csv", ".txt") if (path / f"{name}{end}").is_file()), None)

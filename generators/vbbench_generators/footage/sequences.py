@@ -1,4 +1,4 @@
-"""The plan of a dataset of footage: its runs, what is known of them, and what solvers are given."""
+"""The plan of a dataset of footage: its runs of frames, and what solvers are given."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,13 +19,13 @@ from vbbench.sequence import NO_OBSERVER, NOBODY, Given, Odometry, Sequence, Seq
 
 @dataclass(frozen=True, kw_only=True)
 class RunRules:
-    """Which frames become sequences.
+    """The rules by which frames become sequences.
 
     Parameters
     ----------
-    fewest : people who must be seen in every frame.
-    shortest : frames of the shortest run.
-    longest : frames after which a run is cut; ``None`` = never.
+    fewest : least number of people seen in every frame.
+    shortest : least length of a run, in frames.
+    longest : length in frames at which a run is cut; ``None`` = never.
     """
 
     fewest: int = 3
@@ -42,7 +42,7 @@ class Run(NamedTuple):
 
 
 def find_runs(recording: int, observed: BoolArray, rules: RunRules) -> list[Run]:
-    """The runs of a recording, from who is observed in each frame [T, K]."""
+    """The runs of a recording whose people are ``observed`` [T, K]."""
     runs = []
     for begin, end in runs_of_true(observed.sum(axis=1) >= rules.fewest).tolist():
         longest = rules.longest or end - begin
@@ -83,7 +83,7 @@ class FootageSequences:
 
     @property
     def scenes(self) -> tuple[Scene, ...]:
-        """The people of each recording; none where they were not measured."""
+        """The scene of each recording whose people have places."""
         return tuple(one.scene for one in self.footage if one.scene is not None) if self._people_known else ()
 
     @property
@@ -99,7 +99,7 @@ class FootageSequences:
 
     @property
     def expected_rows(self) -> IntArray:
-        """[N] boxes of each sequence."""
+        """[N] number of boxes of each sequence."""
         return np.array([self.footage[run.recording].observed[run.first : run.last].sum() for run in self.runs])
 
     def build(self, index: int) -> SequenceData:
@@ -132,7 +132,7 @@ class FootageSequences:
         return SequenceData(sequence=sequence, truth=truth, persons=persons if self._people_known else None)
 
     def _given(self, truth: Truth, observed: BoolArray) -> Given:
-        """What `sequential` gives where everything is known; else the origin of the map, as `cold-start` does."""
+        """What `sequential` gives, if poses and places are known; else the first pose, as `cold-start` gives it."""
         if self.info.truth == "whole":
             return arrivals_given(truth, observed & ~np.isnan(truth.positions[..., 0]))
         poses = np.full(truth.poses.shape, np.nan)

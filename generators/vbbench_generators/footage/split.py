@@ -30,17 +30,17 @@ _IN_PARTS = {"simulation": "`scenario` or `people`"}
 class FootageSplit(ABC):
     """Base of the splits of footage: a subclass reads the recordings.
 
-    ``reads`` names the options, and options of footage, that a split reads; a dataset is not made with any other.
+    ``reads`` names the options, and options of footage, that a split reads; any other is an error.
 
     Parameters
     ----------
     card : source, licence and citation.
-    every : every how many frames are kept, unless asked otherwise.
-    rules : which frames become sequences.
+    every : one of so many frames is kept by default.
+    rules : the rules by which frames become sequences.
     height_mean, height_std : prior N(μ_h, σ_h²) in m of people's heights that solvers are given.
     pixel_std : noise in px of a box's column, top and bottom that solvers are given.
-    tilt_std, mount_height_std : in rad and m, how far a camera's pitch, roll and height over the ground at a moment are
-        from its calibration, as solvers get them: a plane through the feet of people in KITTI's frames is so far off.
+    tilt_std, mount_height_std : standard deviations in rad and m of momentary pitch, roll and mount height about the
+        calibration, which solvers are given; measured on planes through people's feet in KITTI.
     """
 
     reads: ClassVar[frozenset[str]] = READ_BY_ALL
@@ -56,12 +56,12 @@ class FootageSplit(ABC):
 
     @abstractmethod
     def recordings(self, options: Options) -> Recordings:
-        """Read the recordings that are asked for.
+        """Read the chosen recordings.
 
         Raises
         ------
         VbbenchError
-            If a file is missing or not valid, or no recording is called so.
+            If a file is missing or invalid, or a name is unknown.
         """
 
     def plan(self, options: Options) -> FootageSequences:
@@ -76,7 +76,7 @@ class FootageSplit(ABC):
         return self.lay_out(self.recordings(options), options)
 
     def lay_out(self, found: Recordings, options: Options) -> FootageSequences:
-        """The sequences of recordings that were read, by this split or by another caller."""
+        """Lay out the sequences of recordings that this split, or another caller, has read."""
         asked = options.footage or FootageOptions()
         every = asked.every or self.every
         rules = self.rules if asked.longest is None else replace(self.rules, longest=asked.longest)
@@ -94,15 +94,15 @@ class FootageSplit(ABC):
 
     @property
     def counted_where(self) -> str:
-        """Where the boxes are that count for the rules, as the end of an error; empty where all count."""
+        """The end of an error message that states which boxes count for the rules; empty where all count."""
         return ""
 
     def counted(self, one: Footage) -> BoolArray:
-        """[T, K] the boxes that count for the rules: all of them."""
+        """[T, K] mask of the boxes that count for the rules: all, unless a subclass limits them."""
         return one.observed
 
     def _refuse_others(self, options: Options) -> None:
-        """Raise VbbenchError if an option is set that the split does not read, and would so be lost."""
+        """Raise VbbenchError if an option is set that the split does not read."""
         known = [
             (option.name, getattr(values, option.name) == option.default)
             for values in (options, options.footage or FootageOptions())

@@ -97,7 +97,7 @@ Columns = dict[str, IntArray]
 
 
 def read_films(folder: Path = FOLDER) -> tuple[list[dict[str, Any]], dict[str, Columns]]:
-    """What the films are, and their tables as columns."""
+    """The facts of the films, and their tables as columns."""
     tables = {name: pq.read_table(folder / f"{name}.parquet") for name in TABLES}
     columns = {
         name: {column: table[column].to_numpy().astype(np.int64) for column in table.column_names}
@@ -116,7 +116,7 @@ def _unpacked(rows: Columns, unit: str, *names: str) -> FloatArray:
 
 
 def _film(facts: dict[str, Any], number: int, tables: dict[str, Columns]) -> tuple[Footage, FoundTracks]:
-    """One film, and the tracks that were made of its boxes."""
+    """The footage of one film, and the tracks of its boxes."""
     poses, rows = _rows(tables, "walks", number), _rows(tables, "people", number)
     width, height = facts["width"], facts["height"]
     camera = PerspectiveCamera(

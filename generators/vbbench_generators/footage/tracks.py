@@ -1,4 +1,4 @@
-"""Boxes of a detector or tracker as tracks: linked if they are not, matched to the labelled people, and counted."""
+"""Boxes of a detector or tracker as tracks: linked if they have no ids, matched to labelled people, and counted."""
 
 import warnings
 from dataclasses import dataclass, replace
@@ -30,12 +30,12 @@ UNKNOWN = -1.0
 def read_found(
     path: Path, frames: int, dt: float, picture: tuple[float, float], person_class: str | None = None
 ) -> BoxRows:
-    """Sure enough boxes of people on a recording of ``frames`` frames, in any form that `birdify` reads.
+    """Boxes of people with sufficient scores on a recording of ``frames`` frames, in any format of `birdify`.
 
     Parameters
     ----------
-    dt : seconds per frame, by which time stamps are frames; 0 is the first one.
-    picture : width and height in px, for boxes that are shares of it.
+    dt : seconds per frame, which converts time stamps to frames; frame 0 is at 0 s.
+    picture : width and height in px, for boxes given as shares of it.
     person_class : class of people, by number or name, where the file does not show it.
     """
     rows = read_boxes(path, dt, picture=picture, person_class=person_class)
@@ -45,9 +45,9 @@ def read_found(
 
 
 def sure_boxes(rows: BoxRows) -> BoxRows:
-    """Those of the boxes that are sure enough: their scores are above `LEAST_SCORE`, log-odds or shares.
+    """The boxes with scores above `LEAST_SCORE`, which may be log-odds or shares.
 
-    Where all are −1, as MOTChallenge writes what is not known, all count.
+    If all scores are −1, MOTChallenge's mark of an unknown score, all boxes count.
     """
     known = np.where((rows.scores == UNKNOWN).all(), np.nan, rows.scores)
     track, shares = np.where(rows.track < 0, UNLINKED, rows.track), scores_as_shares(known)
@@ -60,9 +60,9 @@ def sure_boxes(rows: BoxRows) -> BoxRows:
 
 
 def file_for(given: Path, name: str, several: bool) -> Path:
-    """The file of a sequence in a folder that the user names, or the file itself if there is one sequence alone.
+    """The file of a sequence in the folder ``given``, or ``given`` itself if it is a file and there is one sequence.
 
-    Text is looked for first, then whatever else is called like the sequence.
+    A text file of the sequence's name is preferred to others of that name.
     """
     if given.is_file():
         if several:
@@ -98,11 +98,11 @@ less, is of a detector that found few."""
 
 @dataclass(frozen=True, kw_only=True)
 class Agreement:
-    """How boxes agree with the labels of a recording.
+    """Agreement of boxes with the labels of a recording.
 
     Parameters
     ----------
-    labelled, found, matched : boxes of people, boxes of the detector or tracker, and pairs of them.
+    labelled, found, matched : numbers of labelled boxes, of boxes of the detector or tracker, and of pairs.
     overlap : mean intersection over union of the pairs.
     """
 
@@ -112,7 +112,7 @@ class Agreement:
     overlap: float
 
     def values(self) -> dict[str, Any]:
-        """As JSON has it."""
+        """The figures for ``dataset.json``."""
         recall, precision = self.matched / max(self.labelled, 1), self.matched / max(self.found, 1)
         figures = {"recall": recall, "precision": precision, "overlap": self.overlap}
         return {"labelled": self.labelled, "found": self.found, **{n: round(v, 3) for n, v in figures.items()}}
@@ -124,7 +124,7 @@ class Agreement:
 
 @dataclass(frozen=True, kw_only=True)
 class FoundTracks:
-    """Tracks on the pictures of a recording, and who is behind them.
+    """Tracks of a recording, matched to its people.
 
     Parameters
     ----------
@@ -132,8 +132,8 @@ class FoundTracks:
     boxes : [T, K, 3] (u, v, l) in px, NaN without a box.
     scores : [T, K] in (0, 1].
     persons : [T, K] ids of people, `NOBODY` for false alarms.
-    detected, tracked : how the boxes agree with the labels as they came, and after tracking.
-    dropped : boxes of tracks that match people in fewer than three frames, which are removed.
+    detected, tracked : agreement with the labels before and after tracking.
+    dropped : number of boxes removed with tracks that match people in fewer than three frames.
     """
 
     tracks: IntArray
@@ -148,14 +148,14 @@ class FoundTracks:
 def follow(
     found: BoxRows, labels: FloatArray, people: IntArray, camera: Camera, dt: float, *, size: tuple[int, int]
 ) -> FoundTracks:
-    """Link boxes by the tracker `ByteTracker` where they are not, and match them to the people labelled.
+    """Link boxes without ids by `ByteTracker`, and match them to the labelled people.
 
     Parameters
     ----------
     found : the boxes.
     labels : [T, P, 4] boxes (left, top, width, height) of people in px, NaN where there is none.
     people : [P] their ids.
-    camera : of the pictures.
+    camera : camera of the pictures.
     dt : seconds per frame.
     size : width and height of the pictures in px.
     """
@@ -194,7 +194,7 @@ def follow(
 
 
 def _looked_at(frame: IntArray, frames: int, dt: float) -> tuple[IntArray, int]:
-    """The frames in which there can be boxes, and how far apart they are: a detector may have seen every sixth."""
+    """The frames that the detector processed, and their step: it may have processed every sixth."""
     filled = np.unique(frame)
     apart = np.diff(filled)
     step = int(np.bincount(apart).argmax()) if len(filled) >= FEWEST_LOOKS else 1
@@ -206,7 +206,7 @@ def _looked_at(frame: IntArray, frames: int, dt: float) -> tuple[IntArray, int]:
 
 
 def _refuse_stray(found: BoxRows, camera: Camera, size: tuple[int, int]) -> None:
-    """Refuse boxes of other pictures; a box may cross the seam of a panorama."""
+    """Refuse boxes outside the picture; a box may cross the seam of a panorama."""
     width, height = size
     u, v = (found.boxes[:, :2] + 0.5 * found.boxes[:, 2:]).T
     if camera.period is not None:
@@ -220,7 +220,7 @@ def _refuse_stray(found: BoxRows, camera: Camera, size: tuple[int, int]) -> None
 
 
 def _check_matches(path: Path, detected: Agreement, offset: FrameOffset | None, hint: str) -> None:
-    """Refuse boxes that have next to nothing to do with the labelled people, and warn of few, or of other frames."""
+    """Refuse boxes if hardly any match labelled people; warn if few do, or if another frame offset fits better."""
     matched, found, labelled = detected.matched, detected.found, detected.labelled
     if matched < LEAST_SHARE * labelled and matched < LEAST_SHARE * found:
         problem = f"only {matched} of {found} boxes are on people, of whom there are {labelled} ({detected})"
@@ -233,7 +233,7 @@ def _check_matches(path: Path, detected: Agreement, offset: FrameOffset | None, 
 
 
 def _places_in_frames(frame: IntArray) -> IntArray:
-    """[N] how many rows before each are of the same frame."""
+    """[N] number of earlier rows of the same frame."""
     order = np.argsort(frame, kind="stable")
     first = np.searchsorted(frame[order], frame[order])
     place = np.empty(len(frame), np.int64)
@@ -246,7 +246,7 @@ def _persons(boxes: FloatArray, labels: FloatArray, people: IntArray, camera: Ca
 
 
 def _agreement(boxes: FloatArray, persons: IntArray, labels: FloatArray, people: IntArray, camera: Camera) -> Agreement:
-    """How boxes [T, K, 4] of persons [T, K] agree with labels [T, P, 4] of people [P]."""
+    """The agreement of boxes [T, K, 4] of persons [T, K] with labels [T, P, 4] of people [P]."""
     shared = []
     for box, person, label in zip(boxes, persons, labels, strict=True):
         paired = person != NOBODY

@@ -1,4 +1,4 @@
-"""What is known of the camera that photographs the heads, how well, and what a dataset says of it."""
+"""The calibration of the camera above the heads, with confidence intervals, and its entry in ``dataset.json``."""
 
 import math
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from vbbench_generators.lifting.walking import Smoothed
 
 @dataclass(frozen=True, kw_only=True)
 class Interval:
-    """A figure and the ends of its 95 % interval; all three agree where the figure was given."""
+    """A value and its 95 % interval; all three are equal if the value was given."""
 
     value: float
     low: float
@@ -24,27 +24,27 @@ class Interval:
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """A camera that stands still above a crowd, found from the heads in its picture.
+    """A static camera above a crowd, calibrated from the heads in its picture.
 
     Parameters
     ----------
-    method : what closed the focal length, or ``homography``: the user gave all of it.
-    pseudo_metric : whether scale and stretch rest on the sizes of heads and on how people walk.
+    method : evidence for the focal length; ``homography``: the user gave the calibration.
+    pseudo_metric : whether scale and stretch are estimated from head sizes and walking.
     focal : focal length in px.
-    tilt, roll : in rad; down from level, and by which the picture has to be turned clockwise to be level.
+    tilt, roll : in rad; tilt is downwards, roll the clockwise rotation that levels the picture.
     camera_height : above the ground, in m.
     horizon : row in px, from the picture's top, where the horizon crosses the middle column.
-    stretch : g = f / cos θ in px: depths are proportional to it.
-    head_size, head_height : what was taken for a head, in m; the size after any correction by the walking speed.
+    stretch : g = f / cos θ in px; depths are proportional to it.
+    head_size, head_height : assumed size and height of heads in m; the size after any correction by the walking speed.
     head_scatter : robust standard deviation of head sizes about their plane, relative to the size; ``None`` if unused.
-    roundness : how much of a ball's lengthening off the axis was removed from the sizes, 0 to 1.
+    roundness : share, 0 to 1, of a sphere's perspective elongation off the axis that was removed from the sizes.
     size_plane : (a, b, c) of head sizes, in px, px per row and px per column; ``None`` if unused.
     size_plane_covariance : [3, 3] of these three, from resampled tracks; ``None`` if unused.
-    walkers : number of people whose motion was used.
+    walkers : number of people used as evidence.
     walking_speed : median speed of walkers in m/s before any correction by it; ``None`` if nobody walks.
     scale_applied : factor by which all lengths were multiplied to reach the recipe's walking speed; 1 if not asked.
-    smoothing_residual_m, smoothing_residual_px : root mean square of what the smoother took off the tracks.
-    boxes, tracks : how many were lifted; boxes on the horizon or above it are not, and gaps can divide a track.
+    smoothing_residual_m, smoothing_residual_px : root mean square of the smoother's corrections of tracks.
+    boxes, tracks : numbers after lifting, without boxes on or above the horizon; long gaps divide a track.
     """
 
     method: Method
@@ -72,13 +72,13 @@ class Calibration:
 
 @dataclass(frozen=True, kw_only=True)
 class FoundCamera:
-    """A camera, and others that the same evidence allows; see `Calibration` for what is not listed.
+    """A camera with samples of its posterior; other parameters as in `Calibration`.
 
     Parameters
     ----------
-    camera : the most likely camera.
-    others : drawn from their distribution; empty if the camera was given.
-    fit : of the head sizes; ``None`` if unused.
+    camera : the most probable camera.
+    others : cameras drawn from the posterior; empty if the camera was given.
+    fit : the fit of the head sizes; ``None`` if unused.
     scale : factor by which all lengths were multiplied.
     """
 
@@ -91,7 +91,7 @@ class FoundCamera:
     scale: float = 1.0
 
     def scaled(self, factor: float, head_height: float) -> "FoundCamera":
-        """The same in a world ``factor`` times as large, but for the height in m at which heads are."""
+        """The same in a world ``factor`` times as large, with heads at ``head_height`` m."""
         camera = self.camera.scaled(factor, head_height)
         others = tuple(other.scaled(factor, head_height) for other in self.others)
         return replace(self, camera=camera, others=others, scale=self.scale * factor)
@@ -100,11 +100,11 @@ class FoundCamera:
 def calibration_of(
     found: FoundCamera, heads: Heads, smoothed: Smoothed, settings: LiftingSettings, middle: float, speed: float | None
 ) -> Calibration:
-    """The calibration, with 95 % intervals from the cameras that the evidence allows.
+    """The calibration, with 95 % intervals from samples of the posterior.
 
     Parameters
     ----------
-    heads : those lifted.
+    heads : the lifted heads.
     middle : row in px of the picture's centre.
     speed : median walking speed in m/s before ``found`` was scaled by it.
     """
@@ -151,7 +151,7 @@ _METHODS = {
 
 
 def describe_calibration(calibration: Calibration) -> dict[str, Any]:
-    """The calibration for ``dataset.json``, with a ``summary`` to read."""
+    """The calibration for ``dataset.json``, with a ``summary`` in words."""
     c, degrees = calibration, math.degrees(1.0)
     parts = [
         f"camera height {_interval(c.camera_height, ' m', 2)}",
@@ -165,6 +165,6 @@ def describe_calibration(calibration: Calibration) -> dict[str, Any]:
 
 
 def _interval(estimate: Interval, unit: str, digits: int, factor: float = 1.0) -> str:
-    """A figure with its 95 % interval, where it has one."""
+    """Text of a value with its 95 % interval, if it has one."""
     value, low, high = (f"{factor * x:.{digits}f}" for x in (estimate.value, estimate.low, estimate.high))
     return f"{value}{unit}" + ("" if estimate.low == estimate.high else f" ({low} to {high})")

@@ -1,4 +1,4 @@
-"""The camera that photographs the heads, and the homography between its picture and the ground."""
+"""The camera above the heads, and the homography between its picture and the ground."""
 
 from dataclasses import dataclass, replace
 
@@ -10,14 +10,14 @@ from vbbench_generators.lifting.heads import SizePlane
 
 @dataclass(frozen=True, kw_only=True)
 class GroundCamera:
-    """A camera that stands still, with square pixels and its principal point in the picture's centre.
+    """A static camera with square pixels and its principal point in the picture's centre.
 
     Parameters
     ----------
-    focal : in px.
-    tilt, roll : in rad; tilt downwards from level, roll as `head_sizes.SizePlane.roll`.
-    height : of the camera above the ground, in m.
-    heads_to_ground : [3, 3] from px relative to the picture's centre, in the plane of head centres, to ground metres.
+    focal : focal length in px.
+    tilt, roll : in rad; tilt downwards from level, roll as `heads.SizePlane.roll`.
+    height : height of the camera above the ground, in m.
+    heads_to_ground : homography [3, 3] from px about the picture's centre to m on the ground, of points at head height.
     """
 
     focal: float
@@ -47,7 +47,7 @@ class GroundCamera:
         return ground[:, :2] / ground[:, 2:]
 
     def jacobian(self, x: FloatArray, nu: FloatArray) -> FloatArray:
-        """[N, 2, 2] metres on the ground (X, Y) a px in the picture (u, v)."""
+        """Jacobian [N, 2, 2] of the ground position (X, Y) in m by the picture (u, v) in px."""
         matrix, depth, ground = self.heads_to_ground, self.depth(x, nu), self.to_ground(x, nu)
         return (matrix[:2, :2] - ground[:, :, None] * matrix[2, :2]) / depth[:, None, None]
 

@@ -19,19 +19,19 @@ _CONVERGED = 8
 
 
 class PlaneError(ValueError):
-    """Head sizes that determine no plane."""
+    """Head sizes do not determine a plane."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mixed:
-    """A fit.
+    """A fit of the mixed model.
 
     Parameters
     ----------
     beta : [C] coefficients.
     normal, right : [K, C, C] and [K, C] each person's part of the normal equations.
     scatter : robust standard deviation of y about d·β.
-    flatness : by how much the normal equations are steeper than the loss.
+    flatness : ratio of the curvature of the reweighted equations to that of the loss.
     """
 
     beta: FloatArray
@@ -42,7 +42,7 @@ class Mixed:
 
 
 def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: IntArray, starts: IntArray) -> Mixed:
-    """Fit coefficients.
+    """Fit the coefficients β.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: Int
     Raises
     ------
     PlaneError
-        If the heads are on one line.
+        If the heads lie on one line.
     """
     person = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(size)]))
     floor = 0.05 * float(np.median(size))
@@ -89,7 +89,7 @@ def solve(normal: FloatArray, right: FloatArray) -> FloatArray:
     Raises
     ------
     PlaneError
-        If they have none.
+        If they are singular.
     """
     spread = np.sqrt(np.diag(normal))
     if not spread.all() or np.linalg.cond(normal / np.outer(spread, spread)) > 1e10:
@@ -112,7 +112,7 @@ def _equations(
 
 
 def _own_share(relative: FloatArray, weight: FloatArray, pair: IntArray, person: IntArray) -> float:
-    """Variance of u over that of a group's mean of e, from the analysis of variance of the groups' means."""
+    """Ratio of the variance of u to that of a group's mean of e, from an analysis of variance of the groups' means."""
     mass = np.bincount(pair, weight)
     mean = np.bincount(pair, weight * relative) / mass
     owner = np.zeros(len(mass), np.int64)
@@ -131,7 +131,7 @@ _MANY = 50
 
 @dataclass(frozen=True, kw_only=True)
 class PlaneFit:
-    """A plane of head sizes and its uncertainty.
+    """A fitted plane of head sizes, with its uncertainty.
 
     Parameters
     ----------
@@ -154,8 +154,8 @@ class PlaneFit:
 def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, seed: int) -> PlaneFit:
     """Fit the plane to the sizes [N] in px of heads.
 
-    Minimises a Student-t loss of the relative residuals (s − ŝ)/ŝ, since the noise of a box grows with its size. They
-    are relative to the fitted size; relative to the measured one, boxes that are small by chance would weigh more.
+    Minimises a Student-t loss of the residuals (s − ŝ)/ŝ, since the noise of a box grows with its size. They are
+    relative to the fitted size ŝ: relative to the measured one, boxes that are small by chance would weigh more.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The one thing that head sizes leave open: the focal length, and with it the stretch g = f / cos θ of the depth."""
+"""The focal length, which head sizes do not determine, and with it the stretch g = f / cos θ of depths."""
 
 from dataclasses import dataclass
 
@@ -31,14 +31,14 @@ _WALKS = 0.3
 
 @dataclass(frozen=True, kw_only=True)
 class FocalLengths:
-    """Focal lengths in px that the evidence allows.
+    """The posterior of the focal length.
 
     Parameters
     ----------
-    focal : the middle one, for the fitted plane.
-    planes, draws : [D] planes and focal lengths drawn together from what is known.
-    method : which evidence.
-    walkers : people whose motion was asked.
+    focal : its median in px, for the fitted plane.
+    planes, draws : [D] planes and focal lengths in px, drawn jointly.
+    method : the evidence.
+    walkers : number of people used as evidence.
     """
 
     focal: float
@@ -49,17 +49,17 @@ class FocalLengths:
 
 
 def stretch(plane: SizePlane, focal: float) -> float:
-    """How depths are stretched: g = f / cos θ in px."""
+    """The stretch of depths, g = f / cos θ in px."""
     return float(np.hypot(focal, plane.depth))
 
 
 def find_focal_length(fit: PlaneFit, heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FocalLengths:
-    """Close the focal length by what ``settings`` name, and by the prior where too few people walk.
+    """Estimate the focal length by the evidence that ``settings`` name, or by the prior if too few people walk.
 
     Raises
     ------
     ValueError
-        If the vertical vanishing point cannot be one.
+        If the vertical vanishing point is not below the picture's centre, opposite the horizon.
     """
     if settings.vertical_vanishing_point is not None:
         return _by_vanishing_point(fit, np.array(settings.vertical_vanishing_point) - boxes.centre)
@@ -68,7 +68,7 @@ def find_focal_length(fit: PlaneFit, heads: Heads, boxes: HeadBoxes, settings: L
 
 
 def _by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> FocalLengths:
-    """Focal lengths as lenses have them."""
+    """The focal length by the prior of lenses alone."""
     from scipy.special import ndtri
 
     median = settings.focal_median * width
@@ -90,9 +90,9 @@ def _by_vanishing_point(fit: PlaneFit, point: FloatArray) -> FocalLengths:
 
 
 def _by_motion(fit: PlaneFit, heads: Heads, width: int, settings: LiftingSettings) -> FocalLengths | None:
-    """Focal lengths weighed by how evenly people walk, and by the prior; ``None`` if too few people walk.
+    """The focal length by the likelihood of walking speeds and the prior; ``None`` if too few people walk.
 
-    The likelihood is averaged over planes from resampled tracks, so that the horizon's uncertainty is in it.
+    The likelihood is averaged over planes from resampled tracks, which includes the horizon's uncertainty.
     """
     segments, head_size = cut_segments(heads, settings.window), settings.head_size
     place = (fit.plane, heads.x, heads.nu, head_size)
@@ -125,9 +125,10 @@ def _by_motion(fit: PlaneFit, heads: Heads, width: int, settings: LiftingSetting
 
 
 def walking_steps(plane: SizePlane, segments: Segments, noise: FloatArray, head_size: float) -> Steps:
-    """The segments in canonical coordinates P = D·x/ŝ, Q = D/ŝ, a second; ``noise`` [2] is that of P and Q.
+    """Velocities of the segments in canonical coordinates P = D·x/ŝ, Q = D/ŝ; ``noise`` [2] is the σ of P and Q.
 
-    The mean over a third, half as long as the time T between the two, has the variance σ²/(T/2).
+    D is ``head_size``. The mean over a third of a window, T/2 long, has the variance σ²/(T/2), T being the time
+    between the two thirds.
     """
     ends = [canonical(plane, part[:, 0], part[:, 1], head_size) for part in (segments.begin, segments.end)]
     middle = (segments.begin + segments.end) / 2.0
@@ -137,14 +138,14 @@ def walking_steps(plane: SizePlane, segments: Segments, noise: FloatArray, head_
 
 
 def canonical(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: float) -> FloatArray:
-    """(P, Q) [N, 2] of points in px from the picture's centre."""
+    """Canonical coordinates (P, Q) [N, 2] of points in px from the picture's centre."""
     across, _ = plane.levelled(x, nu)
     size = plane.at(x, nu)
     return head_size * np.stack([across, np.ones_like(across)], axis=1) / size[:, None]
 
 
 def noise_scale(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: float) -> FloatArray:
-    """[N, 2] how far P and Q move where a head moves its own size in the picture, equally in every direction."""
+    """[N, 2] noise of P and Q for isotropic noise of one head size in the picture."""
     across, _ = plane.levelled(x, nu)
     size, slope = plane.at(x, nu), plane.slope
     moved = [np.hypot(1.0, slope * across / size), slope / size]
@@ -152,7 +153,7 @@ def noise_scale(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: floa
 
 
 def walkers(steps: Steps, g: float) -> BoolArray:
-    """Which segments [S] are well measured and of people who walk at a usual pace."""
+    """Mask [S] of segments that are precise and have a usual walking speed, where the stretch is ``g``."""
     speed = steps.speed(g)
     noise = np.hypot(steps.noise[:, 0], g * steps.noise[:, 1])
     walks = (speed > _WALKS * np.quantile(speed, 0.75)) & (noise < 0.5 * speed) if len(speed) else np.zeros(0, np.bool_)
@@ -166,7 +167,7 @@ def walkers(steps: Steps, g: float) -> BoolArray:
 
 
 def _posterior(plane: SizePlane, steps: Steps, focal: FloatArray, pace: Pace, about: float) -> FloatArray:
-    """Log density [G] of ln f over the grid; ``about`` is an estimate of f."""
+    """Log posterior density [G] of ln f at the grid ``focal`` [G] in px; ``about`` is an estimate of f."""
     prior = -0.5 * np.linspace(-_REACH, _REACH, _GRID) ** 2
     near = stretch(plane, about)
     return prior + [log_likelihood(steps, stretch(plane, float(f)), pace, near) for f in focal]

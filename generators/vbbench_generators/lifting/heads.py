@@ -1,4 +1,4 @@
-"""Heads in the pictures of one camera that stands still: their boxes, and their centres."""
+"""Heads in the pictures of a static camera: boxes, centres and sizes."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
@@ -20,14 +20,14 @@ class LiftingSettings:
 
     Parameters
     ----------
-    head_size : what a head's box measures, in m, in the sense of ``box``.
+    head_size : size of a head in m, in the sense of ``box``.
     head_height : height of a head's centre above the ground, in m.
-    box : which size of a box counts: ``mean`` is √(width·height), whose noise is the smallest.
+    box : the size of a box: ``mean`` is √(width·height), whose noise is the smallest.
     level : whether the camera is known to have no roll.
-    closing : what decides the focal length: how evenly people walk in all directions (and the prior), or the prior.
-    vertical_vanishing_point : (u, v) in px where plumb lines meet; decides the focal length instead, if given.
+    closing : evidence for the focal length: isotropy of walking speeds with the prior, or the prior alone.
+    vertical_vanishing_point : (u, v) in px where plumb lines meet; if given, it determines the focal length.
     focal_median, focal_spread : log-normal prior of the focal length in picture widths: median, standard deviation.
-    direction_spread : standard deviation of log speed that may truly depend on the direction, harmonic by harmonic.
+    direction_spread : standard deviation of each harmonic of the true dependence of log speed on direction.
     window : seconds over which a walking speed is measured.
     gap : longest gap in s that is interpolated; a track with a longer one becomes two people.
     walking_speed : median speed of walkers in m/s that the scale is checked against.
@@ -62,7 +62,7 @@ class HeadBoxes:
 
     Parameters
     ----------
-    name : what the recording is called, such as ``HT21-03``.
+    name : name of the recording, such as ``HT21-03``.
     dt : seconds per frame.
     size : width and height of the pictures in px.
     frame : [N] from 0, the recording's first frame.
@@ -91,12 +91,12 @@ class HeadBoxes:
 
     @property
     def centre(self) -> FloatArray:
-        """[2] of the picture, in px."""
+        """Centre [2] of the picture, in px."""
         return np.array(self.size) / 2.0
 
     @property
     def whole(self) -> BoolArray:
-        """[N] which boxes the picture's edge does not cut."""
+        """Mask [N] of boxes that the picture's edge does not cut."""
         left, top, width, height = self.boxes.T
         whole: BoolArray = (left > 0.0) & (top > 0.0) & (left + width < self.size[0]) & (top + height < self.size[1])
         return whole
@@ -141,11 +141,11 @@ def split_at_gaps(heads: Heads, gap: float) -> Heads:
 
 @dataclass(frozen=True, kw_only=True)
 class SizePlane:
-    """Sizes of heads in px.
+    """Sizes of heads in px as a plane ŝ = a + b·ν + c·x over the picture.
 
     Parameters
     ----------
-    a, b, c : size at the picture's centre in px, and its growth a px downwards and to the right.
+    a, b, c : size at the picture's centre in px, and its growth in px per px downwards and to the right.
     """
 
     a: float
@@ -158,12 +158,12 @@ class SizePlane:
 
     @property
     def slope(self) -> float:
-        """How fast sizes grow towards the camera's foot."""
+        """Gradient of the size, in px per px, in its steepest direction, towards the camera's foot."""
         return float(np.hypot(self.b, self.c))
 
     @property
     def roll(self) -> float:
-        """Angle in rad by which the picture has to be turned clockwise for its horizon to be level."""
+        """Clockwise rotation in rad that levels the picture's horizon."""
         return float(np.arctan2(self.c, self.b))
 
     @property
@@ -172,7 +172,7 @@ class SizePlane:
         return self.a / self.slope
 
     def levelled(self, x: FloatArray, nu: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The same points [N] in the picture turned level."""
+        """The points [N] after the rotation that levels the picture."""
         cos, sin = np.cos(self.roll), np.sin(self.roll)
         return x * cos - nu * sin, x * sin + nu * cos
 
@@ -181,20 +181,20 @@ _CUT = 0.5
 
 
 def box_sizes(boxes: FloatArray, kind: BoxSize) -> FloatArray:
-    """What counts as the size in px of head ``boxes`` [N, 4]."""
+    """The size [N] in px of head ``boxes`` [N, 4], by ``kind``."""
     width, height = boxes[:, 2], boxes[:, 3]
     return {"mean": np.sqrt(width * height), "width": width, "height": height}[kind]
 
 
 def roundness(heads: Heads, boxes: FloatArray, focal: float) -> float:
-    """How much of a ball's lengthening boxes show: 0 discs, 1 balls.
+    """Share of a sphere's perspective elongation that boxes have: 0 for discs, 1 for spheres.
 
-    A least-squares slope of the logarithm of width over height; a track of n boxes counts √n, odd boxes are removed.
+    It is the least-squares coefficient of ln(width/height); a track of n boxes weighs √n, and outliers are removed.
 
     Parameters
     ----------
     boxes : [N, 4] (left, top, width, height) in px of the ``heads``.
-    focal : in px.
+    focal : focal length in px.
     """
     ratio = np.log(boxes[:, 2] / boxes[:, 3])
     ratio = ratio - np.median(ratio)
@@ -208,6 +208,6 @@ def roundness(heads: Heads, boxes: FloatArray, focal: float) -> float:
 
 
 def lengthening(heads: Heads, focal: float, kind: BoxSize) -> FloatArray:
-    """By what factor [N] a ball's size in the picture, of this ``kind``, is larger than f·D/Z."""
+    """Factor [N] by which a sphere's size in the picture, by ``kind``, exceeds f·D/Z (diameter D at the depth Z)."""
     across, down = 0.5 * np.log1p((heads.x / focal) ** 2), 0.5 * np.log1p((heads.nu / focal) ** 2)
     return np.exp({"mean": (across + down) / 2.0, "width": across, "height": down}[kind])

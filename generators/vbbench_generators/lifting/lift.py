@@ -33,12 +33,12 @@ _HARDLY = 0.05
 
 @dataclass(frozen=True, kw_only=True)
 class Lifted:
-    """A crowd on the ground, and the camera that saw it.
+    """A crowd on the ground, and the calibration of its camera.
 
     Parameters
     ----------
     tracks : in m, X to the right and Y forward from the camera's foot, or in the frame of the user's homography.
-    calibration : the camera and how well it is known.
+    calibration : the camera, with intervals.
     """
 
     tracks: Scene
@@ -46,12 +46,12 @@ class Lifted:
 
 
 def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | None = None) -> Lifted:
-    """Put a crowd's heads on the ground.
+    """Lift a crowd's heads to the ground.
 
     Parameters
     ----------
-    boxes : of one recording.
-    settings : the recipe's.
+    boxes : head boxes of one recording.
+    settings : the recipe's table ``[lifting]``.
     homography : [3, 3] from px to metres on the ground; without it, the camera is found from the heads.
 
     Raises
@@ -84,7 +84,7 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
 
 
 def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FoundCamera:
-    """The camera that sizes and walks of the heads, the centres of ``boxes``, imply; ValueError if they do not."""
+    """Calibrate the camera from sizes and motion of the heads; raises ValueError if they do not determine it."""
     focal = settings.focal_median * boxes.size[0]
     seen, drawn = heads.take(boxes.whole), boxes.boxes[boxes.whole]
     for last in (False, True):
@@ -110,7 +110,7 @@ def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) ->
 
 
 def _below_horizon(depth: FloatArray) -> BoolArray:
-    """Which heads [N] have a ``depth`` clearly above the horizon's, 0; ValueError if it cuts through the crowd."""
+    """Mask [N] of heads whose ``depth`` is clearly positive; ValueError if the horizon cuts through the crowd."""
     kept: BoolArray = depth > _NEAR_HORIZON * np.median(depth)
     if np.mean(~kept) > _FEW:
         raise ValueError(f"the horizon goes through the crowd: {np.mean(~kept):.1%} of the heads are on it or above it")

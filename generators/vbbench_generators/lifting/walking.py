@@ -1,10 +1,10 @@
-"""How people walk: segments of it, how well their speeds agree with a stretch of the ground, and how fast they are.
+"""Walking speeds as evidence for the stretch of depths, and the smoother of tracks.
 
-A segment of walking is where a head is at the beginning and at the end of a window of about two seconds. Its log speed
-is y = μ + h(φ) + b + e: b is the person's own pace, e that of the moment, and h what truly depends on the direction φ,
-a Gaussian process of harmonics. Walking is as fast in one direction as in another; with a wrong stretch of the depth, y
-gains a term in φ. What is computed is the likelihood of the speeds given the directions, so nothing is assumed of how
-many people walk which way; and as h can imitate the wrong stretch where all walk one way, such a crowd decides little.
+A segment is a head's displacement within a window of about two seconds. Its log speed is y = μ + h(φ) + b + e: b is a
+deviation of the person, e one of the segment, and h a true dependence on the direction φ, a Gaussian process of
+harmonics. Walking speeds are isotropic up to h; a wrong stretch of depths adds a term in φ to y. The likelihood is that
+of speeds given directions: how many people walk which way does not matter. If all walk one way, h can explain a wrong
+stretch, and the crowd has little information.
 """
 
 from dataclasses import dataclass
@@ -26,11 +26,11 @@ _MEDIAN_OF_CHI2 = 0.4549
 
 @dataclass(frozen=True, kw_only=True)
 class Strength:
-    """One coordinate's noise and motion.
+    """Measurement and process noise of one coordinate.
 
     Parameters
     ----------
-    noise : spectral density of the noise, as a standard deviation over one second, in units of the boxes' scale.
+    noise : standard deviation of the measurement noise averaged over one second, in units of ``scale``.
     acceleration : spectral density of acceleration, squared units of the coordinate / s³.
     """
 
@@ -39,12 +39,12 @@ class Strength:
 
 
 def estimate_strength(value: FloatArray, scale: FloatArray, frame: IntArray, track: IntArray, *, dt: float) -> Strength:
-    """Noise and motion along one coordinate.
+    """Estimate measurement and process noise of one coordinate.
 
     Parameters
     ----------
     value : [N] the coordinate, by track, then by frame.
-    scale : [N] what one head's size of noise in the picture is there.
+    scale : [N] change of the coordinate for noise of one head size in the picture.
     frame, track : [N].
     dt : seconds per frame.
     """
@@ -68,7 +68,7 @@ def estimate_strength(value: FloatArray, scale: FloatArray, frame: IntArray, tra
 def _blocks(
     value: FloatArray, scale: FloatArray, frame: IntArray, track: IntArray, dt: float
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray, float]:
-    """Means of coordinate and scale over whole blocks, each block's number and owner, and its length in s."""
+    """Means of coordinate and scale over blocks of frames, number and track of each block, and its length in s."""
     length = max(1, round(BLOCK / dt))
     opening = np.r_[True, track[1:] != track[:-1]]
     number = np.cumsum(opening) - 1
@@ -83,7 +83,7 @@ def _blocks(
 def _second_differences(
     mean: FloatArray, level: FloatArray, block: IntArray, owner: IntArray, lag: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Second differences over ``lag`` blocks and the scale in their middle."""
+    """Second differences over ``lag`` blocks, and the scale in their middle."""
     before, middle, after = slice(None, -2 * lag or None), slice(lag, -lag or None), slice(2 * lag, None)
     close = (owner[after] == owner[before]) & (block[after] - block[before] == 2 * lag)
     second = mean[after] - 2.0 * mean[middle] + mean[before]
@@ -96,8 +96,9 @@ def smooth(value: FloatArray, variance: FloatArray, row: IntArray, starts: IntAr
     Parameters
     ----------
     value, variance : [N] measured coordinate and variance of its noise, in m and m².
-    row : [N] where in the result each stands; ascending.
-    starts : [K + 1] where each piece of a track begins in the result; the last is M. Pieces begin and end with a box.
+    row : [N] index of each value in the result; ascending.
+    starts : [K + 1] index in the result where each piece of a track begins; the last is M. Pieces begin and end with a
+        measurement.
     q : density of acceleration in m²/s³.
     dt : seconds per frame.
     """
@@ -112,7 +113,7 @@ _LEAST_ACCELERATION = 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class Smoothed:
-    """Tracks as a scene, and the root mean square of what the smoother took off them, in m and in px."""
+    """Smoothed tracks as a scene, and the root mean square of the smoother's corrections in m and in px."""
 
     scene: Scene
     residual_m: float
@@ -120,7 +121,7 @@ class Smoothed:
 
 
 def smooth_tracks(heads: Heads, camera: GroundCamera, head_size: float, name: str) -> Smoothed:
-    """Put heads on the ground and smooth their tracks, with gaps filled; the strength is estimated from the tracks."""
+    """Lift heads to the ground and smooth their tracks, with gaps filled; noise is estimated from the tracks."""
     ground, jacobian = camera.to_ground(heads.x, heads.nu), camera.jacobian(heads.x, heads.nu)
     size = head_size / np.hypot(jacobian[:, 0, 0], jacobian[:, 1, 0])
     scale = size[:, None] * np.hypot(jacobian[:, :, 0], jacobian[:, :, 1])
@@ -141,7 +142,7 @@ def smooth_tracks(heads: Heads, camera: GroundCamera, head_size: float, name: st
 
 
 def _rows(heads: Heads) -> tuple[IntArray, IntArray]:
-    """Where each track begins [K + 1] in a table with a row a frame from its first to its last, and each head's row."""
+    """Starts [K + 1] of tracks in a table with a row for each frame of a track, and each head's row [N]."""
     first = np.flatnonzero(np.r_[True, heads.track[1:] != heads.track[:-1]])
     last = np.r_[first[1:], len(heads.track)] - 1
     spans = heads.frame[last] - heads.frame[first] + 1
@@ -169,12 +170,12 @@ _MEAN_STD = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class Steps:
-    """Displacements in canonical coordinates: (P, Q) = (X, Y/g).
+    """Velocities of segments in canonical coordinates (P, Q) = (X, Y/g).
 
     Parameters
     ----------
-    person : [S] ascending numbers.
-    way : [S, 2] along P and Q, divided by the seconds.
+    person : [S] number of the person, ascending.
+    way : [S, 2] along P and Q, per second.
     noise : [S, 2] standard deviations of ``way``.
     """
 
@@ -187,7 +188,7 @@ class Steps:
         return Steps(person=self.person[chosen], way=self.way[chosen], noise=self.noise[chosen])
 
     def speed(self, g: float) -> FloatArray:
-        """[S] in m/s where the stretch is ``g``."""
+        """Speeds [S] in m/s where the stretch is ``g``."""
         return np.hypot(self.way[:, 0], g * self.way[:, 1])
 
 
@@ -201,10 +202,10 @@ class Pace:
 
 
 def log_likelihood(steps: Steps, g: float, pace: Pace, about: float) -> float:
-    """Logarithm of the density of the log speeds given the directions, where the stretch is ``g``.
+    """Log likelihood of the stretch ``g``: density of the log speeds given the directions.
 
-    Directions and the weights of segments are those at the stretch ``about``, an estimate. Otherwise the determinants
-    would depend on ``g`` and favour a stretch that turns everyone into one direction, where h does not matter.
+    Directions and weights of segments are those at the stretch ``about``, an estimate. Otherwise the determinants would
+    depend on ``g`` and favour a stretch that turns all segments into one direction, where h does not matter.
     """
     log_speed = _observed(steps, g)[0]
     _, phi, variance = _observed(steps, about)
@@ -219,7 +220,7 @@ def log_likelihood(steps: Steps, g: float, pace: Pace, about: float) -> float:
 
 
 def estimate_pace(steps: Steps, g: float, direction: float) -> Pace:
-    """Between- and within-person spread of log speed at the stretch ``g``, from the analysis of variance."""
+    """Estimate deviations of log speed between and within people at the stretch ``g``, by an analysis of variance."""
     log_speed, _, variance = _observed(steps, g)
     _, number, count = np.unique(steps.person, return_inverse=True, return_counts=True)
     mean = np.bincount(number, log_speed) / count
@@ -231,9 +232,9 @@ def estimate_pace(steps: Steps, g: float, direction: float) -> Pace:
 
 
 def _observed(steps: Steps, g: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Log speeds [S] freed of what noise adds to them on average, directions [S], variances [S] due to noise.
+    """Log speeds [S] without their bias by noise, directions [S] in rad, and variances [S] by noise.
 
-    To second order, noise across the way lengthens it and noise along it takes as much off its logarithm:
+    To second order, noise across a displacement raises its log length, and noise along it lowers that:
     E ln|v + e| = ln|v| + (σ⊥² − σ∥²)/(2|v|²).
     """
     right, forward = steps.way[:, 0], g * steps.way[:, 1]
@@ -250,7 +251,7 @@ _LEAST_SHARE = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class Segments:
-    """Windows of tracks, by track.
+    """Displacements of heads within windows of tracks, by track.
 
     Parameters
     ----------
@@ -269,7 +270,7 @@ class Segments:
 
 
 def cut_segments(heads: Heads, window: float) -> Segments:
-    """Cut tracks into windows of ``window`` s that follow one another; those with too few boxes are removed."""
+    """Cut tracks into consecutive windows of ``window`` s; windows with too few boxes are removed."""
     frame, track = heads.frame, heads.track
     third = max(1, round(window / heads.dt / 3.0))
     opening = np.r_[True, track[1:] != track[:-1]]

@@ -1,1 +1,1 @@
-"""Recorded crowds: recipes of splits, readers of their files, and who may observe whom in them."""
+"""Recorded crowds: recipes of splits, and readers of their files."""

@@ -1,4 +1,4 @@
-"""From a recipe to scenes: what a reader of a format offers, and how one is found and asked."""
+"""From a recipe to scenes: the interface of a format's reader, and its registry."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from vbbench_generators.recordings.recipe import DETECTED, Recipe, Rules
 
 
 def scale_to_field(scenes: Sequence[Scene], rules: Rules, half_width: float) -> tuple[list[Scene], Rules]:
-    """The scenes within ±``half_width`` m about their middles, all by the factor of the largest, and their rules."""
+    """The scenes, centred and scaled by one factor so that the largest fits ±``half_width`` m; and scaled rules."""
     corners = [(np.nanmin(scene.positions, axis=(0, 1)), np.nanmax(scene.positions, axis=(0, 1))) for scene in scenes]
     factor = 2.0 * half_width / float(max(np.max(high - low) for low, high in corners))
     scaled = [
@@ -36,13 +36,13 @@ FileSum = tuple[str, str]
 
 @dataclass(frozen=True, kw_only=True)
 class Loaded:
-    """What a split is made of.
+    """The scenes of a split, with their sources.
 
     Parameters
     ----------
     scenes : people on the ground.
-    files : every file they come from.
-    calibration : what was found of the camera that saw them, for `DatasetInfo`; ``None`` where metres were given.
+    files : every file that was read, with its checksum.
+    calibration : the estimated calibration of the camera, for `DatasetInfo`; ``None`` where metres were given.
     """
 
     scenes: list[Scene]
@@ -51,20 +51,20 @@ class Loaded:
 
     @property
     def is_surveyed(self) -> bool:
-        """Whether the user's own homography gave metres where the split's are otherwise estimated."""
+        """Whether metres come from the user's homography, where the split otherwise estimates them."""
         return self.calibration is not None and not self.calibration["pseudo_metric"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class SceneFile:
-    """A file that holds one scene, and what is known of it besides.
+    """A file of one scene, with the parameters for reading it.
 
     Parameters
     ----------
     path : the file.
     dt : seconds per frame.
-    frame_step : frame numbers of the file a frame; ``None`` leaves it to the file.
-    homography : [3, 3] from the file's coordinates to metres; ``None`` if they are metres, or nobody says.
+    frame_step : difference of the file's frame numbers from one frame to the next; ``None``: the commonest one.
+    homography : [3, 3] from the file's coordinates to metres; ``None`` if they are metres or unknown.
     smooth : whether places between key points lie on a smooth curve, in formats that have key points.
     """
 
@@ -77,12 +77,12 @@ class SceneFile:
 
 @dataclass(frozen=True, kw_only=True)
 class Wishes:
-    """What the user says of the source files.
+    """The user's options about the source files.
 
     Parameters
     ----------
     source : file or folder to look in first; for ``custom`` the user's own file.
-    seed : decides the jitter of resampled scenes and the places within a grid's cells, and nothing else.
+    seed : seed of the jitter of resampled scenes, and of places within a grid's cells.
     dt, homography : seconds per frame, and 3x3 file from pixels to metres.
     """
 
@@ -93,16 +93,16 @@ class Wishes:
 
 
 class Reader:
-    """A format of recordings, registered under ``vbbench.readers`` by the name that recipes call it.
+    """A format of recordings, registered under ``vbbench.readers`` by its name in recipes.
 
-    A format with one file a scene says how to `read` it. Any other says how to `load` a recipe's scenes.
+    A format with one file a scene implements `read`; any other implements `load`.
     """
 
     signature = ""
     """How a user's own file of this format is recognised, in a few words; none for what `recognises` never says."""
 
     def recognises(self, line: str) -> bool:  # noqa: ARG002
-        """Whether a file whose first line is this, without blanks and comments, is of this format."""
+        """Whether a file with this first ``line``, stripped of blanks and comments, has this format."""
         return False
 
     def read(self, file: SceneFile) -> Scene:
@@ -146,9 +146,9 @@ def get_reader(name: str) -> Reader:
     Raises
     ------
     UnknownNameError
-        If none is called so; the nearest name is suggested.
-    VbbenchError
-        If it is broken.
+        If there is none; the nearest name is suggested.
+        VbbenchError
+            If its plugin cannot be loaded.
     """
     found: Reader = load_registered("reader", name)
     return found
@@ -160,7 +160,7 @@ def detect_format(path: Path) -> str:
     Raises
     ------
     FileError
-        If it is none that can be read.
+        If no reader recognises it.
     """
     body, header, number = split_header(read_text(path), NOUNS)
     line = " ".join(header.names) if header else body.partition(b"\n")[0].decode().strip()
@@ -194,23 +194,23 @@ def _scene_file(recipe: Recipe, path: Path, dt: float | None, homography: FloatA
 
 
 def _jittered(scene: Scene, std: float, seed: int, index: int) -> Scene:
-    """The scene with noise on every position; it follows from the seed and the scene's place in the recipe alone."""
+    """The scene with Gaussian noise of ``std`` m on every position, drawn from the seed and the scene's ``index``."""
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(index,)))
     return replace(scene, positions=scene.positions + rng.normal(0.0, std, scene.positions.shape))
 
 
 def off_grid(scene: Scene, grid: float, seed: int, index: int) -> Scene:
-    """The scene with places anywhere in the cell of the source's ``grid`` (m) that they were rounded to.
+    """The scene with places drawn uniformly within the cell of the source's ``grid`` (m) that they were rounded to.
 
-    Where boxes are exact, whole multiples would give a solver the scene's direction, and how far people walked. The
-    places follow from the seed and the scene's number in the recipe alone.
+    With exact boxes, multiples of the grid would reveal the world's axes and people's displacements to a solver. The
+    places follow from the seed and the scene's ``index`` alone.
     """
     rng = random_stream(seed, index, Stream.GRID)
     return replace(scene, positions=scene.positions + rng.uniform(-grid / 2.0, grid / 2.0, scene.positions.shape))
 
 
 def every_frame(scene: Scene, step: int) -> Scene:
-    """The scene in every ``step``-th frame from the first one on, with whoever is there in any of them."""
+    """The scene in every ``step``-th frame from the first one on, without people who are in none of these."""
     if step == 1:
         return scene
     positions, present = scene.positions[::step], scene.present[::step].any(axis=0)

@@ -21,14 +21,14 @@ from vbbench_generators.tiers.noise import Precision
 
 @dataclass(frozen=True, kw_only=True)
 class Rules:
-    """What a recipe says of its sequences (table ``[sequences]``).
+    """The rules of a recipe's sequences (table ``[sequences]``).
 
     Parameters
     ----------
     skip_first_frames : frames skipped at the start of each observer's track.
-    min_others : a frame counts where at least so many other walkers are present.
+    min_others : a frame counts if at least so many other walkers are present.
     min_frames : an observer needs at least so many such frames.
-    standing_displacement : who moves less than this in m from first to last frame is not part of the observed crowd.
+    standing_displacement : people who move less than this in m from first to last frame are not observed.
     count_observer : whether the people of Table 1 include the observer.
     """
 
@@ -46,8 +46,8 @@ class Rules:
 class Span:
     """An observer's frames: scene frames first … first + len(counted) − 1.
 
-    ``column`` is the observer's among the people of the scene, −1 for a vehicle. ``counted`` [T] says in which of them
-    enough others are present; in the rest nobody is observed, but time goes on.
+    ``column`` is the observer's among the people of the scene, −1 for a vehicle. ``counted`` [T] marks frames in which
+    enough others are present; in the rest nobody is observed.
     """
 
     scene: int
@@ -56,11 +56,11 @@ class Span:
     counted: BoolArray
 
     def of(self, values: NDArray[Any]) -> NDArray[Any]:
-        """Those rows of ``values`` [T, …], one a frame of the scene, that are the span's."""
+        """The rows of the span's frames, of ``values`` [T, …] of all frames of the scene."""
         return values[self.first : self.first + len(self.counted)]
 
     def others(self, crowd: BoolArray) -> BoolArray:
-        """[T, K] who of the ``crowd`` [T, K] in these frames is there for the observer to see."""
+        """[T, K] mask of the ``crowd`` [T, K] in these frames without the observer, in counted frames."""
         others = crowd & self.counted[:, None]
         if self.column >= 0:
             others[:, self.column] = False
@@ -68,7 +68,7 @@ class Span:
 
 
 def observed_crowd(scene: Scene, rules: Rules) -> BoolArray:
-    """[T, K] who is there to be observed: everybody present but for people who stand the whole time."""
+    """[T, K] mask of people who are observed: all who are present, except those who stand the whole time."""
     present = scene.present
     first = present.argmax(axis=0)
     last = scene.frames - 1 - present[::-1].argmax(axis=0)
@@ -100,7 +100,7 @@ DETECTED = "auto"
 
 @dataclass(frozen=True, kw_only=True)
 class Caution:
-    """What must stand with every figure of the split, under the tiers concerned."""
+    """A caution that accompanies every figure of the split under some tiers."""
 
     text: str
     tiers: tuple[str, ...]
@@ -113,11 +113,11 @@ class Caution:
 
 @dataclass(frozen=True, kw_only=True)
 class Resampling:
-    """Key points of a ``.vsp`` joined by a smooth curve, with jitter on top.
+    """Smooth interpolation between the key points of a ``.vsp``, plus jitter.
 
     Parameters
     ----------
-    jitter : standard deviation in m of Gaussian noise on every coordinate, from the seed.
+    jitter : standard deviation in m of Gaussian noise on every coordinate.
     """
 
     jitter: Annotated[float, Within(0.0, 10.0, "m")]
@@ -128,23 +128,23 @@ class Resampling:
 
 @dataclass(frozen=True, kw_only=True)
 class Recipe:
-    """How a split is made from its source files.
+    """The definition of a split by its source files.
 
     Parameters
     ----------
-    name, title, licence, citation : what it is, and whose.
-    format : how to read the sources: the name of a registered reader, or `DETECTED`.
+    name, title, licence, citation : facts of the recording.
+    format : the name of a registered reader, or `DETECTED`.
     source : the trajectory files, one a scene.
-    sequences : which frames of which people become sequences.
-    dt : seconds per frame; ``None``: the user says it.
-    frame_step : frame numbers of the source a frame; ``None``: the commonest.
+    sequences : rules by which frames become sequences.
+    dt : seconds per frame; ``None``: the user gives it.
+    frame_step : difference of frame numbers from one frame to the next; ``None``: the commonest one.
     homography : file of the 3x3 homography from the sources' pixels to metres; ``None`` if they are metres.
     resampling : for ``.vsp`` only; ``None`` joins key points by straight lines.
-    grid : in m, where places in the source are rounded to multiples of it; ``None``: they are not.
-    caution : what everybody who sees a figure of this split has to know.
-    recording : for ``crohd`` only: the folder of the archive that holds it.
-    lifting : for ``crohd`` only: how heads are put on the ground.
-    precision : what boxes are rounded to, so that a large split compresses; ``None`` = not at all.
+    grid : unit in m to which places in the source are rounded; ``None``: they are not.
+    caution : a caution that accompanies every figure of this split.
+    recording : for ``crohd`` only: the recording's folder in the archive.
+    lifting : for ``crohd`` only: settings of the lifting to the ground.
+    precision : rounding of boxes, so that a large split compresses; ``None``: no rounding.
     """
 
     name: str
@@ -178,7 +178,7 @@ class Recipe:
 
     @property
     def reads_own_file(self) -> bool:
-        """Whether the user brings the trajectories."""
+        """Whether the user provides the trajectories."""
         return not self.source
 
     def caution_for(self, tier: str) -> str | None:

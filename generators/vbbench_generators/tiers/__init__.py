@@ -1,1 +1,1 @@
-"""Tiers: what becomes of exact boxes, by noise, by people who hide one another, and by a detector and its tracker."""
+"""Tiers: corruption of exact boxes by noise, by occlusion, and by a detector and its tracker."""

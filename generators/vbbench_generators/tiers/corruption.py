@@ -1,4 +1,4 @@
-"""The bundled tiers, registered under ``vbbench.tiers``, and a tier on a split where people hide one another."""
+"""The bundled tiers, registered under ``vbbench.tiers``, and a wrapper that adds occlusion to a tier."""
 
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
@@ -14,13 +14,13 @@ from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tra
 
 @dataclass(frozen=True, kw_only=True)
 class Hiding:
-    """That people hide one another.
+    """Parameters of occlusion.
 
     Parameters
     ----------
-    least_visible : who shows less than this share has no box.
-    cut : whether boxes are cut to what shows; otherwise they stay whole.
-    outline : what people look like.
+    least_visible : least visible fraction of a person who has a box.
+    cut : whether boxes are cut to the visible part; otherwise they stay whole.
+    outline : outline of people.
     """
 
     least_visible: float = 0.25
@@ -34,20 +34,20 @@ def _showing(sight: Sight, outline: Outline) -> Showing:
 
 @dataclass(frozen=True, kw_only=True)
 class Noise(Tier):
-    """Boxes of whole people, with Gaussian noise of ``std`` px on column, top and bottom; nobody is hidden."""
+    """Boxes with Gaussian noise of ``std`` px on column, top and bottom, without occlusion."""
 
     std: float
 
     def pixel_std(self, camera: Camera) -> float:  # noqa: ARG002
-        """The noise that there is."""
+        """See `Tier.pixel_std`: the true noise."""
         return self.std
 
     def noised(self, std: float) -> Tier:
-        """Noise of another size."""
+        """The tier with noise of ``std`` px."""
         return replace(self, std=std) if self.std > 0 else super().noised(std)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
-        """Noise on everybody who is to be seen."""
+        """See `Tier.observe`: boxes of all people in the picture, with noise."""
         boxes = sight.boxes
         if self.std > 0:
             boxes = boxes.copy()
@@ -57,7 +57,7 @@ class Noise(Tier):
 
 @dataclass(frozen=True, kw_only=True)
 class Occlusion(Tier):
-    """Nearer people hide those behind; who shows too little has no box, and what shows of others is exact."""
+    """Nearer people hide those behind them. Boxes are exact bounds of visible parts; mostly hidden people have none."""
 
     hiding: Hiding = field(default_factory=Hiding)
     hides = True
@@ -68,7 +68,7 @@ class Occlusion(Tier):
         return {"hiding": asdict(self.hiding)}
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:  # noqa: ARG002
-        """Boxes about what shows of everybody who shows enough."""
+        """See `Tier.observe`: boxes of the visible parts of people who are visible enough."""
         showing = _showing(sight, self.hiding.outline)
         whole = replace(sight, seen=sight.seen & enough(showing, self.hiding.least_visible)).boxes
         observed = ~np.isnan(whole[..., 2])
@@ -78,7 +78,7 @@ class Occlusion(Tier):
 
 @dataclass(frozen=True, kw_only=True)
 class BehindOthers(Tier):
-    """A ``tier`` on a split whose people hide one another: who shows too little has no box, and others a whole one."""
+    """A ``tier`` applied to people who are visible enough under occlusion; their boxes are whole."""
 
     tier: Tier
     hiding: Hiding = field(default_factory=lambda: Hiding(cut=False))
@@ -86,20 +86,20 @@ class BehindOthers(Tier):
 
     @property
     def definition(self) -> dict[str, Any]:
-        """How people hide one another, and what the tier says."""
+        """See `Tier.definition`: the occlusion, and the definition of the inner tier."""
         return {"hiding": asdict(self.hiding), **self.tier.definition}
 
     @property
     def own_camera(self) -> Camera | None:
-        """The tier's."""
+        """The camera of the inner tier."""
         return self.tier.own_camera
 
     def told(self, camera: Camera) -> Told:
-        """As the tier says."""
+        """See `Tier.told`: that of the inner tier."""
         return self.tier.told(camera)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
-        """What the tier makes of everybody who shows enough."""
+        """See `Tier.observe`: the inner tier's observations of people who are visible enough."""
         showing = _showing(sight, self.hiding.outline)
         made = self.tier.observe(replace(sight, seen=sight.seen & enough(showing, self.hiding.least_visible)), rng)
         if made.persons is not None:
@@ -109,14 +109,14 @@ class BehindOthers(Tier):
 
 @dataclass(frozen=True, kw_only=True)
 class Tracking(Tier):
-    """A detector that errs on what shows of people, and a tracker that links what it finds; both by a settings file.
+    """A simulated detector with errors, and a real tracker of its detections; both have a settings file.
 
     They run at the rate of a video, and boxes are reported in the dataset's own frames.
 
     Parameters
     ----------
-    outline : what people look like to whom they hide.
-    least_track : tracks of fewer frames are removed; ``None`` for what the settings file says.
+    outline : outline of people, for occlusion.
+    least_track : tracks of fewer frames are removed; ``None``: the value of the settings file.
     """
 
     outline: Outline = field(default_factory=Outline)
@@ -125,24 +125,24 @@ class Tracking(Tier):
 
     @property
     def settings(self) -> TrackingSettings:
-        """Those of the file, without shorter tracks."""
+        """The settings of the file, with ``least_track``."""
         return get_tracking().lasting(self.least_track)
 
     def lasting(self, frames: int) -> Tier:
-        """Without shorter tracks."""
+        """The tier without tracks of fewer frames."""
         return replace(self, least_track=frames)
 
     @property
     def definition(self) -> dict[str, Any]:
-        """What people look like, the rate of the video, and all settings."""
+        """See `Tier.definition`: outline, rate of the video, and all settings."""
         return {"outline": asdict(self.outline), "video_rate": VIDEO_RATE, "tracking": asdict(self.settings)}
 
     def pixel_std(self, camera: Camera) -> float:
-        """As measured of this detector and tracker."""
+        """See `Tier.pixel_std`: the noise measured on this detector and tracker."""
         return get_tracking().pixel_std(camera)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
-        """The boxes of tracks, and who is behind them."""
+        """See `Tier.observe`: boxes of tracks, with the person of each."""
         fine, every = finer(sight)
         showing = _showing(fine, self.outline)
         tracked = track_video(fine, every, fine.boxes, showing, self.settings, self.outline, rng)

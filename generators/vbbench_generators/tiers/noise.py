@@ -1,8 +1,7 @@
-"""Noise of boxes, and how finely they are written.
+"""Visible parts of people, noise of boxes, and their rounding.
 
-Boxes are rounded to fractions of a pixel that are exact in binary, so that large datasets compress. A float64 of a
-panorama has some 40 bits behind the thousandth of a pixel, and they are random: no compressor saves them. Multiples of
-2^−b px leave them zero, and the byte streams of zeros cost nothing.
+Boxes are rounded to multiples of 2^−b px, so that large datasets compress. A float64 of a panorama has some 40 random
+bits below a thousandth of a pixel, which no compressor saves; rounding sets them to zero.
 """
 
 from dataclasses import dataclass
@@ -18,7 +17,7 @@ from vbbench_generators import _core
 
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """What people look like from afar, in parts of their height.
+    """Outline of a standing person as steps, in units of the height.
 
     Parameters
     ----------
@@ -38,13 +37,13 @@ class Outline:
 
 @dataclass(frozen=True)
 class Showing:
-    """What shows of people.
+    """Visible parts of people.
 
     Parameters
     ----------
-    visible : [T, K] share of the outline's area in the picture that nobody hides; NaN where nothing would be there.
-    boxes : [T, K, 3] boxes (u, v, l) in px about what shows; NaN where nothing does.
-    widths : [T, K] of these boxes, in px.
+    visible : [T, K] visible share of the outline's area in the picture; NaN where the outline is outside.
+    boxes : [T, K, 3] boxes (u, v, l) in px of the visible parts; NaN where nothing is visible.
+    widths : [T, K] widths of these boxes, in px.
     """
 
     visible: FloatArray
@@ -55,14 +54,14 @@ class Showing:
 def see(
     positions: FloatArray, heights: FloatArray, poses: FloatArray, camera: Camera, outline: Outline | None = None
 ) -> Showing:
-    """What a camera carried along shows of people.
+    """Visible parts of people in a moving camera.
 
     Parameters
     ----------
-    positions, heights : [T, K, 2] and [K] in m of everybody who can hide others; NaN = absent.
-    poses : [T, 3] (x, y, yaw) of the camera.
-    camera : the borders of its picture cut people off; a picture that closes on itself has none, up and down either.
-    outline : everybody's.
+    positions, heights : [T, K, 2] and [K] in m of all people who can hide others; NaN = absent.
+    poses : [T, 3] (x, y, yaw) of the camera in m and rad.
+    camera : the camera; borders of its picture cut people off, but a panorama has none.
+    outline : outline of all people.
     """
     relative = world_to_relative(positions, poses)
     figures = _figures(relative, np.broadcast_to(heights, relative.shape[:-1]), camera)
@@ -70,12 +69,13 @@ def see(
 
 
 def see_figures(figures: FloatArray, distances: FloatArray, camera: Camera, outline: Outline) -> Showing:
-    """What shows of people who stand in the picture as ``figures`` [T, K, 3], (u, row of the feet, l) in px.
+    """Visible parts of people at ``figures`` in the picture.
 
     Parameters
     ----------
-    figures, distances : the latter [T, K] in m, by which people hide one another; both NaN = not there.
-    camera, outline : as of `see`.
+    figures : [T, K, 3] (u, row of the feet, l) in px; NaN = absent.
+    distances : [T, K] in m, which decide who hides whom; NaN = absent.
+    camera, outline : as in `see`.
     """
     columns, rows = camera.picture_size
     wraps = camera.period is not None
@@ -87,7 +87,7 @@ def see_figures(figures: FloatArray, distances: FloatArray, camera: Camera, outl
 
 
 def _figures(relative: FloatArray, heights: FloatArray, camera: Camera) -> FloatArray:
-    """Boxes [T, K, 3] (u, row of the feet, l) in px as if the picture had no borders; NaN behind the camera."""
+    """Figures [T, K, 3] (u, row of the feet, l) in px, without borders of the picture; NaN behind the camera."""
     figures = camera.project_unbounded(relative, heights)
     if camera.cylinder is None:
         figures[..., 1] = camera.project_unbounded(relative, np.zeros(heights.shape))[..., 1]
@@ -98,7 +98,7 @@ def _figures(relative: FloatArray, heights: FloatArray, camera: Camera) -> Float
 
 
 def enough(showing: Showing, least: float) -> BoolArray:
-    """[T, K] of whom at least the share ``least`` shows."""
+    """Mask [T, K] of people whose visible share is at least ``least``."""
     shown: BoolArray = showing.visible >= least
     return shown & ~np.isnan(showing.boxes[..., 2])
 
@@ -117,9 +117,9 @@ def add_pixel_noise(boxes: FloatArray, camera: Camera, pixel_std: float, rng: np
 
 
 def wandering(shape: tuple[int, ...], memory: float, dt: float, rng: np.random.Generator) -> FloatArray:
-    """Standard normal numbers of any shape, correlated over time t in s, the first axis, with e^(−t/``memory``).
+    """An Ornstein–Uhlenbeck process along the first axis of ``shape``, with unit variance.
 
-    An Ornstein–Uhlenbeck process; ``memory`` and ``dt``, the time from one row to the next, are in s.
+    ``memory`` is its correlation time and ``dt`` the time from one row to the next, in s.
     """
     numbers = rng.standard_normal(shape)
     kept = np.exp(-dt / memory)
@@ -132,15 +132,15 @@ Bits = Annotated[int, Within(0, 32)]
 
 @dataclass(frozen=True, kw_only=True)
 class Precision:
-    """How finely boxes are written (table ``[precision]`` of a recipe).
+    """Rounding of boxes (table ``[precision]`` of a recipe).
 
-    The error is uniform over half a step to either side. At a distance r the panorama's l = f·h/r px then gives r to
-    2^−(b_l + 1)/l of it, and u gives the direction to 2^−b_u·π/W rad. Solvers do not get this: with 10, 10 and 12 bits
-    a place at 40 m is off by 0.5 mm at most, less than people sway from one frame to the next.
+    The error is uniform over half a step to either side. At a distance r the panorama's l = f·h/r px then determines r
+    to 2^−(b_l + 1)/l of it, and u the direction to 2^−b_u·π/W rad. Solvers are not given this error: with 10, 10 and 12
+    bits it is at most 0.5 mm at 40 m, less than people sway from one frame to the next.
 
     Parameters
     ----------
-    u_bits, v_bits, l_bits : binary digits behind the point of the centre column, centre row and height in px.
+    u_bits, v_bits, l_bits : fractional binary digits of the centre column, centre row and height in px.
     """
 
     u_bits: Bits
@@ -152,11 +152,11 @@ class Precision:
 
     @property
     def steps(self) -> tuple[float, float, float]:
-        """What u, v and l are multiples of, in px."""
+        """The steps of u, v and l, in px."""
         return 2.0**-self.u_bits, 2.0**-self.v_bits, 2.0**-self.l_bits
 
     def rounded(self, boxes: FloatArray, camera: Camera) -> FloatArray:
-        """Boxes [..., 3] (u, v, l) in px to the nearest multiples; a column stays in the picture, a height above 0."""
+        """Boxes [..., 3] (u, v, l) in px, rounded; columns stay in the picture, and heights above 0."""
         steps = np.array(self.steps)
         near: FloatArray = np.rint(boxes / steps) * steps
         near[..., 0] = camera.wrap_column(near[..., 0])

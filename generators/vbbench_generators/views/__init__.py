@@ -1,1 +1,1 @@
-"""What each person of a scene sees: a camera carried along, and the people in its picture."""
+"""The views of observers in a scene: poses of a carried camera, and people's boxes."""

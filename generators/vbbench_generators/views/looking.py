@@ -1,4 +1,4 @@
-"""Yaw of a head that turns as people's do, in continuous time, for ``look = natural`` and for each of its laws.
+"""Yaw of an observer's head in continuous time, for ``look = natural`` and for each of its four laws.
 
 The direction of walking at time t is that of the chord p(t + s/2) − p(t − s/2) over a stride s of the observer's path
 p; where the chord is shorter than `standing_speed`·s the person stands, and the direction is held. A sequence has one
@@ -39,8 +39,8 @@ WANDER_TIME = 3.0
 def causal_headings(positions: FloatArray, dt: float) -> FloatArray:
     """Heading in rad, [T, K], of people at positions [T, K, 2] in m.
 
-    A person's first frame has no past; it gets the heading of its second, and the second that of the first step,
-    however slow. No protocol scores those two frames of an observer that enters there.
+    A person's first frame has the heading of the second, which is that of the first step, however slow. No protocol
+    scores these two frames of an observer that enters there.
     """
     gain = 1.0 - np.exp(-dt / SMOOTHING_TIME)
     headings = np.full(positions.shape[:2], np.nan)
@@ -64,15 +64,15 @@ def causal_headings(positions: FloatArray, dt: float) -> FloatArray:
 def wrapped(angle: FloatArray) -> FloatArray:
     """The angle in rad wrapped to [−π, π].
 
-    Not `vbbench.geometry.wrap_angle`, which rounds differently in the last bit: the bytes of datasets rest on this.
+    `vbbench.geometry.wrap_angle` rounds differently in the last bit, which would change the bytes of datasets.
     """
     return np.arctan2(np.sin(angle), np.cos(angle))
 
 
 def limit_turns(heading: FloatArray, dt: float, rate: float) -> FloatArray:
-    """Heading [T] in rad of a person who follows ``heading`` [T] turning by at most ``rate`` rad/s.
+    """``heading`` [T] in rad with a limited turning rate ``rate`` in rad/s.
 
-    A walker who stops and comes back reverses the motion from one frame to the next; nobody's eyes do.
+    A walker who turns back reverses the direction of motion within a frame, but not the gaze.
     """
     followed = heading.copy()
     for t in range(1, len(heading)):
@@ -89,15 +89,15 @@ Rate = Annotated[float, Within(0.0, 100.0)]
 
 @dataclass(frozen=True, kw_only=True)
 class Walking:
-    """What every law takes for the direction of walking.
+    """Parameters that all laws share.
 
     Parameters
     ----------
-    stride : s over which it is measured, half before and half after.
-    standing_speed : m/s below which a person stands.
-    turn_rate : rad/s by which a head turns at most.
-    offset_std : rad by which a person's head points away from the law all the time.
-    unsteady_std, memory : rad by which it strays from that, correlated over so many s.
+    stride : time in s over which the direction of walking is measured, half before and half after.
+    standing_speed : speed in m/s below which a person stands.
+    turn_rate : greatest turning rate of a head in rad/s.
+    offset_std : standard deviation in rad of a person's constant offset.
+    unsteady_std, memory : standard deviation in rad and correlation time in s of random deviations.
     """
 
     stride: Span
@@ -110,7 +110,7 @@ class Walking:
 
 @dataclass(frozen=True, kw_only=True)
 class Follow:
-    """The direction of walking a moment later; ``lead`` in s, drawn a person, unsteady with a ``memory`` in s."""
+    """The direction of walking ``lead`` s later, drawn a person, with deviations of correlation time ``memory`` s."""
 
     share: Share
     lead: Seconds
@@ -121,7 +121,7 @@ class Follow:
 
 @dataclass(frozen=True, kw_only=True)
 class Ahead:
-    """Where the person will be after a time in s, drawn a person between ``nearest`` and ``farthest``."""
+    """The direction of the place reached after a time in s, drawn a person between ``nearest`` and ``farthest``."""
 
     share: Share
     nearest: Span
@@ -130,14 +130,14 @@ class Ahead:
 
 @dataclass(frozen=True, kw_only=True)
 class Glance:
-    """Along the path, but for glances at neighbours.
+    """Along the path, except for glances at neighbours.
 
     Parameters
     ----------
-    time_share : of the time that a person is glanced at, where there is one.
-    duration : mean in s of a glance.
-    distance, widest : in m, and in rad to either side of the path: who is within both may be glanced at.
-    head_share : how much of the way to the other the head turns.
+    time_share : share of the time spent on glances, if there are neighbours.
+    duration : mean duration of a glance in s.
+    distance, widest : greatest distance in m of a neighbour, and angle in rad to either side of the path.
+    head_share : share of the angle to the neighbour by which the head turns.
     """
 
     share: Share
@@ -150,7 +150,7 @@ class Glance:
 
 @dataclass(frozen=True, kw_only=True)
 class Sway:
-    """Along the path, and to and fro at half the ``step_rate`` in 1/s with an ``amplitude`` in rad, drawn a person."""
+    """Along the path, oscillating at half the ``step_rate`` in 1/s with an ``amplitude`` in rad, drawn a person."""
 
     share: Share
     step_rate: Rate
@@ -161,7 +161,7 @@ class Sway:
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
-    """Who stands looks somewhere for ``held_for`` s on average, ``spread`` rad about the direction of the way there."""
+    """Looking around while standing: directions held for ``held_for`` s on average, ``spread`` rad about the path's."""
 
     held_for: Span
     spread: Angle
@@ -186,7 +186,7 @@ class NaturalLook:
 
     @property
     def shares(self) -> tuple[float, float, float, float]:
-        """Of `vbbench_generators.views.looking.LAWS`, in their order."""
+        """The shares of `vbbench_generators.views.looking.LAWS`, in their order."""
         return self.follow.share, self.ahead.share, self.glance.share, self.sway.share
 
 
@@ -210,10 +210,10 @@ class Way:
 
     Parameters
     ----------
-    path : [N, 2] places in m in the frames in which the observer is known.
-    times : [N] of these frames, in s from the sequence's start.
-    around : [T, K, 2] in m, everybody in the sequence's frames; NaN = absent. The observer may be among them.
-    dt : s per frame.
+    path : [N, 2] places in m in the frames in which the observer is present.
+    times : [N] times of these frames, in s from the sequence's start.
+    around : [T, K, 2] places in m of people in the sequence's frames; NaN = absent. The observer may be among them.
+    dt : seconds per frame.
     """
 
     path: FloatArray
@@ -222,13 +222,13 @@ class Way:
     dt: float
 
     def at(self, times: FloatArray) -> FloatArray:
-        """[n, 2] places at some ``times`` [n]: straight between frames, and on at the speed of either end."""
+        """Places [n, 2] at ``times`` [n]: linear interpolation, and extrapolation at constant velocity."""
         known, x, y = self._continued
         return np.column_stack((np.interp(times, known, x), np.interp(times, known, y)))
 
     @cached_property
     def _continued(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Times [M] in s and places x and y [M] in m of the path with a place before and one after it."""
+        """Times [M] in s and coordinates x and y [M] in m of the path, extended by a place before and one after it."""
         known, path = self.times, self.path
         if len(path) > 1:
             known = np.concatenate([known[:1] - LONGEST_LEAD, known, known[-1:] + LONGEST_LEAD])
@@ -261,7 +261,7 @@ def natural_yaws(way: Way, look: NaturalLook, rng: np.random.Generator, law: Law
 def _course(
     way: Way, times: FloatArray, law: Law, look: NaturalLook, rng: np.random.Generator
 ) -> tuple[FloatArray, BoolArray]:
-    """Where the head points on the way, [n] in rad, and who stands, [n]; held while standing."""
+    """Yaw [n] in rad of the head by the ``law`` while walking, held while standing, and a mask [n] of standing."""
     behind = ahead = np.full(len(times), 0.5 * look.walking.stride)
     if law == "follow":
         lead = look.follow.lead + look.follow.lead_std * rng.standard_normal()
@@ -283,7 +283,7 @@ def _course(
 
 
 def _looks_around(times: FloatArray, look: NaturalLook, rng: np.random.Generator) -> FloatArray:
-    """[n] in rad to the side of the way: held for a while each."""
+    """Random offsets [n] in rad from the path's direction, piecewise constant."""
     number = 8 + int(4.0 * (times[-1] - times[0]) / look.standing.held_for)
     ends = np.cumsum(rng.exponential(look.standing.held_for, number))
     sides = look.standing.spread * rng.standard_normal(number + 1)
@@ -294,7 +294,7 @@ def _looks_around(times: FloatArray, look: NaturalLook, rng: np.random.Generator
 def _glances(
     way: Way, times: FloatArray, course: FloatArray, look: NaturalLook, rng: np.random.Generator
 ) -> FloatArray:
-    """[n] in rad that the head turns from its ``course`` [n] to neighbours, for as long as glances last."""
+    """Offsets [n] in rad from the ``course`` [n] by glances at neighbours."""
     glance = look.glance
     pause = glance.duration * (1.0 / glance.time_share - 1.0)
     number = 8 + int(4.0 * (times[-1] - times[0]) / (pause + glance.duration))
@@ -320,12 +320,12 @@ def _glances(
 
 
 def _bearing_from(apart: FloatArray, course: FloatArray) -> FloatArray:
-    """[n] angles in rad of ``apart`` [n, 2] from the ``course`` [n], to the left positive."""
+    """Angles [n] in rad from the ``course`` [n] to the vectors ``apart`` [n, 2], positive to the left."""
     return wrapped(np.arctan2(apart[:, 1], apart[:, 0]) - course)
 
 
 def _sways(times: FloatArray, look: NaturalLook, rng: np.random.Generator) -> FloatArray:
-    """[n] in rad to and fro."""
+    """Oscillation [n] in rad with random rate, amplitude and phase."""
     rate = look.sway.step_rate + look.sway.step_rate_std * rng.standard_normal()
     amplitude = look.sway.amplitude + look.sway.amplitude_std * rng.standard_normal()
     swayed: FloatArray = amplitude * np.sin(np.pi * rate * times + rng.uniform(-np.pi, np.pi))
@@ -333,5 +333,5 @@ def _sways(times: FloatArray, look: NaturalLook, rng: np.random.Generator) -> Fl
 
 
 def _unsteady(times: FloatArray, memory: float, rng: np.random.Generator) -> FloatArray:
-    """[n] standard normal numbers, correlated over t in s with e^(−t/``memory``): an Ornstein–Uhlenbeck process."""
+    """An Ornstein–Uhlenbeck process [n] with unit variance and the correlation time ``memory`` in s."""
     return wandering((len(times),), memory, (times[-1] - times[0]) / max(len(times) - 1, 1), rng)

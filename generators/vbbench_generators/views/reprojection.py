@@ -1,4 +1,4 @@
-"""Turns scenes into what each of their people sees: positions reprojected into a camera carried along."""
+"""Sequences by reprojection: people of a scene projected into a camera that one of them carries."""
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -26,7 +26,7 @@ REVISION = 2
 
 
 def draw_heights(scene: Scene, number: int, seed: int, heights: Heights) -> Scene:
-    """The scene with heights in m, by person, from the seed and the scene's number."""
+    """The scene with heights in m drawn for each person, from the seed and the scene's number."""
     rng = random_stream(seed, number, Stream.HEIGHTS)
     return scene.with_heights(heights.mean + heights.std * rng.standard_normal(len(scene.people)))
 
@@ -60,12 +60,12 @@ class Reprojection:
 
     @cached_property
     def expected_rows(self) -> IntArray:
-        """[N] people present in each sequence, summed over frames: its observations, where nobody is hidden."""
+        """[N] number of people present in each sequence, summed over frames: its boxes without occlusion."""
         people = [crowd.sum(axis=1) for crowd in self._crowds]
         return np.array([span.of(people[span.scene])[span.counted].sum() for span in self.spans])
 
     def seen(self, index: int) -> BoolArray | None:
-        """See `ForesightedPlan.seen`: a walker's panorama without a tier shows everybody who is there."""
+        """See `ForesightedPlan.seen`: a walker's panorama without a tier shows all people who are present."""
         if self.observer != "walker" or self.info.camera.view is not None or self.info.tier != "ideal":
             return None
         span = self.spans[index]
@@ -114,7 +114,7 @@ def plan_reprojection(
 ) -> Reprojection:
     """Lay out every sequence of ``scenes``, its boxes rounded to ``precision``.
 
-    ``calibration`` is what `DatasetInfo` says of the camera that recorded the scenes.
+    ``calibration`` is the entry of `DatasetInfo` about the camera that recorded the scenes.
 
     Raises
     ------

@@ -1,10 +1,10 @@
-"""A vehicle that stands or drives among the people of a scene and carries the camera, in place of one of them.
+"""A vehicle or robot that carries the camera among the people of a scene.
 
-Its speed v and yaw rate ω are Ornstein–Uhlenbeck processes. The way that they make is laid in many places: at a time
-drawn at random the middle of the crowd is straight ahead, at a distance and from a side that are drawn, too. There it
-is cut to the longest run of frames in which enough people are in view and nobody is run over. Of the places where such
-runs are long, the one is taken where the nearest person is about as far away as a distance that is drawn as well: long
-runs alone are found far from everybody, where no box reaches the picture's border.
+A vehicle's speed v and yaw rate ω are Ornstein–Uhlenbeck processes. Its path is placed at random many times: at a
+random time the middle of the crowd is straight ahead, at a random distance and from a random side. Each placement is
+cut to the longest run of frames in which enough people are in view and nobody is run over. Of the placements with long
+runs, the one is chosen whose nearest person is closest to a random distance: the longest runs are far from people,
+where no box reaches the picture's border.
 """
 
 from dataclasses import asdict, dataclass, replace
@@ -39,7 +39,7 @@ Positive = Annotated[float, Within(1e-3, 1e3)]
 
 @dataclass(frozen=True, kw_only=True)
 class RobotModel:
-    """The file ``robot.toml``, which says what each value is."""
+    """The file ``robot.toml``, which documents each value."""
 
     top_speed: Positive
     acceleration: Positive
@@ -66,12 +66,12 @@ def get_robot() -> RobotModel:
 
 @dataclass(frozen=True)
 class Drive:
-    """A robot's way.
+    """A robot's path and odometry.
 
     Parameters
     ----------
     poses : [T, 3] (x, y, yaw) in m and rad.
-    odometry : the motion from frame to frame by wheels and gyro.
+    odometry : measured motion from frame to frame, by wheels and gyro.
     """
 
     poses: FloatArray
@@ -83,7 +83,7 @@ def follow(walk: FloatArray, dt: float, rng: np.random.Generator) -> Drive:
 
     Parameters
     ----------
-    walk : [T, 2] in m where the person is, ``dt`` seconds apart.
+    walk : [T, 2] places of the person in m, ``dt`` seconds apart.
     """
     model = get_robot()
     times = np.asarray(STEP * np.arange(round((len(walk) - 1) * dt / STEP) + 1), np.float64)
@@ -102,13 +102,13 @@ def follow(walk: FloatArray, dt: float, rng: np.random.Generator) -> Drive:
 def sense(
     times: FloatArray, speed: FloatArray, turn: FloatArray, model: RobotModel, bias: float, rng: np.random.Generator
 ) -> tuple[Readings, Readings, Readings]:
-    """What wheels say of speed and turning rate, and what the gyro says of the latter.
+    """Simulated readings of the wheels' speed and turning rate, and of the gyro's turning rate.
 
     Parameters
     ----------
-    times : [N] s, `STEP` apart.
-    speed, turn : [N] what is true, in m/s and rad/s.
-    bias : of the gyro in rad/s.
+    times : [N] in s, `STEP` apart.
+    speed, turn : [N] true values, in m/s and rad/s.
+    bias : bias of the gyro in rad/s.
     """
     wheels = speed * (1.0 + changing(rng, len(times), model.speed_slip, model.slip_time))
     spins = round(model.spins * len(times) * STEP / 60.0)
@@ -126,7 +126,7 @@ def sense(
 
 
 def changing(rng: np.random.Generator, count: int, spread: float, seconds: float) -> FloatArray:
-    """[N] numbers of this spread about 0, `STEP` apart, that change smoothly within ``seconds``."""
+    """Random numbers [count] of the deviation ``spread``, `STEP` s apart, smooth between knots ``seconds`` s apart."""
     knots = rng.normal(0.0, 1.0, len(np.arange(-2.0, count * STEP / seconds + 3.0)))
     at = np.arange(count) * STEP / seconds
     first, part = np.floor(at).astype(int) + 2, at - np.floor(at)
@@ -144,7 +144,7 @@ Count = Annotated[int, Within(1, 10**6)]
 
 @dataclass(frozen=True, kw_only=True)
 class VehicleModel:
-    """The file ``vehicle.toml``, which says what each value is."""
+    """The file ``vehicle.toml``, which documents each value."""
 
     standing: Share
     slowest: Speed
@@ -178,12 +178,12 @@ def get_vehicle() -> VehicleModel:
 
 
 def observer_definition(options: Options, look: Look) -> dict[str, Any]:
-    """What a camera's way follows from, as JSON: part of a dataset's definition and id.
+    """The parameters of a camera's path, as JSON: part of a dataset's definition and id.
 
     Raises
     ------
     VbbenchError
-        If a vehicle or a robot is asked to look somewhere else than ahead.
+        If a vehicle or a robot has another ``look`` than ahead.
     """
     if options.observer == "walker":
         return look_definition(look)
@@ -195,7 +195,7 @@ def observer_definition(options: Options, look: Look) -> dict[str, Any]:
 
 
 def find_windows(scene: Scene, number: int, crowd: BoolArray) -> list[Span]:
-    """The windows of a scene, the ``number``-th, in which a vehicle would see enough of the ``crowd`` [T, K]."""
+    """The windows of a scene, the ``number``-th, in which a vehicle may see enough of the ``crowd`` [T, K]."""
     model = get_vehicle()
     first = np.arange(0, max(scene.frames - model.longest, 0) + 1, model.stride)
     enough = crowd.sum(axis=1) >= model.fewest
@@ -221,7 +221,7 @@ def ride(
 ) -> tuple[Span, FloatArray]:
     """The frames of a ``window`` in which a vehicle sees enough, and its poses [T, 3] in them.
 
-    ``crowd`` [T, K] says who is there to be seen in the frames of the window.
+    ``crowd`` [T, K] marks the people to be seen in the frames of the window.
     """
     places = window.of(scene.positions)
     there = ~np.isnan(places[..., 0]).all(axis=0)
@@ -239,16 +239,16 @@ def ride(
 def drive(
     places: FloatArray, crowd: BoolArray, dt: float, camera: Camera, model: VehicleModel, rng: np.random.Generator
 ) -> tuple[int, FloatArray]:
-    """A way among people: the first of the frames that it takes, and its poses [T, 3] from there on.
+    """A path among people: its first frame, and its poses [T, 3] from there on.
 
     Parameters
     ----------
-    places : [T, K, 2] in m of everybody, NaN = absent.
-    crowd : [T, K] who of them is to be seen.
+    places : [T, K, 2] in m of all people, NaN = absent.
+    crowd : [T, K] mask of the people to be seen.
     dt : seconds per frame.
-    camera : what they are seen with.
+    camera : the camera.
 
-    Where no way that was drawn sees enough of them for long enough, the vehicle stands aside and sees them all.
+    If no random path sees enough people for long enough, the vehicle stands aside and sees them all.
     """
     people = crowd.sum(axis=1)
     wanted = min(model.fewest, int(people.max(initial=1)))
@@ -264,10 +264,10 @@ def drive(
 
 
 def _choose(runs: IntArray, nearest: FloatArray, away: float, model: VehicleModel) -> tuple[int, int, int]:
-    """The way of several that is taken, and its frames first ≤ t < last.
+    """The index of the chosen path, and its frames first ≤ t < last.
 
-    Of the ways whose ``runs`` [P, 2] are nearly as long as the longest of all, the one where the median distance of the
-    ``nearest`` [P, T] person comes closest to ``away``.
+    Of the paths whose ``runs`` [P, 2] are nearly as long as the longest of all, it is the one whose median distance of
+    the ``nearest`` [P, T] person is closest to ``away`` m.
     """
     lengths, frames, ways = runs[:, 1] - runs[:, 0], np.arange(nearest.shape[1]), np.arange(len(runs))
     inside = (runs[:, :1] <= frames) & (frames < runs[:, 1:])
@@ -280,7 +280,7 @@ def _choose(runs: IntArray, nearest: FloatArray, away: float, model: VehicleMode
 
 
 def _draw_way(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> FloatArray:
-    """A way [T, 3] from the origin, ahead along x."""
+    """Draw a path [T, 3] of poses in m and rad, from the origin along x."""
     speeds, turns = _motion(frames, dt, model, rng)
     yaw = np.concatenate([[0.0], np.cumsum(turns * dt)])
     steps = speeds[:, None] * dt * np.stack([np.cos(yaw[:-1]), np.sin(yaw[:-1])], axis=-1)
@@ -290,7 +290,7 @@ def _draw_way(frames: int, dt: float, model: VehicleModel, rng: np.random.Genera
 def _lay(
     way: FloatArray, places: FloatArray, crowd: BoolArray, model: VehicleModel, rng: np.random.Generator
 ) -> FloatArray:
-    """The ``way`` [T, 3] laid `VehicleModel.places` times [P, T, 3], so that it has the crowd ahead at some time."""
+    """`VehicleModel.places` placements [P, T, 3] of the path ``way`` [T, 3], each with the crowd ahead at some time."""
     count = model.places
     at = rng.choice(np.flatnonzero(crowd.any(axis=1)), count)
     side, away = rng.uniform(-np.pi, np.pi, count), rng.uniform(model.nearest_crowd, model.farthest_crowd, count)
@@ -300,7 +300,7 @@ def _lay(
 
 
 def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Speeds and yaw rates [T − 1] in m/s and rad/s from each frame to the next."""
+    """Draw speeds and yaw rates [T − 1] in m/s and rad/s from each frame to the next."""
     if rng.random() < model.standing:
         return np.zeros(frames - 1), np.zeros(frames - 1)
     mean = rng.uniform(model.slowest, model.fastest)
@@ -311,7 +311,7 @@ def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generato
 
 
 def _limits(camera: Camera, model: VehicleModel) -> tuple[float, float, float, float]:
-    """What `_core.look_round` asks for: azimuths of the view's borders, and the farthest and nearest distance."""
+    """Limits for `_core.look_round`: azimuths in rad of the view's borders, farthest and nearest distance in m."""
     left, right = (-np.pi, np.pi) if camera.view is None else camera.view
     return left, right, model.horizon, model.clearance
 
@@ -323,7 +323,7 @@ def _longest_run(good: BoolArray) -> tuple[int, int]:
 
 
 def _aside(places: FloatArray, camera: Camera, model: VehicleModel, rng: np.random.Generator) -> FloatArray:
-    """A pose [3] out of everybody's way that has all ``places`` [N, 2] in view."""
+    """A pose [3] outside the crowd with all ``places`` [N, 2] in view."""
     middle = 0.5 * (places.min(axis=0) + places.max(axis=0))
     radius = float(np.hypot(*(places - middle).T).max())
     half = np.pi / 2 if camera.view is None else min(-camera.view[0], camera.view[1])

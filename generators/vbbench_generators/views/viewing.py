@@ -1,4 +1,4 @@
-"""What one observer sees of a scene: the camera carried along, people's boxes, what shows, and what is given."""
+"""The sequence of one observer of a scene: camera poses, people's boxes, visible fractions, and what is given."""
 
 from dataclasses import asdict
 from typing import Any, cast
@@ -28,12 +28,12 @@ from vbbench_generators.views.looking import (
 
 
 def look_definition(look: Look) -> dict[str, Any]:
-    """What yaws follow from, as JSON: part of a dataset's definition and id."""
+    """The parameters of yaws, as JSON: part of a dataset's definition and id."""
     return {"look": look, **({} if look in ("motion", "wander") else {"natural": asdict(natural_look())})}
 
 
 def truth_of_tracks(truth: Truth, people: IntArray, persons: IntArray) -> Truth:
-    """Truth of tracks [T, K] behind which are ``persons``, from that of ``people`` [P]; NaN where nobody is."""
+    """Truth of tracks [T, K] of ``persons`` [T, K], from that of ``people`` [P]; NaN for false alarms."""
     positions, heights = np.full((*persons.shape, 2), np.nan), np.full(persons.shape[1], np.nan)
     frame, track = np.nonzero(persons >= 0)
     column = np.searchsorted(people, persons[frame, track])
@@ -59,13 +59,13 @@ def view(
     Parameters
     ----------
     scene, span : the observer's frames of the scene.
-    crowd : [T, K] who is there to be seen in these frames; who is not may still hide others.
-    poses : [T, 3] of the camera.
-    info : camera of the dataset.
-    tier : what is done to exact boxes.
+    crowd : [T, K] mask of the people to be seen in these frames; others may still hide them.
+    poses : [T, 3] (x, y, yaw) of the camera in m and rad.
+    info : facts of the dataset, its camera among them.
+    tier : corruption of exact boxes.
     index : number of the sequence.
     rng : the sequence's random numbers.
-    precision : what boxes are rounded to in the end; ``None`` = not at all.
+    precision : rounding of boxes at the end; ``None``: no rounding.
     """
     seen = span.others(crowd)
     places = span.of(scene.positions)
@@ -116,8 +116,8 @@ def walked(
     Parameters
     ----------
     scene, span : the bearer's frames of the scene.
-    heading : [T] where the bearer walks, in rad.
-    look : how the camera turns: along ``heading``, wandering about it, or as people's heads do.
+    heading : [T] direction of the bearer's walking, in rad.
+    look : model of the camera's yaw: along ``heading``, wandering about it, or that of people's heads.
     seed : the dataset's seed, and the number of the sequence.
     rng : the sequence's random numbers.
     """
@@ -129,7 +129,7 @@ def walked(
 
 
 def _natural_heading(scene: Scene, span: Span, look: Look, rng: np.random.Generator) -> FloatArray:
-    """[T] in rad where the observer's head points in the frames of the span, drawn from its own stream."""
+    """Yaw [T] in rad of the observer's head in the frames of the span, drawn from its own random stream."""
     reach, end = int(np.ceil(2.0 * LONGEST_LEAD / scene.dt)), span.first + len(span.counted)
     first = max(span.first - reach, 0)
     path = scene.positions[first : end + reach, span.column]

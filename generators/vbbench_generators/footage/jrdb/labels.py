@@ -2,7 +2,6 @@
 
 ``labels_2d_stitched/NAME.json``: ``labels`` → ``000000.jpg`` → boxes [left, top, width, height] in px.
 ``labels_3d/NAME.json``: ``labels`` → ``000000.pcd`` → boxes cx, cy, cz, l, w, h, rot_z in m, x forward, y left, z up.
-Both as tables of text are read by `jrdb.text`.
 """
 
 from dataclasses import dataclass, replace
@@ -47,7 +46,7 @@ class PictureLabels(BoxRows):
 
 @dataclass(frozen=True, kw_only=True)
 class PlaceLabels(Rows):
-    """Where people stand.
+    """Labelled places of people.
 
     Parameters
     ----------
@@ -158,7 +157,7 @@ RESULTS = "frame id (type) truncated occluded alpha left top width height x y z 
 
 
 def are_results(path: Path) -> bool:
-    """Whether a file is text of 18 columns with blanks between."""
+    """Whether a file is text of 18 columns separated by blanks: results of a tracker."""
     return len(first_cells(path)) == len(RESULTS.split())
 
 
@@ -175,7 +174,7 @@ def read_tracked_boxes(path: Path) -> BoxRows:
 
 
 def pictures_of(found: BoxRows) -> PictureLabels:
-    """Tracked boxes as labels, visible as much as they are sure; raises FileError at the first that has no id."""
+    """Tracked boxes as labels, with scores as visible fractions; raises FileError at the first without an id."""
     found.refuse(found.track == UNLINKED, "id is -1: these are detections; link them first")
     return _labels(found)
 
@@ -211,7 +210,7 @@ def _boxes(rows: NamedColumns, scores: FloatArray) -> BoxRows:
 
 
 def _places(rows: NamedColumns, places: FloatArray) -> PlaceLabels:
-    """Places [N, 2] forward and to the left, of people who are as tall as people are."""
+    """Places [N, 2] forward and left in m, of rows with a plausible height of a person."""
     far, heights = np.abs(places).max(axis=1, initial=0.0), rows.numbers("h")
     rows.refuse(far > MOST_METRES, "the place is {0:g} m away; x, y and z are in m", far)
     rows.refuse((heights <= 0.0) | (heights > TALLEST), "h is {0:g}; people are up to 4 m tall", heights)
@@ -220,5 +219,5 @@ def _places(rows: NamedColumns, places: FloatArray) -> PlaceLabels:
 
 
 def _of_whom(rows: NamedColumns) -> IntArray:
-    """[2, N] frames and ids."""
+    """Frames and ids [2, N] of rows."""
     return rows.stacked("frame", "id").astype(np.int64).T

@@ -1,7 +1,7 @@
-"""Where JRDB's robot was when its pictures were taken, and what its wheels said of it.
+"""Poses of JRDB's robot at its pictures, and odometry by its wheels.
 
-Truth comes from wheels and gyro, odometry from the wheels alone: a robot's odometry is rarely better, and a solver that
-repeats it does not thereby repeat the truth. Both share what the wheels get wrong of the distance.
+Truth is filtered from wheels and gyro, odometry from the wheels alone: a robot's odometry is rarely better, and a
+solver that repeats it does not repeat the truth. Both share the wheels' error of the distance.
 """
 
 import warnings
@@ -31,7 +31,7 @@ _GRAVITY = (8.0, 12.0)
 
 @dataclass(frozen=True, kw_only=True)
 class BagReadings:
-    """What a bag holds.
+    """Readings of a robot's sensors from a bag.
 
     Parameters
     ----------
@@ -96,19 +96,19 @@ def _messages(path: Path) -> tuple[_Topic, _Topic]:
 
 
 def _odometry(message: Any) -> list[float]:
-    """(speed, turning rate, x, y, yaw)."""
+    """Speed in m/s, turning rate in rad/s, and pose (x, y, yaw) of an odometry message."""
     twist, pose = message.twist.twist, message.pose.pose
     return [twist.linear.x, twist.angular.z, pose.position.x, pose.position.y, yaw_of(pose.orientation)]
 
 
 def _imu(message: Any) -> list[float]:
-    """Turning rates and accelerations about and along x, y, z."""
+    """Turning rates in rad/s about x, y, z and accelerations in m/s² along them, of an IMU message."""
     rates, pull = message.angular_velocity, message.linear_acceleration
     return [rates.x, rates.y, rates.z, pull.x, pull.y, pull.z]
 
 
 def _checked_times(path: Path, topic: _Topic) -> FloatArray:
-    """[N] in s; a clock that jumps is refused."""
+    """Times [N] in s; refuses a clock that jumps."""
     times = np.array(topic.times)
     passed = np.diff(times)
     bad = (passed < 0.0) | (passed > _LONGEST_GAP)
@@ -173,7 +173,7 @@ def read_odometry_file(path: Path, clouds: Stamps) -> tuple[FloatArray, FloatArr
 
 
 def _pose(path: Path, name: str, entry: Any) -> list[float]:
-    """x, y, z of the position, and x, y, z, w of the orientation."""
+    """The position x, y, z in m and the orientation x, y, z, w of an entry."""
     try:
         numbers = [float(entry["position"][axis]) for axis in "xyz"]
         numbers += [float(entry["orientation"][axis]) for axis in "xyzw"]
@@ -199,14 +199,14 @@ _FEWEST = 3
 
 @dataclass(frozen=True, kw_only=True)
 class MeasuredMotion:
-    """What is known of the robot's motion.
+    """The robot's motion by its sensors.
 
     Parameters
     ----------
     poses : [T, 3] (x, y, yaw) in m and rad, from (0, 0, 0) at frame 0.
     covariances : [T, 3, 3] of these.
-    odometry : by the wheels alone.
-    offsets : by how many seconds the clocks of gyro and pictures are ahead of the wheels'; ``None`` = not measurable.
+    odometry : motions by the wheels alone.
+    offsets : s by which the clocks of gyro and pictures are ahead of the wheels'; ``None`` = not measurable.
     """
 
     poses: FloatArray
@@ -216,12 +216,12 @@ class MeasuredMotion:
 
     @property
     def distance(self) -> float:
-        """Metres driven."""
+        """Distance driven, in m."""
         return float(np.linalg.norm(np.diff(self.poses[:, :2], axis=0), axis=1).sum())
 
     @property
     def end_std(self) -> float:
-        """Standard deviation in m of the last place, of the larger of its two directions."""
+        """Standard deviation in m of the last place, on the less certain axis."""
         return float(np.sqrt(np.linalg.eigvalsh(self.covariances[-1, :2, :2])[-1]))
 
 
@@ -230,12 +230,12 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, ever
 
     Parameters
     ----------
-    bag : what its sensors said.
-    times : [T] of the frames in s.
-    places : [T, P, 2] metres forward and to the left of the robot of people, NaN = not there: whether the clocks of bag
-        and pictures differ follows from how people turn around the robot.
-    every : of how many frames one will be kept. Slip lasts, so that the errors of motions in a row are correlated: the
-        covariances are such that those of so many motions add up to that of the motion over all of them.
+    bag : readings of its sensors.
+    times : [T] times of the frames in s.
+    places : [T, P, 2] people in m forward and left of the robot, NaN = absent. Their apparent rotation gives the offset
+        between the clocks of bag and pictures.
+    every : one of so many frames will be kept. Slip is correlated in time: covariances of so many consecutive motions
+        are scaled to add up to that of the whole motion.
     """
     _check_covers(bag, times)
     gyro, offsets = bag.gyro, dict[str, float | None]()
@@ -259,12 +259,12 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, ever
 def follow_poses(
     path: Path, way: tuple[FloatArray, FloatArray], times: FloatArray, places: FloatArray, every: int = 1
 ) -> MeasuredMotion:
-    """The robot's motion by the poses that its wheels gave; ``times``, ``places``, ``every`` as in `measure_motion`.
+    """The robot's motion by poses of its wheel odometry; ``times``, ``places``, ``every`` as in `measure_motion`.
 
     Parameters
     ----------
     path : the file of the poses, for messages.
-    way : times [N] in s and poses [N, 3] (x, y, yaw).
+    way : times [N] in s and poses [N, 3] (x, y, yaw) in m and rad.
     """
     when, twist = speeds_of(*way)
     speed, turn = (Readings(times=when, values=values) for values in twist.T)
@@ -286,16 +286,16 @@ def follow_poses(
 
 
 def shared_out(odometry: Odometry, kept: Odometry, every: int) -> Odometry:
-    """Motions from frame to frame, with shares of the covariances of the motions from kept frame to ``kept`` frame."""
+    """``odometry`` with the covariances of ``kept``, whose motions span ``every`` frames, divided among these."""
     block = (np.arange(len(odometry.motions)) + every - 1) // every
     shares = kept.covariances[block.clip(max=len(kept.motions) - 1)] / every
     return Odometry(motions=odometry.motions, covariances=shares)
 
 
 def turning_by_people(times: FloatArray, places: FloatArray) -> Readings | None:
-    """The robot's turning rate in rad/s between frames: against how people turn around it, by their median.
+    """The robot's turning rate in rad/s between frames, by the median apparent rotation of people around it.
 
-    ``None`` where there are hardly frames with enough people.
+    ``None`` if too few frames have enough people.
     """
     directions = np.arctan2(places[..., 1], places[..., 0])
     turned = wrap_angle(np.diff(directions, axis=0))
@@ -307,7 +307,7 @@ def turning_by_people(times: FloatArray, places: FloatArray) -> Readings | None:
 
 
 def _late(motion: RobotMotion, times: FloatArray) -> FloatArray:
-    """[T, 3, 3] what an error of the clock adds: the robot moves on in the meantime, more or less than at frame 0."""
+    """Covariances [T, 3, 3] of poses by an error of the clock, σ = `OFFSET_STD`, times velocity relative to frame 0."""
     speeds: FloatArray = np.gradient(motion.poses, times, axis=0)
     ahead = OFFSET_STD * (speeds - speeds[0])
     added: FloatArray = ahead[:, :, None] * ahead[:, None, :]

@@ -50,13 +50,14 @@ class Recording:
 
     Parameters
     ----------
-    name : what JRDB calls it.
+    name : JRDB's name of the recording.
     grid : the frames.
-    tracks : [K] who has boxes; ``people`` [P] who has places.
-    boxes : [T, K, 3] (u, v, l) in px, NaN = not seen; ``visible`` [T, K] and ``rectangles`` [T, K, 4] likewise.
-    places : [T, P, 2] metres forward and to the left of the robot, NaN = not labelled.
+    tracks, people : [K] ids of boxes, and [P] ids of places.
+    boxes : [T, K, 3] (u, v, l) in px, NaN = not seen.
+    visible, rectangles : [T, K] visible fractions and [T, K, 4] (left, top, width, height) in px of the boxes.
+    places : [T, P, 2] in m forward and left of the robot, NaN = not labelled.
     heights : [P] in m.
-    persons : [T, K] who of ``people`` is in each box, `NOBODY` = unknown; ``None`` where tracks are people.
+    persons : [T, K] ids of the people in boxes, `NOBODY` = unknown; ``None`` where tracks are people.
     """
 
     name: str
@@ -72,17 +73,17 @@ class Recording:
 
     @property
     def relative(self) -> FloatArray:
-        """[T, P, 2] the places as metres to the right and forward."""
+        """[T, P, 2] the places in m right and forward of the robot."""
         return np.stack([-self.places[..., 1], self.places[..., 0]], axis=-1)
 
     @property
     def expected(self) -> FloatArray:
-        """[T, P, 4] where boxes of the people would be."""
+        """[T, P, 4] boxes (left, top, width, height) in px that the labelled places predict."""
         return rectangles(CAMERA.project_unbounded(self.relative, np.broadcast_to(self.heights, self.places.shape[:2])))
 
     @property
     def columns(self) -> IntArray | None:
-        """[T, K] place of each track's person among the people, −1 = none; ``None`` where ids differ."""
+        """[T, K] index of each track's person among ``people``, −1 = none; ``None`` where ids differ."""
         if self.persons is not None or not len(self.people):
             return None
         column = np.searchsorted(self.people, self.tracks).clip(max=len(self.people) - 1)
@@ -91,15 +92,15 @@ class Recording:
 
     @property
     def step(self) -> int:
-        """Slots from a frame with boxes to the next, commonly."""
+        """The commonest number of slots from a frame with boxes to the next."""
         filled = np.flatnonzero((~np.isnan(self.visible)).any(axis=1))
         return int(np.median(np.diff(filled))) if len(filled) > 1 else 1
 
     def follow(self, path: Path, person_class: str | None = None) -> FoundTracks:
         """Boxes of a detector or tracker, matched to those labelled.
 
-        They are results of trackers on JRDB, or whatever `birdify` reads, as MOTChallenge text, whose frame 1 is
-        picture 000000.
+        The file holds results of a tracker on JRDB, or any format of `birdify`; frame 1 of MOTChallenge text is picture
+        000000.
         """
         frames = int(self.grid.frames[-1]) + 1
         if are_results(path):
@@ -113,7 +114,7 @@ class Recording:
     def footage(
         self, motion: MeasuredMotion | None, *, stands: bool, pictures: Path | None, found: FoundTracks | None = None
     ) -> Footage:
-        """The footage, with poses and odometry where the robot's motion was measured; a robot that stands has a pose.
+        """The footage, with poses and odometry where the robot's ``motion`` was measured, or where it ``stands``.
 
         Parameters
         ----------
@@ -139,7 +140,7 @@ class Recording:
         )
 
     def _pictures(self, folder: Path | None) -> Pictures | None:
-        """Where the pictures are; ``None`` where frames are missing between them, so that numbers do not count time."""
+        """The pictures; ``None`` if frames are missing, so that their numbers are not proportional to time."""
         first = int(self.grid.frames[0])
         if folder is None or np.any(self.grid.slots != self.grid.frames - first):
             return None
@@ -187,7 +188,7 @@ def assemble(
 
 
 def _in_the_same_direction(recording: Recording) -> IntArray:
-    """[T, K] who of the people is in the columns of each box; heights do not count, since furniture hides legs."""
+    """[T, K] the person nearest in direction to each box; heights are not compared, since furniture hides legs."""
     seen, expected = in_columns(recording.rectangles), in_columns(recording.expected)
     return match_tracks(seen, expected, recording.people, CAMERA, least=LEAST_OVERLAP, staying=True)
 
@@ -206,7 +207,7 @@ def nearest_clouds(grid: Grid, clouds: Stamps) -> IntArray:
 
 
 def direction_errors(recording: Recording) -> FloatArray:
-    """[N] rad from the direction of each labelled place to that of its box, clockwise."""
+    """[N] angle in rad, clockwise, from the direction of each labelled place to that of its box."""
     return _direction_errors(*_pairs(recording))
 
 
@@ -229,7 +230,7 @@ def _on_slots(places: PlaceLabels, clouds: IntArray) -> tuple[IntArray, FloatArr
 
 
 def _inside_pictures(pictures: PictureLabels) -> PictureLabels:
-    """Those whose middle is in the picture; refused if many are not."""
+    """Boxes with their centre in the picture; refuses the file if many are outside."""
     middle = pictures.boxes[:, 1] + 0.5 * pictures.boxes[:, 3]
     outside = (middle < 0.0) | (middle > SIZE[1])
     if not outside.any():
@@ -246,7 +247,7 @@ def _inside_pictures(pictures: PictureLabels) -> PictureLabels:
 
 
 def _check_places(recording: Recording, path: Path) -> None:
-    """Refuse places that are not those of the boxes, and warn of few."""
+    """Refuse places that disagree with the boxes, and warn if few match."""
     boxes, places = _pairs(recording)
     labelled = int((~np.isnan(recording.visible)).sum())
     if len(boxes) < _FEWEST:

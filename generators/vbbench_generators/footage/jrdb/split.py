@@ -78,8 +78,8 @@ class Found:
 
     Parameters
     ----------
-    name : what it is called.
-    files : by what they are; ``sample`` alone, the official files, or a tracker's boxes and places.
+    name : name of the recording.
+    files : files by kind: ``sample`` alone, the official files, or a tracker's boxes and places.
     pictures : folder of its pictures, if there is one.
     """
 
@@ -94,7 +94,7 @@ class JrdbSplit(FootageSplit):
 
     Parameters
     ----------
-    camera : of all recordings.
+    camera : camera of all recordings.
     """
 
     reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"boxes", "person_class", "bags", "interpolated"}
@@ -102,7 +102,7 @@ class JrdbSplit(FootageSplit):
     camera: PanoramaCamera = CAMERA
 
     def recordings(self, options: Options) -> Recordings:
-        """Read the recordings that are asked for; without every one's poses, none are given."""
+        """Read the chosen recordings; if one of them lacks poses, none are given."""
         asked = options.footage or FootageOptions()
         found = _chosen(find_recordings(options.source), asked.sequences)
         bags = _ways(found, options.source, asked.bags)
@@ -157,7 +157,7 @@ def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
 
     Parameters
     ----------
-    interpolated : whether boxes count that were computed from others.
+    interpolated : whether boxes that were interpolated from others are kept.
     """
     pictures, places = _labels(one)
     kept = (pictures.visible > 0.0) & (interpolated | ~pictures.interpolated)
@@ -175,7 +175,7 @@ def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
 
 
 def _cloud_stamps(one: Found, grid: Grid) -> Stamps:
-    """When the point clouds were taken: with the pictures, where nothing says it."""
+    """Times of the point clouds; those of the pictures where the recording has none."""
     if CLOUD_TIMES in one.files:
         return read_stamps(one.files[CLOUD_TIMES].parent, CLOUDS)
     return nominal_stamps(next(iter(one.files.values())), grid.frames)
@@ -237,7 +237,7 @@ def _official(root: Path, name: str) -> Found:
 
 
 def _ways(found: list[Found], source: Path | None, asked: Path | None) -> dict[str, Path]:
-    """What measured the robot's way, by recording: a bag or odometry as asked, or odometry next to the labels."""
+    """The bag or odometry file of each recording: where the user names it, or next to the labels."""
     if asked is not None:
         return {one.name: find_bag(asked, one.name) for one in found}
     folders = [] if source is None or source.is_file() else [source, source.absolute().parent]
@@ -246,7 +246,7 @@ def _ways(found: list[Found], source: Path | None, asked: Path | None) -> dict[s
 
 
 def find_bag(folder: Path, name: str) -> Path:
-    """The robot's own recording of the recording ``name``: a bag, or its odometry as JSON."""
+    """The robot's log of the recording ``name``: a bag, or odometry as JSON."""
     if folder.is_file():
         return folder
     path = _first_file([folder], _BAGS, f"{name}.bag") or _first_file([folder], _ODOMETRY, f"{name}.json")
@@ -270,7 +270,7 @@ def _chosen(found: list[Found], names: Iterable[str] | None) -> list[Found]:
 
 
 def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTracks | None) -> dict[str, Any]:
-    """What was measured of a recording, as JSON."""
+    """Figures of a recording for ``dataset.json``."""
     errors = direction_errors(recording)
     facts: dict[str, Any] = {
         "name": recording.name,

@@ -1,4 +1,4 @@
-"""When JRDB's pictures and point clouds were taken: ``timestamps/NAME/frames_img.json`` and ``frames_pc.json``."""
+"""Times of JRDB's pictures and point clouds: ``timestamps/NAME/frames_img.json`` and ``frames_pc.json``."""
 
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -35,20 +35,20 @@ class Stamps:
     times: FloatArray
 
     def between(self, first: int, last: int) -> "Stamps":
-        """Those of some frames, both ends included."""
+        """The times of frames ``first`` to ``last``, both included."""
         kept = slice(*np.searchsorted(self.frames, [first, last + 1]))
         return Stamps(path=self.path, frames=self.frames[kept], times=self.times[kept])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Grid:
-    """Frames a fifteenth of a second apart, on which those of a recording lie; some may be missing.
+    """A regular grid of slots, 1/15 s apart, with the frames of a recording; some slots may be empty.
 
     Parameters
     ----------
     frames : [N] numbers of the recording's frames, ascending.
-    slots : [N] where each lies.
-    times : [T] of all slots in s.
+    slots : [N] slot of each frame.
+    times : [T] times of all slots in s.
     """
 
     frames: IntArray
@@ -57,7 +57,7 @@ class Grid:
 
     @property
     def seconds(self) -> float:
-        """Measured seconds a slot."""
+        """Measured duration of a slot, in s."""
         return float((self.times[-1] - self.times[0]) / max(len(self.times) - 1, 1))
 
     def slot_of(self, frames: IntArray) -> IntArray:
@@ -69,7 +69,7 @@ class Grid:
 
 
 def nominal_stamps(path: Path, frames: IntArray) -> Stamps:
-    """Frames of a recording without times, as if they had been taken exactly at `RATE`."""
+    """Times of frames exactly at `RATE`, for a recording without times."""
     return Stamps(path=path, frames=frames, times=frames / RATE)
 
 

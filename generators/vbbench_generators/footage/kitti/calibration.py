@@ -1,4 +1,4 @@
-"""``calib/NNNN.txt``: where KITTI's camera 2, its lidar and its GPS/IMU are, and how large the pictures are."""
+"""``calib/NNNN.txt``: projection of KITTI's camera 2, extrinsics of its GPS/IMU, and the size of the pictures."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +40,7 @@ _FOCAL_RANGE = (0.3, 5.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Calibration:
-    """What is known of the sensors.
+    """Calibration of the sensors.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Calibration:
 
     @property
     def offset(self) -> FloatArray:
-        """[3] what is added to coordinates of camera 0 for those of camera 2, in m: t = K⁻¹ p₄."""
+        """Translation [3] in m from coordinates of camera 0 to those of camera 2: t = K⁻¹ p₄."""
         return np.asarray(np.linalg.solve(self.projection[:, :3], self.projection[:, 3]), np.float64)
 
     @property
@@ -65,7 +65,7 @@ class Calibration:
         return next((size for known, size in SIZES.items() if abs(focal - known) < _SAME_FOCAL), None)
 
     def camera(self, size: tuple[int, int]) -> PerspectiveCamera:
-        """Camera 2, as level as everybody takes it to be; ``size`` is that of its pictures in px."""
+        """Camera 2, assumed level; ``size`` is that of its pictures in px."""
         (focal, _, cx, _), (_, vertical, cy, _), _ = self.projection.tolist()
         least, most = (width * size[0] for width in _FOCAL_RANGE)
         if not (least <= focal <= most and least <= vertical <= most):
@@ -108,7 +108,7 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def refuse_skewed(path: Path, line: int, name: str, rotation: FloatArray) -> None:
-    """Raise FileError unless ``rotation`` [3, 3] is one."""
+    """Raise FileError unless ``rotation`` [3, 3] is orthonormal."""
     skew = np.abs(rotation @ rotation.T - np.eye(3)).max()
     if skew > _TOLERANCE or np.linalg.det(rotation) < 0.0:
         raise FileError(path, f"{name} holds no rotation: its rows are off by {skew:.2g}", line)
@@ -127,7 +127,7 @@ def _matrix(path: Path, line: int, name: str, words: list[str]) -> FloatArray:
 
 
 def _rigid(matrix: FloatArray) -> FloatArray:
-    """A rotation [3, 3], or rotation and shift [3, 4], as [4, 4]."""
+    """A rotation [3, 3], or rotation and translation [3, 4], as a homogeneous matrix [4, 4]."""
     whole = np.eye(4)
     whole[:3, : matrix.shape[1]] = matrix
     return whole

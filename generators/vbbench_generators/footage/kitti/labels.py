@@ -1,4 +1,4 @@
-"""``label_02/NNNN.txt``: who is in each picture, as a box and as a place, by KITTI's 17 columns."""
+"""``label_02/NNNN.txt``: boxes and places of people in each picture, in KITTI's 17 columns."""
 
 import warnings
 from collections.abc import Collection
@@ -58,12 +58,12 @@ class Labels(Rows):
     Parameters
     ----------
     frame, track : [N] from 0; track −1 for regions without a particular person.
-    kind : [N] place of the class among `CLASSES`.
+    kind : [N] index of the class in `CLASSES`.
     truncated, occluded : [N] KITTI's levels.
     boxes : [N, 4] (left, top, right, bottom) in px.
-    height : [N] of the labelled body in m, NaN if unknown.
-    places : [N, 3] of its foot (right, down, forward) in coordinates of camera 0, in m; NaN if unknown.
-    scores : [N] of a detector; 1 where there are none.
+    height : [N] height of the labelled body in m, NaN if unknown.
+    places : [N, 3] its foot (right, down, forward) in coordinates of camera 0, in m; NaN if unknown.
+    scores : [N] a detector's scores; 1 where there are none.
     """
 
     frame: IntArray
@@ -92,7 +92,7 @@ class Labels(Rows):
         return self.select(np.isin(self.kind, [CLASSES.index(name) for name in classes]))
 
     def tracked(self) -> tuple["Labels", IntArray, IntArray]:
-        """The rows without those of nobody, the tracks [K] in them, and the place of each row's among these."""
+        """The rows with a track, the tracks [K], and the index [N] of each row's track among these."""
         rows = self.select(self.track >= 0)
         tracks, column = np.unique(rows.track, return_inverse=True)
         return rows, tracks, column
@@ -142,7 +142,7 @@ def size_of_pictures(labels: Labels) -> tuple[int, int]:
 
 
 def refuse_boxes_outside(labels: Labels, size: tuple[int, int], known_by: str) -> None:
-    """Raise FileError at the first box that reaches beyond pictures of this size; ``known_by`` says why."""
+    """Raise FileError at the first box outside pictures of this size; ``known_by`` names the size's source."""
     left, top, right, bottom = labels.boxes.T
     outside = (left < -SPARE) | (top < -SPARE) | (right > size[0] + SPARE) | (bottom > size[1] + SPARE)
     if outside.any():
@@ -153,7 +153,7 @@ def refuse_boxes_outside(labels: Labels, size: tuple[int, int], known_by: str) -
 
 
 def refuse_places_elsewhere(labels: Labels, calibration: Calibration) -> None:
-    """Raise FileError if most places do not project into their boxes, since they are of another frame; warn of some."""
+    """Raise FileError if most places do not project into their boxes, as of another frame; warn if some do not."""
     whole = labels.select((labels.truncated == 0) & (labels.track >= 0) & ~np.isnan(labels.height))
     if not len(whole):
         return
@@ -200,11 +200,11 @@ def read_boxes(
     picture: tuple[float, float],
     person_class: str | None = None,
 ) -> BoxRows:
-    """Read boxes of ``classes`` in the pictures of a recording of ``frames`` frames; sure enough ones alone.
+    """Read boxes of ``classes`` with sufficient scores, of a recording of ``frames`` frames.
 
     Parameters
     ----------
-    dt, picture, person_class : as of `read_found`.
+    dt, picture, person_class : as in `read_found`.
     """
     count = len(first_cells(path))
     if count in _COUNTS:
@@ -233,6 +233,6 @@ def _from_labels(path: Path, classes: tuple[str, ...]) -> BoxRows:
 
 
 def _log_odds(scores: FloatArray) -> FloatArray:
-    """The same scores [N], as shares where they are log-odds above 0: above 1, and too small for per cent."""
+    """Scores [N] in [0, 1]; log-odds are converted, which exceed 1 and are too small for per cent."""
     small = (scores > 0.0).all() and 1.0 < scores.max(initial=0.0) <= LARGEST_LOG_ODDS
     return 1.0 / (1.0 + np.exp(-scores)) if small else scores

@@ -1,4 +1,4 @@
-"""Where the camera is: from GPS/IMU (``oxts/NNNN.txt``), or from other poses of camera 0.
+"""Poses of the camera, from GPS/IMU (``oxts/NNNN.txt``) or from other poses of camera 0.
 
 Both become motions [T, 4, 4] from rectified coordinates of camera 0 to a world with z up. GPS/IMU gives the world of
 its Mercator map, x to the east, as in KITTI's devkit: s = cos(latitude of the first line), R the earth's radius,
@@ -62,7 +62,7 @@ def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
 
 
 def read_poses(path: Path) -> FloatArray:
-    """Motions [T, 4, 4] of camera 0 in the axes of the first picture; a line is a matrix [3, 4]."""
+    """Motions [T, 4, 4] of camera 0, from lines of 12 numbers (matrices [3, 4] by rows), in the first picture's axes."""
     rows = read_fixed(path, MATRICES, "poses of camera 0, a line a frame")
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
     motions[:, :3] = rows.stacked(*MATRICES.split()).reshape(-1, 3, 4)
@@ -73,7 +73,7 @@ def read_poses(path: Path) -> FloatArray:
 
 
 def _refuse_leaps(rows: NamedColumns, places: FloatArray) -> None:
-    """Raise FileError at the first of the ``places`` [T, 3] that no camera reaches from the one before."""
+    """Raise FileError at the first of the ``places`` [T, 3] in m that is too far from the one before."""
     moved = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1)
     rows.refuse(
         moved > LONGEST_STEP, "the camera is {0:,.0f} m from where the line before has it; are places in m?", moved
@@ -120,12 +120,12 @@ SPELL = 20
 
 @dataclass(frozen=True, kw_only=True)
 class ParkedCars:
-    """How far parked cars seem to move between the first and the last fifth of the frames that they are seen in.
+    """Apparent motion of parked cars between the first and the last fifth of the frames in which they are seen.
 
     Parameters
     ----------
-    moved : [C] by each car, in m.
-    driven : [C] by the camera meanwhile, in m.
+    moved : [C] apparent motion of each car, in m.
+    driven : [C] distance that the camera drove meanwhile, in m.
     """
 
     moved: FloatArray
@@ -137,7 +137,7 @@ class ParkedCars:
         return float(np.median(self.moved)) if len(self.moved) else float("nan")
 
     def values(self) -> dict[str, object]:
-        """As JSON has it."""
+        """The figures for ``dataset.json``."""
         return {
             "cars": len(self.moved),
             "moved": [round(value, 3) for value in self.moved.tolist()],
@@ -146,9 +146,9 @@ class ParkedCars:
 
 
 def watch_parked_cars(labels: Labels, sources: list[FloatArray], dt: float) -> list[ParkedCars]:
-    """The parked cars by each source of motions [T, 4, 4] of camera 0; the cars are the same for all.
+    """Apparent motions of the same parked cars, by each source of camera poses [T, 4, 4].
 
-    A car counts if the camera drives `LEAST_DRIVEN` while it is seen, and if it is slow by one of the sources.
+    A car counts if the camera drives `LEAST_DRIVEN` m while it is seen, and if it is slow by one of the sources.
     """
     rows, tracks, column = labels.of(CARS).tracked()
     driven = [_driven(motions) for motions in sources]
@@ -167,7 +167,7 @@ def watch_parked_cars(labels: Labels, sources: list[FloatArray], dt: float) -> l
 
 
 def _driven(motions: FloatArray) -> FloatArray:
-    """[T] m driven up to each frame."""
+    """Distance [T] in m driven up to each frame."""
     steps = np.linalg.norm(np.diff(motions[:, :2, 3], axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -178,7 +178,7 @@ def _moved(places: FloatArray) -> float:
 
 
 def _fastest(places: FloatArray, frame: IntArray, dt: float) -> float:
-    """The greatest speed in m/s between the medians of one spell and the next."""
+    """The greatest speed in m/s between median places of consecutive intervals."""
     spell = (frame - frame[0]) // SPELL
     spells: list[BoolArray] = [spell == one for one in np.unique(spell)]
     if len(spells) < 2:

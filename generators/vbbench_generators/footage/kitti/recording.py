@@ -1,4 +1,4 @@
-"""One sequence of KITTI, read and checked: labels, calibration, where the camera is, and boxes of a detector."""
+"""One sequence of KITTI, read and checked: labels, calibration, camera poses, and boxes of a detector."""
 
 import warnings
 from dataclasses import dataclass
@@ -44,12 +44,7 @@ WANTED = f"training/{LABELS}, training/{CALIBRATION} and training/{OXTS} of the 
 
 @dataclass(frozen=True)
 class KittiFolder:
-    """The folder ``training``.
-
-    Parameters
-    ----------
-    root : it.
-    """
+    """The folder ``training`` at ``root``."""
 
     root: Path
 
@@ -73,11 +68,11 @@ class KittiFolder:
         return self.root / kind / f"{name}.txt"
 
     def pictures(self, name: str) -> Pictures | None:
-        """Where the pictures of a sequence are; ``None`` if they are not here."""
+        """The pictures of a sequence; ``None`` if they are missing."""
         return pictures_in(self.root / PICTURES / name, "{:06d}.png", first=0)
 
     def size_of_pictures(self, name: str) -> tuple[int, int] | None:
-        """Width and height of the first picture of a sequence in px; ``None`` if it is not here."""
+        """Width and height of the first picture of a sequence in px; ``None`` if it is missing."""
         from PIL import Image, UnidentifiedImageError
 
         pictures = self.pictures(name)
@@ -91,7 +86,7 @@ class KittiFolder:
 
 
 def find_folder(source: Path | None) -> KittiFolder:
-    """The folder ``training`` that the user names, or whose parent; by default ``kitti`` in the data folders."""
+    """The folder ``training``: ``source`` or its subfolder, by default that of ``kitti`` in the data folders."""
     places = [folder / "kitti" for folder in data_folders()] if source is None else [source]
     for place in places:
         for root in (place / "training", place):
@@ -111,13 +106,13 @@ FARTHEST_APART, MOST_TURNED_APART = 0.5, 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class Way:
-    """Where the camera is.
+    """Poses of the camera.
 
     Parameters
     ----------
     motions : [T, 4, 4] from coordinates of camera 0 to the world.
     source : ``oxts`` or ``poses``.
-    parked : how far parked cars move, by each source that there is.
+    parked : apparent motion of parked cars by each available source.
     """
 
     motions: FloatArray
@@ -135,10 +130,10 @@ class KittiRecording:
 
     Parameters
     ----------
-    footage : what the camera saw.
-    way : where it was.
-    found : the boxes of a detector, if they were asked for.
-    sums : what every file that was read holds, of which sequence, and its SHA-256; whatever the file is called.
+    footage : people, boxes and poses.
+    way : poses of the camera.
+    found : boxes of a detector, if requested.
+    sums : kind, sequence and SHA-256 of every file that was read.
     """
 
     footage: Footage
@@ -149,7 +144,7 @@ class KittiRecording:
 
 @dataclass(frozen=True, kw_only=True)
 class _People:
-    """Labelled people: ids [P], boxes [T, P, 4] (left, top, width, height), visible [T, P], and where they are."""
+    """Labelled people: ids [P], boxes [T, P, 4] (left, top, width, height) in px, visible fractions [T, P], places."""
 
     ids: IntArray
     boxes: FloatArray
@@ -164,11 +159,11 @@ def read_recording(
 
     Parameters
     ----------
-    folder : with its files.
-    name : such as ``0019``.
-    asked : what the user asks of footage.
-    classes : of those who count as people.
-    several : whether other sequences are read as well, so that each needs its own files.
+    folder : the folder of its files.
+    name : name of the sequence, such as ``0019``.
+    asked : the user's options of footage.
+    classes : classes that count as people.
+    several : whether other sequences are read as well, so that a file of the user cannot serve all.
     """
     paths = _paths(folder, name, asked, several)
     labels, calibration = read_labels(paths["labels"]), read_calibration(paths["calibration"])
@@ -199,7 +194,7 @@ def read_recording(
 
 
 def _paths(folder: KittiFolder, name: str, asked: FootageOptions, several: bool) -> dict[str, Path]:
-    """The files of a sequence by what they hold; GPS/IMU may be missing where the user has poses."""
+    """The files of a sequence by kind; GPS/IMU may be missing if the user has poses."""
     oxts = folder.file(OXTS, name)
     paths = {"labels": folder.file(LABELS, name), "calibration": folder.file(CALIBRATION, name)}
     if asked.poses is not None:
@@ -212,7 +207,7 @@ def _paths(folder: KittiFolder, name: str, asked: FootageOptions, several: bool)
 
 
 def _camera(folder: KittiFolder, name: str, labels: Labels, calibration: Calibration) -> PerspectiveCamera:
-    """Camera 2; its pictures' size is the first one's, or KITTI's for this focal length, or holds all boxes."""
+    """Camera 2; the size of its pictures is the first one's, or KITTI's for this focal length, or holds all boxes."""
     shown, known = folder.size_of_pictures(name), calibration.known_size
     size, known_by = size_of_pictures(labels), "the smallest that hold all"
     if shown is not None:
@@ -224,7 +219,7 @@ def _camera(folder: KittiFolder, name: str, labels: Labels, calibration: Calibra
 
 
 def _find_way(paths: dict[str, Path], labels: Labels, calibration: Calibration) -> Way:
-    """The motions by GPS/IMU, or those that the user names, whichever keep parked cars in their places."""
+    """The poses by GPS/IMU or by the user's file, whichever give parked cars less apparent motion."""
     sources = {}
     if "poses" in paths:
         sources["poses"] = read_poses(paths["poses"])

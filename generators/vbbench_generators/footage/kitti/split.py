@@ -85,8 +85,8 @@ CARD = Card(
 class KittiSplit(FootageSplit):
     """See `FootageSplit`.
 
-    Boxes are projections of labelled bodies, whose near edge is nearer than their middle: they are about 3 % higher
-    than people's height says. Solvers are given that: heights of N(1.77, .09²) m, which is 1.03 × 1.72.
+    Boxes are projections of labelled cuboids, whose near edge makes them about 3 % higher than a person's axis would
+    be. Solvers are given this as heights of N(1.77, .09²) m, which is 1.03 × 1.72.
     """
 
     reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"poses", "boxes", "person_class", "cyclists"}
@@ -99,7 +99,7 @@ class KittiSplit(FootageSplit):
     found_pixel_std: float = 5.0
 
     def plan(self, options: Options) -> FootageSequences:
-        """See `FootageSplit.plan`; solvers are given the larger noise of found boxes, rougher than labelled ones."""
+        """See `FootageSplit.plan`; the stated noise is larger for a detector's boxes than for labels."""
         found = options.footage is not None and options.footage.boxes is not None
         split = replace(self, pixel_std=self.found_pixel_std) if found else self
         return FootageSplit.plan(split, options)

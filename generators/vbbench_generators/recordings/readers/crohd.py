@@ -1,7 +1,7 @@
 """Recordings of people's heads by a surveillance camera, in the layout of CroHD (MOTChallenge Head Tracking 21).
 
-A recording is a folder with ``seqinfo.ini`` (what it is called, how long it is, how large its pictures are) and
-``gt/gt.txt`` (boxes). It is found as that folder, somewhere below a folder, or in the published zip archive.
+A recording is a folder with ``seqinfo.ini`` (name, length, size of pictures) and ``gt/gt.txt`` (boxes). It may be given
+as that folder, as a folder above it, or in the published zip archive.
 """
 
 import hashlib
@@ -36,11 +36,11 @@ _LEAST_TRACKS, _LEAST_FRAMES = 2, 2
 
 @dataclass(frozen=True)
 class TextFile:
-    """A file that has been read, wherever it stood.
+    """Content of a file from a folder or an archive.
 
     Parameters
     ----------
-    path : what messages call it; of a member of an archive, its path within that after the archive's own.
+    path : its path for messages; for a member of an archive, the archive's path and the member's.
     content : its bytes.
     """
 
@@ -50,7 +50,7 @@ class TextFile:
 
 @dataclass(frozen=True)
 class RecordingFiles:
-    """The two files of a recording that count; from the archive and from the folder they are the same bytes."""
+    """The two files of a recording, with equal bytes from the archive or a folder."""
 
     seqinfo: TextFile
     boxes: TextFile
@@ -67,16 +67,16 @@ def find_recording(name: str, archive: Source, explicit: Path | None, *, split: 
 
     Parameters
     ----------
-    name : the folder that holds it, such as ``HT21-03``.
-    archive : the published archive, which is taken where the user names nothing; its checksum must be right.
-    explicit : what the user names: the recording's folder, whatever it is called; a folder that holds one called
-        ``name`` anywhere below, or the published archive; or an archive, whatever its bytes.
-    split : for messages.
+    name : name of its folder, such as ``HT21-03``.
+    archive : the published archive, used if ``explicit`` is ``None``; its checksum must match.
+    explicit : the user's path: the recording's folder; a folder with one called ``name`` anywhere below, or with the
+        published archive; or an archive, with any checksum.
+    split : name of the split, for messages.
 
     Raises
     ------
     SourceMissingError
-        If the user names nothing, and the archive is not on this machine.
+        If ``explicit`` is ``None`` and the archive is not in the data folders.
     VbbenchError
         If there is no such recording, more than one, or its files cannot be read.
     """
@@ -139,17 +139,16 @@ def _the_one(place: Path, folders: Iterable[str], name: str) -> str:
 
 
 def read_heads(files: RecordingFiles) -> HeadBoxes:
-    """The heads of a recording that count: of class 1 (walking people), with conf other than 0, visible at all.
+    """The visible heads of walking people: class 1, a conf other than 0, a visible fraction above 0.
 
-    Frame rate, length and size are those of ``seqinfo.ini``. Rows that do not count (statues, ignored regions, people
-    on vehicles, hidden heads) only have to be rows of numbers.
+    Frame rate, length and size are those of ``seqinfo.ini``. Other rows (statues, ignored regions, people on vehicles,
+    hidden heads) are skipped once they parse as numbers.
 
     Raises
     ------
     FileError
-        With file and line: not 9 columns, text or NaN in a number, and, of a head that counts, a frame that the
-        recording has not, a bad id, a box without size, a second box in a frame. Or if the heads that count
-        are no crowd, or too many.
+        With file and line, if a row has not 9 numbers; if a head has an invalid frame or id, an empty box, or a second
+        box in a frame. Also if there are too few heads, or too many.
     """
     info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
     table = read_box_text(files.boxes.path, files.boxes.content, layout=NINE)
@@ -176,10 +175,10 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
 
 
 class HeadTracking(Reader):
-    """A recording of heads, which are put on the ground as the recipe's table ``[lifting]`` says."""
+    """Recordings of heads, lifted to the ground by the recipe's table ``[lifting]``."""
 
     def load(self, recipe: Recipe, wishes: Wishes) -> Loaded:
-        """Find the recording, read its heads, lift them; the user's homography is taken in place of a calibration."""
+        """Find the recording, read its heads and lift them; the user's homography replaces the calibration."""
         if wishes.dt is not None:
             raise VbbenchError(f"{recipe.name}: `dt` is for the split 'custom'; here seqinfo.ini has the frame rate")
         if recipe.recording is None or recipe.lifting is None:

@@ -1,7 +1,7 @@
-"""Tables of positions, a row for each person in each frame, with the columns that a header or a comment names.
+"""Tables of positions, a row for each person in each frame; a header or comment may name the columns.
 
-Without one, four columns are Trajnet's ``frame id x y``, and eight ETH's ``obsmat.txt``: ``frame id x z y vx vz vy`` in
-metres, where z is up.
+Otherwise, four columns are Trajnet's ``frame id x y``, and eight are ETH's ``obsmat.txt``: ``frame id x z y vx vz vy``
+in metres, where z is up.
 """
 
 import re
@@ -39,7 +39,7 @@ FEWEST_STEPS = 12
 def read_trajnet(
     path: Path, *, dt: float, frame_step: int | None = None, homography: FloatArray | None = None
 ) -> Scene:
-    """Read rows ``frame id x y``, or what a header names them, in any order of rows.
+    """Read rows ``frame id x y``, or with columns named by a header, in any order of rows.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def read_trajnet(
 
 
 def _check_rate(path: Path, content: bytes, dt: float, steps: FloatArray) -> None:
-    """Raise FileError if a comment states another frame rate, of rows or of frames ``steps`` [N] apart, than ``dt``."""
+    """Raise FileError if a comment states a frame rate that contradicts ``dt``; frames are ``steps`` [N] apart."""
     comment = rb"^#\s*(?:framerate|frame rate|fps)\s*[:=]\s*([\d.]+)"
     found = re.search(comment, content, re.I | re.M) if b"#" in content else None
     rate = 0.0 if found is None else parse_number(found[1].decode()) or 0.0
@@ -79,7 +79,7 @@ def _check_rate(path: Path, content: bytes, dt: float, steps: FloatArray) -> Non
 
 
 def _points(table: NamedColumns, homography: FloatArray | None) -> FloatArray:
-    """[N, 2] places in the unit that the names have: m, or px where there is a homography."""
+    """[N, 2] places in the unit of the columns' names: m, or px with a homography."""
     unit = table.unit("x")
     if unit != table.unit("y") or unit in SHARES:
         raise table.fault(0, "x and y must both be in metres, or in pixels with --homography")
@@ -91,7 +91,7 @@ def _points(table: NamedColumns, homography: FloatArray | None) -> FloatArray:
 
 
 def _frames(table: NamedColumns, dt: float) -> FloatArray:
-    """[N] frames from 0 of times, in the unit that the name has, or else in that of s, ms, us, ns which fits ``dt``."""
+    """[N] frames from 0 of times in the unit of the column's name, else in whichever of s, ms, us, ns fits ``dt``."""
     time, unit = table.numbers("time"), table.unit("time")
     steps = steps_of_people(time, table.numbers("id"), time[:, None])
     step = float(np.median(steps)) if len(steps) else dt
@@ -109,7 +109,7 @@ def _frames(table: NamedColumns, dt: float) -> FloatArray:
 
 
 def _refuse_swapped(path: Path, frame: FloatArray, person: FloatArray, points: FloatArray) -> None:
-    """Raise FileError if people make much shorter steps when the first column is the id and the second the frame."""
+    """Raise FileError if steps are much shorter with the columns of frame and person swapped."""
     given, swapped = steps_of_people(frame, person, points), steps_of_people(person, frame, points)
     if min(len(given), len(swapped)) >= FEWEST_STEPS and np.median(given) > SWAPPED * np.median(swapped) > 0.0:
         problem = f"frame and id seem to be swapped: people move by {np.median(given):.3g} from row to row, and by "
@@ -118,7 +118,7 @@ def _refuse_swapped(path: Path, frame: FloatArray, person: FloatArray, points: F
 
 
 def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scene:
-    """Read ground-plane positions (x, y) in m; heights z and velocities are left aside.
+    """Read ground-plane positions (x, y) in m; heights z and velocities are ignored.
 
     Parameters
     ----------
@@ -148,11 +148,11 @@ class Trajnet(Reader):
     signature = f"{len(TRAJNET)} columns ({' '.join(TRAJNET)}), or more under a header that names these"
 
     def recognises(self, line: str) -> bool:
-        """By names of columns, or their number."""
+        """See `Reader.recognises`: by the names of columns, or their number."""
         return count_columns(line) == len(TRAJNET) or names_columns(line)
 
     def read(self, file: SceneFile) -> Scene:
-        """As `read_trajnet`."""
+        """See `read_trajnet`."""
         return read_trajnet(file.path, dt=file.dt, frame_step=file.frame_step, homography=file.homography)
 
 
@@ -162,11 +162,11 @@ class Obsmat(Reader):
     signature = f"{len(OBSMAT)} columns ({' '.join(OBSMAT)})"
 
     def recognises(self, line: str) -> bool:
-        """By the number of columns, where they have no names."""
+        """See `Reader.recognises`: by the number of columns, where they have no names."""
         return count_columns(line) == len(OBSMAT) and not names_columns(line)
 
     def read(self, file: SceneFile) -> Scene:
-        """As `read_obsmat`."""
+        """See `read_obsmat`."""
         if file.homography is not None:
             raise FileError(file.path, "is an obsmat table, which is in metres already: remove `homography`")
         return read_obsmat(file.path, dt=file.dt, frame_step=file.frame_step)

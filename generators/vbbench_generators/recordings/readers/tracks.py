@@ -1,4 +1,4 @@
-"""The rows that readers make of a file, the gates that they pass, and the dense scene made of them."""
+"""Rows of positions from text files, checks of them, and the dense scene that they form."""
 
 import warnings
 from collections.abc import Sequence
@@ -35,12 +35,12 @@ def read_text(path: Path) -> bytes:
 
 
 def read_rows(path: Path, names: Sequence[str]) -> NamedColumns:
-    """Columns of numbers without a header, parted by white space or commas; every row has all ``names``, and no more.
+    """Columns of numbers without a header, separated by white space or commas; every row has exactly ``names``.
 
     Raises
     ------
     FileError
-        If there is no row, or at the first line with other columns or something else than a finite number.
+        If there is no row, or at the first line with other columns or without finite numbers.
     """
     content = read_text(path).replace(b",", b" ")
     table = read_table(path, content, layout=" ".join(names))
@@ -50,7 +50,7 @@ def read_rows(path: Path, names: Sequence[str]) -> NamedColumns:
 
 
 def count_columns(line: str) -> int:
-    """How many columns a line has, parted by white space or commas."""
+    """Number of columns of a line, separated by white space or commas."""
     return len(line.replace(",", " ").split())
 
 
@@ -104,7 +104,7 @@ _LARGEST = {"frame": 2**53, "id": 2**31 - 1}
 
 
 def check_integers(path: Path, name: str, values: FloatArray, lines: IntArray) -> IntArray:
-    """Frame numbers or ids [N] as integers; ``1.0`` is one, ``1.5`` is an error, and so is a negative id."""
+    """Frame numbers or ids [N] as integers; ``1.0`` is valid; ``1.5`` and negative ids are errors."""
     bad = (values != np.round(values)) | (np.abs(values) > _LARGEST[name])
     if name == "id":
         bad |= values < 0
@@ -114,7 +114,7 @@ def check_integers(path: Path, name: str, values: FloatArray, lines: IntArray) -
 
 
 def check_on_ground(path: Path, positions: FloatArray, lines: IntArray) -> None:
-    """Positions [N, 2] in m must be somewhere on the ground; a point on the horizon of a homography is not."""
+    """Refuse positions [N, 2] in m that are not finite or too far, such as points on the horizon of a homography."""
     bad = ~(np.abs(positions) <= FARTHEST).all(axis=1)
     if bad.any():
         row = int(bad.argmax())
@@ -136,7 +136,7 @@ def check_size(path: Path, frames: int, people: int, rows: int) -> None:
 
 
 def check_tracks(path: Path, frame: IntArray, person: IntArray, lines: IntArray, step: int) -> None:
-    """Rows [N] sorted by person, then frame: each person once a frame, and every ``step`` frames without a gap."""
+    """Refuse rows [N], sorted by person, then frame, unless each person has one every ``step`` frames."""
     same, delta = np.diff(person) == 0, np.diff(frame)
     twice = same & (delta == 0)
     if twice.any():
@@ -152,7 +152,7 @@ def check_tracks(path: Path, frame: IntArray, person: IntArray, lines: IntArray,
 
 
 def check_phase(path: Path, frame: IntArray, lines: IntArray, step: int) -> None:
-    """All people must be recorded at the same instants: no two frames of ``frame`` [N] less than a step apart."""
+    """Refuse people recorded at different instants: two of the frames ``frame`` [N] less than a step apart."""
     order = np.argsort(frame, kind="stable")
     frame, lines = frame[order], lines[order]
     delta = np.diff(frame)
@@ -166,7 +166,7 @@ def check_phase(path: Path, frame: IntArray, lines: IntArray, step: int) -> None
 
 
 def check_speed(path: Path, scene: Scene, frame_step: int = 1, homography: FloatArray | None = None) -> None:
-    """Warn where the median walking speed is none that people have, and name the causes under which it would be one."""
+    """Warn if the median walking speed is implausible, and name causes that would explain it."""
     steps = np.linalg.norm(np.diff(scene.positions, axis=0), axis=-1)
     steps = steps[~np.isnan(steps)]
     if not len(steps):
@@ -190,7 +190,7 @@ def check_speed(path: Path, scene: Scene, frame_step: int = 1, homography: Float
 
 
 def check_homography(path: Path, time: FloatArray, person: FloatArray, points: FloatArray, matrix: FloatArray) -> None:
-    """Raise FileError if people walk as people do only without the homography, or with its inverse or transpose.
+    """Raise FileError if walking is plausible only without the homography, or with its inverse or transpose.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def check_homography(path: Path, time: FloatArray, person: FloatArray, points: F
 
 
 def _walk(time: FloatArray, person: FloatArray, places: FloatArray) -> tuple[bool, float, float]:
-    """Whether people walk so, their median speed in m/s, and how much it varies from step to step."""
+    """Whether walking is plausible, its median speed in m/s, and the variation of speeds from step to step."""
     speeds = steps_of_people(time, person, places, per_time=True)
     if len(speeds) < FEWEST_STEPS or not np.isfinite(places).all():
         return False, np.inf, np.inf
@@ -227,7 +227,7 @@ def _walk(time: FloatArray, person: FloatArray, places: FloatArray) -> tuple[boo
 
 
 def steps_of_people(time: FloatArray, person: FloatArray, places: FloatArray, *, per_time: bool = False) -> FloatArray:
-    """[M] lengths of the steps between a person's places [N, 2] that follow in time; ``per_time``: their speeds."""
+    """[M] lengths of the steps between consecutive places [N, 2] of a person, or with ``per_time`` their speeds."""
     order = np.lexsort((time, person))
     same = (np.diff(person[order]) == 0) & (np.diff(time[order]) > 0)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -236,7 +236,7 @@ def steps_of_people(time: FloatArray, person: FloatArray, places: FloatArray, *,
 
 
 def _earliest(bad: BoolArray, lines: IntArray) -> int:
-    """Of the pairs of rows that are bad [N − 1], the one whose second row stands first in the file; that row."""
+    """Of the ``bad`` pairs [N − 1] of consecutive rows, the second row that stands first in the file."""
     rows = np.flatnonzero(bad) + 1
     return int(rows[lines[rows].argmin()])
 
@@ -254,7 +254,7 @@ def scene_of_rows(
 ) -> Scene:
     """The scene of one row for each person in each frame.
 
-    Row 0 of the scene is the first frame with a person in it. Where nobody is, rows are empty.
+    Row 0 of the scene is the first frame with a person. Frames without people have empty rows.
 
     Parameters
     ----------
@@ -268,7 +268,7 @@ def scene_of_rows(
     Raises
     ------
     FileError
-        If a gate of this module is shut; an implausible walking speed is a warning only.
+        If a check of this module fails; an implausible walking speed is a warning only.
     """
     frames, ids = check_integers(path, "frame", frame, lines), check_integers(path, "id", person, lines)
     step = frame_step or commonest_step(frames, ids)
@@ -301,7 +301,7 @@ def commonest_step(frame: IntArray, person: IntArray) -> int:
 
 
 def _row_of_frame(frame: IntArray, step: int) -> IntArray:
-    """Row [N] of each frame. Recordings may go on at another phase after nobody was there, so gaps round up."""
+    """Row [N] of each frame; a recording may change its phase while it has no people, so gaps are rounded up."""
     unique, inverse = np.unique(frame, return_inverse=True)
     rows = np.concatenate([[0], np.cumsum(-(-np.diff(unique) // step))])
     return rows[inverse].astype(np.int64)

@@ -4,9 +4,9 @@
     9 - Num of control points
     174.000000 -131.000000 0 91.974945 - (2D point, m_id)
 
-A key point is ``x y frame gaze``: pixels from the frame's centre, y up, and a video frame. People stand in no file
-between key points; what the UCY text files hold there is the straight line, and a smooth curve is more like walking.
-Records after the last spline (obstacles) are no trajectories.
+A key point is ``x y frame gaze``: pixels from the frame's centre, y up, and a video frame. The UCY text files
+interpolate linearly between key points; a smooth curve is closer to walking. Records after the last spline (obstacles)
+are ignored.
 """
 
 import re
@@ -73,7 +73,7 @@ def polyline(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> Floa
 def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, curve: Curve = polyline) -> Scene:
     """Read a spline annotation, sampled at the video frames that ``frame_step`` divides.
 
-    Nobody is extrapolated: a person is there from the first to the last key point. Ids count from 1 in file order.
+    A person is present from the first to the last key point. Ids count from 1 in file order.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
     dt : seconds between samples.
     frame_step : video frames between samples.
     homography : [3, 3] from pixels (origin at the frame's centre, y up) to metres.
-    curve : what joins the key points, in metres and video frames.
+    curve : interpolation between key points, in metres and video frames.
 
     Raises
     ------
@@ -177,9 +177,9 @@ def _numbers(path: Path, number: int, line: str) -> list[float]:
 def smooth_curve(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> FloatArray:
     """Positions [M, 2] at ``times`` [M] on the monotone cubic (PCHIP) through ``keys`` [N, 2] at ``key_times`` [N].
 
-    Continuous velocity, and between two key points no coordinate leaves the range of the two. A cubic spline with
-    continuous acceleration would be up to 4.8 m astray in UCY Students, where people who stand have key points up to
-    54 s apart.
+    The velocity is continuous, and between two key points no coordinate leaves the range of the two. A cubic spline
+    with continuous acceleration would overshoot by up to 4.8 m in UCY Students, where people who stand have key points
+    up to 54 s apart.
     """
     from scipy.interpolate import PchipInterpolator
 
@@ -195,11 +195,11 @@ class Splines(Reader):
     signature = "a UCY .vsp spline file"
 
     def recognises(self, line: str) -> bool:
-        """By its header."""
+        """See `Reader.recognises`: by the header."""
         return "number of splines" in line
 
     def read(self, file: SceneFile) -> Scene:
-        """As `read_vsp`; the file counts frames at `FRAME_RATE`, so that ``dt`` decides how many make one."""
+        """See `read_vsp`; the file counts frames at `FRAME_RATE`, and ``dt`` gives their number per sample."""
         if file.homography is None:
             problem = "is a spline annotation in pixels: name the file of its homography with `homography`"
             raise FileError(file.path, problem)

@@ -1,1 +1,1 @@
-"""The tier `field`: trajectories seen by a camera as real as those of footage, by a recipe with a source per value."""
+"""The tier `field`: a simulated camera with the errors of real footage; its recipe has a source for each value."""

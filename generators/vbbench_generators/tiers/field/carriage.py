@@ -1,4 +1,4 @@
-"""A carried camera, and the boxes of people as it sees them: tilted, at its own height, over uneven ground.
+"""A carried camera and its boxes: unknown tilt with sway, unknown mount height, uneven ground.
 
 At frame t the camera's pitch and roll are p_t = p + sway and r_t = r + sway, constants p and r of the sequence with a
 sway that is an Ornstein–Uhlenbeck process. Its optical centre is at z(x_t, y_t) + h0 + h + bob_t above level zero.
@@ -10,7 +10,7 @@ centre, which is m_t over the ground. In the frame (right, down, forward) of the
 
     a = D cos p + ρZ sin p,   right = ρX cos r + a sin r,   down = a cos r − ρX sin r,   forward = ρZ cos p − D sin p,
 
-and `Camera.pixels` says where it appears. The box is as high as feet and head are apart, about their middle.
+which `Camera.pixels` maps to the picture. The box reaches from feet to head, about their middle column.
 """
 
 from dataclasses import dataclass, replace
@@ -43,13 +43,13 @@ class Ground:
 
 @dataclass(frozen=True)
 class Carriage:
-    """A camera's way through a sequence.
+    """Tilt and height of a camera in each frame of a sequence.
 
     Parameters
     ----------
     pitch, roll : [T] in rad, up and clockwise positive.
     mount : [T] height in m over the ground below.
-    ground : what it is carried over.
+    ground : the uneven ground.
     """
 
     pitch: FloatArray
@@ -61,14 +61,14 @@ class Carriage:
 def carry(
     poses: FloatArray, mount_height: float, dt: float, observer: Observer, recipe: FieldRecipe, rng: np.random.Generator
 ) -> Carriage:
-    """How a camera is carried.
+    """Draw tilt, height and ground of a carried camera.
 
     Parameters
     ----------
-    poses : [T, 3] (x, y, yaw) of it.
-    mount_height : h0 in m that solvers are given.
+    poses : [T, 3] (x, y, yaw) of the camera in m and rad.
+    mount_height : nominal height h0 in m, which solvers are given.
     dt : seconds per frame.
-    observer : who carries it; only walkers bob.
+    observer : carrier of the camera; only walkers bob.
     """
     pitch, roll = _tilts(len(poses), dt, recipe.tilt, rng)
     constant = mount_height + recipe.mount.std * rng.standard_normal()
@@ -78,7 +78,7 @@ def carry(
 
 
 def draw_ground(model: GroundModel, rng: np.random.Generator) -> Ground:
-    """Uneven ground."""
+    """Draw uneven ground."""
     direction, phases = rng.uniform(0.0, 2.0 * np.pi, (2, model.waves))
     lengths = np.exp(rng.uniform(np.log(model.shortest), np.log(model.longest), model.waves))
     waves = (2.0 * np.pi / lengths)[:, None] * np.stack([np.cos(direction), np.sin(direction)], axis=-1)
@@ -86,7 +86,7 @@ def draw_ground(model: GroundModel, rng: np.random.Generator) -> Ground:
 
 
 def _tilts(frames: int, dt: float, model: TiltModel, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Pitch and roll [T] in rad."""
+    """Draw pitch and roll [T] in rad."""
     constant = np.array([model.pitch_std, model.roll_std]) * rng.standard_normal(2)
     sway = np.array([model.sway_pitch_std, model.sway_roll_std]) * wandering((frames, 2), model.sway_time, dt, rng)
     pitch, roll = (constant + sway).T
@@ -94,7 +94,7 @@ def _tilts(frames: int, dt: float, model: TiltModel, rng: np.random.Generator) -
 
 
 def _bob(poses: FloatArray, dt: float, phase: float, model: MountModel) -> FloatArray:
-    """How much higher in m a walker's head is in each frame [T] than on average."""
+    """Vertical displacement [T] in m of a walker's head about its mean."""
     steps = np.hypot(*np.diff(poses[:, :2], axis=0, append=poses[-1:, :2]).T)
     pace = np.minimum(steps / dt / model.bob_pace, 1.0)
     pace[-1:] = pace[-2:-1]  # nobody knows the step after the last frame
@@ -104,12 +104,12 @@ def _bob(poses: FloatArray, dt: float, phase: float, model: MountModel) -> Float
 
 
 def drawn(boxes: FloatArray, who: IntArray, dt: float, model: AnnotatorModel, rng: np.random.Generator) -> FloatArray:
-    """Boxes [N, 3] (u, v, l) in px with the errors of whoever drew them.
+    """Boxes [N, 3] (u, v, l) in px with the errors of an annotator.
 
     Parameters
     ----------
-    boxes : [T, K, 3] exact.
-    who : [N] of which of them, counted through [T, K]; everybody has errors, so that these do not depend on it.
+    boxes : [T, K, 3] exact boxes (u, v, l) in px.
+    who : [N] flat indices into [T, K] of the returned boxes; errors are drawn for all boxes, and do not depend on it.
     dt : seconds per frame.
     """
     shape, person = boxes.shape[:2], who % max(boxes.shape[1], 1)
@@ -124,13 +124,13 @@ def drawn(boxes: FloatArray, who: IntArray, dt: float, model: AnnotatorModel, rn
 
 
 def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edge: float) -> FloatArray:
-    """Boxes [T, K, 3] (u, v, l) in px as if pictures had no borders and nobody was hidden; NaN behind the camera.
+    """Boxes [T, K, 3] (u, v, l) in px without borders of the picture or occlusion; NaN behind the camera.
 
     Parameters
     ----------
-    relative : [T, K, 2] (right, forward) in m of everybody.
-    sight : who is where in the scene, and the camera that solvers are given.
-    carriage : how it is carried.
+    relative : [T, K, 2] (right, forward) in m of all people.
+    sight : the scene, and the camera that solvers are given.
+    carriage : tilt, height and ground of the camera.
     near_edge : δ in m.
     """
     truth, camera = sight.truth, sight.camera
@@ -152,7 +152,7 @@ class Framed:
 
     Parameters
     ----------
-    boxes : [T, K, 3] (u, v, l) in px of what is inside; NaN where nothing is.
+    boxes : [T, K, 3] (u, v, l) in px of the part inside; NaN where nothing is inside.
     inside : [T, K] share of the box's area inside.
     """
 
@@ -179,7 +179,7 @@ def frame(boxes: FloatArray, camera: Camera, aspect: float) -> Framed:
 
 
 def cut_rows(boxes: FloatArray, camera: Camera) -> FloatArray:
-    """Boxes [T, K, 3] without what is above or below the picture, NaN where nothing is left; a panorama has no end."""
+    """Boxes [T, K, 3] cut off at the first and last row, NaN where nothing is left; a panorama has no such borders."""
     if camera.period is not None:
         return boxes
     last, half = camera.picture_size[1] - 1.0, 0.5 * boxes[..., 2]
@@ -189,7 +189,7 @@ def cut_rows(boxes: FloatArray, camera: Camera) -> FloatArray:
 
 
 def _about(ends: FloatArray, camera: Camera) -> FloatArray:
-    """Boxes [N, 3] about feet and heads, ``ends`` [N, 2, 2], in px."""
+    """Boxes [N, 3] (u, v, l) in px between feet and heads, ``ends`` [N, 2, 2] in px."""
     (column, feet), (other, head) = np.moveaxis(ends[:, 0], -1, 0), np.moveaxis(ends[:, 1], -1, 0)
     column = column + 0.5 * shorter_way(other - column, camera.period)
     boxes = np.stack([column, 0.5 * (feet + head), feet - head], axis=-1)

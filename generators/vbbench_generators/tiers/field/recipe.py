@@ -1,4 +1,4 @@
-"""The file ``field.toml`` as frozen dataclasses: what a real camera and real boxes are like."""
+"""The file ``field.toml`` as frozen dataclasses: statistics of real cameras and boxes."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -22,12 +22,12 @@ class _Checked:
 
 @dataclass(frozen=True, kw_only=True)
 class TiltModel(_Checked):
-    """How the camera is tilted, unknown to solvers.
+    """Tilt of the camera, which solvers are not given.
 
     Parameters
     ----------
-    pitch_std, roll_std : standard deviations in rad of what stays the same throughout a sequence.
-    sway_pitch_std, sway_roll_std : of what changes, with the correlation time ``sway_time`` in s.
+    pitch_std, roll_std : standard deviations in rad of the part that is constant throughout a sequence.
+    sway_pitch_std, sway_roll_std : standard deviations in rad of the sway, whose correlation time is ``sway_time`` s.
     """
 
     pitch_std: Angle
@@ -39,13 +39,13 @@ class TiltModel(_Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class MountModel(_Checked):
-    """How high the camera is.
+    """Height of the camera.
 
     Parameters
     ----------
     std : standard deviation in m about the height that solvers are given, constant throughout a sequence.
-    bob : m by which a walker carries it up and down, at ``bob_pace`` in m/s and faster; in proportion below.
-    step_rate : steps a second.
+    bob : amplitude in m of a walker's vertical motion at the speed ``bob_pace`` in m/s and above; proportional below.
+    step_rate : steps per second.
     """
 
     std: Metres
@@ -56,7 +56,7 @@ class MountModel(_Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class GroundModel(_Checked):
-    """How uneven the ground is: ``waves`` waves ``shortest`` to ``longest`` m long, of ``std`` m in all."""
+    """Uneven ground: ``waves`` waves with lengths from ``shortest`` to ``longest`` m, and ``std`` m in all."""
 
     std: Metres
     shortest: Annotated[float, Within(0.1, 1e4, "m")]
@@ -66,12 +66,12 @@ class GroundModel(_Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class BodyModel(_Checked):
-    """What of a body its box is about.
+    """Extent of a body in its box.
 
     Parameters
     ----------
-    nearest_edge, farthest_edge : m by which the edge that decides a box is nearer than the body's middle, least and
-        most; a sequence has one length.
+    nearest_edge, farthest_edge : least and greatest near edge δ in m: the distance by which the edge that bounds a box
+        is nearer than the body's axis; constant throughout a sequence.
     aspect : width of a box over its height.
     """
 
@@ -82,16 +82,16 @@ class BodyModel(_Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class AnnotatorModel(_Checked):
-    """How boxes that people draw are off, as shares of the box's height.
+    """Errors of annotators' boxes, as standard deviations in box heights.
 
     Parameters
     ----------
-    bottom_person_std, column_person_std : of the lower edge and the centre column; the same for all boxes of a person.
-    bottom_std, column_std : of what changes, with the correlation times ``bottom_time`` and ``column_time`` in s.
-    top_std : of the upper edge, from frame to frame.
-    least_visible : who shows less than this share of what is inside the picture has no box.
-    least_inside : nor has who shows less than this share of the box inside the picture.
-    pixel_std : what solvers are given, in px at the focal length of the recipe's camera.
+    bottom_person_std, column_person_std : of the lower edge and the centre column, constant for each person.
+    bottom_std, column_std : of these in time, with the correlation times ``bottom_time`` and ``column_time`` in s.
+    top_std : of the upper edge, independent in each frame.
+    least_visible : least visible share of the part inside the picture, of a person who has a box.
+    least_inside : least share inside the picture of such a box.
+    pixel_std : the noise that solvers are given, in px at the focal length of the recipe's camera.
     """
 
     bottom_person_std: Share
@@ -115,7 +115,7 @@ class AnnotatorModel(_Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class DetectorNoise(_Checked):
-    """The noise of found boxes that solvers are given, in px, in pictures with borders and in panoramas."""
+    """The noise in px of a detector's boxes that solvers are given, in pictures with borders and in panoramas."""
 
     perspective_std: Annotated[float, Within(0.0, 100.0, "px")]
     panorama_std: Annotated[float, Within(0.0, 100.0, "px")]
@@ -123,7 +123,7 @@ class DetectorNoise(_Checked):
 
 @dataclass(frozen=True, kw_only=True)
 class FieldRecipe:
-    """Everything that the tier is made by; one table of the file each."""
+    """All models of the tier, each a table of the file."""
 
     camera: PerspectiveCamera
     tilt: TiltModel
@@ -136,15 +136,15 @@ class FieldRecipe:
     told_of_detector: DetectorNoise
 
     def pixel_std(self, camera: Camera, detects: bool) -> float:
-        """What solvers are given of boxes that were found, or drawn, on the pictures of a camera, in px."""
+        """The noise in px that solvers are given, of a detector's or an annotator's boxes in a ``camera``."""
         if detects:
             return self.tracking(camera).pixel_std(camera)
         return self.annotator.pixel_std * camera.focal / self.camera.focal
 
     def tracking(self, camera: Camera) -> TrackingSettings:
-        """The detector on the pictures of a camera, and the tracker of the tier `tracked` behind it.
+        """The detector for the pictures of ``camera``, with the tracker of the tier `tracked`.
 
-        A lidar sees people by their distance, so that heights in px at which it misses them grow with the focal length.
+        A lidar detects people by their distance: heights in px at which it misses them scale with the focal length.
         """
         small = self.detector.score_small * camera.focal / self.camera.focal
         told = vars(self.told_of_detector)

@@ -1,4 +1,4 @@
-"""The tier `field`: boxes as a real camera that is carried among people gives them."""
+"""The tier `field`: boxes of a simulated carried camera with the errors of a real one."""
 
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
@@ -18,14 +18,14 @@ from vbbench_generators.tiers.tracking.settings import get_tracking
 
 @dataclass(frozen=True, kw_only=True)
 class Film:
-    """What there is to find in the frames of a video.
+    """Exact boxes in the frames of a video, as the detector's input.
 
     Parameters
     ----------
-    sight : at the rate of the video.
-    every : frames of it a frame of the dataset.
-    boxes : [T, K, 3] (u, v, l) in px of people inside the picture, exact and cut off at its borders; NaN = not there.
-    showing : what shows of them.
+    sight : the scene at the rate of the video.
+    every : frames of the video per frame of the dataset.
+    boxes : [T, K, 3] (u, v, l) in px of people inside the picture, exact and cut off at its borders; NaN = absent.
+    showing : visible parts of people.
     """
 
     sight: Sight
@@ -36,13 +36,13 @@ class Film:
 
 @dataclass(frozen=True, kw_only=True)
 class Field(Tier):
-    """A camera that is tilted, sways and is not as high as it should be, over uneven ground; boxes end at borders.
+    """A camera with unknown tilt, sway and height error, over uneven ground; borders of the picture cut boxes.
 
     Parameters
     ----------
-    outline : what people look like to whom they hide.
-    detects : whether boxes are those of a detector and tracker, not of people who draw them.
-    least_track : tracks of fewer frames are removed; ``None`` for what the tracker's settings file says.
+    outline : outline of people, for occlusion.
+    detects : whether boxes are those of a detector and tracker, not of an annotator.
+    least_track : tracks of fewer frames are removed; ``None``: the value of the tracker's settings file.
     """
 
     outline: Outline = field(default_factory=Outline)
@@ -53,7 +53,7 @@ class Field(Tier):
 
     @property
     def definition(self) -> dict[str, Any]:
-        """The whole recipe, and what people look like."""
+        """See `Tier.definition`: the recipe, and the outline of people."""
         recipe = get_field()
         return {
             "field": {name: asdict(part) for name, part in vars(recipe).items()},
@@ -63,16 +63,16 @@ class Field(Tier):
 
     @property
     def own_camera(self) -> Camera:
-        """KITTI's."""
+        """KITTI's camera."""
         return get_field().camera
 
     @property
     def own_heights(self) -> Heights:
-        """KITTI's."""
+        """The distribution of heights in KITTI."""
         return get_field().heights
 
     def told(self, camera: Camera) -> Told:
-        """What a calibration gives: how exact boxes and the camera's mount are, not what they are."""
+        """See `Tier.told`: standard deviations of boxes, tilt and mount height, but not the true values."""
         recipe = get_field()
         return Told(
             pixel_std=recipe.pixel_std(camera, self.detects),
@@ -82,15 +82,15 @@ class Field(Tier):
         )
 
     def annotated(self) -> "Field":
-        """Boxes as people draw them."""
+        """The tier with an annotator's boxes."""
         return replace(self, detects=False)
 
     def lasting(self, frames: int) -> Tier:
-        """Without shorter tracks, where boxes are those of tracks."""
+        """The tier without tracks of fewer frames, if it has a tracker."""
         return replace(self, least_track=frames) if self.detects else super().lasting(frames)
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
-        """Boxes of tracks, or as people draw them."""
+        """See `Tier.observe`: boxes of tracks, or an annotator's."""
         return (self._tracked if self.detects else self._drawn)(sight, get_field(), rng)
 
     def _drawn(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
@@ -114,7 +114,7 @@ class Field(Tier):
         return Observations(boxes=boxes, visible=np.where(found, tracked.scores, np.nan), persons=persons)
 
     def film(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Film:
-        """What there is for a detector to find, at the rate of a video."""
+        """The exact boxes at the rate of a video, for the detector."""
         fine, every = finer(sight)
         boxes, showing = look(fine, recipe, self.outline, rng)
         framed = frame(boxes, sight.camera, recipe.body.aspect)
@@ -123,7 +123,7 @@ class Field(Tier):
 
 
 def look(sight: Sight, recipe: FieldRecipe, outline: Outline, rng: np.random.Generator) -> tuple[FloatArray, Showing]:
-    """Boxes [T, K, 3] of whole people as the carried camera sees them, and what shows of them."""
+    """Boxes [T, K, 3] of whole people in the carried camera, and their visible parts."""
     truth, camera = sight.truth, sight.camera
     carriage = carry(truth.poses, camera.mount_height, sight.dt, sight.observer, recipe, rng)
     relative = world_to_relative(truth.positions, truth.poses)

@@ -1,1 +1,1 @@
-"""The tier `tracked`: a detector that errs as detectors do, and a real tracker behind it."""
+"""The tier `tracked`: a simulated detector, and a real tracker of its detections."""

@@ -1,4 +1,4 @@
-"""A detector that errs as detectors do: misses, jitter, merged boxes and false alarms, from who shows how much."""
+"""A simulated detector: misses, jitter, merged boxes and false alarms, depending on visible parts."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from vbbench_generators.tiers.tracking.tracker import CentredDetections
 
 
 def estimated_turns(yaw: FloatArray, camera: Camera, std: float, rng: np.random.Generator) -> FloatArray:
-    """Rotations [T, 3, 3] of directions of the camera (right, down, forward), from the frame before to each frame.
+    """Estimated rotations [T, 3, 3] of directions (right, down, forward), from the frame before to each frame.
 
     Parameters
     ----------
-    yaw : [T] in rad, of a camera that keeps its tilt; a NaN counts as no turn.
-    camera : whose directions they are.
-    std : error of each turn, in px in the middle of the picture.
-    rng : draws it.
+    yaw : [T] in rad, of a camera with constant tilt; NaN counts as no rotation.
+    camera : the camera, whose tilt the directions have.
+    std : error of each rotation, in px in the middle of the picture.
+    rng : random numbers of the errors.
     """
     left = np.nan_to_num(wrap_angle(np.diff(yaw, prepend=yaw[:1])))
     left = left + std / camera.focal * rng.standard_normal(len(yaw))
@@ -34,9 +34,9 @@ def estimated_turns(yaw: FloatArray, camera: Camera, std: float, rng: np.random.
 
 
 def carried(boxes: FloatArray, rotation: FloatArray, camera: Camera) -> FloatArray:
-    """Where boxes [N, 4] (centre column, centre row, width, height) px stand after the camera has turned.
+    """Boxes [N, 4] (centre column, centre row, width, height) in px after a ``rotation`` [3, 3] of the camera.
 
-    NaN for those that are behind a camera whose picture has borders.
+    NaN for boxes behind a camera whose picture has borders.
     """
     if camera.cylinder is not None and camera.period is not None and rotation[1, 1] == 1.0:
         moved = boxes.copy()
@@ -64,13 +64,13 @@ SMALLEST = 2.0
 
 @dataclass(frozen=True)
 class Visible:
-    """Everybody in the picture, [T, K].
+    """All people in the picture.
 
     Parameters
     ----------
-    boxes : [T, K, 4] whole people: centre column, centre row, width and height in px; NaN = not there to be detected.
-    hidden : [T, K, 4] how far in px the left, top, right and bottom edges of what shows stand inside the person's own.
-    visible : [T, K] how much shows.
+    boxes : [T, K, 4] boxes of whole people: centre column, centre row, width and height in px; NaN = not detectable.
+    hidden : [T, K, 4] distances in px of left, top, right and bottom edges of the visible part from the person's.
+    visible : [T, K] visible fractions.
     """
 
     boxes: FloatArray
@@ -99,16 +99,16 @@ def detect(
 
 
 def log_odds(heights: FloatArray, visible: FloatArray, model: DetectorModel) -> FloatArray:
-    """Mean log-odds of scores of people so many px high who show so much."""
+    """Mean log-odds [...] of scores, by ``heights`` in px and ``visible`` fractions."""
     return model.score_best - model.score_small / heights - model.score_hidden * (1.0 - visible)
 
 
 def _found(
     people: Visible, model: DetectorModel, camera: Camera, dt: float, rng: np.random.Generator
 ) -> tuple[FloatArray, FloatArray]:
-    """Boxes [T, K, 4] and scores [T, K] of everybody; NaN = not there, or showing too little.
+    """Boxes [T, K, 4] and scores [T, K] of all people; NaN = absent, or hardly visible.
 
-    A box that the first or last row cuts off ends there: of a detector's boxes on KITTI all did, within 2 px.
+    A box cut off by the first or last row ends there: all boxes of a detector on KITTI did, within 2 px.
     """
     noise = wandering((*people.visible.shape, 5), model.jitter_memory, dt, rng)
     doubt = wandering(people.visible.shape, model.score_memory, dt, rng)
@@ -131,7 +131,7 @@ def _found(
 def _false_alarms(
     model: DetectorModel, camera: Camera, dt: float, watched: BoolArray, rng: np.random.Generator
 ) -> list[CentredDetections]:
-    """The false alarms of every frame; each stands still in the picture while it lasts, and shakes as people do."""
+    """The false alarms of every frame; each keeps its place in the picture while it lasts, but for jitter."""
     lasting = max(model.false_alarm_memory / dt, 1.0)
     before = int(np.ceil(5.0 * lasting))  # frames ahead of the first, so that it has its share
     count = int(rng.poisson(model.false_alarms / lasting * (len(watched) + before)))
@@ -158,10 +158,10 @@ def _false_alarms(
 
 
 def _stds(model: DetectorModel) -> FloatArray:
-    """[4] jitter of left, top, right and bottom edges, in heights."""
+    """Standard deviations [4] of left, top, right and bottom edges, in box heights."""
     return np.array([model.side_std, model.top_std, model.side_std, model.bottom_std])
 
 
 def _shares(odds: FloatArray) -> FloatArray:
-    """Scores of log-odds."""
+    """Scores in [0, 1] of log-odds."""
     return 1.0 / (1.0 + np.exp(-odds))

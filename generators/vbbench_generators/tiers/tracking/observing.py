@@ -1,4 +1,4 @@
-"""From what shows of people to tracks of them, and who is behind each track."""
+"""From visible parts of people to tracks, with the person behind each."""
 
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,12 +22,12 @@ VIDEO_RATE = 25.0
 
 
 def finer(sight: Sight, rate: float = VIDEO_RATE) -> tuple[Sight, int]:
-    """The sight at a finer rate.
+    """The sight, interpolated to a higher frame rate.
 
     Parameters
     ----------
-    sight : what is around an observer in T frames.
-    rate : least number of frames per second that is wanted.
+    sight : the surroundings of an observer in T frames.
+    rate : least number of frames per second.
 
     Returns
     -------
@@ -51,9 +51,9 @@ def finer(sight: Sight, rate: float = VIDEO_RATE) -> tuple[Sight, int]:
 
 
 def _curve(values: FloatArray, ahead: FloatArray, steps: int) -> FloatArray:
-    """The curve through ``values`` [T, ...], whose next ones are ``ahead`` [T − 1, ...], at ``steps`` places a frame.
+    """``values`` [T, ...] interpolated by cubics at ``steps`` times per frame; ``ahead`` [T − 1, ...]: their changes.
 
-    Where one end is NaN, straight on from the other end for half of the way.
+    Where one end is NaN, the other is extrapolated at constant velocity for half a frame.
     """
     unknown = np.full((1, *values.shape[1:]), np.nan)
     before, after = np.concatenate([unknown, ahead]), np.concatenate([ahead, unknown])
@@ -69,13 +69,13 @@ def _curve(values: FloatArray, ahead: FloatArray, steps: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Tracked:
-    """What a tracker says of a sequence, and who is behind it.
+    """The tracks of a sequence, and the people behind them.
 
     Parameters
     ----------
     boxes : [T, K, 3] (u, v, l) in px of each track, NaN = not seen.
-    scores : [T, K] of the detections behind them, NaN = not seen.
-    persons : [T, K] the person behind each track, −1 = not seen, or nobody.
+    scores : [T, K] scores of their detections, NaN = not seen.
+    persons : [T, K] the person behind each track, −1 = not seen, or a false alarm.
     """
 
     boxes: FloatArray
@@ -101,21 +101,21 @@ def track_people(
 
     Parameters
     ----------
-    boxes : [T, P, 3] (u, v, l) in px of whole people; NaN = not there to be seen, or not in the picture.
-    showing : what shows of them.
+    boxes : [T, P, 3] (u, v, l) in px of whole people; NaN = absent, or not in the picture.
+    showing : their visible parts.
     people : [P] their ids.
-    camera, dt : whose pictures they are, and seconds per frame.
-    watched : [T] frames in which anything may be seen.
-    settings : how detector and tracker work.
-    outline : everybody's, as in ``showing``.
+    camera, dt : the camera, and seconds per frame.
+    watched : [T] frames in which there may be detections.
+    settings : settings of detector and tracker.
+    outline : outline of people, as in ``showing``.
     rng : the sequence's random numbers.
-    turns : [T, 3, 3] rotations since the frame before as the tracker takes them off, see `estimated_turns`; ``None``
-        for a tracker that takes none off.
-    every : report the first frame and every so many frames; tracks are of as many boxes as these frames have.
+    turns : [T, 3, 3] rotations since the frame before, which the tracker compensates, see `estimated_turns`; ``None``:
+        no compensation.
+    every : step from the first frame of the frames that are returned; least lengths of tracks count these frames.
 
     Returns
     -------
-    Of these frames only.
+    The tracks in these frames.
     """
     period = camera.period
     there = showing.visible >= settings.detector.least_visible
@@ -144,7 +144,7 @@ def track_video(
     outline: Outline,
     rng: np.random.Generator,
 ) -> Tracked:
-    """`track_people` in a sight at the rate of a video, the camera's turn taken off; ``every`` is as there."""
+    """`track_people` for a sight at the rate of a video, with the camera's rotation compensated."""
     camera = sight.camera
     turns = estimated_turns(sight.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
     where = (sight.people, camera, sight.dt, sight.watched)
@@ -152,7 +152,7 @@ def track_video(
 
 
 def _hidden_edges(boxes: FloatArray, showing: Showing, outline: Outline, period: float | None) -> FloatArray:
-    """[T, P, 4] how far in px the left, top, right and bottom edges of what shows stand inside the whole outline's."""
+    """[T, P, 4] distances in px of left, top, right and bottom edges of the visible part from those of the outline."""
     aside = shorter_way(showing.boxes[..., 0] - boxes[..., 0], period)
     down = showing.boxes[..., 1] - boxes[..., 1]
     length, reach = boxes[..., 2], outline.half[-1] * boxes[..., 2]

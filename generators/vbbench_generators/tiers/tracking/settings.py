@@ -1,4 +1,4 @@
-"""A file in ``detectors/`` as frozen dataclasses: how a detector errs, and how a tracker links what it finds."""
+"""A file in ``detectors/`` as frozen dataclasses: errors of a detector, and settings of a tracker."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -15,7 +15,7 @@ LogOdds = Annotated[float, Within(-1e3, 1e3)]
 
 @dataclass(frozen=True, kw_only=True)
 class DetectorModel:
-    """How a detector of people errs.
+    """Errors of a detector of people.
 
     The log-odds of a score are ``score_best`` − ``score_small``/l − ``score_hidden``·(1 − visible) + noise.
 
@@ -23,15 +23,15 @@ class DetectorModel:
     ----------
     aspect : width of a box over its height l.
     score_best, score_small, score_hidden, score_std : see above; noise is normal, ``score_small`` in px.
-    least_visible : who shows less than this share is never detected.
+    least_visible : least visible fraction of a person who can be detected.
     top_std, bottom_std, side_std : jitter of top, of bottom, and of left and right edges, in heights.
-    edge_std : jitter of every edge besides, in px.
+    edge_std : additional jitter of every edge, in px.
     score_memory, jitter_memory : correlation times in s of scores, and of jitter and ``pull``.
-    pull, pull_std : how much of the way a hidden edge is drawn to the edge of what shows, normal, cut to 0 … 1.
-    merge_overlap, merge_rate : of two people whose boxes overlap so much, so many detections are one box about both.
-    suppress_overlap : of two detections that overlap so much only the one of higher score is kept.
-    false_alarms, false_alarm_memory, false_alarm_score : how many stand in a frame on average, for how many s, and
-        the mean log-odds of their scores.
+    pull, pull_std : mean and deviation of the share, 0 to 1, by which a hidden edge moves to that of the visible part.
+    merge_overlap, merge_rate : two people whose boxes overlap by this IoU are merged into one box at this rate.
+    suppress_overlap : IoU above which non-maximum suppression removes the detection of lower score.
+    false_alarms, false_alarm_memory, false_alarm_score : mean number per frame, mean duration in s, and mean log-odds
+        of the scores.
     """
 
     aspect: Positive
@@ -66,20 +66,20 @@ class DetectorModel:
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerSettings:
-    """How detections are linked.
+    """Settings of the tracker.
 
     Parameters
     ----------
-    high, low : scores that take part in the first association, and those that do in the second.
+    high, low : least scores of detections in the first and in the second association.
     birth : least score of a detection that begins a track.
     first_overlap, confirm_overlap : least overlap (intersection over union) times score in the first association, and
         of a new track with its second detection.
     second_overlap : least overlap in the second association.
-    lost_time : s that a track is kept without a detection.
+    lost_time : time in s for which a track is kept without a detection.
     measurement : standard deviation of a detection's centre, width and height, in heights.
-    wander, acceleration : random steps of these four and of their speeds, in heights / s^½ and heights / s^1½.
+    wander, acceleration : process noise of these and of their speeds, in heights / s^½ and heights / s^1½.
     start_speed : standard deviation of a new track's speeds, in heights / s.
-    turn_std : error in px of what is taken off for the camera's turn from one frame to the next.
+    turn_std : error in px of the compensation of the camera's rotation between frames.
     least_boxes : tracks with fewer boxes are dropped.
     """
 
@@ -105,13 +105,13 @@ class TrackerSettings:
 
 @dataclass(frozen=True, kw_only=True)
 class TrackingSettings:
-    """Detector, tracker, and what solvers are given of their noise in px.
+    """Detector, tracker, and the noise in px that solvers are given.
 
     Parameters
     ----------
-    perspective_std : in a picture with borders, which cut off the feet of people who are near.
-    panorama_std : in a picture that closes on itself.
-    detector, tracker : how they err.
+    perspective_std : noise in a picture with borders, which cut off the feet of people who are near.
+    panorama_std : noise in a panorama.
+    detector, tracker : their settings.
     """
 
     perspective_std: Positive
@@ -127,7 +127,7 @@ class TrackingSettings:
         return self.perspective_std if camera.period is None else self.panorama_std
 
     def lasting(self, frames: int | None) -> "TrackingSettings":
-        """The same with ``frames`` as `TrackerSettings.least_boxes`; with those of the file if it is ``None``."""
+        """The settings with ``frames`` as `TrackerSettings.least_boxes`; unchanged if that is ``None``."""
         return self if frames is None else replace(self, tracker=replace(self.tracker, least_boxes=frames))
 
 

@@ -1,13 +1,12 @@
-"""A tracker in two stages, after ByteTrack (Zhang et al. 2022): sure detections first, then doubtful ones.
+"""A tracker with two stages of association, after ByteTrack (Zhang et al. 2022).
 
-In each frame tracks are predicted by their Kalman filters. Confirmed tracks, lost ones too, are paired with detections
-of high score; those that were seen a frame ago and got none, with detections of low score: a person half hidden keeps
-the track. New tracks are confirmed by a second detection right after the first, or forgotten; whatever sure detections
-are left begin tracks. A track without a detection is lost, goes on blindly, and is given up after a while.
+In each frame Kalman filters predict the tracks. Confirmed tracks, lost ones too, are associated with detections of high
+score; unmatched tracks that were seen a frame ago, with detections of low score, so that a half-hidden person keeps the
+track. New tracks are confirmed by a second detection in the next frame, or removed; unmatched detections of high score
+begin tracks. A track without a detection is lost; it is predicted for `TrackerSettings.lost_time`, then removed.
 
-Its estimate of boxes is a constant-velocity Kalman filter on centre, width and height, as in SORT (Bewley et al.
-2016) and its descendants: noise grows with the height of the box, and the four coordinates do not mix, so that every
-one of them is its own filter on (value, speed):
+The filter has a constant-velocity model of centre, width and height, as in SORT (Bewley et al. 2016): noise is
+proportional to the height of the box, and the four coordinates are independent filters on (value, speed):
 
     x ← F x,  P ← F P Fᵀ + diag(w² dt, a² dt),  F = (1 dt; 0 1);
     K = P Hᵀ/(P_00 + r²),  x ← x + K (z − x_0),  P ← P − K H P,  H = (1 0).
@@ -31,7 +30,7 @@ HEIGHT = 3
 
 @dataclass(frozen=True)
 class Beliefs:
-    """The estimates of N boxes.
+    """Filter states of N boxes.
 
     Parameters
     ----------
@@ -48,16 +47,16 @@ class Beliefs:
         return self.mean[..., 0]
 
     def take(self, rows: IntArray | BoolArray) -> "Beliefs":
-        """Some of them."""
+        """The states of some ``rows``."""
         return Beliefs(self.mean[rows], self.spread[rows])
 
     def join(self, others: "Beliefs") -> "Beliefs":
-        """These and those behind them."""
+        """These states, followed by the ``others``."""
         return Beliefs(np.concatenate([self.mean, others.mean]), np.concatenate([self.spread, others.spread]))
 
 
 def begin(boxes: FloatArray, settings: TrackerSettings) -> Beliefs:
-    """New beliefs of boxes [N, 4] seen for the first time."""
+    """Initial states of boxes [N, 4] seen for the first time."""
     height = boxes[:, 3:]
     mean = np.stack([boxes, np.zeros_like(boxes)], axis=-1)
     place, speed = (2.0 * settings.measurement * height) ** 2, (settings.start_speed * height) ** 2
@@ -66,14 +65,14 @@ def begin(boxes: FloatArray, settings: TrackerSettings) -> Beliefs:
 
 
 def predict(beliefs: Beliefs, dt: float, settings: TrackerSettings) -> Beliefs:
-    """The beliefs ``dt`` seconds later."""
+    """The states predicted ``dt`` seconds later."""
     later = Beliefs(beliefs.mean.copy(), beliefs.spread.copy())
     _core.move_on(later.mean, later.spread, dt, settings.wander, settings.acceleration)
     return later
 
 
 def correct(beliefs: Beliefs, boxes: FloatArray, settings: TrackerSettings, period: float | None) -> Beliefs:
-    """The beliefs after boxes [N, 4] were seen; ``period`` is the width of a picture that closes on itself."""
+    """The states updated with boxes [N, 4] in px; ``period`` is the width in px of a panorama."""
     better = Beliefs(beliefs.mean.copy(), beliefs.spread.copy())
     _core.take_in(better.mean, better.spread, boxes, settings.measurement, period or 0.0)
     return better
@@ -87,13 +86,13 @@ def associate(
     scores: FloatArray | None = None,
     period: float | None = None,
 ) -> tuple[IntArray, IntArray]:
-    """One-to-one pairs that are worth most, a pair being worth what it overlaps above ``least``.
+    """One-to-one association that maximises the sum of IoU above ``least``.
 
     Parameters
     ----------
     tracks, detections : [N, 4] and [M, 4] centre column, centre row, width and height in px.
-    scores : [M] what the overlap with each detection is multiplied by.
-    period : width of a picture that closes on itself.
+    scores : [M] factors of the IoU with each detection.
+    period : width in px of a panorama; ``None``: the picture has borders.
 
     Returns
     -------
@@ -118,7 +117,7 @@ def from_centres(boxes: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class CentredDetections:
-    """What a detector finds in one frame: boxes [N, 4] (centre column, centre row, width, height) px, scores [N]."""
+    """Detections of one frame: boxes [N, 4] (centre column, centre row, width, height) in px, and scores [N]."""
 
     boxes: FloatArray
     scores: FloatArray
@@ -126,7 +125,7 @@ class CentredDetections:
 
 @dataclass(frozen=True)
 class Found:
-    """What a tracker says of one frame: ids [N] of tracks seen in it, boxes [N, 4], scores [N] of the detections."""
+    """Tracks seen in one frame: their ids [N], boxes [N, 4], and scores [N] of the detections."""
 
     ids: IntArray
     boxes: FloatArray
@@ -138,9 +137,9 @@ class Tracker:
 
     Parameters
     ----------
-    settings : see there.
+    settings : thresholds and noise.
     dt : seconds per frame.
-    period : width in px of a picture that closes on itself.
+    period : width in px of a panorama; ``None``: the picture has borders.
     """
 
     def __init__(self, settings: TrackerSettings, dt: float, period: float | None = None) -> None:
@@ -152,9 +151,9 @@ class Tracker:
         self._next, self._frame = 0, 0
 
     def step(self, detections: CentredDetections, moved: Moved | None = None) -> Found:
-        """Take in the next frame's detections; return the confirmed tracks that were seen in it.
+        """Process the next frame's detections; return the confirmed tracks seen in it.
 
-        ``moved`` is how the camera has moved everything since the frame before, if that is known.
+        ``moved`` maps boxes of the frame before to this one by the camera's motion, if that is known.
         """
         if moved is not None and len(self._ids):
             self._beliefs.mean[..., 0] = moved(self._beliefs.boxes)
@@ -176,7 +175,7 @@ class Tracker:
         return found if self._frame > 1 else first
 
     def _pair(self, detections: CentredDetections) -> tuple[IntArray, BoolArray]:
-        """[N] detection paired with each track, −1 = none, and [M] which detections are used."""
+        """The detection [N] of each track, −1 = none, and a mask [M] of matched detections."""
         s, scores = self._settings, detections.scores
         partner, used = np.full(len(self._ids), -1), np.zeros(len(scores), bool)
         high = scores >= s.high
@@ -200,7 +199,7 @@ class Tracker:
         return partner, used
 
     def _begin(self, detections: CentredDetections, free: BoolArray) -> Found:
-        """New tracks; those of the very first frame are confirmed at once."""
+        """Begin tracks with ``free`` detections; those of the first frame are confirmed at once, and returned."""
         new = np.flatnonzero(free & (detections.scores >= self._settings.birth))
         ids = self._next + np.arange(len(new))
         if not len(new):
