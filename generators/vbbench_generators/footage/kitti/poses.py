@@ -62,7 +62,7 @@ def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
 
 
 def read_poses(path: Path) -> FloatArray:
-    """Motions [T, 4, 4] of camera 0, from lines of 12 numbers (matrices [3, 4] by rows), in the first picture's axes."""
+    """Motions [T, 4, 4] of camera 0, from lines of 12 numbers ([3, 4] by rows), in axes of the first picture."""
     rows = read_fixed(path, MATRICES, "poses of camera 0, a line a frame")
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
     motions[:, :3] = rows.stacked(*MATRICES.split()).reshape(-1, 3, 4)
