@@ -11,10 +11,10 @@ WORK = Path("out/leaderboard")
 Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
 
 
-def _facts_of_rows() -> dict[str, bool]:
+def _facts_of_rows() -> dict[str, type]:
     from vbbench_leaderboards.results.result import FACTS
 
-    return dict.fromkeys(FACTS, False)
+    return dict.fromkeys((*FACTS, "date"), str)
 
 
 def add(
@@ -25,7 +25,6 @@ def add(
     results: Path = RESULTS,
     name: str = "",
     about: Annotated[tuple[str, ...], Further(_facts_of_rows)] = (),
-    date: str = "",
     overwrite: bool = False,
 ) -> None:
     """Score a submission and write its result file.
@@ -41,8 +40,7 @@ def add(
         about: Facts of the row in place of those in submission.json, as NAME=VALUE, or each as an option: --authors;
             --trained-on and --tuned-on ('nothing' is an answer); --delay, the frames that an answer comes after its
             own, or 'offline'; --reference, where it is described; --code, its address; --rerun-by, who else made the
-            figures again.
-        date: Day of the result, YYYY-MM-DD; default: today.
+            figures again; --date, its day, YYYY-MM-DD.
         overwrite: Replace an existing result.
     """
     from vbbench_leaderboards.results.folder import challenge_folder_of
@@ -50,6 +48,7 @@ def add(
     from vbbench_leaderboards.submitting import add as write
 
     facts = parse_facts(about)
+    date = facts.pop("date", "")
     challenge = challenge_folder_of(results)
     if challenge is None:
         print(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **facts))
@@ -130,7 +129,6 @@ def rerun(
     results: Path = RESULTS,
     work: Path = WORK,
     update: bool = False,
-    fresh: bool = False,
     together: bool = False,
     jobs: int = 1,
     root: Path | None = None,
@@ -150,7 +148,6 @@ def rerun(
         results: Folder of the result files.
         work: Folder for datasets and submissions; complete ones that the same code made are used again.
         update: Write what drifted and what is new.
-        fresh: Use nothing in the work folder again.
         together: Solve with bundled solvers in one process a board, instead of a fresh process for each group of
             sequences that share no moment. Several times as fast.
         jobs: Number of processes; the figures do not depend on it.
@@ -165,7 +162,6 @@ def rerun(
         seed=seed,
         by=by,
         update=update,
-        fresh=fresh,
         together=together,
         jobs=jobs,
         root=root,

@@ -257,8 +257,8 @@ def test_render_footage_writes_a_film_and_goes_on_with_it(photographed, capsys, 
     Image.new("RGB", (320, 180)).save(pictures.path(2))
     assert main(command) == 0
     assert (tmp_path / "film" / "film.txt").read_text() != key
-    assert main([*command, "--plain"]) == 2
-    assert "leave --backend and --plain out" in capsys.readouterr().err
+    assert main([*command, "--backend", "raster"]) == 2
+    assert "leave --backend out" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", ["poses", "relative", "none"])

@@ -13,8 +13,8 @@ from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.paper import the_paper
 from vbbench.reproduction.grid import Making
-from vbbench.reproduction.report import DONE, PAGE, Report, reproduce_all
-from vbbench.reproduction.studies import chosen_studies
+from vbbench.reproduction.report import Report
+from vbbench.reproduction.studies import DONE, PAGE, chosen_studies, reproduce_all
 from vbbench.table import Table
 
 TABLE = Table(title="Of `cv`", head=["who", "Δx < 1 m"], rows=[["**us**", "0.5"], ["the paper", ""]])

@@ -1,9 +1,10 @@
 """Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify, card."""
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_type_hints
 
-from vbbench.cli.parsing import Further
+from vbbench.cli.parsing import Further, named
 from vbbench.cli.terminal import say_warning
 
 
@@ -172,36 +173,31 @@ def verify(folder: Path, /, truth: Path | None = None) -> None:
     print(check(folder, truth))
 
 
+def _facts_of_publishers() -> dict[str, type]:
+    from vbbench.files.cards.origin import Publisher
+
+    return dict.fromkeys((field.name for field in fields(Publisher)), str)
+
+
 def card(
     folder: Path,
     /,
-    creator: str | None = None,
-    url: str | None = None,
-    published: str | None = None,
-    contact: str | None = None,
-    licence: str | None = None,
-    citation: str | None = None,
+    about: Annotated[tuple[str, ...], Further(_facts_of_publishers)] = (),
     overwrite: bool = False,
 ) -> None:
     """Write the cards of a dataset, README.md and croissant.json, for a folder without them or to publish it.
 
     Args:
         folder: The dataset.
-        creator: Who made it.
-        url: Where it is published.
-        published: The day, such as 2026-11-30.
-        contact: Whom to ask, or to report a mistake to.
-        licence: Of a recording of your own; that of every other split is known.
-        citation: How to cite this dataset, or a recording of your own.
+        about: What only you know, as NAME=VALUE, or each as an option: --creator; --url, where it is published, and
+            --published, the day, such as 2026-11-30; --contact, whom to ask; --licence and --citation of a recording of
+            your own.
         overwrite: Replace its cards.
     """
     from vbbench.files.cards.origin import Publisher
     from vbbench.files.cards.writing import card_dataset
 
-    publisher = Publisher(
-        creator=creator, url=url, published=published, contact=contact, licence=licence, citation=citation
-    )
-    for path in card_dataset(folder, publisher, overwrite=overwrite):
+    for path in card_dataset(folder, Publisher(**named(about, _facts_of_publishers())), overwrite=overwrite):
         print(path)
 
 

@@ -57,8 +57,6 @@ def export_mot(
     sequence: int | None = None,
     frames: bool = False,
     backend: str = "auto",
-    plain: bool = False,
-    seed: int = 0,
     truth: Path | None = None,
     heads: bool = False,
 ) -> None:
@@ -70,8 +68,6 @@ def export_mot(
         sequence: Number of the only sequence to write.
         frames: Also render the pictures, without marks, for your own detector and tracker.
         backend: With --frames: the renderer; see 'vbbench render'.
-        plain: With --frames: people on plain ground, without façades, trees and furniture.
-        seed: With --frames: seed of looks and surroundings. With --heads: of the annotators' errors.
         truth: Folder with the truth tables, if they are not in the dataset.
         heads: Write the heads that a camera 13 m above the crowd sees in a sequence's scene, as one folder of
             MOTChallenge Head Tracking 21.
@@ -86,9 +82,9 @@ def export_mot(
     if heads:
         from vbbench.exchange.heads import HeadOptions, export_heads
 
-        print(export_heads(Dataset(folder, truth), out, HeadOptions(), sequence=sequence, seed=seed))
+        print(export_heads(Dataset(folder, truth), out, HeadOptions(), sequence=sequence))
         return
-    drawn_by = Backend(name=backend, surroundings=not plain, seed=seed) if frames else None
+    drawn_by = Backend(name=backend) if frames else None
     print(export(Dataset(folder, truth), out, sequence=sequence, backend=drawn_by, announce=announce))
 
 
@@ -97,8 +93,6 @@ def import_mot(
     /,
     dataset: Path,
     out: Path,
-    pixel_std: float | None = None,
-    least_matched: float = 0.5,
     least_track: int = 3,
     person_class: str | None = None,
     truth: Path | None = None,
@@ -110,9 +104,6 @@ def import_mot(
         files: Folder with sequence-000012.txt for sequence 12, and so on; or what 'export mot' makes.
         dataset: The dataset whose pictures were tracked.
         out: Dataset folder to make.
-        pixel_std: Standard deviation in px of the boxes' columns, tops and bottoms, for solvers;
-            default: 10, panorama 3.7.
-        least_matched: Share of the boxes that must match people; fewer are refused.
         least_track: Fewest frames in which a track that counts matches a person.
         person_class: Class of people in the files, by number or name, where they do not show it.
         truth: Folder with the truth tables, if they are not in the dataset.
@@ -125,8 +116,6 @@ def import_mot(
         files,
         Dataset(dataset, truth),
         out,
-        pixel_std=pixel_std,
-        least_matched=least_matched,
         least_track=least_track,
         person_class=person_class,
         overwrite=overwrite,
@@ -145,8 +134,6 @@ def detect(
     tracker: str | None = None,
     every: int = 1,
     backend: str = "auto",
-    plain: bool = False,
-    seed: int = 0,
     truth: Path | None = None,
 ) -> None:
     """Run a real detector of people on the rendered pictures of a sequence; write MOTChallenge text.
@@ -160,15 +147,12 @@ def detect(
         tracker: Link the detections: byte, or module:attribute of your own; 'import mot' takes the file.
         every: Use every n-th frame only.
         backend: The renderer; see 'vbbench render'.
-        plain: People on plain ground, without façades, trees and furniture.
-        seed: Seed of looks and surroundings.
         truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.exchange.detection import detect_to_file
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.rendering import Backend
 
-    drawn_by = Backend(name=backend, surroundings=not plain, seed=seed)
     dataset = Dataset(folder, truth)
     tally = detect_to_file(
         dataset,
@@ -178,7 +162,7 @@ def detect(
         weights=weights,
         tracker=tracker,
         every=every,
-        backend=drawn_by,
+        backend=Backend(name=backend),
         announce=announce,
     )
     print(f"{out}: {tally}")

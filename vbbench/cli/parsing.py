@@ -82,6 +82,18 @@ class Further:
     names: Callable[[], Mapping[str, Any]]
 
 
+def named(words: Iterable[str], names: Iterable[str]) -> dict[str, str]:
+    """Values by name from words NAME=VALUE; raises UnknownNameError for another name."""
+    found = {}
+    for word in words:
+        name, equals, value = word.partition("=")
+        name = name.replace("-", "_")
+        if not equals or name not in names:
+            raise UnknownNameError("name", name, names)
+        found[name] = value
+    return found
+
+
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         raise VbbenchError(f"{message.removeprefix('argument ')}; see '{self.prog} --help'")

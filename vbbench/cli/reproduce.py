@@ -2,8 +2,10 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Annotated
 
 from vbbench.cli.evaluation import ProtocolName
+from vbbench.cli.parsing import Further, named
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,12 +20,7 @@ class Study:
         every: Only every so-many-th sequence; of transfer, every so-many-th frame.
         sequences: Number of simulated sequences; of transfer, at most.
         seed: Of all random numbers; default: 0.
-        source: Folder that holds the recordings of table2 or table3; default: the usual places, as for all below.
-        kitti: Folder of KITTI's tracking benchmark, as for 'vbbench generate kitti --source'.
-        poses: Folder of the poses of KITTI's camera, as 'vbbench generate kitti' reads them.
-        jrdb: Folder of JRDB, as for 'vbbench generate jrdb --source'.
-        bags: Folder of JRDB's rosbags, which hold how the robot moved.
-        motsynth: Folder or file of MOTSynth's annotations, as for 'vbbench generate motsynth --source'.
+        source: Folder that holds the recordings of table2 or table3; default: the usual places.
     """
 
     split: tuple[str, ...] | None = None
@@ -33,11 +30,10 @@ class Study:
     sequences: int | None = None
     seed: int | None = None
     source: Path | None = None
-    kitti: Path | None = None
-    poses: Path | None = None
-    jrdb: Path | None = None
-    bags: Path | None = None
-    motsynth: Path | None = None
+
+
+def _own_downloads() -> dict[str, type]:
+    return dict.fromkeys(("kitti", "poses", "jrdb", "bags", "motsynth"), Path)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,6 +60,7 @@ def reproduce(
     names: tuple[str, ...],
     /,
     study: Study = Study(),
+    downloads: Annotated[tuple[str, ...], Further(_own_downloads)] = (),
     work: Work = Work(),
 ) -> None:
     """Make the paper's tables and figures again. The paper's numbers stand next to those measured here.
@@ -82,14 +79,18 @@ def reproduce(
     Args:
         names: Studies; several make one page.
         study: What is measured.
+        downloads: Your own, as NAME=FOLDER, or each as an option: --kitti, KITTI's tracking benchmark; --poses, its
+            camera's poses; --jrdb; --bags, JRDB's rosbags; --motsynth.
         work: Where and how.
     """
     from vbbench.errors import VbbenchError
     from vbbench.reproduction.grid import Making
-    from vbbench.reproduction.report import reproduce_all, shown, write_report
-    from vbbench.reproduction.studies import chosen_studies
+    from vbbench.reproduction.report import shown, write_report
+    from vbbench.reproduction.studies import chosen_studies, reproduce_all
 
-    studies = chosen_studies(names, {name: value for name, value in asdict(study).items() if value is not None})
+    options = {name: value for name, value in asdict(study).items() if value is not None}
+    options |= {name: Path(folder) for name, folder in named(downloads, _own_downloads()).items()}
+    studies = chosen_studies(names, options)
     making = Making(jobs=work.jobs, scheduler=work.scheduler, overwrite=work.overwrite)
     if len(studies) > 1:
         if work.json:

@@ -1,7 +1,6 @@
 """Commands that show something: plot, render, view, demo."""
 
 from pathlib import Path
-from typing import Literal
 
 from vbbench.cli.terminal import say
 from vbbench.errors import one_line
@@ -73,10 +72,6 @@ def render(
     footage: bool = False,
     estimate: Path | None = None,
     truth: Path | None = None,
-    fps: float | None = None,
-    codec: Literal["h264", "vp9", "mpeg4"] | None = None,
-    plain: bool = False,
-    seed: int = 0,
 ) -> None:
     """Film a sequence: the observer's view, with boxes and ids, next to the bird's-eye view.
 
@@ -89,26 +84,20 @@ def render(
             no truth, is needed.
         estimate: Submission to draw over the truth.
         truth: Folder with the truth tables, if they are not in the dataset.
-        fps: Frames per second of the film; default: real time.
-        codec: Of an mp4. Browsers play h264 and vp9; mpeg4 is written fastest. Default: the first available.
-        plain: Ground and sky only, without buildings, trees and street furniture.
-        seed: Seed of looks and surroundings.
     """
     from vbbench.errors import VbbenchError
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.rendering import AUTO, Backend, render_to_file
 
-    if footage and (backend != AUTO or plain):
-        raise VbbenchError("--footage needs no renderer; leave --backend and --plain out")
+    if footage and backend != AUTO:
+        raise VbbenchError("--footage needs no renderer; leave --backend out")
     path = render_to_file(
         Dataset(folder, truth),
         sequence,
         out,
-        backend=Backend(name=backend, surroundings=not plain, seed=seed),
+        backend=Backend(name=backend),
         footage=footage,
         submission=estimate,
-        fps=fps,
-        codec=codec,
         announce=announce,
     )
     print(path)
@@ -123,7 +112,6 @@ def view(
     backend: str | None = None,
     footage: bool = False,
     truth: Path | None = None,
-    no_open: bool = False,
 ) -> None:
     """Record a sequence for the rerun viewer, and open it if there is a display (extra `viewer`).
 
@@ -131,12 +119,11 @@ def view(
         folder: The dataset.
         sequence: Number of the sequence.
         estimate: Submissions to show next to the truth.
-        out: The .rrd file to write; default: named after split and sequence.
+        out: The .rrd file to write, and not to open; default: named after split and sequence, and opened.
         backend: Render every frame, with depth and ids, by auto, pyrender, raster or module:attribute of
             your own. Default: no pictures.
         footage: Record the pictures that the camera itself took.
         truth: Folder with the truth tables, if they are not in the dataset.
-        no_open: Write the file only.
     """
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.rendering import Backend
@@ -152,7 +139,7 @@ def view(
         announce=announce,
     )
     print(path)
-    opened = None if no_open else open_viewer(path)
+    opened = open_viewer(path) if out is None else None
     if opened is not Opened.SHOWN:
         announce(f"open it with: {how_to_open(path)}" + (f" ({opened.value})" if opened else ""))
 

@@ -1,15 +1,28 @@
-"""All studies by name, and those that a command names, with what its options set."""
+"""All studies by name, those that a command names with what its options set, and one page of several."""
 
+import base64
+import json
+import os
+import platform
+import time
+import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
-from vbbench.errors import UnknownNameError, VbbenchError
-from vbbench.paper import SPLITS
-from vbbench.reproduction.grid import Study
+from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning, one_line
+from vbbench.folders.locks import loose_files
+from vbbench.folders.replacing import write_text_atomically
+from vbbench.paper import SPLITS, the_paper
+from vbbench.parallel.parts import progress_bar
+from vbbench.parsing.json_text import read_json
+from vbbench.reproduction.grid import Making, Study
 from vbbench.reproduction.keypoints import KeypointsStudy
 from vbbench.reproduction.posterior import PosteriorStudy
 from vbbench.reproduction.readings import ReadingsStudy
+from vbbench.reproduction.report import templates, write_report
 from vbbench.reproduction.robot import RobotStudy
 from vbbench.reproduction.sigma import SigmaStudy
 from vbbench.reproduction.solver_tables import SolverTableStudy
@@ -17,7 +30,13 @@ from vbbench.reproduction.table1 import Table1Study
 from vbbench.reproduction.table4 import Table4Study
 from vbbench.reproduction.trajectories import TrajectoriesStudy
 from vbbench.reproduction.transfer import TransferStudy
+from vbbench.version import __version__
 
+PAGE = "index.html"
+DONE = "done.json"
+"""In a study's folder: what was measured, how long that took, and the report without its pictures."""
+PACKAGES = ("numpy", "scipy", "pyarrow", "matplotlib", "opencv-python-headless")
+"""Packages whose versions the page states."""
 ALL = "all"
 """Stands for every study of the paper, of parts of the recordings, within half an hour."""
 NOT_OF_THE_PAPER = "transfer"
@@ -76,3 +95,82 @@ def chosen_studies(names: Sequence[str], options: Mapping[str, Any]) -> dict[str
         if option not in read:
             raise VbbenchError(f"{', '.join(names)}: `{option}` changes nothing here; remove it")
     return chosen
+
+
+def reproduce_all(studies: Mapping[str, Study], out: Path | str, making: Making) -> Path:
+    """Make every study in its own folder in ``out``, and the page; its path.
+
+    A study that is done is kept, unless ``making`` overwrites, or part of it waits for a source. If one cannot be made
+    because its source is missing, a warning and the page say so, and the others are made.
+
+    Raises
+    ------
+    VbbenchError
+        If another command writes there.
+    """
+    out, found = Path(out), []
+    with loose_files(out), progress_bar(len(studies), "reproduce all", unit="study") as bar:
+        for name, study in studies.items():
+            bar.set_postfix_str(name)
+            found.append(_made_or_kept(name, study, out / name, making))
+            bar.update()
+        path = out / PAGE
+        write_text_atomically(path, as_page(found, out))
+    return path
+
+
+def _made_or_kept(name: str, study: Study, folder: Path, making: Making) -> dict[str, Any]:
+    """The content of `DONE`, or why the study is missing."""
+    done, wanted, seconds = folder / DONE, f"{__version__} {study!r}", 0.0
+    if not making.overwrite and done.is_file():
+        kept: dict[str, Any] = read_json(done)
+        if kept.get("measured") == wanted:
+            if kept.get("whole"):
+                return kept
+            seconds = kept["seconds"]  # most exists already, and takes less time
+    begun = time.perf_counter()
+    try:
+        report = study.run(folder, making)
+    except VbbenchError as error:
+        why = one_line(str(error))
+        warnings.warn(f"{name} is not made: {why}", VbbenchWarning, stacklevel=2)
+        return {"missing": why, "report": {"name": name, "title": name}}
+    write_report(report, folder)
+    facts = {
+        "measured": wanted,
+        "whole": report.whole,
+        "seconds": max(seconds, round(time.perf_counter() - begun, 1)),
+        "report": {
+            "name": report.name,
+            "title": report.title,
+            "facts": list(report.facts),
+            "tables": [asdict(table) for table in report.tables],
+            "pictures": [report.picture_name(key) for key in report.pictures],
+        },
+    }
+    write_text_atomically(done, json.dumps(facts, indent=1, ensure_ascii=False) + "\n")
+    return facts
+
+
+def as_page(studies: Sequence[Mapping[str, Any]], out: Path) -> str:
+    """One page of HTML that needs no other file: contents, a section a study with its pictures, versions and times."""
+    packages = [f"{name} {found}" for name in PACKAGES if (found := _version(name))]
+    return (
+        templates()
+        .get_template("page.html")
+        .render(
+            paper=the_paper(),
+            studies=studies,
+            picture=lambda study, name: base64.b64encode((out / study["report"]["name"] / name).read_bytes()).decode(),
+            made_with=[f"vbbench {__version__}", f"Python {platform.python_version()}", *packages],
+            machine=f"{platform.machine()}, {os.cpu_count()} processors",
+            minutes=sum(one.get("seconds", 0.0) for one in studies) / 60,
+        )
+    )
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""

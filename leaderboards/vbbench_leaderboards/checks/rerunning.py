@@ -96,7 +96,6 @@ class Rerun:
     seed : of all datasets; ``None`` for a new one, or that of a run that was stopped.
     by : who regenerates the figures, and when; for rows that stand or are written.
     update : write what drifted and what is new.
-    fresh : use nothing of the work folder again.
     together : solve with bundled solvers in one process a board, as diagnostics always are, for tests show that they
         remember nothing; others are solved in a fresh process for each group of sequences that share no moment.
     jobs : processes.
@@ -108,7 +107,6 @@ class Rerun:
     seed: int | None = None
     by: str = ""
     update: bool = False
-    fresh: bool = False
     together: bool = False
     jobs: int = 1
     root: Path | None = None
@@ -156,11 +154,11 @@ class Rerun:
     def _drawn_seed(self) -> int:
         """The seed of this run, as given, that of a run that was stopped, or a new one, with a message which."""
         note = self.room / _UNFINISHED
-        stopped = note.read_text("utf-8").strip() if note.is_file() and not self.fresh else ""
+        stopped = note.read_text("utf-8").strip() if note.is_file() else ""
         if self.seed is not None:
             seed, why = self.seed, "as asked"
         elif stopped.isdigit():
-            seed, why = int(stopped), "of the run that was stopped; --fresh draws another"
+            seed, why = int(stopped), "of the run that was stopped; --seed or another --work takes another"
         else:
             seed, why = secrets.randbelow(1 << 31), "drawn for this run; --seed repeats it"
         note.parent.mkdir(parents=True, exist_ok=True)
@@ -189,7 +187,7 @@ class Rerun:
     def _make(self, folder: Path, code: str, make: Callable[[], object]) -> None:
         """Make a folder, unless the note next to it names that code, and every file is as it was then."""
         note = folder.with_name(folder.name + ".made-by")
-        if self.fresh or not (note.is_file() and note.read_text("utf-8") == _note_text(code, folder)):
+        if not (note.is_file() and note.read_text("utf-8") == _note_text(code, folder)):
             note.unlink(missing_ok=True)  # what is made next is not up to date before it is whole
             make()
             write_text_atomically(note, _note_text(code, folder))

@@ -142,8 +142,8 @@ def parse_facts(words: Iterable[str]) -> dict[str, Any]:
     for word in words:
         name, equals, value = word.partition("=")
         name = name.replace("-", "_")
-        if not equals or name not in FACTS:
-            raise UnknownNameError("fact of a row", name, FACTS)
+        if not equals or name not in (*FACTS, "date"):
+            raise UnknownNameError("fact of a row", name, (*FACTS, "date"))
         found[name] = value
     delay = found.get("delay", OFFLINE)
     if not re.fullmatch(rf"{OFFLINE}|[0-9]{{1,6}}", delay):
