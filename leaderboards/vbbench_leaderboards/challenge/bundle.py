@@ -23,6 +23,7 @@ from vbbench.files.withholding import SEED_FILE
 from vbbench.folders.replacing import replacing
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.scoring import score
+from vbbench.version import ON_PYPI
 from vbbench_leaderboards.challenge.definition import Part, read_challenge
 from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_withheld
 from vbbench_leaderboards.challenge.submissions import check
@@ -85,7 +86,7 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bo
 def _rendered(organiser: Organiser, templates: dict[str, str]) -> dict[str, str]:
     """File → the text of its template."""
     parts = list(dict.fromkeys(phase.part for phase in organiser.challenge.phases))
-    facts = {"parts": parts, "columns": COLUMNS, "description": describe(organiser.dataset.info)}
+    facts = {"parts": parts, "columns": COLUMNS, "released": ON_PYPI, "description": describe(organiser.dataset.info)}
     return {name: render(template, challenge=organiser.challenge, **facts) for name, template in templates.items()}
 
 

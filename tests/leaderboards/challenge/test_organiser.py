@@ -23,6 +23,7 @@ from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.scoring import score
+from vbbench.version import ON_PYPI
 from vbbench_leaderboards.challenge.definition import parse_moment, read_challenge
 from vbbench_leaderboards.challenge.organiser import Organiser, parts_of
 from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
@@ -319,6 +320,8 @@ def test_codabench_gets_an_archive_that_scores(made: Path, tmp_path: Path) -> No
     named = [competition["image"], competition["terms"], *(page["file"] for page in competition["pages"])]
     assert all((there / name).is_file() for name in named)
     assert not list(there.rglob("seed.json"))
+    installs = (there / "scoring" / "Containerfile").read_text("utf-8")
+    assert ("COPY vbbench-*.whl /" in installs) != ON_PYPI
     words = shlex.split(yaml.safe_load((there / "scoring" / "metadata.yaml").read_text("utf-8"))["command"])
     program, *_ = words[1:3][1:]
     (tmp_path / "scores").mkdir()
