@@ -153,7 +153,7 @@ def test_what_files_cannot_hold(
     [
         (TIMES, "is missing; download JRDB's timestamps"),
         (CLOUDS, "is missing"),
-        (LABELS_3D, "cannot be read: No such file"),
+        (LABELS_3D, "the file is missing"),
     ],
 )
 def test_what_is_missing(

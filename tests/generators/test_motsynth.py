@@ -308,9 +308,9 @@ def test_videos_are_chosen_by_name_and_unusable_ones_left_out_loudly(tmp_path):
     assert len(motsynth.plan(options(tmp_path, sequences=("000",)))) > 0
     with pytest.raises(FileError, match=r"001\.json"):
         motsynth.plan(options(tmp_path, sequences=("001",)))
-    with pytest.raises(VbbenchError, match="has no video '01'; did you mean '001'"):
+    with pytest.raises(VbbenchError, match="is called '01'; did you mean '001'"):
         motsynth.plan(options(tmp_path, sequences=("01",)))
-    with pytest.raises(VbbenchError, match="has no video '001'; did you mean '000'"):
+    with pytest.raises(VbbenchError, match="is called '001'; did you mean '000'"):
         motsynth.plan(options(tmp_path / "annotations" / "000.json", sequences=("001",)))
 
 

@@ -236,9 +236,7 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
 
 def _check_pictures(path: Path, dataset: Dataset, number: int) -> None:
     """Refuse a file whose ``seqinfo.ini`` is of pictures of another size or frame rate."""
-    inside, above = path.parent / path.stem / SEQUENCE_INFO, path.parent.parent / SEQUENCE_INFO
-    info = inside if inside.is_file() else above
-    facts = picture_facts(info)
+    info, facts = picture_facts(path.parent / path.stem, path.parent.parent)
     size, rate = facts.size, facts.rate
     wanted = dataset.camera(dataset.sequence(number)).picture_size
     if any(size) and size != wanted:

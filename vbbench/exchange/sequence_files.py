@@ -70,12 +70,13 @@ class SequenceInfo(NamedTuple):
         return not self.rate or abs(self.rate * dt - 1.0) <= SAME_RATE
 
 
-def picture_facts(path: Path) -> SequenceInfo:
-    """What a ``seqinfo.ini`` says of the size and rate of its pictures: nothing if it is missing."""
-    if not path.is_file():
-        return SequenceInfo()
-    with plain_errors(path):
-        return parse_seqinfo(path, path.read_bytes(), whole=False)
+def picture_facts(*folders: Path) -> tuple[Path, SequenceInfo]:
+    """The first ``seqinfo.ini`` in some folders, and what it says of the size and rate of pictures: nothing in none."""
+    found = next((path for folder in folders if (path := folder / SEQUENCE_INFO).is_file()), None)
+    if found is None:
+        return folders[0] / SEQUENCE_INFO, SequenceInfo()
+    with plain_errors(found):
+        return found, parse_seqinfo(found, found.read_bytes(), whole=False)
 
 
 def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> SequenceInfo:

@@ -47,8 +47,8 @@ def read_json(path: Path, *, finite: bool = True, largest: int = LARGEST_FILE) -
     return value
 
 
-def read_object(path: Path, advice: str) -> dict[str, Any]:
-    """The object in a JSON file that vbbench wrote.
+def read_object(path: Path, advice: str, **bounds: Any) -> dict[str, Any]:
+    """The object in a JSON file, within the ``bounds`` of `read_json`.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def read_object(path: Path, advice: str) -> dict[str, Any]:
     if not path.is_file():
         raise FileError(path, f"the file is missing; {advice}")
     try:
-        values = read_json(path)
+        values = read_json(path, **bounds)
     except ValueError as error:
         raise FileError(path, f"is damaged ({error}); {advice}") from error
     if not isinstance(values, dict):

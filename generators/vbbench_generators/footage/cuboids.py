@@ -17,7 +17,7 @@ import numpy as np
 from vbbench.boxes import cut_to_picture, observations_of
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
-from vbbench.exchange.own.distortion import Distortion, straighten_boxes
+from vbbench.exchange.own.distortion import Distortion, straight_rows
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Options
@@ -332,19 +332,13 @@ class CuboidSplit(FootageSplit):
                 if asked.boxes is not None:
                     path = file_for(asked.boxes, name, several)
                     tracks = _found(path, boxes, one.sensors[camera], asked.person_class)
-                    seen = replace(
-                        seen,
-                        tracks=tracks.tracks,
-                        boxes=tracks.boxes,
-                        visible=tracks.scores,
-                        persons=tracks.persons,
-                    )
+                    seen = replace(seen, **tracks.seen)
                     found[name] = tracks
                     sums.setdefault(name, {})["boxes"] = file_sha256(path)
                 footage.append(seen)
         facts = {one.name: _facts(one) for one in footage}
         for name, tracks in found.items():
-            facts[name] |= {"detected": tracks.detected.values(), "tracked": tracks.tracked.values()}
+            facts[name] |= tracks.agreements
         return Recordings(
             footage=tuple(footage),
             definition={
@@ -364,11 +358,8 @@ def _found(path: Path, boxes: FloatArray, sensor: Sensor, person_class: str | No
     """Tracks of the boxes in a file, without the lens's distortion."""
     size = sensor.camera.picture_size
     rows = read_found(path, len(boxes), DT, size, person_class)
-    if sensor.distortion is not None and sensor.camera.intrinsics is not None:
-        straight = straighten_boxes(rows.boxes, sensor.distortion, sensor.camera.intrinsics)
-        shown = np.asarray(np.isfinite(straight).all(axis=1) & (straight[:, 2:] > 0.0).all(axis=1))
-        rows = replace(rows, boxes=straight).select(shown)
-    return follow(rows, boxes, np.arange(boxes.shape[1]), sensor.camera, DT, size=size)
+    straight, _ = straight_rows(rows, sensor.distortion, sensor.camera.intrinsics)
+    return follow(straight, boxes, np.arange(boxes.shape[1]), sensor.camera, DT, size=size)
 
 
 def _facts(one: Footage) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vbbench.camera import PerspectiveCamera
-from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning, suggestion
+from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
@@ -18,7 +18,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
 from vbbench_generators.footage.motsynth_json import read_annotations
-from vbbench_generators.footage.sequences import pictures_in
+from vbbench_generators.footage.sequences import chosen, pictures_in
 from vbbench_generators.footage.split import FootageSplit
 
 WHERE = (
@@ -84,10 +84,7 @@ def _annotation_files(source: Path | None, names: tuple[str, ...] | None) -> lis
         files = {path.stem: path for path in sorted(folder.glob("*.json")) if _NAME.fullmatch(path.stem)}
     if not files:
         raise SourceMissingError(f"{source}: no annotation files of MOTSynth here; {WHERE}")
-    unknown = [name for name in names or () if name not in files]
-    if unknown:
-        raise VbbenchError(f"{folder} has no video '{unknown[0]}'; {suggestion(unknown[0], files)}")
-    return [files[name] for name in dict.fromkeys(names or files)]
+    return [files[name] for name in chosen(f"video of {folder}", names, files)]
 
 
 def _footage(path: Path, camera_path: CameraPath) -> Footage:

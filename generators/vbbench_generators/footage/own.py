@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
-from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWarning
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.own.recording import BOXES, CAMERA, RecordingFiles, as_recordings, files_in, read_recording
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.footage.sequences import RunRules
+from vbbench_generators.footage.sequences import RunRules, chosen
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
 
 CARD = Card(
@@ -61,10 +61,7 @@ def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
             warnings.warn(VbbenchWarning(text), stacklevel=3)
     if not found:
         raise FileError(source, f"holds no {CAMERA}, nor does a folder in it; docs/own.md says what to write")
-    for name in names or ():
-        if name not in found:
-            raise UnknownNameError("recording", name, found)
-    return [found[name] for name in dict.fromkeys(names or found)]
+    return [found[name] for name in chosen("recording", names, found)]
 
 
 def _has_boxes(folder: Path) -> bool:

@@ -1,5 +1,6 @@
 """The plan of a dataset of footage: its runs of frames, and what solvers are given."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -7,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vbbench.errors import UnknownNameError
 from vbbench.files.dataset_checks import PUBLIC, TRUTH_TABLES, Known
 from vbbench.files.dataset_info import DatasetInfo, Pictures
 from vbbench.files.tables import ODOMETRY_TABLE, TRACK_TABLE
@@ -48,6 +50,15 @@ def find_runs(recording: int, observed: BoolArray, rules: RunRules) -> list[Run]
         longest = rules.longest or end - begin
         runs += [Run(recording, first, min(first + longest, end)) for first in range(begin, end, longest)]
     return [run for run in runs if run.last - run.first >= rules.shortest]
+
+
+def chosen(kind: str, names: Iterable[str] | None, known: Iterable[str]) -> list[str]:
+    """Those of the ``known`` recordings that are named, each once, or all; an error calls them ``kind``."""
+    there = list(known)
+    for name in names or ():
+        if name not in there:
+            raise UnknownNameError(kind, name, there)
+    return list(dict.fromkeys(names or there))
 
 
 def pictures_in(folder: Path, name: str, first: int) -> Pictures | None:

@@ -144,6 +144,16 @@ class FoundTracks:
     tracked: Agreement
     dropped: int
 
+    @property
+    def seen(self) -> dict[str, Any]:
+        """What a `Footage` has of them."""
+        return {"tracks": self.tracks, "boxes": self.boxes, "visible": self.scores, "persons": self.persons}
+
+    @property
+    def agreements(self) -> dict[str, Any]:
+        """How boxes agree with the labels, as JSON has it."""
+        return {"detected": self.detected.values(), "tracked": self.tracked.values()}
+
 
 def follow(
     found: BoxRows, labels: FloatArray, people: IntArray, camera: Camera, dt: float, *, size: tuple[int, int]
@@ -209,9 +219,8 @@ def _refuse_stray(found: BoxRows, camera: Camera, size: tuple[int, int]) -> None
     """Refuse boxes outside the picture; a box may cross the seam of a panorama."""
     width, height = size
     u, v = (found.boxes[:, :2] + 0.5 * found.boxes[:, 2:]).T
-    if camera.period is not None:
-        u = np.where(np.abs(u - 0.5 * width) <= camera.period, u % camera.period, u)
-    stray = (u < 0.0) | (u > width) | (v < 0.0) | (v > height)
+    aside = np.abs(u - 0.5 * width) > (0.5 * width if camera.period is None else camera.period)
+    stray = aside | (v < 0.0) | (v > height)
     if stray.mean() > MOST_STRAY:
         row = int(stray.argmax())
         problem = f"the middle of the box is at {u[row]:.0f} {v[row]:.0f}, outside pictures of {width} x {height} px"

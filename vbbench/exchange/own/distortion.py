@@ -10,15 +10,17 @@ both u = fx x' + cx and v = fy y' + cy.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 
 from vbbench.errors import suggestion
+from vbbench.exchange.box_rows import BoxRows
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.numbers import Within, check_ranges
 
+Boxes = TypeVar("Boxes", bound=BoxRows)
 Coefficient = Annotated[float, Within(-1e3, 1e3)]
 WIDEST = np.radians(80.0)
 """Directions farther from the optical axis have no place on a pinhole's picture that is of any use."""
@@ -175,6 +177,15 @@ def _solve(jacobian: FloatArray, off: FloatArray) -> FloatArray:
     x, y = np.moveaxis(off, -1, 0)
     step: FloatArray = np.stack([d * x - b * y, a * y - c * x], axis=-1) / (a * d - b * c)[..., None]
     return step
+
+
+def straight_rows(rows: Boxes, distortion: Distortion | None, intrinsics: FloatArray | None) -> tuple[Boxes, int]:
+    """The boxes as a pinhole sees them, without those that the lens shows nowhere there, and the number of these."""
+    if distortion is None or intrinsics is None:
+        return rows, 0
+    boxes = straighten_boxes(rows.boxes, distortion, intrinsics)
+    kept = np.asarray(np.isfinite(boxes).all(axis=1) & (boxes[:, 2:] > 0.0).all(axis=1))
+    return replace(rows, boxes=boxes).select(kept), int((~kept).sum())
 
 
 def straighten_boxes(boxes: FloatArray, distortion: Distortion, intrinsics: FloatArray) -> FloatArray:

@@ -17,10 +17,10 @@ from vbbench.exchange.detection import TrackerFactory, link
 from vbbench.exchange.matching import FrameOffset, frame_offset, in_columns, match_tracks
 from vbbench.exchange.own.box_files import OwnBoxes, named_frames, read_boxes
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
-from vbbench.exchange.own.distortion import straighten_boxes
+from vbbench.exchange.own.distortion import straight_rows
 from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read_poses
 from vbbench.exchange.own.timing import Timeline
-from vbbench.exchange.sequence_files import SEQUENCE_INFO, picture_facts
+from vbbench.exchange.sequence_files import picture_facts
 from vbbench.exchange.text_tables import read_table, refuse_missing
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import LARGEST_ID, content_sha256
@@ -58,9 +58,7 @@ def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
 
 def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None:
     """Seconds per frame by the camera file, by ``dt``, or by MOTChallenge's ``seqinfo.ini`` of a file of boxes."""
-    nearby = (folder / SEQUENCE_INFO for folder in (boxes.parent, boxes.parent.parent))
-    found = next((path for path in nearby if path.is_file()), boxes.parent / SEQUENCE_INFO)
-    stated = picture_facts(found)
+    found, stated = picture_facts(boxes.parent, boxes.parent.parent)
     size, rate = stated.size, stated.rate
     facts, seconds = own.facts, own.facts.seconds or dt
     if any(size) and (facts.width, facts.height or size[1]) != size:
@@ -349,18 +347,12 @@ def _linked(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, str]:
 
 def _straight(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, list[str]]:
     """The boxes without the lens's distortion."""
-    if own.facts.distortion is None or own.camera.intrinsics is None:
-        return rows, []
-    boxes = straighten_boxes(rows.boxes, own.facts.distortion, own.camera.intrinsics)
-    kept = np.asarray(np.isfinite(boxes).all(axis=1) & (boxes[:, 2:] > 0.0).all(axis=1))
-    lost, count = int((~kept).sum()), len(kept)
-    if lost > 0.5 * count:
-        problem = (
-            f"[distortion] leaves {lost} of {count} boxes without a place in the picture; are these its coefficients?"
-        )
-        raise FileError(own.path, problem)
-    notes = [f"{lost} of {count} boxes are dropped: the lens shows them too far from its axis"] if lost else []
-    return replace(rows, boxes=boxes).select(kept), notes
+    found, lost = straight_rows(rows, own.facts.distortion, own.camera.intrinsics)
+    if lost > 0.5 * len(rows):
+        problem = f"[distortion] leaves {lost} of {len(rows)} boxes without a place in the picture"
+        raise FileError(own.path, f"{problem}; are these its coefficients?")
+    far = f"{lost} of {len(rows)} boxes are dropped: the lens shows them too far from its axis"
+    return found, [far] if lost else []
 
 
 def _dense(rows: OwnBoxes, own: OwnCamera) -> tuple[IntArray, FloatArray, FloatArray]:

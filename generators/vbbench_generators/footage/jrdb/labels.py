@@ -16,7 +16,7 @@ from vbbench.exchange.box_tables import UNLINKED
 from vbbench.exchange.text_tables import NamedColumns, Rows, first_cells, read_fixed
 from vbbench.files.tables import LARGEST_ID
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.parsing.json_text import read_json
+from vbbench.parsing.json_text import read_object
 from vbbench_generators.footage.tracks import sure_boxes
 
 VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.25, "Fully_occluded": 0.0}
@@ -126,16 +126,11 @@ def _numbers_of_box(path: Path, here: str, box: Any, names: tuple[str, ...]) -> 
 
 def read_frames(path: Path, key: str, wanted: str) -> dict[str, Any]:
     """The object ``key`` of a JSON file, from names of frames to what is ``wanted`` of each."""
-    try:
-        values = read_json(path, largest=_LARGEST)
-    except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}") from error
-    except ValueError as error:
-        raise FileError(path, f"is not a file of {wanted}: {error}") from error
-    found = values.get(key) if isinstance(values, dict) else None
+    values = read_object(path, f"it holds {wanted} of JRDB", largest=_LARGEST)
+    found = values.get(key)
     if not isinstance(found, dict):
-        keys = f"its keys are {', '.join(sorted(values)[:5])}" if isinstance(values, dict) else "it is no object"
-        raise FileError(path, f"has no object '{key}', from names of frames to {wanted}; {keys}")
+        keys = ", ".join(sorted(values)[:5])
+        raise FileError(path, f"has no object '{key}', from names of frames to {wanted}; its keys are {keys}")
     return found
 
 

@@ -123,7 +123,7 @@ class Recording:
         """
         seen: dict[str, Any] = {name: getattr(self, name) for name in ("tracks", "boxes", "visible", "persons")}
         if found is not None:
-            seen = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
+            seen = found.seen
         poses = np.zeros((len(self.boxes), 3)) if stands else None
         poses = poses if motion is None else motion.poses
         positions = self.relative if poses is None else relative_to_world(self.relative, poses)

@@ -1,6 +1,5 @@
 """The split ``jrdb``: recordings of JRDB that users download themselves."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -8,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vbbench.camera import PanoramaCamera
-from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
+from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.generation.generator import Card, Options
@@ -33,6 +32,7 @@ from vbbench_generators.footage.jrdb.motion import (
 )
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, Grid, Stamps, lay_out, nominal_stamps, read_stamps
+from vbbench_generators.footage.sequences import chosen
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks, file_for
 
@@ -104,7 +104,8 @@ class JrdbSplit(FootageSplit):
     def recordings(self, options: Options) -> Recordings:
         """Read the chosen recordings; if one of them lacks poses, none are given."""
         asked = options.footage or FootageOptions()
-        found = _chosen(find_recordings(options.source), asked.sequences)
+        there = {one.name: one for one in find_recordings(options.source)}
+        found = [there[name] for name in chosen("recording of jrdb", asked.sequences, there)]
         bags = _ways(found, options.source, asked.bags)
         known = [one.name in bags or one.name in STANDING for one in found]
         several = len(found) > 1
@@ -261,14 +262,6 @@ def _first_file(folders: list[Path], places: tuple[str, ...], name: str) -> Path
     return next((path for path in paths if path.is_file()), None)
 
 
-def _chosen(found: list[Found], names: Iterable[str] | None) -> list[Found]:
-    there = {one.name: one for one in found}
-    for name in names or ():
-        if name not in there:
-            raise UnknownNameError("recording of jrdb", name, there)
-    return [there[name] for name in dict.fromkeys(names or there)]
-
-
 def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTracks | None) -> dict[str, Any]:
     """Figures of a recording for ``dataset.json``."""
     errors = direction_errors(recording)
@@ -278,7 +271,7 @@ def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTra
         "seconds_a_frame": round(recording.grid.seconds, 5),
     }
     if tracks is not None:
-        facts["detected"], facts["tracked"] = tracks.detected.values(), tracks.tracked.values()
+        facts |= tracks.agreements
     if motion is not None:
         facts["driven"] = round(motion.distance, 2)
         facts["end_std"] = round(motion.end_std, 3)

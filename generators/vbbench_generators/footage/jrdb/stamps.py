@@ -8,7 +8,7 @@ import numpy as np
 
 from vbbench.errors import FileError, quoted
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.parsing.json_text import read_json
+from vbbench.parsing.json_text import read_object
 
 RATE = 15.0
 """Pictures a second, nominally."""
@@ -90,13 +90,7 @@ def lay_out(stamps: Stamps) -> Grid:
 def read_stamps(folder: Path, name: str) -> Stamps:
     """The times in one of the two files in ``timestamps/NAME``."""
     path = folder / name
-    if not path.is_file():
-        raise FileError(path, "is missing; download JRDB's timestamps next to the labels")
-    try:
-        values = read_json(path)
-    except ValueError as error:
-        raise FileError(path, f"is not a file of time stamps: {error}") from error
-    rows = values.get("data") if isinstance(values, dict) else None
+    rows = read_object(path, "download JRDB's timestamps next to the labels").get("data")
     if not isinstance(rows, list) or not rows:
         raise FileError(path, "has no list 'data' with an object for each frame")
     found = dict(_stamp(path, number, row, name) for number, row in enumerate(rows, 1))

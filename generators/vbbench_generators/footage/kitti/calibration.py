@@ -107,13 +107,6 @@ def read_calibration(path: Path) -> Calibration:
     )
 
 
-def refuse_skewed(path: Path, line: int, name: str, rotation: FloatArray) -> None:
-    """Raise FileError unless ``rotation`` [3, 3] is orthonormal."""
-    skew = np.abs(rotation @ rotation.T - np.eye(3)).max()
-    if skew > _TOLERANCE or np.linalg.det(rotation) < 0.0:
-        raise FileError(path, f"{name} holds no rotation: its rows are off by {skew:.2g}", line)
-
-
 def _matrix(path: Path, line: int, name: str, words: list[str]) -> FloatArray:
     columns = 3 if name == "R_rect" else 4
     if len(words) != 3 * columns:
@@ -122,7 +115,9 @@ def _matrix(path: Path, line: int, name: str, words: list[str]) -> FloatArray:
     if name == "P2" and not (matrix[0, 0] > 0.0 and matrix[1, 1] > 0.0):
         raise FileError(path, f"P2 has focal lengths {matrix[0, 0]:g} and {matrix[1, 1]:g} px; they are above 0", line)
     if name != "P2":
-        refuse_skewed(path, line, name, matrix[:, :3])
+        skew = np.abs(matrix[:, :3] @ matrix[:, :3].T - np.eye(3)).max()
+        if skew > _TOLERANCE or np.linalg.det(matrix[:, :3]) < 0.0:
+            raise FileError(path, f"{name} holds no rotation: its rows are off by {skew:.2g}", line)
     return matrix
 
 

@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.exchange.text_tables import NamedColumns, read_fixed
+from vbbench.exchange.text_tables import Rows, read_fixed
+from vbbench.exchange.trajectory import MATRIX, read_trajectory
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench_generators.footage.kitti.calibration import Calibration, refuse_skewed
+from vbbench_generators.footage.kitti.calibration import Calibration
 from vbbench_generators.footage.kitti.labels import CARS, Labels
 
 EARTH_RADIUS = 6378137.0
@@ -28,9 +29,6 @@ _REST = (
 )
 OXTS = " ".join([PLACE, *(f"({name})" for name in _REST.split())])
 """The 30 columns of the devkit."""
-
-MATRICES = "11 12 13 14 21 22 23 24 31 32 33 34"
-"""A line is a [3, 4] matrix, row after row."""
 
 LONGEST_STEP = 15.0
 """In m from a line to the next, a tenth of a second: no car is as fast as that."""
@@ -62,17 +60,17 @@ def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
 
 
 def read_poses(path: Path) -> FloatArray:
-    """Motions [T, 4, 4] of camera 0, from lines of 12 numbers ([3, 4] by rows), in axes of the first picture."""
-    rows = read_fixed(path, MATRICES, "poses of camera 0, a line a frame")
+    """Motions [T, 4, 4] of camera 0 in the axes of the first picture; a line is a matrix [3, 4]."""
+    rows = read_trajectory(path)
+    if MATRIX not in rows.rotations:
+        raise FileError(path, "has no 12 numbers in a line: a matrix [3, 4], row after row")
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
-    motions[:, :3] = rows.stacked(*MATRICES.split()).reshape(-1, 3, 4)
-    for motion, line in zip(motions, rows.lines.tolist(), strict=True):
-        refuse_skewed(path, line, "the pose", motion[:3, :3])
-    _refuse_leaps(rows, motions[:, :3, 3])
+    motions[:, :3, :3], motions[:, :3, 3] = rows.rotations[MATRIX], rows.places
+    _refuse_leaps(rows, rows.places)
     return _Z_UP @ np.linalg.inv(motions[0]) @ motions
 
 
-def _refuse_leaps(rows: NamedColumns, places: FloatArray) -> None:
+def _refuse_leaps(rows: Rows, places: FloatArray) -> None:
     """Raise FileError at the first of the ``places`` [T, 3] in m that is too far from the one before."""
     moved = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=1)
     rows.refuse(

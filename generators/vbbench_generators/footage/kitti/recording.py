@@ -9,7 +9,7 @@ import numpy as np
 
 from vbbench.boxes import observations_of
 from vbbench.camera import PerspectiveCamera
-from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchWarning, quoted, suggestion
+from vbbench.errors import FileError, SourceMissingError, VbbenchWarning
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
@@ -34,7 +34,7 @@ from vbbench_generators.footage.kitti.poses import (
     refuse_too_few,
     watch_parked_cars,
 )
-from vbbench_generators.footage.sequences import pictures_in
+from vbbench_generators.footage.sequences import chosen, pictures_in
 from vbbench_generators.footage.tracks import FoundTracks, file_for, follow
 
 LABELS, CALIBRATION, OXTS, PICTURES = "label_02", "calib", "oxts", "image_02"
@@ -55,13 +55,9 @@ class KittiFolder:
 
     def chosen(self, names: tuple[str, ...] | None) -> list[str]:
         """The sequences called ``names``, or all of them."""
-        known = self.names
-        if not known:
+        if not self.names:
             raise FileError(self.root / LABELS, "holds no labels; they are called 0000.txt and so on")
-        for name in names or ():
-            if name not in known:
-                raise VbbenchError(f"no sequence of {self.root} is called {quoted(name)}; {suggestion(name, known)}")
-        return list(dict.fromkeys(names)) if names else known
+        return chosen(f"sequence of {self.root}", names, self.names)
 
     def file(self, kind: str, name: str) -> Path:
         """The file of a sequence in one of the folders."""
@@ -179,7 +175,7 @@ def read_recording(
         shown: dict[str, Any] = {"dt": DT, "picture": camera.picture_size, "person_class": asked.person_class}
         boxes = read_boxes(paths["boxes"], len(people.boxes), classes, **shown)
         found = follow(boxes, people.boxes, people.ids, camera, DT, size=camera.picture_size)
-        tracks = {"tracks": found.tracks, "boxes": found.boxes, "visible": found.scores, "persons": found.persons}
+        tracks = found.seen
     footage = Footage(
         name=name,
         camera=camera,

@@ -65,7 +65,7 @@ def _ends(values: Any, form: str) -> str:
 
 
 def _values(found: FoundTracks) -> dict[str, Any]:
-    return {"detected": found.detected.values(), "tracked": found.tracked.values(), "dropped": found.dropped}
+    return {**found.agreements, "dropped": found.dropped}
 
 
 CARD = Card(
