@@ -1,1 +1,1 @@
-"""Boxes in, map out: from a user's recording to poses, positions, pictures and a report of how sure they are."""
+"""From a user's recording to a map: poses, positions, pictures, and a report of their uncertainty."""

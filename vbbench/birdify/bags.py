@@ -32,13 +32,13 @@ class BagTopics:
 def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) -> Birdified:
     """Make a map of the messages of a bag.
 
-    They are written to ``OUT.from-bag`` until the map is whole: boxes.csv, odometry.txt, camera_info.yaml. If the map
-    cannot be made, they stay.
+    They are written to ``OUT.from-bag`` as boxes.csv, odometry.txt and camera_info.yaml, which is removed once the map
+    is complete.
 
     Parameters
     ----------
     path : file of ROS 1, or folder of ROS 2.
-    out, options : as of `vbbench.birdify.birdify.birdify`.
+    out, options : as in `vbbench.birdify.birdify.birdify`.
     topics : vision_msgs/Detection2DArray, nav_msgs/Odometry and sensor_msgs/CameraInfo.
 
     Raises
@@ -56,7 +56,7 @@ def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) 
 
 
 def files_from_bag(path: Path, topics: BagTopics, folder: Path) -> RecordingFiles:
-    """Write a bag's messages to files in a folder, which is made where the bag can be read.
+    """Write a bag's messages to files in a folder, which is created once the bag is open.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def _is_file(bag: Bag, given: Path | str | None) -> bool:
 
 
 def _topic(bag: Bag, given: Path | str | None, kind: str, option: str) -> str:
-    """The topic that is given, or the only one of its type."""
+    """The ``given`` topic, or the only one of the type ``kind``."""
     there = bag.topics_of(kind)
     if given is None and len(there) == 1:
         return there[0]
@@ -101,7 +101,7 @@ def _write_boxes(bag: Bag, topic: str, path: Path) -> Path:
 
 
 def _boxes(detections: Any) -> Iterator[tuple[Any, ...]]:
-    """Id, left, top, width, height, score and class of each, of any version of vision_msgs."""
+    """Id, left, top, width, height, score and class of each detection, of any version of vision_msgs."""
     for one in detections:
         box, centre = one.bbox, getattr(one.bbox.center, "position", one.bbox.center)
         found = [getattr(result, "hypothesis", result) for result in one.results]
@@ -113,7 +113,7 @@ def _boxes(detections: Any) -> Iterator[tuple[Any, ...]]:
 
 
 def _write_odometry(bag: Bag, topic: str, path: Path) -> Path:
-    """Whole rotations, since a body may have any axes."""
+    """Write odometry as a TUM file, with 3-D rotations, since the body may have any axes."""
     poses = ((message.time, message.fields.pose.pose) for message in bag.messages(topic))
     rows = [
         (time, *(getattr(one.position, name) for name in "xyz"), *(getattr(one.orientation, name) for name in "xyzw"))
@@ -124,7 +124,7 @@ def _write_odometry(bag: Bag, topic: str, path: Path) -> Path:
 
 
 def _write_camera(bag: Bag, topic: str, path: Path) -> Path:
-    """The first camera info that holds a calibration."""
+    """Write the first camera info with a calibration."""
     for message in bag.messages(topic):
         info = message.fields
         matrix, coefficients = (

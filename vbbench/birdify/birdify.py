@@ -1,13 +1,13 @@
-"""The one call behind ``vbbench birdify``: reads a recording, solves it, and writes whatever one wants to know.
+"""The function behind ``vbbench birdify``: reads a recording, solves it, and writes map and report.
 
-OUT/report.md, report.json            how sure it is: see `vbbench.birdify.report`
+OUT/report.md, report.json            verdict and uncertainty: see `vbbench.birdify.report`
 OUT/poses.parquet, poses.csv          frame, time, x, y, yaw, and standard deviations
 OUT/poses.txt                         the same as a TUM trajectory
 OUT/positions.parquet, positions.csv  frame, time, id, x, y, and standard deviation
 OUT/map.png                           the whole map
 OUT/film.mp4                          the map next to the boxes, frame by frame, on request
-OUT/recording                         the files that it was made from: 'vbbench generate own' reads the folder
-OUT/dataset, OUT/submission           the same as a dataset and an answer to it: plot, render, view, export
+OUT/recording                         copies of the input files, a folder for 'vbbench generate own'
+OUT/dataset, OUT/submission           the same as a dataset and its submission, for plot, render, view, export
 """
 
 import shutil
@@ -62,12 +62,12 @@ VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".mj
 
 @dataclass(frozen=True, kw_only=True)
 class Birdified:
-    """What was made.
+    """The result of `birdify`.
 
     Parameters
     ----------
-    folder : where it is.
-    report : how sure it is.
+    folder : folder of the map.
+    report : its report.
     """
 
     folder: Path
@@ -75,7 +75,7 @@ class Birdified:
 
 
 def is_film(path: Path) -> bool:
-    """Whether a path is a video by its name, or a folder, unless that has boxes and no pictures; else it has boxes."""
+    """Whether a path is a film: a video by its name, or a folder of pictures; otherwise it holds boxes."""
     if path.is_dir():
         return holds_pictures(path) or not (is_label_folder(path) or boxes_in(path))
     return path.suffix.lower() in VIDEOS
@@ -98,27 +98,27 @@ def birdify(
     overwrite: bool = False,
     announce: Callable[[str], object] = silent,
 ) -> Birdified:
-    """Make a map of where a camera and the people around it were, from the boxes of the people alone.
+    """Make a map of a camera and the people around it, from boxes of these people alone.
 
-    The map's origin is where the camera is in the first frame, its x axis where the camera looks then.
+    The first pose of the camera is the map's origin, with its viewing direction as the x axis.
 
     Parameters
     ----------
-    boxes : a file of boxes, a folder with one as MOTChallenge has them, or one of YOLO's labels
-        (`vbbench.exchange.own.box_files`).
+    boxes : a file of boxes, a folder of MOTChallenge, or one of YOLO's labels (`vbbench.exchange.own.box_files`).
     camera : camera file (`vbbench.exchange.own.camera_file`), a folder that holds one, or a calibration of another
         program (`vbbench.exchange.own.calibration_files`).
-    out : folder to make; it appears when it is whole.
-    odometry : trajectory of the observer by its own measurement (`vbbench.exchange.trajectory`).
-    odometry_axes : of its body, a key of `vbbench.exchange.axes.AXES`; by default the camera file's, or as it moves.
+    out : folder to make; it appears when it is complete.
+    odometry : trajectory of the observer by odometry (`vbbench.exchange.trajectory`).
+    odometry_axes : axes of its body, a key of `vbbench.exchange.axes.AXES`; by default those of the camera file, or
+        those that fit the motion.
     solver : a registered name, or ``module:attribute``.
-    film : whether to make a film, which takes longer than all the rest.
-    dt : seconds per frame where neither camera file nor boxes say it.
-    name : what the recording is called; by default as the file of boxes.
-    pictures : where the pictures of the frames are, to draw over.
+    film : whether to make a film, which takes longer than all other steps.
+    dt : seconds per frame, if neither camera file nor boxes state it.
+    name : name of the recording; by default that of the file of boxes.
+    pictures : pictures of the frames, for drawing.
     mount : keys that the camera file lacks: ``mount_height`` in m, ``pitch`` in rad, ``carried_by``.
-    person_class : class of people in the boxes, by number or name, where the file does not show it.
-    overwrite : replace a folder that birdify made.
+    person_class : class of people in the boxes, by number or name, if the file does not show it.
+    overwrite : whether to replace a folder that birdify made.
     announce : called with a line for each stage.
 
     Raises
@@ -157,7 +157,7 @@ def birdify(
 
 
 def named_files(boxes: Path | str, camera: Path | str, odometry: Path | str | None) -> RecordingFiles:
-    """The files of a recording that a user names; a folder stands for the boxes or the camera in it.
+    """The files of a recording from the user's paths; a folder stands for the boxes or the camera in it.
 
     Raises
     ------
@@ -173,7 +173,7 @@ def named_files(boxes: Path | str, camera: Path | str, odometry: Path | str | No
 
 
 def with_axes(files: RecordingFiles, axes: Axes | None) -> RecordingFiles:
-    """These files, whose odometry is in ``axes``; ``None`` = the camera file's, or as it moves.
+    """The files with odometry in ``axes``; ``None``: those of the camera file, or those that fit the motion.
 
     Raises
     ------
@@ -195,9 +195,9 @@ def _described(recording: OwnRecording) -> str:
 
 
 def _keep_files(recording: OwnRecording, dt: float | None, folder: Path) -> None:
-    """Copy what was read, as a recording of split ``own`` is named; the camera file says ``dt`` where it did not.
+    """Copy the input files under the names of split ``own``; adds ``dt`` to a camera file without it.
 
-    Boxes that were no plain text are written as CSV.
+    Boxes that are not plain text are written as CSV.
     """
     folder.mkdir(parents=True)
     files = recording.files
@@ -218,7 +218,7 @@ def _keep_files(recording: OwnRecording, dt: float | None, folder: Path) -> None
 
 
 def plan_of(recording: OwnRecording) -> FootagePlan:
-    """A recording as a sequence of split ``own``, with what solvers are given of its errors."""
+    """The plan of split ``own`` with the recording as its only sequence."""
     generator = load("generator", "own")
     if not isinstance(generator, FootageGenerator):
         raise VbbenchError("split 'own' is not installed as it comes with vbbench; install vbbench again")
@@ -226,7 +226,7 @@ def plan_of(recording: OwnRecording) -> FootagePlan:
 
 
 def _solve(dataset: Dataset, sequence: Sequence, solver: str, solving: Any, folder: Path) -> Estimate:
-    """The answer of every frame, and the part of it that is scored as a submission."""
+    """The solver's estimate of a sequence; writes the scored rows as a submission."""
     protocol, problem = get_protocol(PROTOCOL), dataset.problem(sequence, covariances=True)
     with threadpool_limits(1):
         answer, seconds = run_sequence(solving, problem, sequence, protocol, None)

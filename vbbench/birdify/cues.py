@@ -1,14 +1,13 @@
-"""Two measures of distance in every box, held against each other: how high it is, and how low it ends.
+"""Consistency of the height cue and the foot cue of boxes: a check of mount height, tilt and roll.
 
-A person of height h at distance d is l = h/d high, and the feet are seen s = c/d below the horizon, per metre of
-distance, from a camera at height c. With the mean of h for h, s = (c/h) l + p gives how high the camera really is, and
-by which angle p it looks higher than its file says. What an angle does depends on the azimuth φ: a pitch adds p cos φ,
-a roll −q sin φ, and in a picture of 360° the row of the horizon adds the same all around.
+A person of height h at distance d has the angular height l = h/d, and the feet are s = c/d below the horizon (both
+tangents), for a camera at height c. With the mean of h for h, the regression s = (c/h) l + p yields the true mount
+height c and the error p of the pitch. The effect of an angle depends on the azimuth φ: a pitch adds p cos φ, a roll
+−q sin φ, and in a panorama an error of the horizon's row adds a constant.
 
-Both are measured, and l has besides the spread of heights for an error: a line through them by least squares is too
-flat, so that the camera comes out too low and to look up. So the line is the one whose errors have nothing to do with
-another measure of how near the person is, which knows nothing of these errors: the feet of the same person a while
-later (an instrumental variable; Wald's and Reiersøl's of the 1940s).
+Both cues have errors, and l also the deviation of heights: least squares would underestimate the coefficient c/h
+(attenuation). The regression therefore uses an instrumental variable, which is independent of these errors: the foot
+cue of the same person some time later (Wald, Reiersøl, 1940s).
 """
 
 from collections.abc import Iterable, Sequence
@@ -45,15 +44,15 @@ RIDGE = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Cues:
-    """What feet and heights of boxes say together.
+    """The calibration by height and foot cues of boxes, with standard deviations.
 
     Parameters
     ----------
-    boxes, tracks : how many were used.
-    mount_height, mount_height_std : of the camera in m if people are of mean height.
-    tilt, tilt_std : by how much it looks higher than its file says, in rad; all around 0 unless it is certain.
-    roll, roll_std : by how much its right side hangs lower than its file says, in rad; 0 unless it is certain.
-    horizon, horizon_std : by how much the horizon is lower than its file says, in rad; 0 but all around.
+    boxes, tracks : numbers of boxes and tracks that were used.
+    mount_height, mount_height_std : of the camera in m, if people have the mean height.
+    tilt, tilt_std : error of the file's pitch in rad, positive if the camera looks higher; in a panorama 0 unless sure.
+    roll, roll_std : error of the file's roll in rad, positive if the right side is lower; 0 unless certain.
+    horizon, horizon_std : error of a panorama's horizon in rad, positive if it is lower; 0 for other cameras.
     """
 
     boxes: int
@@ -69,18 +68,18 @@ class Cues:
 
 
 class HeightPrior(NamedTuple):
-    """Of people, in m."""
+    """Mean and standard deviation of people's heights in m."""
 
     mean: float
     std: float
 
 
 def compare_cues(boxes: FloatArray, camera: Camera, people: HeightPrior, dt: float) -> Cues | None:
-    """Hold the feet of boxes [T, K, 3], ``dt`` s apart, against their heights.
+    """Compare foot cues and height cues of boxes [T, K, 3] in px, ``dt`` s apart.
 
-    Boxes weigh by the spread of heights, which is the same share of every distance; Huber's weights keep those out
-    whose feet are hidden. A tilt is found again from the camera tilted by it, until it is: feet hold a straight line
-    for a small one only.
+    Weights account for the deviation of heights, which is proportional to the distance; Huber's weights suppress boxes
+    with hidden feet. The fit is repeated with the corrected tilt until it converges: the model is linear for small
+    tilts only.
 
     Returns
     -------
@@ -98,7 +97,7 @@ def compare_cues(boxes: FloatArray, camera: Camera, people: HeightPrior, dt: flo
 
 
 def _solution(boxes: FloatArray, camera: Any, people: HeightPrior, later: Sequence[int], *, tilt: float) -> Cues | None:
-    """The cues of a camera that can tilt, once a ``tilt`` in rad to begin with is the one that is found again."""
+    """The cues of a camera that can tilt, by fixed-point iteration from an initial ``tilt`` in rad."""
     for _ in range(LOOKS):
         if abs(camera.pitch + tilt) > STEEPEST_PITCH:
             return None
@@ -112,7 +111,7 @@ def _solution(boxes: FloatArray, camera: Any, people: HeightPrior, later: Sequen
 
 
 def _can_tilt(camera: Camera) -> bool:
-    """Whether all that the camera sees goes up and down with its pitch: not so all around."""
+    """Whether a pitch shifts the whole picture in one direction, which is not so for a panorama."""
     return isinstance(camera, CentralCamera) and "pitch" in vars(camera) and camera.period is None
 
 
@@ -155,9 +154,9 @@ def _fit(
     angles: Sequence[FloatArray],
     people: HeightPrior,
 ) -> tuple[FloatArray, FloatArray]:
-    """Mount height and angles [1 + A] by boxes [N], and their standard deviations.
+    """Mount height in m and angles in rad [1 + A] from boxes [N], and their standard deviations.
 
-    These are the larger of two: over draws of tracks, and by the spread of heights, which few tracks do not show.
+    A standard deviation is the larger of two: by resampling tracks, and by the deviation of heights.
     """
     moments = _moments(near, feet, elsewhen, angles)
     of_track = np.zeros((int(track.max()) + 1, *moments.shape[1:]))
@@ -172,7 +171,7 @@ def _fit(
 
 
 def _moments(near: FloatArray, feet: FloatArray, elsewhen: FloatArray, angles: Sequence[FloatArray]) -> FloatArray:
-    """[N, 1 + A, 2 + A] what each box adds to the equations of the line: its coefficients, and ``feet``."""
+    """[N, 1 + A, 2 + A] contribution of each box to the normal equations: coefficients, then the right-hand side."""
     share = 1.0 / np.maximum(elsewhen, 1.0 / FARTHEST)  # all errors are shares of how near a person is
     known, both = np.stack([elsewhen, *angles], axis=-1), np.stack([near, *angles, feet], axis=-1)
     moments = (share**2)[:, None, None] * known[:, :, None] * both[:, None, :]
@@ -185,13 +184,13 @@ def _moments(near: FloatArray, feet: FloatArray, elsewhen: FloatArray, angles: S
 
 
 def _line(moments: FloatArray) -> FloatArray:
-    """[..., n] mount height and angles by ``moments`` [..., n, n + 1], of which some may hold no information."""
+    """[..., n] solution (mount height and angles) of the equations ``moments`` [..., n, n + 1], perhaps singular."""
     ridge = RIDGE * np.eye(moments.shape[-2])
     return np.asarray(np.linalg.solve(moments[..., :-1] + ridge, moments[..., -1:])[..., 0])
 
 
 def _seen_later(frame: IntArray, track: IntArray, later: int) -> IntArray:
-    """For each of N boxes, in order of frames, one of its track ``later`` frames on, as long before, or farthest."""
+    """For each of N boxes the index of one of its track ``later`` frames later, or as much earlier, or the farthest."""
     order = np.argsort(track, kind="stable")
     frame, track = frame[order], track[order]
     span = int(frame.max()) + later + 1
@@ -206,7 +205,7 @@ def _seen_later(frame: IntArray, track: IntArray, later: int) -> IntArray:
 
 
 def _uncut(boxes: FloatArray, camera: Camera) -> FloatArray:
-    """Which boxes [T, K, 3] end inside the picture; a panorama is as high as its boxes need."""
+    """Mask of boxes [T, K, 3] that end inside the picture; a panorama has no upper or lower border."""
     if camera.period is not None:
         return np.isfinite(boxes[..., 2])
     _, v, length = np.moveaxis(boxes, -1, 0)

@@ -1,6 +1,6 @@
 """The example of ``vbbench birdify --example``: 20 s of a simulated robot in a crowd, with the truth.
 
-``example/`` holds a tracker's boxes, the robot's odometry and its camera, as a user has them. The simulator is that of
+``example/`` holds a tracker's boxes, the robot's odometry and its camera, in a user's formats. They are simulated by
 ``benchmarks/families/robot.py``, which shares no code with the generators.
 """
 
@@ -21,7 +21,7 @@ DT = 0.1
 
 
 def birdify_example(out: Path, **options: Any) -> str:
-    """Make the map of the example, as `vbbench.birdify.birdify.birdify` does; its summary and errors, as text."""
+    """Make the map of the example by `vbbench.birdify.birdify.birdify`; returns its summary and errors as text."""
     made = birdify(
         EXAMPLE / "boxes.csv",
         EXAMPLE / "camera.toml",

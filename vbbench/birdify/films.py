@@ -1,4 +1,4 @@
-"""From a film to a map: people are detected and tracked in it, and their boxes birdified."""
+"""From a film to a map: people are detected and tracked, and their boxes passed to `birdify`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from vbbench.registry import load
 
 @dataclass(frozen=True, kw_only=True)
 class Detection:
-    """How people are found in a film; see `vbbench.exchange.film_boxes.find_boxes`."""
+    """Options of detection and tracking; see `vbbench.exchange.film_boxes.find_boxes`."""
 
     detector: str = "hog"
     weights: Path | None = None
@@ -44,20 +44,20 @@ def birdify_film(
 ) -> Birdified:
     """Make a map from a film.
 
-    Boxes are found first, and written to ``OUT.boxes.txt`` until the map is whole: ``OUT/recording/gt.txt`` is the
-    same. If the map cannot be made, they stay, and `vbbench.birdify.birdify.birdify` can be called on them.
+    Boxes are first written to ``OUT.boxes.txt``, which is removed once the map is complete (``OUT/recording/gt.txt``
+    has the same). After a failure, `vbbench.birdify.birdify.birdify` can be called on this file.
 
     Parameters
     ----------
     path : a video, or a folder of pictures.
-    camera : camera file; its ``fps`` or ``dt`` counts if it has one, else what the video says.
-    detection : how people are found.
-    out, odometry, odometry_axes, solver, film, mount, overwrite, announce : as of `vbbench.birdify.birdify.birdify`.
+    camera : camera file; its ``fps`` or ``dt`` takes precedence over the video's.
+    detection : options of detection and tracking.
+    out, odometry, odometry_axes, solver, film, mount, overwrite, announce : as in `vbbench.birdify.birdify.birdify`.
 
     Raises
     ------
     VbbenchError
-        If the film cannot be read, is not of the camera's size, or nobody is found; or as `birdify` raises it.
+        If the film cannot be read or has another size than the camera, nobody is found, or `birdify` raises it.
     """
     out, shot, own = Path(out), open_film(Path(path)), read_camera(find_camera(Path(camera)), mount)
     load("solver", solver)  # nobody waits for boxes to hear that its name is wrong
@@ -92,7 +92,7 @@ def _check_size(shot: Film, own: OwnCamera) -> None:
 
 
 def _find(shot: Film, own: OwnCamera, out: Path, detection: Detection, announce: Callable[[str], object]) -> FilmBoxes:
-    """The boxes of the film, in a file next to the folder to make."""
+    """Detect people in the film; writes their boxes to a file next to the folder ``out``."""
     seconds = own.facts.seconds
     fps = None if seconds is None else 1.0 / seconds
     if fps and shot.fps and abs(fps / shot.fps - 1.0) > 0.02:
@@ -107,6 +107,6 @@ def _find(shot: Film, own: OwnCamera, out: Path, detection: Detection, announce:
 
 
 def _pictures(shot: Film, found: FilmBoxes) -> Pictures | None:
-    """Where the pictures of the frames with boxes are, for plots; none of a video, or of pictures not numbered."""
+    """The pictures of the frames with boxes, for plots; ``None`` for a video, or pictures without numbers."""
     files = shot.numbered()
     return files and replace(files, first=files.first + found.first, step=found.step)

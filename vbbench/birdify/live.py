@@ -1,4 +1,4 @@
-"""``vbbench live``: a session on a recording, frame by frame in the rerun viewer, as a robot would show it."""
+"""``vbbench live``: a `Session` on a recording, shown frame by frame in the rerun viewer."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,9 +28,9 @@ def show_live(recording: OwnRecording, solver: str, out: Path | None = None) -> 
 
     Parameters
     ----------
-    recording : what was read.
-    solver : a registered name or ``module:attribute``; it works frame by frame.
-    out : an ``.rrd`` file to write in place of opening the viewer, as fast as the solver answers.
+    recording : the recording.
+    solver : a registered name or ``module:attribute`` of a frame-by-frame solver.
+    out : an ``.rrd`` file, which is written at the solver's pace in place of opening the viewer.
 
     Returns
     -------
@@ -72,7 +72,7 @@ def answers(recording: OwnRecording, solver: str) -> Iterator[tuple[dict[Any, Fl
 
 
 def _marks(boxes: dict[Any, FloatArray], answer: SessionAnswer, path: FloatArray) -> Iterator[tuple[str, Any]]:
-    """What a frame shows: boxes, and on the map, whose rows count downwards, people, 95 % ellipses and the camera."""
+    """Entities of a frame: boxes; on the map, whose y axis points down, people, 95 % ellipses and the camera."""
     rr, flip = rerun(), np.array([1.0, -1.0])
     sides = rectangles(np.array(list(boxes.values())).reshape(-1, 3))
     yield "camera/boxes", rr.Boxes2D(array=sides, array_format=rr.Box2DFormat.XYWH, labels=list(map(str, boxes)))
@@ -91,7 +91,7 @@ def _marks(boxes: dict[Any, FloatArray], answer: SessionAnswer, path: FloatArray
 
 @contextmanager
 def _stream(recording: OwnRecording, out: Path | None) -> Iterator[Any]:
-    """A stream to the viewer, or to a file that appears when it is whole."""
+    """A stream to the viewer, or to a file that appears when it is complete."""
     rr = rerun("vbbench live")
     stream = rr.RecordingStream(f"vbbench live {recording.footage.name}")
     if not rr.is_enabled(stream):

@@ -1,4 +1,4 @@
-"""Measures a map for its report: uncertainty, scale, and what of the boxes does not fit."""
+"""Computes a map's report: uncertainty, scale, and misfit of the boxes."""
 
 from collections.abc import Iterator
 
@@ -33,14 +33,14 @@ OFTEN = 0.3
 
 
 def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, solver: str) -> Report:
-    """Measure a map.
+    """Compute the report of a map.
 
     Parameters
     ----------
-    dataset : what was solved.
-    recording : what was read.
+    dataset : the recording as a dataset.
+    recording : the recording.
     answer : poses and positions.
-    solver : its name.
+    solver : name of the solver.
     """
     sequence, info = dataset.sequence(0), dataset.info
     camera, seen = dataset.camera(sequence), sequence.observed
@@ -90,13 +90,13 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
 
 
 def path_length(places: FloatArray, step: int) -> float:
-    """Length in m of a path [T, 2] over every ``step`` frames, the last part included; unknown parts have none."""
+    """Length in m of a path [T, 2], sampled every ``step`` frames and at its end; parts that are NaN do not count."""
     corners = places[np.unique(np.append(np.arange(0, len(places), step), len(places) - 1))]
     return float(np.nansum(np.linalg.norm(np.diff(corners, axis=0), axis=-1)))
 
 
 def spread_of_velocities(velocities: FloatArray) -> float:
-    """How far velocities [T, K, 2] of the same frame are from their mean (RMS), the median over frames; NaN of none."""
+    """Median over frames of the RMS deviation of velocities [T, K, 2] from their mean in the frame; NaN without any."""
     several = velocities[(~np.isnan(velocities[..., 0])).sum(axis=1) > 1]
     apart = several - np.nanmean(several, axis=1, keepdims=True)
     return float(np.median(np.sqrt(np.nanmean((apart**2).sum(axis=-1), axis=1)))) if len(several) else np.nan
@@ -125,7 +125,7 @@ def _residuals(dataset: Dataset, sequence: Sequence, answer: Estimate) -> tuple[
 
 
 def _doubts(report: Report) -> Iterator[str]:
-    """What in the figures speaks against the map."""
+    """Warnings about the map by its figures."""
     yield from _doubts_of_speed(report)
     if not SHORT <= report.heights_median <= TALL:
         yield f"people come out {report.heights_median:.2f} m high (median): the map's scale does not fit their boxes"
@@ -137,7 +137,7 @@ def _doubts(report: Report) -> Iterator[str]:
 
 
 def _doubts_of_cues(report: Report, camera: Camera, sequence: Sequence) -> Iterator[str]:
-    """Where feet and heights contradict the camera file, with the causes that such figures have."""
+    """Warnings if foot and height cues contradict the camera file, with possible causes."""
     cues = report.cues
     if cues is None:
         return
@@ -171,7 +171,7 @@ def _is_doubtful(angle: float, std: float) -> bool:
 
 
 def _causes_of_scale(report: Report, ratio: float) -> str:
-    """Why feet and heights fit a camera that is ``ratio`` times as high; the focal length cancels in them."""
+    """Possible causes if the cues fit a camera that is ``ratio`` times as high; the focal length cancels in them."""
     if HUNDREDFOLD[0] < 1.0 / ratio < HUNDREDFOLD[1]:
         return "mount_height is in cm; write m"
     height = report.height_mean / ratio
@@ -181,7 +181,7 @@ def _causes_of_scale(report: Report, ratio: float) -> str:
 
 
 def _causes_of_tilt(report: Report, cues: Cues, camera: Camera, sequence: Sequence) -> str:
-    """Why the camera seems to look higher or lower."""
+    """Possible causes if the cues fit a camera with another pitch."""
     pitch = report.pitch + cues.tilt
     degrees = (
         abs(report.pitch) > 5.0 * TILT_DOUBT and abs(np.radians(report.pitch) - pitch) < TILT_DOUBT + cues.tilt_std
@@ -193,7 +193,7 @@ def _causes_of_tilt(report: Report, cues: Cues, camera: Camera, sequence: Sequen
 
 
 def _smaller_picture(tilt: float, camera: Camera, sequence: Sequence) -> str | None:
-    """The size of which boxes may be, if their horizon and all of their columns and rows lie at one share of it."""
+    """Text of a smaller size of pictures that fits the boxes' horizon, columns and rows; ``None`` if none fits."""
     if camera.intrinsics is None or camera.period is not None:
         return None
     u, v, _ = np.moveaxis(sequence.observations[sequence.observed], -1, 0)
@@ -206,7 +206,7 @@ def _smaller_picture(tilt: float, camera: Camera, sequence: Sequence) -> str | N
 
 
 def _doubts_of_speed(report: Report) -> Iterator[str]:
-    """Whether people walk as people do."""
+    """Warnings if people's speeds are implausible."""
     if report.people_speed.median > FAST_PEOPLE:
         common = report.odometry is not None and report.people_differ < 0.5 * report.people_speed.median
         causes = "the odometry (unit, axes, clock), then dt and fps" if common else "dt, fps, and the focal length"
@@ -225,7 +225,7 @@ def _doubts_of_speed(report: Report) -> Iterator[str]:
 
 
 def _over(values: FloatArray) -> Spread:
-    """Over frames [T], or frames and people [T, K]."""
+    """Statistics over frames [T], or frames and people [T, K]."""
     known = values[np.isfinite(values)]
     if not len(known):
         return Spread(median=np.nan, p95=np.nan, last=np.nan)

@@ -1,7 +1,4 @@
-"""Report of a map: a verdict, figures of its uncertainty and scale, and what does not fit, in words and as JSON.
-
-Its tables have times, the ids of the boxes, and standard deviations.
-"""
+"""Report of a map: a verdict, figures of uncertainty and scale, and warnings, in words and as JSON; and its tables."""
 
 import json
 from collections.abc import Iterator
@@ -41,12 +38,12 @@ def write_tables(
 
     Parameters
     ----------
-    folder : where to.
-    sequence : what was seen.
-    timeline : of its frames; the tables have the numbers and times of the boxes' file.
-    answer : the solver's.
+    folder : the folder to write into.
+    sequence : the sequence of boxes.
+    timeline : numbers and times of its frames in the file of boxes.
+    answer : the solver's estimate.
     mount_height : the camera's height in m, for the trajectory.
-    ids : [K] what the boxes' file calls the tracks.
+    ids : [K] ids of the tracks in the file of boxes.
     """
     times, numbers = timeline.times, timeline.first_number + timeline.step * np.arange(timeline.frames)
     known = np.isfinite(answer.poses).all(axis=1)
@@ -71,7 +68,7 @@ def write_tables(
 
 
 def place_std(covariances: FloatArray) -> FloatArray:
-    """[N] standard deviation in m of places along their worst direction, from covariances [N, 2, 2]; NaN of NaN."""
+    """[N] greatest standard deviation in m over directions, from covariances [N, 2, 2] of places; NaN for NaN."""
     (a, b), (_, c) = np.moveaxis(covariances, (-2, -1), (0, 1))
     largest = 0.5 * (a + c) + np.sqrt(0.25 * (a - c) ** 2 + b * b)
     return np.asarray(np.sqrt(np.maximum(largest, 0.0)))
@@ -106,30 +103,30 @@ class Spread:
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """Figures of a map; ``None`` = the solver does not say.
+    """Figures of a map; ``None`` = the solver does not report it.
 
     Parameters
     ----------
-    name, solver : of the recording, and what solved it.
-    verdict : what of the map is usable.
-    frames, dt, tracks, boxes : of the recording.
-    people_mean, people_max : seen in a frame.
-    few_people : share of frames with fewer than `FEW_PEOPLE`; ``empty`` those with nobody.
-    pixel_std : noise in px that boxes are taken to have.
-    camera_height, pitch : as the camera file has them.
-    height_mean, height_std : of people, as given to the solver.
+    name, solver : names of the recording and of the solver.
+    verdict : the usable parts of the map.
+    frames, dt, tracks, boxes : size of the recording; ``dt`` in s.
+    people_mean, people_max : number of people seen in a frame.
+    few_people, empty : shares of frames with fewer than `FEW_PEOPLE` people, and without any.
+    pixel_std : assumed noise of boxes in px.
+    camera_height, pitch : of the camera file, in m and rad.
+    height_mean, height_std : prior of people's heights in m.
     travelled : length of the camera's path in m, over steps of about a second.
     camera_speed, people_speed : in m/s, over about a second.
-    people_differ : in m/s, how far people's velocities in a frame are from their mean (RMS), the median over frames.
+    people_differ : RMS deviation in m/s of people's velocities from their mean in a frame, the median over frames.
     place_std, yaw_std : standard deviations of the pose, in m along the worst direction, and in rad.
-    position_std : of people's positions, in m.
-    converged, fallback : shares of frames where the solver does not warn of its answer, and where its prior decided.
-    cues : what feet and heights say together.
+    position_std : standard deviation in m of people's positions.
+    converged, fallback : shares of frames in which the solver converged, and in which its pose is the prior.
+    cues : the calibration by height and foot cues.
     heights_median, heights_spread : people's heights in m by their boxes and places, over tracks.
-    column_error, height_error : of boxes against places and heights: median distance, as shares of the box height.
-    misfits : share of boxes farther than `MISPLACED` from where their person is.
+    column_error, height_error : median residuals of boxes about the estimate, as shares of the box height.
+    misfits : share of boxes farther than `MISPLACED` from their person's estimate.
     odometry : share of frames with a measured motion; ``None`` without odometry.
-    warnings : what the user should know, a line each.
+    warnings : warnings for the user, a line each.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What of a map is usable, in words: by covariances, by the solver's warnings, and by speeds that nothing has."""
+"""The verdict of a map, in words: its usable parts by covariances, convergence and plausible speeds."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ _DEVIATIONS = np.array([NormalDist().inv_cdf(0.5 + (n + 0.5) / 200) for n in ran
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A time in s from the first frame, and why the map is not usable then."""
+    """An unusable part of the map: times in s from the first frame, and the cause."""
 
     begin: float
     end: float
@@ -43,17 +43,16 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What of a map is usable; times are in s from the first frame.
+    """The usable parts of a map; times are in s from the first frame.
 
     Parameters
     ----------
     seconds : length of the recording.
-    people : radius in m that holds 95 % of people's places around the camera; ``None`` = no covariances, or none of
-        which it follows.
+    people : radius in m that holds 95 % of people's places around the camera; ``None`` = not computable.
     soon, soon_after : radius in m that holds the camera's place with 95 % after this time; ``None`` = not reported.
     end : the same in the last frame.
-    usable : until when the path is usable: from then on it is too uncertain, or the camera leaps then.
-    parts : when the map is not usable, in order of time.
+    usable : time until which the path is usable; then it is too uncertain, or the camera jumps.
+    parts : the unusable parts, in order of time.
     fast : ids of people who would move faster than people do.
     walkers : number of people whose speed is known.
     """
@@ -76,7 +75,7 @@ class Verdict:
         return (*self._places(), *self._path(), *self._parts(), *self._fast())
 
     def lost(self, frames: int) -> BoolArray:
-        """[T] in which of the recording's ``frames`` the path is not usable."""
+        """Mask [T] of the recording's ``frames`` in which the path is not usable."""
         time = (np.arange(frames) + 0.5) * self.seconds / frames
         within = [(part.begin < time) & (time < part.end) for part in self.parts]
         return np.asarray(np.any([time > self.usable, *within], axis=0))
@@ -134,10 +133,10 @@ def judge(
     Parameters
     ----------
     answer : the estimate, whose first pose is given.
-    observed : [T, K] who has a box when.
+    observed : [T, K] mask of boxes.
     dt : seconds per frame.
-    ids : [K] what people are called.
-    carried_by : what carries the camera.
+    ids : [K] ids of people.
+    carried_by : carrier of the camera.
     """
     frames = len(answer.poses)
     second = min(max(1, round(1.0 / dt)), frames - 1)
@@ -172,7 +171,7 @@ def _speeds(places: FloatArray, second: int, dt: float) -> FloatArray:
 
 
 def _medians(values: FloatArray, fewest: int = 2) -> FloatArray:
-    """[N] of the known values [N, M], where there are at least ``fewest``; else NaN."""
+    """[N] medians of the known values [N, M], if there are at least ``fewest``; else NaN."""
     ordered, count = np.sort(values, axis=1), np.isfinite(values).sum(axis=1)
     medians = np.full(len(values), np.nan)
     enough = np.flatnonzero(count >= fewest)
@@ -182,20 +181,20 @@ def _medians(values: FloatArray, fewest: int = 2) -> FloatArray:
 
 
 def _around(marks: BoolArray, second: int) -> BoolArray:
-    """[T] the frames that the marked ones of [T − ``second``] intervals reach over."""
+    """Mask [T] of the frames within the marked intervals [T − ``second``], each of ``second`` frames."""
     reached = np.convolve(marks, np.ones(second + 1))
     return np.asarray(reached > 0)
 
 
 def _way(poses: FloatArray, second: int) -> FloatArray:
-    """[T] metres travelled so far, over steps of a second."""
+    """[T] distance in m travelled so far, over steps of a second."""
     corners = np.arange(0, len(poses), second)
     steps = np.nan_to_num(np.linalg.norm(np.diff(poses[corners, :2], axis=0), axis=-1))
     return np.asarray(np.interp(np.arange(len(poses)), corners, np.append(0.0, np.cumsum(steps))))
 
 
 def _radii(answer: Estimate) -> FloatArray:
-    """[T] m that hold the camera's place with 95 %, interpolated over frames without a covariance; NaN without any."""
+    """[T] radius in m that holds the camera's place with 95 %, interpolated over frames without covariance."""
     radii = np.full(len(answer.poses), np.nan)
     if answer.pose_covariances is None:
         return radii
@@ -207,11 +206,11 @@ def _radii(answer: Estimate) -> FloatArray:
 
 
 def _radius_of_people(answer: Estimate, seen: BoolArray) -> float | None:
-    """Metres that hold 95 % of the places of those who are ``seen`` [T, K], around the camera.
+    """Radius in m that holds 95 % of the places, relative to the camera, of people who are ``seen`` [T, K].
 
-    A place in the map is off by the error of the pose, which moves and turns it, and by its own around the camera: the
-    covariance of this is what is left of the first without that of the second. Where hardly anything is left, both do
-    not belong together.
+    The error of a place in the map is that of the pose, propagated to it, plus one relative to the camera. The
+    covariance of the latter is the difference of the two covariances. If that is hardly positive, these are
+    inconsistent.
     """
     if answer.pose_covariances is None or answer.position_covariances is None:
         return None
@@ -226,7 +225,7 @@ def _radius_of_people(answer: Estimate, seen: BoolArray) -> float | None:
 
 
 def _lost_parts(lost: Mapping[str, BoolArray], dt: float) -> Iterator[Part]:
-    """The parts in which frames are lost; the first cause counts."""
+    """The parts of consecutive lost frames; the first cause counts."""
     marks = np.any(list(lost.values()), axis=0)
     for begin, end in runs_of_true(~marks):
         if (end - begin) * dt < APART and begin > 0 and end < len(marks):

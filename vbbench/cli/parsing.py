@@ -1,7 +1,7 @@
-"""Options and help from the functions behind commands, and a call from arguments; argparse does the work.
+"""A command line from functions: options and help from their parameters and docstrings, parsed by argparse.
 
-Positional-only parameters are arguments and all others options, as are the fields of a parameter that is a dataclass. A
-docstring is the help: what stands before ``Args:``, and a text for each parameter after it.
+Positional-only parameters are arguments; all others, and the fields of a parameter that is a dataclass, are options.
+The docstring is the help: a text before ``Args:``, and one for each parameter after it.
 """
 
 import argparse
@@ -22,11 +22,11 @@ class Parameter:
 
     Parameters
     ----------
-    parameter, field : parameter of the function, and the field of its dataclass where it is one.
+    parameter, field : name of the function's parameter, and of the field if that is a dataclass.
     kind : its type.
-    default : `inspect.Parameter.empty` where it is required.
-    help : what it is, in words.
-    positional : whether it is an argument.
+    default : its default; `inspect.Parameter.empty` if it is required.
+    help : its description.
+    positional : whether it is an argument, not an option.
     """
 
     parameter: str
@@ -38,22 +38,22 @@ class Parameter:
 
     @property
     def option(self) -> str:
-        """The option's name; of what is on, that of the option that turns it off."""
+        """The option's name; for a flag that is on by default, ``--no-NAME``."""
         return f"--{'no-' * (self.default is True)}{(self.field or self.parameter).replace('_', '-')}"
 
     @property
     def key(self) -> str:
-        """Under which the parser keeps its value."""
+        """The name of its value in argparse's namespace."""
         return self.parameter if self.positional else self.option
 
     @property
     def shown(self) -> str:
-        """How help and messages name it."""
+        """Its name in help and messages."""
         return self.parameter.upper().replace("_", "-") if self.positional else self.option
 
     @property
     def opposite(self) -> str:
-        """Of what is on or off the option that leaves it so: ``--no-film`` where ``--film`` turns it on."""
+        """The flag that keeps the default: ``--no-film`` if ``--film`` turns it on."""
         return f"--{'no-' * (self.default is not True)}{(self.field or self.parameter).replace('_', '-')}"
 
     @property
@@ -63,7 +63,7 @@ class Parameter:
 
     @property
     def shown_default(self) -> str:
-        """The default in words; "" where there is none, or it says nothing."""
+        """The default as text; "" if there is none, or it is obvious."""
         if self.required or self.default in (None, (), "") or isinstance(self.default, bool):
             return ""
         items = self.default if isinstance(self.default, tuple) else (self.default,)
@@ -72,11 +72,11 @@ class Parameter:
 
 @dataclass(frozen=True)
 class Further:
-    """In the annotation of a parameter that takes NAME=VALUE: these may also be written as options, ``--NAME VALUE``.
+    """Annotation of a parameter that takes NAME=VALUE: the names are also options, ``--NAME VALUE``.
 
     Parameters
     ----------
-    names : gives the names, with their types; one of truth values is a flag: ``--NAME`` or ``--no-NAME``.
+    names : returns the names with their types; a bool is a flag: ``--NAME`` or ``--no-NAME``.
     """
 
     names: Callable[[], Mapping[str, Any]]
@@ -100,14 +100,14 @@ class _Parser(argparse.ArgumentParser):
 
 
 def parse(commands: Mapping[str, Callable[..., Any]], arguments: Sequence[str]) -> Callable[[], Any]:
-    """The call that the arguments ask for: the name of one of ``commands``, then its arguments and options.
+    """The call for ``arguments``: the name of one of ``commands``, then its arguments and options.
 
     Raises
     ------
     VbbenchError
-        If they are wrong; one line says why.
+        If they are invalid; the message is one line.
     SystemExit
-        When help was asked for and printed.
+        If they request help, which is printed.
     """
     name, *given = arguments
     function = commands[name]
@@ -156,12 +156,12 @@ def first_sentence(function: Callable[..., Any]) -> str:
 
 
 def columns() -> int:
-    """Width of the terminal, within what is read with ease."""
+    """Width of the terminal, limited to a readable one."""
     return max(60, min(shutil.get_terminal_size().columns, 120))
 
 
 def _sections(documented: Any) -> tuple[str, dict[str, str]]:
-    """What a docstring says before ``Args:``, and of each parameter."""
+    """The text of a docstring before ``Args:``, and that of each parameter."""
     head, _, rest = (inspect.getdoc(documented) or "").partition("\nArgs:\n")
     entries = re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", rest, re.MULTILINE)
     return head.strip(), {name: " ".join(text.split()) for name, text in entries}
@@ -215,7 +215,7 @@ def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parame
 def _spelled(
     name: str, function: Callable[..., Any], parameters: Iterable[Parameter], given: Iterable[str]
 ) -> Iterator[str]:
-    """The arguments, options with hyphens for underscores; raises UnknownNameError for an option that there is not."""
+    """The arguments with hyphens for underscores in options; raises UnknownNameError for an unknown option."""
     parameters = [each for each in parameters if not each.positional]
     known = [*(each.option for each in parameters), *(each.opposite for each in parameters if each.kind is bool)]
     known.append("--help")
@@ -245,7 +245,7 @@ def _spelled(
 
 
 def further_options(function: Callable[..., Any]) -> dict[str, tuple[str, str, Any, str]]:
-    """Options that stand for NAME=VALUE of a parameter: by option its parameter, name, type, and a flag's value."""
+    """Options that stand for NAME=VALUE of a parameter: option → its parameter, name, type, and a flag's value."""
     found: dict[str, tuple[str, str, Any, str]] = {}
     for parameter, hint in get_type_hints(function, include_extras=True).items():
         for each in get_args(hint)[1:] if get_origin(hint) is Annotated else ():
@@ -259,7 +259,7 @@ def further_options(function: Callable[..., Any]) -> dict[str, tuple[str, str, A
 
 
 def _type(kind: Any) -> tuple[Callable[[str], Any], str, str | int | None]:
-    """What reads a value of a type, the value's name in help, and how many values there are."""
+    """The parser of a type's values, their name in help, and argparse's number of values."""
     if get_origin(kind) is tuple:
         inner, *others = get_args(kind)
         reads, metavar, _ = _type(inner)
@@ -279,7 +279,7 @@ _NUMBERS = {int: "a whole number", float: "a number"}
 
 
 def _read(kinds: Sequence[Any], text: str) -> Any:
-    """The text as the first of ``kinds`` that it is of."""
+    """The text as a value of the first of ``kinds`` that accepts it."""
     wanted: list[str] = []
     for kind in kinds:
         if get_origin(kind) is Literal:
@@ -309,9 +309,9 @@ _ALIASES = {"height_std": "sigma_h"}
 
 
 def in_options(message: str, function: Callable[..., Any], *, of_file: bool = False) -> str:
-    """A message of the library for users of a command, with its options: ``--limit`` for ``limit``.
+    """A message of the library with a command's options in place of parameters: ``--limit`` for ``limit``.
 
-    What a message ``of_file`` says that values must be is of the file's.
+    In a message ``of_file``, required values are the file's and stay.
     """
     options = {name: option for option, (_, name, _kind, flag) in further_options(function).items() if flag != "false"}
     options |= {each.field or each.parameter: each.option for each in parameters_of(function) if not each.positional}

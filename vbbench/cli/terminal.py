@@ -1,4 +1,4 @@
-"""Text that a command takes and prints: it cannot control the terminal, and no stream's failure shows a traceback.
+"""Safe terminal streams: control characters are escaped, and a failing stream causes no traceback.
 
 Stdout and stderr may be closed, full, in ASCII, or a pipe whose reader has closed it.
 """
@@ -15,7 +15,7 @@ from vbbench.errors import VbbenchError, escaped, one_line
 
 
 class OutputLost(Exception):  # noqa: N818  not an error of the program
-    """Stdout refuses output; ``reason`` is the system's message, ``None`` if the reader of a pipe has closed it."""
+    """Stdout fails; ``reason`` is the system's message, ``None`` if the reader of a pipe has closed it."""
 
     def __init__(self, error: OSError) -> None:
         super().__init__(str(error))
@@ -24,14 +24,14 @@ class OutputLost(Exception):  # noqa: N818  not an error of the program
 
 @contextlib.contextmanager
 def guarded_streams() -> Iterator[None]:
-    """Make stdout and stderr ready for any text: a closed one drops it, one in ASCII shows escapes.
+    """Make stdout and stderr accept any text: a closed one drops it, one in ASCII shows escapes.
 
-    Output that stderr refuses is dropped, so that no work stops because a progress bar cannot be drawn.
+    Output that fails on stderr is dropped, so that no work stops because a progress bar cannot be drawn.
 
     Raises
     ------
     OutputLost
-        Inside the block, when stdout refuses output.
+        Inside the block, if stdout fails.
     """
     out, err = _Guarded(_ready(sys.stdout)), _Guarded(_ready(sys.stderr), silent=True)
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -40,13 +40,13 @@ def guarded_streams() -> Iterator[None]:
 
 @contextlib.contextmanager
 def plain_output() -> Iterator[None]:
-    """Print to stdout without control characters, except line feeds: titles, names and notes come from other people."""
+    """Escape control characters, except line feeds, on stdout: titles, names and notes are untrusted."""
     with contextlib.redirect_stdout(_Plain(sys.stdout)):
         yield
 
 
 def check_arguments(arguments: Sequence[str]) -> None:
-    """Raise VbbenchError if an argument is not text in the encoding of this machine, or holds a zero byte."""
+    """Raise VbbenchError if an argument is not text in the system's encoding, or holds a zero byte."""
     for number, argument in enumerate(arguments, 1):
         if re.search("[\0\ud800-\udfff]", argument):
             encoding = sys.getfilesystemencoding().upper()
@@ -66,7 +66,7 @@ def say_warning(message: Warning | str) -> None:
 
 
 class _Guarded:
-    """A text stream that drops all output once it fails; `OutputLost` says so, unless ``silent``."""
+    """A text stream that drops all output once it fails, and raises `OutputLost` unless ``silent``."""
 
     def __init__(self, stream: TextIO, *, silent: bool = False) -> None:
         self._stream, self._silent = stream, silent
@@ -109,7 +109,7 @@ class _Plain:
 
 
 def _ready(stream: TextIO | None) -> TextIO:
-    """The stream, set to encode any text; without a stream, one that drops everything."""
+    """The stream, set to encode any text; a null stream in place of ``None``."""
     if stream is None:
         return open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123  open as long as the program runs
     if hasattr(stream, "reconfigure"):

@@ -1,1 +1,1 @@
-"""Datasets and submissions on disk: their tables, their facts, and what is checked when they are read."""
+"""Datasets and submissions on disk: their tables, their facts, and the checks of both."""

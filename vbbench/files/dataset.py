@@ -41,7 +41,7 @@ class Dataset:
     Raises
     ------
     FileError
-        If a table is missing or has not the size that was written, or ``truth`` has not the published hashes.
+        If a table is missing or has another size than ``dataset.json`` states, or ``truth`` has other hashes.
     """
 
     def __init__(self, folder: Path | str, truth: Path | str | None = None) -> None:
@@ -126,7 +126,7 @@ class Dataset:
 
     @cached_property
     def _scene_ends(self) -> tuple[IntArray, IntArray]:
-        """Numbers of the scenes, ascending, and the frame after the last one that a sequence shows."""
+        """Numbers of the scenes, ascending, and the frame after the last one of each that belongs to a sequence."""
         numbers, scene = np.unique(self.rows["scene"], return_inverse=True)
         ends = np.zeros(len(numbers), np.int64)
         np.maximum.at(ends, scene, self.rows["first_frame"].astype(np.int64) + self.rows["frames"])
@@ -134,7 +134,7 @@ class Dataset:
 
     @property
     def cells(self) -> IntArray:
-        """[N] frames times tracks of each sequence: its observations, or somewhat more."""
+        """[N] frames times tracks of each sequence, an upper bound of its number of boxes."""
         cells: IntArray = self.rows["frames"].astype(np.int64) * self.rows["people"]
         return cells
 
@@ -147,7 +147,7 @@ class Dataset:
         return next(self.sequences(index, index + 1))
 
     def read_ahead(self, indices: IntArray) -> None:
-        """Read all rows of these sequences [N] at once: then asking for one of them, or its truth, reads nothing."""
+        """Read all rows of these sequences [N] at once: later reads of them, or of their truth, are from memory."""
         scenes = np.setdiff1d(self.rows["scene"][indices], list(self._scenes))
         for name in set(self.info.tables) - {"sequences"}:
             if self.table_path(name).is_file():
@@ -164,12 +164,12 @@ class Dataset:
                 yield sequence_of(self.table_path, self._facts(index), _of(boxes, index), _of(given, index), own)
 
     def truth(self, sequence: Sequence) -> Truth:
-        """Truth in the sequence's world; NaN for tracks of false alarms, and for everybody where only poses are known.
+        """Truth in the sequence's world; NaN for tracks of false alarms, and for all people if only poses are known.
 
         Raises
         ------
         VbbenchError
-            If the truth is withheld, or only says where people are relative to the camera.
+            If the truth is withheld, or has only positions relative to the camera.
         """
         self._require_truth()
         if self.info.truth == "relative":
@@ -182,7 +182,7 @@ class Dataset:
         )
 
     def relative_truth(self, sequence: Sequence) -> FloatArray:
-        """[T, K, 2] where the person of each track truly is relative to the camera, (right, forward) in m, or NaN."""
+        """[T, K, 2] true position of each track's person relative to the camera, (right, forward) in m, or NaN."""
         if self.info.truth != "relative":
             truth = self.truth(sequence)
             return world_to_relative(truth.positions, truth.poses)
@@ -211,14 +211,14 @@ class Dataset:
         return self._scenes[scene]
 
     def surroundings(self, sequence: Sequence) -> tuple[IntArray, FloatArray, FloatArray]:
-        """Everybody in the scene during a sequence, as `scene` has them, in the sequence's frames and world."""
+        """All people of the scene during a sequence, as from `scene`, in the sequence's frames and world."""
         people, positions, heights = self.scene(sequence.scene)
         check_in_scene(self.table_path, sequence.index, people)
         frames = slice(sequence.first_frame, sequence.first_frame + sequence.frames)
         return people, self.world(sequence).positions(positions[frames]), heights
 
     def world(self, sequence: Sequence) -> World:
-        """Where the scene lies in the sequence's own world; where it was measured from the camera only, it is that."""
+        """The transform from a sequence's scene to its world; the identity if truth is relative to the camera."""
         if self.info.truth == "relative":
             return World()
         return world_of(
@@ -231,7 +231,7 @@ class Dataset:
         return persons_of(self.table_path, sequence.index, sequence.frames, sequence.tracks, rows)
 
     def _opened(self, name: str) -> SequenceTable:
-        """A table, opened when it is first wanted."""
+        """A table, opened at its first use."""
         if name not in self._tables:
             self._tables[name] = self._table(name)
         return self._tables[name]
@@ -270,7 +270,7 @@ class Dataset:
 
 
 def problem_of(info: DatasetInfo, sequence: Sequence, *, covariances: bool = False) -> Problem:
-    """The published facts about a sequence of the dataset that ``info`` is of, as a solver gets them."""
+    """The published facts about a sequence, as a solver gets them; ``info`` is of its dataset."""
     published = {field.name for field in fields(Problem)} - {"camera", "tracks", "covariances"}
     facts = {name: getattr(info, name) for name in published}
     camera = info.cameras[sequence.camera] if info.cameras else info.camera

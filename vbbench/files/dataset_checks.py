@@ -1,4 +1,4 @@
-"""Checks of a dataset's files: each key of ``dataset.json``, and whether its tables fit one another."""
+"""Checks of a dataset's files: each key of ``dataset.json``, and the consistency of its tables."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -60,7 +60,7 @@ class TableFacts(Struct, forbid_unknown_fields=True):
 
 
 class PicturesFacts(Struct, forbid_unknown_fields=True):
-    """Where the pictures of a sequence are."""
+    """Paths of the pictures of a sequence."""
 
     pattern: Text
     first: Count
@@ -137,7 +137,7 @@ def find_fault(values: Mapping[str, Any]) -> str | None:
 
 
 def _text(kind: type[Text], value: Any) -> Text:
-    """A `Text`, which msgspec makes by this function."""
+    """Convert a value to a `Text`; a hook of msgspec."""
     if not isinstance(value, str) or not 0 < len(value) <= LONGEST_TEXT or not is_printable(value):
         raise ValueError(f"Expected text of 1 to {LONGEST_TEXT} printable characters, got {quoted(value)}")
     return kind(value)
@@ -151,7 +151,7 @@ PathOf = Callable[[str], Path]
 
 
 def check_sequence(path_of: PathOf, index: int, frames: int, boxes: Rows, given: Rows, tracks: IntArray) -> None:
-    """Raise FileError if rows of sequence ``index`` contradict one another, or it would be nearly empty.
+    """Raise FileError if rows of sequence ``index`` are inconsistent, or its arrays would be nearly empty.
 
     Parameters
     ----------
@@ -172,10 +172,10 @@ def check_sequence(path_of: PathOf, index: int, frames: int, boxes: Rows, given:
 
 
 def check_scene(path_of: PathOf, scene: int, people: IntArray, rows: Rows, least: int) -> int:
-    """Number of frames of a scene with ``people`` [K]: those of its rows, and the ``least`` that its sequences reach.
+    """Number of frames of a scene with ``people`` [K], at least the ``least`` that its sequences need.
 
-    Raises FileError if people are not in order, a row is of an unknown person or infinitely far, or the scene would be
-    nearly empty.
+    Raises FileError if people are not in order, a row has an unknown person or a position that is not finite, or the
+    scene's arrays would be nearly empty.
     """
     if not (np.diff(people) > 0).all() or not np.isin(rows["person"], people).all():
         raise _contradiction(path_of("truth/people"), f"scene {scene} has people twice, unsorted or unknown")
@@ -194,7 +194,7 @@ def check_poses(path_of: PathOf, index: int, frames: int, poses: Rows) -> None:
 
 
 def check_in_scene(path_of: PathOf, index: int, people: IntArray, nowhere: BoolArray | None = None) -> None:
-    """Raise FileError if sequence ``index`` has no ``people`` [K] in its scene, or one seen is ``nowhere`` [T, K]."""
+    """Raise FileError if the scene of sequence ``index`` lacks ``people`` [K], or one seen is ``nowhere`` [T, K]."""
     if not len(people):
         raise _contradiction(path_of("truth/scenes"), f"the scene of sequence {index} is empty")
     if nowhere is not None and nowhere.any():
@@ -216,7 +216,7 @@ def check_frame(path_of: PathOf, index: int, rows: Rows) -> None:
 
 
 def _all_below(values: NDArray[Any], end: int) -> bool:
-    """Whether all are from 0 to ``end`` − 1."""
+    """Whether all values are from 0 to ``end`` − 1."""
     return bool(((values >= 0) & (values < end)).all())
 
 

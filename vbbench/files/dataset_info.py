@@ -37,12 +37,12 @@ def _digests(facts: Any) -> Iterator[str]:
 
 @dataclass(frozen=True, kw_only=True)
 class Pictures:
-    """Where the pictures of a sequence are: paths of ``pattern`` with the number ``first + t·step`` for frame t.
+    """Paths of the pictures of a sequence: ``pattern`` with the number ``first + t·step`` for frame t.
 
     Parameters
     ----------
     pattern : a path in the form of `str.format`, such as ``/data/image_02/0019/{:06d}.png``.
-    first, step : number of frame 0's picture, and from a frame to the next.
+    first, step : number of frame 0's picture, and difference from a frame to the next.
     """
 
     pattern: str
@@ -58,19 +58,17 @@ class Pictures:
 class DatasetInfo:
     """Everything published about a dataset.
 
-    ``definition`` determines the content (generator, recipe and source hashes); the id is the hash of it and of the
-    parameters, so the same command gives the same id on every machine. ``seed`` is ``None`` if it is withheld with the
+    ``definition`` determines the content (generator, recipe and hashes of sources). The id is a hash of it and of the
+    parameters: the same command gives the same id on every machine. ``seed`` is ``None`` if it is withheld with the
     truth; ``withheld_id`` is then the id, which cannot be computed without the seed.
 
     ``calibration`` describes the camera that recorded the scenes, with its uncertainty, if metres depend on it; it
     follows from the definition, up to rounding, and is not part of the id.
 
-    ``pixel_std``, ``box_std``, ``tilt_std`` and ``mount_height_std`` are what solvers are given of the errors of boxes
-    and camera (`vbbench.solver.Problem`); so are ``carried_by`` and ``box_edge``, where the owner of a recording states
-    them.
+    Solvers are given ``pixel_std``, ``box_std``, ``tilt_std`` and ``mount_height_std``, the errors of boxes and camera
+    (`vbbench.solver.Problem`), and ``carried_by`` and ``box_edge`` if the owner of a recording states them.
 
-    Footage may have several ``cameras``, ``camera`` being the first of them, ``pictures`` of each sequence, and less
-    ``truth`` than is known of what was generated.
+    Footage may have several ``cameras`` (``camera`` is the first), ``pictures`` of sequences, and partial ``truth``.
     """
 
     split: str
@@ -117,7 +115,7 @@ class DatasetInfo:
 
     @property
     def spoken_seed(self) -> str:
-        """The seed as text, for people."""
+        """The seed as text; or that it is withheld."""
         return "withheld" if self.seed is None else str(self.seed)
 
     @property
@@ -126,11 +124,11 @@ class DatasetInfo:
         return frozenset(_digests(self.definition.get("files")))
 
     def without_seed(self) -> "DatasetInfo":
-        """The same dataset, its seed withheld."""
+        """The facts with the seed withheld."""
         return replace(self, seed=None, withheld_id=self.id)
 
     def with_seed(self, seed: int) -> "DatasetInfo":
-        """The dataset that the seed makes; the same one, with the same id, if it is the seed that was withheld."""
+        """The facts with this ``seed``; the id is unchanged if it is the withheld seed."""
         return replace(self, seed=seed, withheld_id=None)
 
     @property
@@ -208,7 +206,7 @@ def _checked(path: Path) -> dict[str, Any]:
 
 
 def truth_sha256(tables: Mapping[str, str]) -> str:
-    """SHA-256 of what ``sha256sum *.parquet`` prints for the truth tables among ``tables`` (name → SHA-256)."""
+    """SHA-256 of the output of ``sha256sum *.parquet`` for the truth tables among ``tables`` (name → SHA-256)."""
     truth = {Path(name).name: digest for name, digest in sorted(tables.items()) if name.startswith("truth/")}
     lines = "".join(f"{digest}  {name}.parquet\n" for name, digest in truth.items())
     return hashlib.sha256(lines.encode()).hexdigest()
@@ -218,9 +216,9 @@ _NOT_IN_ID = ("counts", "tables", "package_version", "title", "caution", "calibr
 
 
 def summary(info: DatasetInfo) -> dict[str, Any]:
-    """The row of the paper's Table 1, and what identifies the dataset.
+    """The row of the paper's Table 1, and the identity of the dataset.
 
-    Frames count where people are observed. Recipes say whether the people of Table 1 include the observer.
+    Only frames with observed people count. A recipe states whether the people of Table 1 include the observer.
     """
     counts, extra = info.counts, int(info.definition.get("count_observer", False))
     return {

@@ -1,4 +1,4 @@
-"""The line that makes a dataset, from what its ``dataset.json`` says."""
+"""The command line that generates a dataset, from its ``dataset.json``."""
 
 import re
 from collections.abc import Mapping
@@ -21,11 +21,11 @@ _WORD = re.compile(r"[\w.,:~/+-]{0,200}")
 
 
 def generate_command(facts: Mapping[str, Any], out: str) -> str:
-    """The line that makes the dataset with these ``facts`` in the folder ``out``.
+    """The command line that generates the dataset with these ``facts`` in the folder ``out``.
 
     Parameters
     ----------
-    facts : the values in a ``dataset.json`` of any format; whatever cannot be part of a line is dropped.
+    facts : the values in a ``dataset.json`` of any format; values that cannot be part of a line are dropped.
     """
     if "import" in _object(facts.get("definition")):
         return f"vbbench import mot FOLDER --dataset DATASET --out {out}"
@@ -42,7 +42,7 @@ def generate_command(facts: Mapping[str, Any], out: str) -> str:
 
 
 def options_of(facts: Mapping[str, Any]) -> dict[str, Any]:
-    """The options that make the dataset with these ``facts``, by name; without those that are the default.
+    """The options that generate the dataset with these ``facts``, by name, without default values.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _of_trajectories(facts: Mapping[str, Any], definition: Mapping[str, Any]) ->
 
 
 def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict[str, Any]:
-    """Of a recording: whoever has it, and what else was read, knows where that lies."""
+    """Options of footage; paths of its files are placeholders, since they are not published."""
     scenes, kinds = facts.get("scenes"), _kinds(definition.get("files"))
     classes, cameras = definition.get("classes"), definition.get("cameras")
     cameras = cameras if isinstance(cameras, list) and cameras != ["panorama"] else []
@@ -104,7 +104,7 @@ def _of_footage(facts: Mapping[str, Any], definition: Mapping[str, Any]) -> dict
 
 
 def _kinds(files: Any) -> set[str]:
-    """What files of footage held: they are listed by kind and recording, or by recording and kind."""
+    """Kinds of the files of footage, which are listed by kind and recording, or by recording and kind."""
     if isinstance(files, dict):
         return {str(kind) for sums in files.values() for kind in _object(sums)}
     listed = files if isinstance(files, list) else []
@@ -112,7 +112,7 @@ def _kinds(files: Any) -> set[str]:
 
 
 def _camera(values: Mapping[str, Any], tier: Any) -> str | Mapping[str, Any] | None:
-    """The kind, of a camera that ``--camera`` makes; ``None`` of a tier's own; else its parameters."""
+    """The name of a camera that ``--camera`` accepts; ``None`` for a tier's own camera; else its parameters."""
     try:
         usual = camera_to_dict(make_camera(str(values.get("kind", ""))))
     except VbbenchError:
@@ -121,7 +121,7 @@ def _camera(values: Mapping[str, Any], tier: Any) -> str | Mapping[str, Any] | N
 
 
 def _people(numbers: list[Any]) -> str | list[int] | None:
-    """Numbers of people as the option takes them, or as they are where they are no range."""
+    """Numbers of people as the option's range, or the list if they are no range."""
     if not numbers or not all(type(number) is int for number in numbers):
         return None
     first, last, step = numbers[0], numbers[-1], numbers[1] - numbers[0] if len(numbers) > 1 else 1

@@ -1,4 +1,4 @@
-"""A Parquet table of a dataset or submission, read a range of sequences at a time; sequences from its rows."""
+"""Parquet tables of a dataset or submission, read a range of sequences at a time; sequences from their rows."""
 
 from collections import Counter
 from collections.abc import Collection
@@ -52,7 +52,7 @@ class RowBound:
 
     @property
     def most(self) -> int:
-        """Rows that are read: twice the possible ones, and `SPARE_ROWS`."""
+        """Greatest number of rows that is accepted: twice the possible ones, plus `SPARE_ROWS`."""
         return 2 * self.possible + SPARE_ROWS
 
     def check(self, path: Path, rows: int) -> None:
@@ -69,11 +69,11 @@ class SequenceTable:
     Parameters
     ----------
     path : the file.
-    name : what the table is called in `SCHEMAS`.
-    key : the column that it is ordered by.
+    name : name of the table in `SCHEMAS`.
+    key : the column by which it is ordered.
     optional : optional columns to read if they exist.
-    bound : the rows that a table of untrusted origin can have; its footer is then not trusted. ``None`` for a table of
-        a dataset, whose bytes `vbbench verify` checks.
+    bound : limit of the rows of an untrusted table, whose footer is then checked; ``None`` for a table of a dataset,
+        whose bytes `vbbench verify` checks.
 
     Raises
     ------
@@ -131,7 +131,7 @@ class SequenceTable:
         return {name: arrays[name][start:stop] for name in columns or self._columns}
 
     def read_ahead(self, keys: IntArray) -> None:
-        """Read the rows of these sequences at once and hold them, in place of those held before: `read` finds them."""
+        """Read the rows of these sequences at once into memory, for `read`; they replace those read ahead before."""
         keys = np.unique(keys)
         begins, ends = np.searchsorted(keys, self._first), np.searchsorted(keys, self._last, side="right")
         table = self._read(self._groups[ends > begins], self._columns) if self._whole is None else self._whole
@@ -140,7 +140,7 @@ class SequenceTable:
         self._ahead = frozenset(keys.tolist()), {name: values[order] for name, values in rows.items()}
 
     def _require_kinds(self, there: pa.Schema) -> None:
-        """Numbers and marks may have any type that can represent them; text must be text."""
+        """Raise FileError if a column's type cannot hold its values; numbers and marks may have several types."""
         wrong = [field.name for field in there if not _may_hold(field.type, self._schema.field(field.name).type)]
         if wrong:
             raise FileError(self.path, f"column {', '.join(wrong)} holds no numbers; write integers and floats")
@@ -174,7 +174,7 @@ class SequenceTable:
         return table
 
     def _ranges_by_statistics(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """First and last key of each row group by its statistics; the widest range if it has none."""
+        """First and last key of each row group from its statistics; the widest range if it has none."""
         leaf = leaf_of(self._file, self._key)
         stats = [self._file.metadata.row_group(group).column(leaf).statistics for group in self._groups.tolist()]
         try:
@@ -185,7 +185,7 @@ class SequenceTable:
         return first, last
 
     def _ranges_by_rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """First and last key of each row group by its rows."""
+        """First and last key of each row group from its rows."""
         run = np.cumsum(self._rows) // KEYS_AT_ONCE
         ranges = [self._ranges_of(np.flatnonzero(run == number)) for number in np.unique(run)]
         first, last = np.concatenate(ranges, axis=1) if ranges else np.empty((2, 0), np.int64)
@@ -210,14 +210,14 @@ def _may_hold(there: pa.DataType, wanted: pa.DataType) -> bool:
 
 
 def _is_mark(wanted: pa.Schema, there: pa.Schema, name: str) -> bool:
-    """Whether a column of numbers stands for True and False."""
+    """Whether the column ``name`` of numbers stands for True and False."""
     return bool(pa.types.is_boolean(wanted.field(name).type) and not pa.types.is_boolean(there.field(name).type))
 
 
 def open_parquet(
     path: Path, wanted: Collection[str], optional: Collection[str] = ()
 ) -> tuple[pq.ParquetFile, pa.Schema]:
-    """The open file, and the fields of its columns of those names.
+    """The open file, and the fields of the ``wanted`` and ``optional`` columns.
 
     Raises FileError if it is missing or not a Parquet file, lacks a wanted column, or has one twice or nested.
     """
@@ -276,7 +276,7 @@ Ranges = list[tuple[int, int]]
 
 
 def part_ranges(count: int, rows: ArrayLike | None = None) -> Ranges:
-    """The parts of ``count`` sequences: at most `PART_SIZE` each, and at most `ROWS_A_PART` rows if these are known.
+    """Ranges of ``count`` sequences: at most `PART_SIZE` each, and at most `ROWS_A_PART` rows if these are known.
 
     Parameters
     ----------

@@ -49,16 +49,16 @@ class Faults:
         return bool(self._count)
 
     def add(self, fault: str, kind: str | None = None) -> None:
-        """One fault: the file and place, what is wrong, what to do. Faults without a kind are always listed."""
+        """Add a fault: file and place, problem, remedy. Only the first faults of a ``kind`` are listed."""
         self._add(kind or fault, [fault], 1)
 
     def add_error(self, error: FileError) -> None:
-        """An error about a file of the submission, which is named without its folder."""
+        """Add an error about a file of the submission; its folder is omitted."""
         line = "" if error.line is None else f", line {error.line}"
         self.add(f"{error.path.name}{line}: {error.problem}")
 
     def add_rows(self, file: str, problem: str, columns: Mapping[str, NDArray[Any]], bad: BoolArray) -> None:
-        """The same fault in every row marked in ``bad`` [R]; ``columns`` identify the rows (ids, CSV line)."""
+        """Add the same fault for every row marked in ``bad`` [R]; ``columns`` identify the rows (ids, CSV line)."""
         rows = np.flatnonzero(bad)
         if len(rows):
             names = [_row_name(columns, row) for row in rows[:LISTED]]
@@ -90,19 +90,19 @@ class SubmissionInfo:
 
     Parameters
     ----------
-    solver : its name.
+    solver : name of the solver.
     dataset : id of the dataset that was solved.
     protocol : name of the protocol.
-    version : of the solver.
-    seconds_per_frame : mean time the solver took for a frame; ``None`` = not measured.
-    hardware, reference : what it ran on, and where it is described.
-    authors, code : who made it, and the web address of its code.
-    trained_on, tuned_on : what its parameters were learned from, and what its makers looked at when they chose the
-        rest; "nothing" is an answer.
-    delay : frames that an answer comes after its own frame: 0 where it depends on this frame and earlier ones alone,
-        `OFFLINE` where on the whole sequence; ``None`` = not said.
-    failure_policy : ``refuse`` = every scored row must be there; ``hold`` = a missing row is filled with the last
-        known value of that track or observer, and coverage says how many were not.
+    version : version of the solver.
+    seconds_per_frame : mean run time per frame; ``None`` = not measured.
+    hardware, reference : hardware of the run, and a publication about the solver.
+    authors, code : authors of the solver, and the web address of its code.
+    trained_on, tuned_on : data from which parameters were learned, and data on whose results other choices were made;
+        "nothing" is an answer.
+    delay : frames by which an answer is later than its own frame: 0 if it depends on this frame and earlier ones alone,
+        `OFFLINE` if on the whole sequence; ``None`` = not declared.
+    failure_policy : ``refuse`` = every scored row is required; ``hold`` = a missing row is filled with the last known
+        value of that track or observer, and coverage is the share of the others.
     """
 
     solver: str
@@ -134,7 +134,7 @@ class SubmissionInfo:
 
 
 def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
-    """The declared facts, with empty text for values that cannot be used; these are added to ``faults``."""
+    """The declared facts, with empty text for invalid values, which are added to ``faults``."""
     finish_swaps(folder)
     refuse_partitioned(folder, SUBMISSION_FILE)
     if not folder.is_dir():
@@ -166,7 +166,7 @@ class SubmissionWriter(WholeWriter):
     ----------
     folder : the folder to write into; created if needed.
     info : the declared facts.
-    fallback : whether the poses have the optional column ``fallback``.
+    fallback : whether the table of poses has the optional column ``fallback``.
 
     Examples
     --------
@@ -224,7 +224,7 @@ def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
 
 
 def _problem(name: str, value: Any) -> str | None:
-    """Why the value of a key cannot be used; ``None`` if it can."""
+    """The problem of a key's value; ``None`` if it is valid."""
     if name == "seconds_per_frame":
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if value is None or (number and 0 <= value <= LONGEST_FRAME):

@@ -1,4 +1,4 @@
-"""Tables of a submission, Parquet or CSV, read a range of sequences at a time; estimates as their rows, and back."""
+"""Tables of a submission, Parquet or CSV, read a range of sequences at a time; estimates as rows and back."""
 
 import csv
 import mmap
@@ -94,7 +94,7 @@ def read_csv_rows(
 ) -> Arrays | None:
     """Columns of a CSV file with a header, and the 1-based ``line`` of each row.
 
-    Columns may have any order; others than those in ``wanted`` and ``optional`` are ignored. What is wrong is added to
+    Columns may have any order; others than ``wanted`` and ``optional`` ones are ignored. Problems are added to
     ``faults``.
 
     Returns
@@ -104,7 +104,7 @@ def read_csv_rows(
     Raises
     ------
     FileError
-        If it cannot be read to its end: it has too many rows, a line is too long, or a quotation mark is not closed.
+        If reading stops early: there are too many rows, a line is too long, or a quotation mark is not closed.
     """
     header = _header(path)
     wanted = [*wanted, *(name for name in optional if name in header)]
@@ -155,7 +155,7 @@ def _short_lines(path: Path, file: TextIO) -> Iterator[str]:
 
 
 def _read_fast(path: Path, header: list[str], wanted: list[str], bound: RowBound) -> Arrays | None:
-    """Read a file quickly; ``None`` if a cell has a fault, or quotation marks may hide line ends in cells."""
+    """Read a file with a fast parser; ``None`` if a cell has a fault, or quoted cells may contain line ends."""
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
         if content.find(b'"') >= 0:
             return None
@@ -290,7 +290,7 @@ def _upper_triangle(table: str, covariances: FloatArray) -> dict[str, FloatArray
 
 
 def info_of_answer(dataset: Dataset, submission: Path | str) -> SubmissionInfo:
-    """What a submission to ``dataset`` declares.
+    """The declared facts of a submission to ``dataset``.
 
     Raises
     ------
@@ -361,7 +361,7 @@ def _covariances(table: str, rows: Arrays, where: tuple[Any, ...], shape: tuple[
 
 
 def unique_names(infos: Several[SubmissionInfo], submissions: Several[Path | str]) -> list[str]:
-    """Names, no two equal: of solvers, with the protocol for one that comes twice, else with folder and number."""
+    """Unique names of submissions: the solver, and where names are equal its protocol, else folder and number."""
     solvers = [info.solver for info in infos]
     protocols = [f"{info.solver} {info.protocol}" if solvers.count(info.solver) > 1 else info.solver for info in infos]
     folders = [

@@ -1,4 +1,4 @@
-"""Parquet tables of datasets and submissions: their columns, and how they are written row group by row group."""
+"""Parquet tables of datasets and submissions: their schemas, and writers by row group."""
 
 import hashlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -97,9 +97,9 @@ def to_arrow(name: str, columns: Columns) -> pa.Table:
 
 
 def row_groups(name: str, pieces: Sequence[Columns]) -> list[pa.Table]:
-    """What `to_arrow` makes of each of the pieces, whose columns are the same; they share their memory.
+    """The pieces as Arrow tables, like `to_arrow`; all have the same columns, and share their memory.
 
-    They are converted together: one by one, sequences of a few hundred rows cost more to convert than to make.
+    One conversion of all is faster than one for each: sequences have only a few hundred rows.
     """
     if len(pieces) == 1:
         return [to_arrow(name, pieces[0])]
@@ -162,15 +162,15 @@ reader hold in memory, grows with the logarithm of the number of sequences."""
 
 
 class WholeWriter:
-    """A context that writes under temporary names: files appear, whole, when the block ends well.
+    """A context that writes under temporary names, which are renamed when the block ends without error.
 
-    Subclasses open what they write in ``_open``.
+    Subclasses enter the files that they write into ``_open``.
     """
 
     _open: ExitStack
 
     def finish(self) -> None:
-        """Write what is left; only the renaming of the files remains."""
+        """Write the remaining data; after this, files are only renamed."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:
@@ -185,13 +185,13 @@ class WholeWriter:
 
 
 class TableWriter(WholeWriter):
-    """Writes one table row group by row group under a temporary name; it appears, whole, when the block ends well.
+    """Writes a table by row groups under a temporary name, which is renamed when the block ends without error.
 
     Parameters
     ----------
     path : the file.
-    name : what the table is called in `SCHEMAS`.
-    optional : the optional columns that it is to have; a row group without one has False or NaN there.
+    name : name of the table in `SCHEMAS`.
+    optional : its optional columns; a row group without one has False or NaN there.
     """
 
     def __init__(self, path: Path, name: str, optional: Collection[str] = ()) -> None:
@@ -215,7 +215,7 @@ class TableWriter(WholeWriter):
             self._flush()
 
     def finish(self) -> None:
-        """Write the remaining rows; nothing can be added after this, and only the renaming of the file remains."""
+        """Write the remaining rows; nothing can be added after this."""
         self._flush()
         self._writer.close()
         self._sink.close()
@@ -273,9 +273,9 @@ def content_sha256(path: Path) -> str:
 
 
 def first_repetition(*columns: IntArray) -> tuple[int, int] | None:
-    """The first row, in their order, that says in all ``columns`` [N] what an earlier one says: (earlier, later).
+    """The first row that equals an earlier one in all ``columns`` [N], as (earlier, later); ``None`` without any.
 
-    ``None`` if no two rows are equal. Rows in ascending order, as most files have them, are not sorted.
+    Ascending rows, as in most files, are not sorted again.
     """
     if _steps(columns)[1].all():
         return None
@@ -288,7 +288,7 @@ def first_repetition(*columns: IntArray) -> tuple[int, int] | None:
 
 
 def _steps(columns: Iterable[IntArray]) -> tuple[BoolArray, BoolArray]:
-    """[N − 1] whether each row is like the one before, and whether it is greater where they first differ."""
+    """[N − 1] whether each row equals the one before, and whether it is greater in the first column that differs."""
     equal: BoolArray = np.array(True)
     greater: BoolArray = np.array(False)
     for column in columns:

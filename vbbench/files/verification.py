@@ -1,4 +1,4 @@
-"""Checks a dataset folder: every checksum, and every invariant that readers rely on."""
+"""Verifies a dataset folder: every checksum, and every invariant that readers rely on."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,12 +21,12 @@ SAME_PLACE = 1e-9
 
 
 def verify(folder: Path | str, truth: Path | str | None = None) -> str:
-    """What was checked, as one line of text.
+    """Verify a dataset folder; returns a line with the checks.
 
     Raises
     ------
     FileError
-        At the first table whose bytes differ from what was written, or whose rows contradict one another.
+        At the first table whose checksum differs, or whose rows are inconsistent.
     """
     dataset = Dataset(folder, truth)
     checked = list(_check_sums(dataset))

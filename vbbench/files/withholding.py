@@ -1,7 +1,7 @@
-"""Withheld truth: what a maintainer keeps, what is published of it, and whether the two belong together.
+"""Withheld truth: the maintainer's private folder, the public dataset, and the check that they belong together.
 
-The truth tables and the seed, from which a simulated dataset's truth can be generated again, go to a separate folder.
-The dataset keeps the SHA-256 of every truth table, and its id, which is computed from the seed and everything else.
+The private folder holds the truth tables and the seed, from which a simulated dataset's truth can be regenerated. The
+dataset keeps the SHA-256 of every truth table, and its id, which is computed from the seed and everything else.
 """
 
 import json
@@ -27,19 +27,19 @@ def draw_seed() -> int:
 
 
 def secret_seed(out: Path) -> int:
-    """An unguessable seed: that of interrupted work on ``out``, or a new one."""
+    """An unguessable seed: that of an interrupted run into ``out``, or a new one."""
     path = next_to(real(out), WORK) / NEW_TRUTH / SEED_FILE
     seed = read_seed(path) if path.is_file() else 0
     return seed if seed.bit_length() > GUESSABLE_BITS else draw_seed()
 
 
 def truth_folder_of(out: Path) -> Path:
-    """Where withheld truth is kept."""
+    """The folder of the withheld truth of the dataset ``out``."""
     return next_to(real(out), TRUTH)
 
 
 def check_truth_free(kept: Path, overwrite: bool) -> None:
-    """Raise VbbenchError if withheld truth cannot be written to ``kept``: only truth is ever replaced."""
+    """Raise VbbenchError if withheld truth cannot be written to ``kept``; ``overwrite`` replaces truth alone."""
     if not kept.exists():
         return
     if not kept.is_dir() or any(path.name != SEED_FILE and path.suffix != ".parquet" for path in kept.iterdir()):
@@ -49,7 +49,7 @@ def check_truth_free(kept: Path, overwrite: bool) -> None:
 
 
 def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
-    """Keep the seed next to the truth tables in the folder ``truth``; return what may be published."""
+    """Write the seed next to the truth tables in the folder ``truth``; return the facts to publish."""
     keep_seed(info, truth)
     return info.without_seed()
 
@@ -60,7 +60,7 @@ def keep_seed(info: DatasetInfo, truth: Path) -> None:
 
 
 def check_truth(info: DatasetInfo, truth: Path) -> None:
-    """Raise FileError unless ``truth`` holds the published tables, and no other seed than the id's."""
+    """Raise FileError unless ``truth`` holds tables with the published hashes, and no other seed than the id's."""
     for name, facts in info.truth_tables.items():
         path = truth / name
         if not path.is_file():
@@ -72,7 +72,7 @@ def check_truth(info: DatasetInfo, truth: Path) -> None:
 
 
 def read_seed(path: Path) -> int:
-    """The seed that a ``seed.json`` keeps."""
+    """The seed in a ``seed.json``."""
     try:
         return int(read_json(path)["seed"])
     except (ValueError, KeyError, TypeError, OverflowError) as error:

@@ -1,1 +1,1 @@
-"""Long work: in parts, in several processes, on a cluster, stopped and resumed, with the same bytes."""
+"""Long work in resumable parts, in several processes or on a cluster, with the same bytes."""

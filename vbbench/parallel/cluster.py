@@ -57,7 +57,7 @@ def on_cluster(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) ->
 
 
 def _results(client: Any, run: Callable[[int, int], PackedPart], ranges: Iterable[tuple[int, int]]) -> Iterator[Any]:
-    """What ``run`` makes of the ranges, in any order; workers that join are given work, too."""
+    """The results of ``run`` for the ranges, in any order; workers that join later get work, too."""
     from distributed import as_completed
 
     left, running = iter(ranges), as_completed(loop=client.loop)
@@ -152,7 +152,7 @@ def _plain_errors(scheduler: str) -> Iterator[None]:
 def _published(client: Any, work: Work) -> Iterator[str]:
     """Send the work to every worker once, also to those that join later; tasks refer to it by this name.
 
-    A worker that leaves meanwhile makes Dask's call fail: the work is sent to the others again.
+    If a worker leaves meanwhile, Dask's call fails, and the work is sent to the others again.
     """
     from distributed import WorkerPlugin
     from distributed.protocol.pickle import dumps
@@ -189,7 +189,7 @@ def _published(client: Any, work: Work) -> Iterator[str]:
 def _check_workers(client: Any) -> None:
     """Raise VbbenchError if a worker lacks vbbench, or has other versions, before any work is done.
 
-    A worker that left while it was asked gets no work, and is no reason to stop.
+    A worker that leaves during the check is ignored.
     """
     for worker, answer in client.run(_differences, versions(), on_error="return").items():
         if isinstance(answer, OSError):
@@ -201,14 +201,14 @@ def _check_workers(client: Any) -> None:
 
 
 def _differences(wanted: dict[str, str]) -> str:
-    """What differs here from the client's versions, as the end of a sentence."""
+    """The differences of this worker's versions from the client's, as the end of a sentence."""
     here = versions()
     differing = [f"{name} {here[name]} (here {wanted[name]})" for name in wanted if here[name] != wanted[name]]
     return f"has {', '.join(differing)}; results might differ: install the same versions" if differing else ""
 
 
 def _run_part(name: str, wanted: dict[str, str], first: int, last: int) -> PackedPart:
-    """Make one part on a worker, which may have joined after the others were checked."""
+    """Compute one part on a worker; checks its versions, since it may have joined late."""
     from distributed import get_worker
 
     worker = get_worker()

@@ -1,4 +1,4 @@
-"""Partitioned datasets and submissions: a folder per table, a Parquet file per part, as a cluster writes them.
+"""Partitioned datasets and submissions of a cluster: a folder per table, a Parquet file per part.
 
 Next to the tables' folders is the folder ``partitioned``: one JSON file per part, written after all its tables, the
 facts of the whole (``dataset.json`` or ``submission.json``), and last of all ``layout.json``.
@@ -62,9 +62,9 @@ class Layout:
 
 
 def write_partitions(work: Work, ranges: Ranges, folder: Path, scheduler: str, *, label: str) -> list[dict[str, Any]]:
-    """Do the work, cut into ``ranges``, on a cluster (`cluster.on_cluster`); return every part's facts in order.
+    """Do the work on ``ranges`` on a cluster (`cluster.on_cluster`); return every part's facts in order.
 
-    Complete parts in ``folder`` are not made again.
+    Complete parts in ``folder`` are kept.
     """
     from vbbench.parallel.cluster import on_cluster
 
@@ -112,7 +112,7 @@ def read_layout(folder: Path) -> Layout:
 
 
 def _problem(layout: Layout) -> str | None:
-    """The first value that no command of vbbench would have written, as names become parts of paths."""
+    """The first invalid value of a layout, ``None`` without any; names are checked since they become parts of paths."""
     if not isinstance(layout.marker, str) or layout.marker not in _KNOWN:
         return f"marker is {layout.marker!r}"
     needed, extra = _KNOWN[layout.marker]
@@ -124,7 +124,7 @@ def _problem(layout: Layout) -> str | None:
 
 
 def _are_names(values: object) -> bool:
-    """Whether this is a list of distinct texts."""
+    """Whether a value is a list of distinct texts."""
     return isinstance(values, list) and all(isinstance(v, str) for v in values) and len(set(values)) == len(values)
 
 

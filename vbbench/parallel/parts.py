@@ -1,9 +1,9 @@
-"""Long work done in parts: in parallel, resumable, and with the same bytes for any number of workers.
+"""Long work in parts: parallel, resumable, and with the same bytes for any number of workers.
 
-The work on N sequences is cut into parts of a fixed number of sequences, or fewer if these are large, so that neither
-a worker nor the writer of the tables holds more than some megabytes. A worker writes its part's tables, one Arrow
-stream after the other, into a file that gets its final name when it is complete; the tables are then written from the
-parts in order. The cuts depend on the work alone, and are visible only as row groups of ``sequences``, one per part.
+The work on N sequences is divided into parts of a fixed number of sequences, or fewer if these are large, so that
+workers and the writer of the tables need only some megabytes each. A worker writes its part's tables, one Arrow stream
+after the other, into a file that is renamed when it is complete; the tables are then written from the parts in order.
+The division depends on the work alone, and is visible only as row groups of ``sequences``, one per part.
 """
 
 import json
@@ -58,7 +58,7 @@ class Part:
 
     @property
     def columns(self) -> dict[str, set[str]]:
-        """By table the columns that any of its row groups has."""
+        """The columns of each table's row groups."""
         return {name: self.columns_of(name) for name in self.groups}
 
     def columns_of(self, name: str) -> set[str]:
@@ -67,7 +67,7 @@ class Part:
 
     @property
     def nbytes(self) -> int:
-        """Bytes of its row groups in memory, about: texts are short."""
+        """Approximate size of its row groups in memory, in bytes."""
         return sum(sum(map(len, groups)) * _row_bytes(groups[0].schema) for groups in self.groups.values() if groups)
 
 
@@ -107,7 +107,7 @@ Work = Callable[[int, int], Part]
 
 
 class _LogLines:
-    """Stderr for a bar where it is no terminal: each state of the bar is a line."""
+    """Stderr as a stream for a progress bar without a terminal: each state of the bar is a line."""
 
     def write(self, text: str) -> None:
         if line := text.strip():
@@ -122,7 +122,7 @@ SILENCE = 60.0
 
 
 def progress_bar(total: int | None, label: str | None, *, done: int = 0, unit: str = "seq") -> "tqdm[NoReturn]":
-    """A progress bar on stderr; where that is no terminal, a line a minute after the first."""
+    """A progress bar on stderr; without a terminal, a line per minute after the first."""
     from tqdm import tqdm
 
     bar = partial(tqdm, total=total, initial=done, desc=label, unit=unit, unit_scale=unit == "B")
@@ -133,7 +133,7 @@ def progress_bar(total: int | None, label: str | None, *, done: int = 0, unit: s
 
 @contextmanager
 def without_bars() -> Iterator[None]:
-    """Nothing is drawn in the block, where bars of several processes would cover each other; words come at its end."""
+    """Draw no bars in the block, where those of several processes would overlap; messages are printed at its end."""
     said = StringIO()
     with redirect_stderr(said):
         yield
@@ -143,11 +143,10 @@ def without_bars() -> Iterator[None]:
 def write_in_parts(
     work: Work, ranges: Ranges, parts: Path, tables: dict[str, Path], *, jobs: int = 1, label: str
 ) -> list[dict[str, Any]]:
-    """Do the work, cut into ``ranges``, and write ``tables`` (path by name); return every part's facts in order.
+    """Do the work on ``ranges`` and write ``tables`` (path by name); return every part's facts in order.
 
-    Complete parts in the folder ``parts`` are not made again. A table gets an optional column if any part has it. The
-    first table is written while parts are made, the others after it, one by one: a table's footer grows with its row
-    groups.
+    Complete parts in the folder ``parts`` are kept. A table gets an optional column if any part has it. The first table
+    is written while parts are computed, the others after it, one by one, since open tables keep footers in memory.
     """
     make = partial(_make_part, work, parts)
     made = _make_here(make, ranges) if jobs == 1 else in_parallel(partial(make, keep=True), ranges, jobs)
@@ -169,7 +168,7 @@ def write_in_parts(
 def _noted(
     made: Iterable[tuple[tuple[int, int], Part | Path]], parts_made: list[Part | Path], bar: Any
 ) -> Iterator[Part | Path]:
-    """The parts as they come, each noted in ``parts_made``."""
+    """The parts as they arrive; appends each to ``parts_made``."""
     for (first, last), part in made:
         parts_made.append(part)
         bar.update(last - first)
@@ -190,17 +189,17 @@ def _write_table(path: Path, name: str, optional: Collection[str], parts_made: I
 
 
 def _optional(name: str, parts_made: Iterable[Part | Path]) -> set[str]:
-    """The columns that a table with optional ones has in any of the parts."""
+    """The optional columns that a table has in any of the parts."""
     return set().union(*(_columns(part, name) for part in parts_made)) if name in OPTIONAL else set()
 
 
 def _columns(part: Part | Path, name: str) -> Collection[str]:
-    """The columns that a table has in a part."""
+    """The columns of a table in a part."""
     return part.columns_of(name) if isinstance(part, Part) else _metadata(part, COLUMNS).get(name, ())
 
 
 def _metadata(path: Path, key: bytes) -> dict[str, Any]:
-    """Metadata of a part, which every stream of its file repeats."""
+    """Metadata of a part from its file, in which every stream repeats them."""
     with pa.memory_map(str(path)) as file:
         values: dict[str, Any] = json.loads(pa.ipc.open_stream(file).schema.metadata[key])
     return values
@@ -215,7 +214,7 @@ def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Par
 
 
 def _make_part(work: Work, parts: Path, first: int, last: int, *, keep: bool) -> Part | Path:
-    """Make one part unless its file is complete: a power cut may have truncated it."""
+    """Compute one part unless its file is complete; a power cut may have truncated it."""
     path = parts / f"{first:08d}-{last:08d}.arrows"
     if _is_whole(path):
         return path
@@ -268,13 +267,13 @@ def check_jobs(jobs: int) -> None:
 
 
 def processes_of(jobs: int) -> int:
-    """How many processes ``jobs`` asks for; raises as `check_jobs`."""
+    """The number of processes for ``jobs``; raises what `check_jobs` raises."""
     check_jobs(jobs)
     return (os.cpu_count() or 1) if jobs == -1 else jobs
 
 
 def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Any]:
-    """The results of ``function`` for each tuple of arguments, in order, made by ``jobs`` processes (−1: one per core).
+    """The results of ``function`` for each tuple of arguments, in order, from ``jobs`` processes (−1: one per core).
 
     Raises VbbenchError if a worker dies.
     """
@@ -305,7 +304,7 @@ def in_parallel(function: Callable[..., Any], calls: Iterable[tuple[Any, ...]], 
 
 @contextmanager
 def _apart_from_the_terminal() -> Iterator[None]:
-    """Start processes that leave the terminal's signals to this one, and clean up after it silently."""
+    """Start processes that ignore the terminal's signals, and whose clean-up is silent."""
     if not HAS_SIGNALS:
         yield
         return

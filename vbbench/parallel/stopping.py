@@ -1,4 +1,4 @@
-"""Stops a command when a signal asks for it: one line, none of its processes left, exit status 128 + the signal.
+"""Stops a command on a signal: one line, no remaining processes, exit status 128 + the signal.
 
 A signal wakes a thread, which prints the line, silences stderr and ends all processes below this one, whatever the main
 thread is doing. The main thread gets a `KeyboardInterrupt`, so that it leaves files and locks in order. If it has not
@@ -37,7 +37,7 @@ _PR_SET_PDEATHSIG, _PR_SET_CHILD_SUBREAPER = 1, 36
 
 
 def stoppable(run: Callable[[], int]) -> int:
-    """Run a command, in the main thread, and return its exit status; a signal ends the process with its own.
+    """Run a command, in the main thread, and return its exit status; a signal ends the process with that of the signal.
 
     A signal that is ignored (`nohup`, a job in the background of a script) stays ignored.
     """
@@ -65,7 +65,7 @@ def _until_interrupted(run: Callable[[], int]) -> int:
 
 
 class _Stop:
-    """The first signal counts; later ones change nothing."""
+    """The handler of signals; the first one counts."""
 
     def __init__(self) -> None:
         self.status: int | None = None
@@ -74,7 +74,7 @@ class _Stop:
         self._interrupted = False
 
     def listen(self) -> None:
-        """From now on signals stop this process."""
+        """Install the handler: signals stop this process."""
         reader, writer = os.pipe()
         os.set_blocking(writer, False)
         signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
@@ -101,7 +101,7 @@ class _Stop:
         os._exit(self.status or 1)
 
     def _interrupt(self, _number: int, _frame: FrameType | None) -> None:
-        """What the main thread does as soon as it is back in Python."""
+        """Interrupt the main thread, as soon as it is back in Python."""
         if self._interrupted:
             return
         self._interrupted = True
@@ -110,7 +110,7 @@ class _Stop:
 
 
 def _say_last(reason: signal.Signals) -> None:
-    """Say on stderr what stops the command, then close it: errors of libraries while they shut down are of no use."""
+    """Print on stderr what stops the command, then silence it, since libraries may print errors as they shut down."""
     if sys.__stderr__ is None:
         return
     line = f"vbbench: {REASONS[reason]}; run the same command again to continue\n"
@@ -121,7 +121,7 @@ def _say_last(reason: signal.Signals) -> None:
 
 
 def end_descendants() -> None:
-    """Ask every process below this one to end, where the system lists them (Linux).
+    """Send SIGTERM to every process below this one, if the system lists them (Linux).
 
     Processes that left the session, such as an image viewer, stay. The trackers that clean up after workers ignore
     SIGTERM: they end with the last worker.
@@ -151,7 +151,7 @@ def _descendants(ancestor: int) -> Iterator[int]:
 
 
 def end_with_parent(parent: int) -> None:
-    """From now on this process ends when its parent does, for whatever reason.
+    """Make this process end when its parent ends, for any reason.
 
     On Linux it ends at once; elsewhere a thread checks every `ORPHAN_CHECK` seconds. ``parent`` is the process id that
     the parent gave: it may have ended already.

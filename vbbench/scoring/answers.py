@@ -1,6 +1,6 @@
-"""A submission's answers to the scored rows: found, checked, and filled where its failure policy says so.
+"""A submission's answers to the scored rows: found, checked, and filled under the failure policy ``hold``.
 
-Every fault is reported, all at once.
+All faults are reported together.
 """
 
 from collections.abc import Iterator
@@ -167,7 +167,7 @@ class CheckedSubmission:
     ----------
     folder : the submission folder.
     dataset : the dataset it answers.
-    truth : if given, tracks of false alarms need no answer.
+    truth : the truth, if available: it marks false alarms, which need no answer.
     """
 
     def __init__(self, folder: Path, dataset: Dataset, truth: TruthRows | None) -> None:
@@ -187,7 +187,7 @@ class CheckedSubmission:
 
     @property
     def protocol(self) -> Protocol:
-        """The protocol named; if it does not exist, the one whose scored rows all protocols share."""
+        """The declared protocol; if that does not exist, one with the rows that all protocols score."""
         return get_protocol(self.info.protocol if self.info.protocol in PROTOCOLS else "sequential")
 
     def chunks(self, only: int | None = None) -> Iterator[tuple[ScoredRows, Answers]]:
@@ -272,7 +272,7 @@ class CheckedSubmission:
 
 @dataclass(frozen=True, kw_only=True)
 class Share:
-    """How many of the rows that are scored a submission has."""
+    """Numbers of scored rows: those that a submission has, and all."""
 
     there: int
     wanted: int
@@ -288,7 +288,7 @@ class Checked:
     Parameters
     ----------
     info, dataset, protocol : the submission's facts, the dataset it answers, and how it was solved.
-    poses, positions : rows that must be there. Boxes of nobody are among them; they are not scored.
+    poses, positions : required rows; those of false alarms are among them, but are not scored.
     """
 
     info: SubmissionInfo
@@ -298,7 +298,7 @@ class Checked:
     positions: Share
 
     def table(self) -> str:
-        """What was checked, for people."""
+        """The result of the check as text."""
         info, data = self.info, self.dataset
         lines = [
             f"{f'{info.solver} {info.version}'.strip()} on {data.split} ({data.camera.kind}, {data.tier}, {data.id}), "

@@ -1,14 +1,14 @@
-"""Means of sequences that share people and time, and how sure they are: a block bootstrap over time within scenes.
+"""Means of sequences that share people and time, with intervals: a block bootstrap over time within scenes.
 
-The circular block bootstrap (Politis & Romano 1992) draws stretches of time instead of sequences. For a mean the
-variance that it gives needs no draws: with e the figures less their mean, and M the share of the blocks with the one
-that have the other, too (a triangle over the time between them), it is e'Me / N².
+The circular block bootstrap (Politis & Romano 1992) resamples blocks of time instead of sequences. The variance of a
+mean has a closed form, e'Me / N²: e holds the figures less their mean, and M the share of the blocks with one sequence
+that contain the other, too (a triangle over the time between them).
 
-With few blocks that variance is too small and itself unsure, and sequences crowd at some times. As Bell & McCaffrey
-(Survey Methodology 28, 2002) do for clusters, both are corrected as if the truth were known: of figures correlated
-over `REACH` of a block, it is computed what e'Me is on average, and to how many degrees of freedom. Student's t with
-these takes the place of the normal; for white noise that is the fixed-b correction of Shao & Politis
-(J. Royal Statistical Society B 75, 2013).
+With few blocks this variance is biased and uncertain, the more so if sequences cluster in time. As Bell & McCaffrey
+(Survey Methodology 28, 2002) do for clusters, expectation and degrees of freedom of e'Me are computed for figures with
+a working correlation over `REACH` of a block. The variance is divided by that bias, and Student's t replaces the normal
+distribution; for white noise this is the fixed-b correction of Shao & Politis (J. Royal Statistical Society B 75,
+2013).
 """
 
 from dataclasses import dataclass
@@ -30,14 +30,14 @@ SHARE_OF_SCENE = 0.1
 
 @dataclass(frozen=True, kw_only=True)
 class Timeline:
-    """The scenes of a dataset one after the other, and where on this line each sequence is. Times are in frames.
+    """All scenes of a dataset concatenated in time, with the place of each sequence. Times are in frames.
 
     Parameters
     ----------
     scene : [N] the scene of each sequence.
-    middle : [N] the middle of its time.
-    total : length of the line.
-    longest_scene, longest, typical : the longest scene; the longest sequence, and the mean one.
+    middle : [N] the middle of each sequence.
+    total : length of all scenes.
+    longest_scene, longest, typical : lengths of the longest scene, the longest sequence and the mean sequence.
     """
 
     scene: IntArray
@@ -49,7 +49,7 @@ class Timeline:
 
     @staticmethod
     def of(scene: IntArray, first_frame: IntArray, last_frame: IntArray) -> "Timeline":
-        """The timeline of sequences [N] that have the frames first_frame to last_frame of their scenes."""
+        """The timeline of sequences [N], by the first and last frame of each in its scene."""
         _, place = np.unique(scene, return_inverse=True)
         begin, end = first_frame.astype(float), last_frame + 1.0
         scenes = int(place.max(initial=-1)) + 1
@@ -67,11 +67,11 @@ class Timeline:
         )
 
     def block_length(self, values: FloatArray) -> float:
-        """Frames of a block for the means of the columns of figures [N, M], NaN = none; one length for all of them."""
+        """Length of blocks in frames for means of the columns of figures [N, M], NaN = none; one length for all."""
         return max(RULES_A_BLOCK * self._rule(values), self.longest, SHARE_OF_SCENE * self.longest_scene)
 
     def _rule(self, values: FloatArray) -> float:
-        """What the rule says of the sums of figures over stretches of time, each as long as a typical sequence."""
+        """Optimal length of blocks in frames, by sums of figures over bins of time as long as a typical sequence."""
         stretches = max(2, round(self.total / self.typical))
         width = self.total / stretches
         stretch = np.minimum(self.middle / width, stretches - 1).astype(np.int64)
@@ -86,12 +86,12 @@ class Timeline:
 
 
 def optimal_length(correlation: FloatArray, size: int) -> float:
-    """The length of the blocks of a circular bootstrap that is best for the variance of a mean.
+    """Optimal length, in values, of the blocks of a circular bootstrap for the variance of a mean.
 
     Parameters
     ----------
     correlation : [K] autocorrelation of the series at lags 0, 1, …
-    size : values in the series.
+    size : length of the series.
     """
     limit = 2.0 * np.sqrt(np.log10(size) / size)
     lags = 2 * max(_last_significant(np.abs(correlation[1:]) < limit, _in_a_row(size)), 1)
@@ -128,7 +128,7 @@ def residuals(values: FloatArray) -> FloatArray:
 
 
 def _in_a_row(size: int) -> int:
-    """How many lags must be insignificant for the correlation to have ended."""
+    """Number of consecutive insignificant lags that end the correlation."""
     return max(5, int(np.ceil(np.sqrt(np.log10(size)))))
 
 
@@ -139,7 +139,7 @@ def _last_significant(small: BoolArray, run: int) -> int:
 
 
 def _carried(values: IntArray, there: BoolArray) -> IntArray:
-    """The values [n], where one is not there the last before it."""
+    """The values [n], each missing one replaced by the last before it."""
     last = np.maximum.accumulate(np.where(there, np.arange(len(values)), 0))
     return values[last]
 
@@ -163,7 +163,7 @@ class Means:
     mean : [M], NaN without a figure.
     error : [M] standard errors, NaN where the sequences are too few for one.
     degrees : [M] degrees of freedom of Student's t.
-    block, blocks : frames of a block, and how many blocks the time has.
+    block, blocks : length of a block in frames, and number of blocks in the total time.
     """
 
     mean: FloatArray
@@ -185,7 +185,7 @@ class Means:
         return np.stack([self.mean / factor, np.minimum(self.mean * factor, np.maximum(largest, self.mean))], axis=-1)
 
     def p_values(self) -> FloatArray:
-        """[M] two-sided, for a mean of 0; NaN without an interval."""
+        """Two-sided p-values [M] for a mean of 0; NaN without an interval."""
         t = np.divide(np.abs(self.mean), self.error, out=np.full_like(self.mean, np.inf), where=self.error > 0)
         from scipy.special import stdtr
 
@@ -205,7 +205,7 @@ def block_means(timeline: Timeline, values: FloatArray, block: float | None = No
 
     Parameters
     ----------
-    block : frames of a block; by default as `Timeline.block_length` says of these figures.
+    block : length of a block in frames; by default `Timeline.block_length` of these figures.
     """
     block = timeline.block_length(values) if block is None else block
     there = ~np.isnan(values)
@@ -224,18 +224,18 @@ def block_means(timeline: Timeline, values: FloatArray, block: float | None = No
 
 @cache
 def _libraries() -> ThreadpoolController:
-    """Those whose threads are counted; to look for them takes longer than most means."""
+    """The numerical libraries, whose threads are limited; cached, as finding them takes longer than most means."""
     return ThreadpoolController()
 
 
 def is_enough(blocks: float, sequences: IntArray) -> BoolArray:
-    """Whether so many sequences [M] in so many blocks of time have an interval."""
+    """Whether so many ``sequences`` [M] in so many ``blocks`` of time suffice for an interval."""
     enough: BoolArray = (blocks > FEWEST_BLOCKS - 1e-9) & (np.asarray(sequences) >= FEWEST_SEQUENCES)
     return enough
 
 
 def block_shares(timeline: Timeline, middle: FloatArray, block: float) -> FloatArray:
-    """[n, n] the share of the blocks with the time ``middle`` [n] of one that have that of the other, too."""
+    """[n, n] share of the blocks with the time ``middle`` [n] of one sequence that contain that of the other, too."""
     apart = np.abs(middle[:, None] - middle)
     shares: FloatArray = np.clip(1.0 - np.minimum(apart, timeline.total - apart) / block, 0.0, 1.0)
     return shares
@@ -261,14 +261,14 @@ def _errors(timeline: Timeline, values: FloatArray, block: float) -> tuple[Float
 
 
 def _corrections(counts: FloatArray, shares: FloatArray, similar: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """For each column of counts [n, M] how many times e'Me the variance of the sum is, and the degrees of freedom."""
+    """Factors [M] from e'Me to variances of sums, and degrees of freedom [M], for columns of ``counts`` [n, M]."""
     kinds, kind = np.unique(counts, axis=1, return_inverse=True)
     pairs = np.array([_correction(kinds[:, k], shares, similar) for k in range(kinds.shape[1])])
     return pairs[kind.ravel(), 0], pairs[kind.ravel(), 1]
 
 
 def _correction(count: FloatArray, shares: FloatArray, similar: FloatArray) -> tuple[float, float]:
-    """With C the covariance of the sums and R what takes the mean off them: 1'C1 / tr(R'MRC), 2 tr²(·) / 2 tr((·)²)."""
+    """1'C1 / tr(R'MRC) and 2 tr²(·) / 2 tr((·)²); C is the working covariance of the sums, and R subtracts the mean."""
     covariance = similar * np.outer(count, count)
     taken = shares @ count / count.sum()
     centred = shares - taken[:, None] - taken + count @ taken / count.sum()

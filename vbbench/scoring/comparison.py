@@ -1,4 +1,4 @@
-"""Compares two submissions on the sequences that both were scored on, by capped figures: block bootstrap over time."""
+"""Compares submissions on common sequences by capped figures, with a block bootstrap over time."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -51,7 +51,7 @@ class SideBySide:
         return self.csv() if form == "csv" else "\n".join(getattr(self.table(), form)()).rstrip()
 
     def table(self) -> Table:
-        """The table for people: capped means with intervals, the best of each column marked, and every caution."""
+        """The table as text: capped means with intervals, the best of each column marked, and every caution."""
         cells = shown_cells([one.values() for one in self.scores.values()])
         refused = [[name, "refused", *[""] * (len(SHOWN_HEAD) - 1)] for name in map(_name, self.refused)]
         return Table(
@@ -89,7 +89,7 @@ class SideBySide:
         return (info.dataset, data.split, data.tier, self._one.protocol.id)
 
     def _names(self) -> list[str]:
-        """The solvers, with their folders where two have one name."""
+        """Names of the solvers, with folders where two names are equal."""
         solvers = [one.info.solver for one in self.scores.values()]
         return [
             unmarked(name if solvers.count(name) == 1 else f"{name} ({folder})")
@@ -117,7 +117,7 @@ _PLACE = ("dataset", "split", "tier", "protocol")
 def score_several(
     submissions: Sequence[Path | str], dataset: Path | str, truth: Path | str | None = None
 ) -> SideBySide:
-    """Score submission folders against the dataset that all of them answer; parameters as of `score`.
+    """Score submission folders against the dataset that all of them answer; parameters as in `score`.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def score_several(
 
 
 def _check_same_rows(folders: Sequence[Path]) -> None:
-    """Raise VbbenchError if two submissions do not belong into one table; those without readable facts have none."""
+    """Raise VbbenchError if two submissions differ in dataset or protocol; skips those without readable facts."""
     first: dict[str, tuple[Path, str]] = {}
     for folder in folders:
         try:
@@ -163,14 +163,14 @@ def _name(folder: Path) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """Of one metric: mean over sequences of (A − B), so that below 0 A is better.
+    """The difference of two submissions in one metric: mean over sequences of A − B; A is better if it is below 0.
 
     Parameters
     ----------
-    difference, ci95 : the mean with both figures capped, and its interval, in the metric's unit.
+    difference, ci95 : mean difference of capped figures, and its 95 % interval, in the metric's unit.
     p_value : two-sided, for no difference of capped figures; NaN where the sequences are too few for one.
-    mean_difference : the mean of the figures as they are.
-    sequences : how many have a figure in both.
+    mean_difference : mean difference of uncapped figures.
+    sequences : number of sequences with a figure in both.
     """
 
     difference: float
@@ -182,7 +182,7 @@ class Difference:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """Two scores on the same dataset under the same protocol, the differences by metric, and blocks of their time."""
+    """Two scores on one dataset under one protocol, their differences by metric, and the number of blocks of time."""
 
     a: Score
     b: Score
@@ -209,7 +209,7 @@ class Comparison:
         return json.dumps(self.values(), indent=2, ensure_ascii=False)
 
     def table(self) -> str:
-        """The comparison as a table for people."""
+        """The comparison as a text table."""
         a, b = self.a, self.b
         head = [
             f"A = {a.info.solver} (coverage {a.coverage:.2%}), B = {b.info.solver} (coverage {b.coverage:.2%})",
@@ -273,7 +273,7 @@ _COMPARED = "Compared, and ranked on boards, by capped means: of min(error, cap 
 
 
 def _differences(a: Score, b: Score) -> tuple[dict[str, Difference], float]:
-    """The differences by metric, and how many blocks of time they are from."""
+    """The differences by metric, and the number of blocks of time."""
     figures = [{name: score.per_sequence.figures[name] for name in METRICS} for score in (a, b)]
     one, two = (capped_figures(a.protocol.caps, own) for own in figures)
     means = block_means(a.per_sequence.timeline, one - two)

@@ -1,4 +1,4 @@
-"""The numbers behind figures of errors of several submissions, over time and cumulative, as JSON."""
+"""Errors of several submissions, over time and as cumulative distributions: the data of plots, also as JSON."""
 
 import json
 from collections.abc import Mapping
@@ -31,12 +31,12 @@ class ErrorsInTime:
 
     Parameters
     ----------
-    info, dataset, protocol : what they are of.
-    only : the one sequence they are of; ``None`` = all.
-    sequence, frame : [F] which frames were scored.
+    info, dataset, protocol : facts of the submission, its dataset and its protocol.
+    only : the only sequence that is read; ``None`` = all.
+    sequence, frame : [F] sequence and frame of each scored frame.
     answered : [F] whether every scored row of the frame was submitted; others are filled by the failure policy.
     frames : metric → [F] errors in the metric's unit, means over people where they are of people; NaN = none.
-    per_sequence : figures of every scored sequence, and how much of it was submitted.
+    per_sequence : figures and coverage of every scored sequence.
     """
 
     info: SubmissionInfo
@@ -60,12 +60,12 @@ class ErrorsInTime:
         return self.per_sequence.total_coverage
 
     def summaries(self) -> dict[str, Summary]:
-        """Metric → figures of the split, as a score has them."""
+        """Summaries of the split by metric, as in a score."""
         own = self.per_sequence
         return summarise(own.timeline, self.protocol, own.figures, self.frames)
 
     def samples(self, metric: str) -> FloatArray:
-        """[N] the figures that are compared: of sequences, or of the frames of the only one."""
+        """[N] figures of a metric for the cumulative distribution: of sequences, or of the frames of a single one."""
         return known(self.per_sequence.figures[metric] if self.only is None else self.frames[metric])
 
 
@@ -75,8 +75,8 @@ def errors_in_time(submission: Path | str, dataset: Dataset, only: int | None = 
     Parameters
     ----------
     submission : the folder.
-    dataset : what it answers, with its truth.
-    only : number of the one sequence that is wanted; its rows alone are then read and checked.
+    dataset : its dataset, with truth.
+    only : number of a single sequence, whose rows alone are then read and checked.
 
     Raises
     ------
@@ -109,9 +109,9 @@ def errors_in_time(submission: Path | str, dataset: Dataset, only: int | None = 
 
 @dataclass(frozen=True, kw_only=True)
 class OverTime:
-    """Errors of the frames so many ``seconds`` [S] after the given ones: median and middle half over sequences.
+    """Errors by the time in s [S] since the last given frame: median and quartiles over ``sequences`` [S], a number.
 
-    ``sequences`` [S] says over how many; of one sequence, its errors are their own medians and quartiles.
+    For a single sequence, median and quartiles are the errors themselves.
     """
 
     seconds: FloatArray
@@ -122,7 +122,7 @@ class OverTime:
 
 
 def over_time(errors: ErrorsInTime, metric: str) -> OverTime:
-    """A metric's errors over the time since the given frames."""
+    """The errors of a metric over the time since the last given frame."""
     there = np.isfinite(errors.frames[metric])
     order = np.argsort(errors.frame[there], kind="stable")
     values, seconds = errors.frames[metric][there][order], errors.seconds[there][order]
@@ -134,7 +134,7 @@ def over_time(errors: ErrorsInTime, metric: str) -> OverTime:
 
 
 def cumulative(samples: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Errors [N], ascending, and the share [N] of the samples [N] that are not above each."""
+    """The cumulative distribution of samples [N]: ascending errors [N], and the share [N] of samples up to each."""
     return np.sort(samples), np.arange(1, len(samples) + 1) / max(len(samples), 1)
 
 
@@ -148,9 +148,9 @@ class ErrorTables:
 
     Parameters
     ----------
-    names : of the submissions, no two equal.
-    errors : of each.
-    metrics : which of them are wanted.
+    names : names of the submissions, no two equal.
+    errors : errors of each submission.
+    metrics : the metrics that are shown.
     """
 
     names: tuple[str, ...]
@@ -159,7 +159,7 @@ class ErrorTables:
 
     @property
     def only(self) -> int | None:
-        """The one sequence they are of; ``None`` = all."""
+        """The single sequence that is shown; ``None`` = all."""
         return self.errors[0].only
 
     @property
@@ -169,12 +169,12 @@ class ErrorTables:
 
     @property
     def unit(self) -> str:
-        """What a sample is."""
+        """Name of a sample: a sequence, or a frame."""
         return "sequences" if self.only is None else "frames"
 
     @property
     def drawn_seconds(self) -> float:
-        """How far curves over time are drawn: as long as enough sequences last."""
+        """Time in s up to which curves are drawn: until too few sequences are left."""
         ends = []
         for own in self.errors:
             moments, counts = np.unique(own.seconds, return_counts=True)
@@ -183,11 +183,11 @@ class ErrorTables:
 
     @cached_property
     def summaries(self) -> tuple[Mapping[str, Summary], ...]:
-        """Metric → figures of the split, of each submission; none of one sequence."""
+        """Summaries by metric of each submission; empty for a single sequence."""
         return tuple(own.summaries() if self.only is None else {} for own in self.errors)
 
     def capped(self, number: int, metric: str) -> tuple[float, tuple[float, float]]:
-        """The capped mean of a submission with its interval; of one sequence the mean over its frames, without one."""
+        """The capped mean of a submission, with its interval; of a single sequence the mean over frames, without."""
         if self.only is not None:
             return float(self.errors[number].per_sequence.figures[metric][0]), (np.nan, np.nan)
         own = self.summaries[number][metric]
@@ -195,7 +195,7 @@ class ErrorTables:
 
     @property
     def title(self) -> str:
-        """What the figures are of, in one line."""
+        """The title of the figures."""
         data = self.dataset
         tier = data.tier if data.pixel_std == 0 else f"{data.tier} (σ = {data.pixel_std:g} px)"
         which = [] if self.only is None else [f"sequence {self.only}"]
@@ -203,7 +203,7 @@ class ErrorTables:
 
     @property
     def facts(self) -> str:
-        """How to read the figures, in one line."""
+        """A line with the number of sequences or frames, and the meaning of curves."""
         own = self.errors[0].per_sequence
         count = f"{len(own.sequence)} sequences, {own.frames.sum()} frames"
         if self.only is not None:
@@ -214,7 +214,7 @@ class ErrorTables:
         return f"{count};  {time}"
 
     def notes(self) -> list[str]:
-        """What a reader must not overlook."""
+        """Cautions for readers of the figures."""
         notes = []
         if len({own.protocol.name for own in self.errors}) > 1:
             notes.append("Caution: made under different protocols, and so given different truth.")
@@ -236,7 +236,7 @@ class ErrorTables:
         return self.dataset.truth in METRICS[metric].known
 
     def summary(self) -> tuple[list[str], list[list[str]]]:
-        """Head and rows of a table: a row per submission with its means, failures and coverage."""
+        """Header and rows of a table: a row per submission with its means, failure rates and coverage."""
         first = "dx" if "dx" in self.metrics else self.metrics[0]
         kind = "mean" if self.only is not None else "capped"
         head = ["", "protocol", *(f"{kind} {METRICS[metric].label}" for metric in self.metrics), "answered"]
@@ -318,9 +318,9 @@ def error_tables(
 
     Parameters
     ----------
-    dataset : with its truth.
+    dataset : the dataset, with truth.
     submissions : folders that answer it, at least one.
-    only : number of the one sequence that is wanted.
+    only : number of a single sequence.
     metrics : keys of `METRICS`; by default Δx̃, Δx, Δr and Δt, as far as they are known.
 
     Raises

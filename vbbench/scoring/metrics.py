@@ -35,12 +35,12 @@ PLACES: dict[str, tuple[str, Change]] = {
 def other_readings(
     poses: FloatArray, places: FloatArray, like: tuple[FloatArray, FloatArray], *, early: bool = False
 ) -> Iterator[str]:
-    """What poses [P, 3] and places [Q, 2] of people seem to be in, a line each.
+    """Probable errors of unit or axes in poses [P, 3] and places [Q, 2] of people, a line each.
 
     Parameters
     ----------
-    poses, places : the answers, in m and rad as the format wants them; NaN = none.
-    like : what they should be about: the truth, or the last ones given.
+    poses, places : the answers, which should be in m and rad; NaN = none.
+    like : reference values: the truth, or the last given ones.
     early : whether they are of the first frames only, in which no camera turns around.
     """
     yield from _readings("yaw", poses[:, 2], like[0][:, 2], YAWS, early)
@@ -51,7 +51,7 @@ def other_readings(
 def _readings(
     what: str, values: FloatArray, like: FloatArray, changes: dict[str, tuple[str, Change]], early: bool = False
 ) -> Iterator[str]:
-    """A line for each change after which values [N] or [N, 2] are nearly those they should be ``like``."""
+    """A line for each change that brings values [N] or [N, 2] close to the reference ``like``."""
     known = is_credible(np.column_stack([values, like])).all(axis=1)
     if known.sum() < FEWEST:
         return
@@ -150,13 +150,13 @@ class Metric:
 
     Parameters
     ----------
-    symbol, name, unit : how it is written in tables and at curves, what it is in words, and its unit.
-    meaning : for readers of a leaderboard.
-    over : what it is the mean of, and so what ``function`` is called with: for ``frames`` poses and true poses; for
-        ``people`` positions, the observer's poses, and the true ones of both; for ``seconds`` the poses at both ends of
-        about a second, the true ones of both, and the time between.
+    symbol, name, unit : symbol in tables and plots, name in words, and unit.
+    meaning : explanation for readers of a leaderboard.
+    over : the mean's domain, and so the arguments of ``function``: for ``frames`` poses and true poses; for ``people``
+        positions, the observer's poses, and the true ones of both; for ``seconds`` the poses at both ends of about a
+        second, the true ones of both, and the time between in s.
     function : the errors, one per frame, person in a frame, or second.
-    without_poses : of people, whether it holds where true positions are known relative to the camera only.
+    without_poses : whether a metric of people is defined if true positions are known relative to the camera only.
     """
 
     symbol: str
@@ -169,7 +169,7 @@ class Metric:
 
     @property
     def known(self) -> tuple[Known, ...]:
-        """What must be known of a dataset's truth for this metric."""
+        """The kinds of truth for which this metric is defined."""
         if self.over != "people":
             return ("whole", "poses")
         return ("whole", "relative") if self.without_poses else ("whole",)
@@ -180,7 +180,7 @@ class Metric:
 
     @property
     def label(self) -> str:
-        """Symbol and unit, as the head of a column or an axis has them."""
+        """Symbol and unit, for the head of a column or an axis."""
         return f"{self.symbol} ({self.unit})"
 
     @property
@@ -260,7 +260,7 @@ def frame_errors(
     ----------
     poses, true_poses : [..., 3] in m and rad.
     positions, true_positions : [..., K, 2] in m.
-    counted : [..., K] who counts in errors of people; of these, those with an estimate and a true position do.
+    counted : [..., K] mask of people in the means; those without estimate or true position are skipped.
     """
     rows = {
         "frames": (poses, true_poses),

@@ -29,13 +29,13 @@ class Summary:
 
     Parameters
     ----------
-    capped : mean over sequences of min(figure, cap of the protocol): the headline, by which boards rank.
+    capped : mean over sequences of min(figure, cap of the protocol), by which boards rank.
     failure_rate : share of the sequences with a figure above the protocol's limit; NaN where it sets none.
-    median, p95, mean, std : over the sequences' figures as they are.
+    median, p95, mean, std : statistics over the sequences' uncapped figures.
     capped_ci95, ci95 : 95 % intervals of ``capped`` and ``mean`` by a block bootstrap over time; NaN where the
         sequences are too few or too long for one.
-    frame_mean, frame_std : over all frames of all sequences.
-    blocks : how many blocks the sequences' time has.
+    frame_mean, frame_std : statistics over all frames of all sequences.
+    blocks : number of blocks of the bootstrap.
     """
 
     capped: float = NAN
@@ -65,8 +65,8 @@ def summarise(
 
     Parameters
     ----------
-    timeline : when the sequences were.
-    protocol : whose caps and limits hold.
+    timeline : times of the sequences.
+    protocol : the protocol, with caps and limits.
     sequences : metric → [N] one figure per sequence, NaN where it has none.
     frames : metric → [F] one figure per frame, NaN likewise.
     """
@@ -90,7 +90,7 @@ def summarise(
 
 
 def capped_figures(caps: Mapping[str, float], sequences: Mapping[str, FloatArray]) -> FloatArray:
-    """[N, M] the figures [N] of M metrics, none above the metric's cap."""
+    """[N, M] figures [N] of M metrics, limited to each metric's cap."""
     return np.stack([np.minimum(values, caps.get(name, np.inf)) for name, values in sequences.items()], axis=1)
 
 
@@ -161,7 +161,7 @@ def value_cells(score: Values) -> list[object]:
 
 
 def ranking_fact(protocol: Protocol) -> str:
-    """What the columns for people hold."""
+    """A line that explains the columns of a table."""
     cap, turn, lost = protocol.caps["dx"], protocol.caps["dr"], protocol.failures["dx"]
     return (
         f"Capped means, by which boards rank: over sequences, of min(error, {cap:g} m or {turn:g} rad), with 95 % "
@@ -171,7 +171,7 @@ def ranking_fact(protocol: Protocol) -> str:
 
 
 def _errors(figures: Sequence[Values], groups: Sequence[object]) -> list[str]:
-    """A metric's column."""
+    """The cells of a metric's column."""
     values = [one["capped"] for one in figures]
     digits = decimals([value for value in values if value is not None])
     return best([_with_interval(one, digits) for one in figures], values, groups)
@@ -198,7 +198,7 @@ class PerSequence:
     sequence : [N] its number in the dataset.
     scene, first_frame, last_frame : [N] its scene, and its first and last frame there, scored or not.
     frames, positions : [N] scored poses and positions.
-    posed, placed : [N] how many of them were submitted.
+    posed, placed : [N] submitted poses and positions among these.
     figures : metric → [N] mean over the sequence's frames (or person-frames), NaN where it has none.
     """
 
@@ -226,7 +226,7 @@ class PerSequence:
 
     @property
     def timeline(self) -> Timeline:
-        """When the sequences were."""
+        """The times of the sequences."""
         return Timeline.of(self.scene, self.first_frame, self.last_frame)
 
     @property
@@ -259,8 +259,8 @@ class Score:
     info : what the submission declares.
     dataset : facts of the dataset.
     protocol : the protocol it was scored under.
-    total_sequences : in the dataset; those without a scored frame have no figures.
-    fallback_frames : scored frames in which the observer's own prior decided; ``None`` = not reported.
+    total_sequences : number of sequences in the dataset; those without a scored frame have no figures.
+    fallback_frames : scored frames whose pose is the solver's prior of the observer; ``None`` = not reported.
     per_sequence : figures of each scored sequence.
     summaries : metric → figures of the split.
     """
@@ -289,7 +289,7 @@ class Score:
         return self.per_sequence.total_coverage
 
     def values(self) -> dict[str, Any]:
-        """The score as results of boards hold it."""
+        """The score in the form of boards' results."""
         values: dict[str, Any] = {
             "dataset": self.info.dataset,
             "protocol": self.protocol.name,
@@ -315,10 +315,7 @@ class Score:
         return values | {name: note for name, note in notes.items() if note not in (None, "whole")}
 
     def published(self) -> dict[str, Any]:
-        """`values` with the names under which other programs look for them, too.
-
-        They are ``capped_mean`` of each metric, and Δx's ``failure_rate`` for all.
-        """
+        """`values` with more keys for other programs: ``capped_mean`` of each metric, and Δx's ``failure_rate``."""
         values = self.values()
         for part in ("metrics", "drift"):
             values[part] = {name: one | {"capped_mean": one["capped"]} for name, one in values[part].items()}
@@ -329,7 +326,7 @@ class Score:
         return json.dumps(self.published(), indent=2, ensure_ascii=False)
 
     def table(self) -> str:
-        """The score as a table for people, with the dataset's caution if it has one."""
+        """The score as a text table, with the dataset's caution if it has one."""
         own = self.per_sequence
         rows = [
             self._line(name, own.position_coverage if metric.over == "people" else own.pose_coverage)
@@ -338,7 +335,7 @@ class Score:
         return "\n".join([*self._heading(), _HEADER, *rows, _RANKS, *self.notes()])
 
     def notes(self) -> Iterator[str]:
-        """What must be known to read its figures: where intervals come from, the dataset's caution, what is unknown."""
+        """Notes on the figures: source of the intervals, the dataset's caution, unknown truth."""
         yield interval_note(self.per_sequence.timeline, self.summaries["dx"].blocks)
         if self.dataset.caution:
             yield f"Caution: {self.dataset.caution}"
@@ -354,7 +351,7 @@ class Score:
         return csv_text((*names, "coverage", *METRICS), zip(*heads, *figures, strict=True))
 
     def to_pandas(self) -> "pandas.DataFrame":
-        """Figures of each sequence, as `to_csv` has them, the sequence's number as index; needs the extra ``pandas``.
+        """Figures of each sequence, as in `to_csv`, indexed by the sequence's number; needs the extra ``pandas``.
 
         Raises
         ------
@@ -366,7 +363,7 @@ class Score:
         return pandas.read_csv(io.StringIO(self.to_csv()), index_col="sequence")
 
     def write_per_sequence(self, path: Path | str) -> None:
-        """Write `to_csv` to a file, whole or not at all."""
+        """Write `to_csv` to a file, atomically."""
         write_text_atomically(Path(path), self.to_csv())
 
     def _line(self, name: str, coverage: float) -> str:
@@ -395,7 +392,7 @@ class Score:
 
 
 def _fitting(value: float, width: int) -> str:
-    """A figure in so many characters: fewer digits where poses ran away by kilometres."""
+    """A figure in at most ``width`` characters, with fewer digits if it is large."""
     text = f"{value:.4f}"
     return text if len(text) <= width else f"{value:.2e}"
 
@@ -421,7 +418,7 @@ _RANKS = (
 
 
 def interval_note(timeline: Timeline, blocks: float) -> str:
-    """What the intervals are from, or why there are none."""
+    """A note on the source of the intervals, or why there are none."""
     frames = f"{timeline.total:.0f} frames, the longest sequence {timeline.longest:.0f}"
     count = f"{blocks:.1f} blocks of {timeline.total / blocks:.0f} frames"
     if not is_enough(blocks, np.array(len(timeline.middle))):
@@ -430,13 +427,13 @@ def interval_note(timeline: Timeline, blocks: float) -> str:
 
 
 def interval_text(ends: tuple[float, float], form: str = ".4f") -> str:
-    """An interval as tables have it, a dash where there is none."""
+    """An interval as text for tables, a dash without one."""
     low, high = ends
     return "–" if np.isnan(low) else f"{low:{form}}–{high:{form}}"
 
 
 def row_title(metric: Metric) -> str:
-    """Symbol and unit of a metric, 12 columns wide on a terminal, where a combining tilde takes no column."""
+    """Symbol and unit of a metric, padded to 12 columns of a terminal; a combining tilde takes none."""
     tildes = metric.symbol.count("\u0303")
     return f"{f'{metric.symbol:<{3 + tildes}} {metric.unit}':<{12 + tildes}}"
 

@@ -1,6 +1,6 @@
-"""Which rows of a dataset a submission is scored on, and dense numbers by which they are found.
+"""The rows of a dataset that are scored, and their dense numbering.
 
-Poses: frames t ≥ 2 in which anything is observed. Positions: whatever is observed at t ≥ 2 and was not given.
+Scored poses are those of frames t ≥ 2 with a box; scored positions are those of boxes at t ≥ 2 that are not given.
 """
 
 from collections.abc import Iterator
@@ -38,7 +38,7 @@ class RowGrid:
     ----------
     first : number of the first sequence.
     frames : [N] frames of the sequences first, first + 1, …
-    sequence, track : [R] which track is seen in which sequence; repeats are allowed.
+    sequence, track : [R] pairs of a sequence and a track in it; repeats are allowed.
     """
 
     def __init__(self, first: int, frames: ArrayLike, sequence: IntArray, track: IntArray) -> None:
@@ -106,7 +106,7 @@ def rows_by_number(number: IntArray, size: int) -> NDArray[np.int32]:
 
 
 def _places_by_id(tracks: IntArray) -> IntArray | None:
-    """[span + 1] the place of each id from the least to one beyond the greatest, −1 for none; `None`: too sparse."""
+    """[span + 1] the index of each id from the least to one beyond the greatest, −1 for none; `None`: too sparse."""
     if not len(tracks):
         return None
     span = int(tracks[-1]) - int(tracks[0]) + 1
@@ -162,7 +162,7 @@ class ScoredRows:
 
 
 def scored_rows(dataset: Dataset, protocol: Protocol, only: int | None = None) -> Iterator[ScoredRows]:
-    """Scored rows of the whole dataset, a number of whole sequences at a time; or those of ``only`` one sequence."""
+    """Scored rows of the dataset, in chunks of whole sequences; or those of the sequence ``only``."""
     observations = SequenceTable(dataset.table_path("observations"), "observations")
     given = SequenceTable(dataset.table_path("given"), "given")
     whole = _chunks(dataset.rows["frames"], dataset.rows["people"])
@@ -204,7 +204,7 @@ def _poses(grid: RowGrid, sequence: IntArray, frame: IntArray) -> tuple[IntArray
 
 
 def _chunks(frames: NDArray[Any], people: NDArray[Any]) -> Iterator[tuple[int, int]]:
-    """Ranges of sequences, each as long as both budgets allow."""
+    """Ranges of sequences, each as long as the budgets of frames and of pairs of frame and person allow."""
     cells = frames.astype(np.int64) * people
     budgets = (FRAMES_AT_ONCE, np.cumsum(frames, dtype=np.int64)), (CELLS_AT_ONCE, np.cumsum(cells))
     first = 0
@@ -261,7 +261,7 @@ class TruthRows:
         self._last_paths: _Paths | None = None
 
     def persons(self, rows: ScoredRows) -> IntArray:
-        """[Q] the person behind each scored position, `NOBODY` for a false alarm; the track where nobody is known."""
+        """[Q] person of each scored position, `NOBODY` for a false alarm; the track where people are unknown."""
         if self.known == "poses":
             return rows.track
         grid = rows.grid
@@ -275,7 +275,7 @@ class TruthRows:
         return np.where(same, links["person"][found], NOBODY)
 
     def poses(self, rows: ScoredRows, answered: FloatArray) -> FloatArray:
-        """[P, 3] true poses (x, y, yaw) in m and rad; those that were ``answered`` [P, 3] where none are known."""
+        """[P, 3] true poses (x, y, yaw) in m and rad; the ``answered`` ones [P, 3] if no true poses are known."""
         if self.known == "relative":
             return answered
         grid = rows.grid
@@ -287,7 +287,7 @@ class TruthRows:
     def positions(self, rows: ScoredRows, poses: FloatArray) -> FloatArray:
         """[Q, 2] true positions in m of the persons behind the scored positions, with `poses` [P, 3]; NaN if unknown.
 
-        Where only positions relative to the camera are known, they are seen from there.
+        If only positions relative to the camera are known, they are transformed by ``poses``.
         """
         if self.known == "poses":
             return np.full((len(rows.sequence), 2), np.nan)
@@ -305,7 +305,7 @@ class TruthRows:
         return self._in_worlds(rows, self._credible(paths.positions.take(row, axis=0), self._scenes))
 
     def _in_worlds(self, rows: ScoredRows, positions: FloatArray) -> FloatArray:
-        """Positions [Q, 2] of the scene in the worlds of their sequences."""
+        """Positions [Q, 2] transformed from the scene to the worlds of their sequences."""
         if self._worlds is None:
             return positions
         grid = rows.grid
@@ -333,7 +333,7 @@ class TruthRows:
 
     @staticmethod
     def _credible(values: FloatArray, table: SequenceTable) -> FloatArray:
-        """The values, checked to be finite and of an answer's size: a NaN error would silently drop out of a mean."""
+        """The values, checked to be finite and credible: a NaN error would silently drop out of a mean."""
         if not is_credible(values).all():
             raise FileError(
                 table.path, f"holds truth beyond ±{LARGEST:.0f} m or rad, or none; generate the dataset again"
@@ -349,5 +349,5 @@ class TruthRows:
 
 
 def _moments(grid: RowGrid, sequence: IntArray, track: IntArray, frame: IntArray) -> IntArray:
-    """A number for each row [R] that grows with its frame, apart for every track of every sequence."""
+    """A number for each row [R], unique for every frame of every track of every sequence, and ascending in time."""
     return grid.group(sequence, track) * (int(grid.frames.max(initial=0)) + 1) + frame

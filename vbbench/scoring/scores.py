@@ -28,7 +28,7 @@ def score(
     ----------
     submission, dataset : the folders.
     truth : folder of the truth tables, if they are not in the dataset's folder.
-    sequences : [N] numbers of those that count; ``None`` for all. Faults are found in the others, too.
+    sequences : [N] numbers of the sequences to score; ``None`` for all. Others are only checked.
 
     Raises
     ------
@@ -65,15 +65,15 @@ def score(
 
 @dataclass(frozen=True, kw_only=True)
 class ScoredPart:
-    """What was found of some of the sequences.
+    """The scores of some sequences.
 
     Parameters
     ----------
     sequences : their figures.
-    sequence, frame : [P] which frames were scored.
-    frames : metric → [P] their errors, means over people where they are of people.
+    sequence, frame : [P] sequence and frame of each scored frame.
+    frames : metric → [P] errors of these frames; means over people for metrics of people.
     answered : [P] whether every scored row of the frame was submitted.
-    fallbacks : in how many of them the observer's own prior decided; ``None`` = not reported.
+    fallbacks : number of frames whose pose is the solver's prior of the observer; ``None`` = not reported.
     """
 
     sequences: PerSequence
@@ -87,20 +87,20 @@ class ScoredPart:
 def scored_parts(
     checked: CheckedSubmission, truth: TruthRows, only: int | None = None, *, counted: IntArray | None = None
 ) -> Iterator[ScoredPart]:
-    """The scored sequences of a submission, some at a time; raises as its `chunks` do.
+    """The scored sequences of a submission, some at a time; raises what `CheckedSubmission.chunks` raises.
 
     Parameters
     ----------
-    checked, truth : the submission, and the truth that it is compared with.
-    only : the one sequence to read; ``None`` for all.
-    counted : [N] numbers of those to score of what is read; ``None`` for all.
+    checked, truth : the submission, and the truth.
+    only : the only sequence to read; ``None`` for all.
+    counted : [N] numbers of the sequences to score; ``None`` for all that are read.
     """
     for rows, answers in checked.chunks(only):
         yield _figures(*_counted(rows, answers, counted), truth, checked.dataset)
 
 
 def _counted(rows: ScoredRows, answers: Answers, sequences: IntArray | None) -> tuple[ScoredRows, Answers]:
-    """The scored rows, and the answers to them, of the sequences that count."""
+    """The scored rows and their answers of the given ``sequences`` [N]."""
     if sequences is None:
         return rows, answers
     poses, positions = np.isin(rows.pose_sequence, sequences), np.isin(rows.sequence, sequences)
@@ -157,7 +157,7 @@ def _per_sequence(rows: ScoredRows, answers: Answers, figures: dict[str, FloatAr
 
 
 def _a_second_apart(rows: ScoredRows, dt: float) -> tuple[IntArray, IntArray, float]:
-    """Scored poses [M] that are followed by a scored one a second later, that one [M], and the exact time between."""
+    """Pairs of scored poses [M] about a second apart: indices of the first and the second, and the exact time in s."""
     step = max(1, round(1.0 / dt))
     slot = rows.pose_slot
     end = np.searchsorted(slot, slot + step).clip(max=max(len(slot) - 1, 0))

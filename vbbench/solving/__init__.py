@@ -1,4 +1,4 @@
-"""Runs solvers: what they are shown, where they run, and the submission that is written."""
+"""Runs solvers on sequences, datasets and live data, isolated if requested, and writes submissions."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Every registered solver: its package, and how it works."""
+"""The catalogue of registered solvers."""
 
 import inspect
 import json
@@ -13,7 +13,7 @@ from vbbench.solver import FrameSolver, SequenceSolver
 
 @dataclass(frozen=True, kw_only=True)
 class SolverCard:
-    """What is known about a solver before it runs.
+    """Facts of a solver that is not imported yet.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class SolverCard:
 
 
 def solver_cards() -> list[SolverCard]:
-    """The cards of all solvers, by name; a broken one is a warning that names it."""
+    """The cards of all solvers, by name; warns of solvers that cannot be loaded."""
     cards = []
     for name, factory in sorted(load_all("solver").items()):
         try:

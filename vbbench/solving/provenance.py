@@ -1,8 +1,8 @@
-"""What made an answer: the solver's version, the state of its source, and the hardware, without importing the solver.
+"""Provenance of a submission: version of the solver, digest of its source, and hardware, without importing the solver.
 
-Its source is its whole package with every file in it (learned parameters, compiled extensions), or its one module; and
-likewise every module imported by name that is not an installed package. Installed packages are identified by their
-version, but the solver's own package is always read.
+The source is the solver's package with all its files (learned parameters, compiled extensions), or its single module,
+and likewise every module imported by name that is not an installed package. Installed packages are identified by their
+version, except the solver's own, which is always read.
 """
 
 import hashlib
@@ -28,9 +28,9 @@ IMPORT = re.compile(r"(?:^|[:;])[ \t]*(?:from[ \t]+(\w+)|import[ \t]+([\w.,  \t]
 
 
 def source_digest(name: str, kind: Kind = "solver") -> str:
-    """16 hex digits of a hash of the files of a solver (a registered name, or ``module:attribute``); see above.
+    """A hash, 16 hex digits, of the files of a solver (a registered name, or ``module:attribute``); see above.
 
-    Likewise of a generator, or what else can be registered.
+    ``kind`` selects another registry, such as that of generators.
     """
     package = _package(name, kind)
     digest, seen, left = hashlib.sha256(), {package}, [package]
@@ -73,7 +73,7 @@ def _files(name: str) -> Iterator[tuple[str, Path]]:
 
 
 def _content(path: Path) -> bytes:
-    """The hash of a file, or facts that stand in for it."""
+    """The hash of a file's content, or for a large file its size and time."""
     try:
         facts = path.stat()
         if facts.st_size > READ_WHOLE:
@@ -84,7 +84,7 @@ def _content(path: Path) -> bytes:
 
 
 def _imports(path: Path) -> frozenset[str]:
-    """Top-level names that a Python file imports anywhere, or seems to: a false match does no harm."""
+    """Top-level names that a Python file imports, found by a pattern; a false match does no harm."""
     if path.suffix != ".py" or not path.is_file():
         return frozenset()
     return _imported(path.read_bytes())
@@ -98,7 +98,7 @@ def _imported(source: bytes) -> frozenset[str]:
 
 
 def _is_own(name: str) -> bool:
-    """Whether a module is neither Python's nor an installed package's."""
+    """Whether a module belongs neither to Python nor to an installed package."""
     if name in sys.stdlib_module_names:
         return False
     places = [place.resolve() for place in _places(_spec(name))]
@@ -131,12 +131,12 @@ def solver_version(solver: str) -> str:
 
 @cache
 def _distributions() -> Mapping[str, list[str]]:
-    """The distributions that each top-level module is from, which takes reading the records of all of them."""
+    """The distributions of each top-level module; cached, as it reads the records of all distributions."""
     return packages_distributions()
 
 
 def hardware() -> str:
-    """What the solver ran on, for readers of its seconds per frame."""
+    """A line that describes this machine's hardware, for readers of the seconds per frame."""
     path = Path("/proc/cpuinfo")
     lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]

@@ -1,7 +1,7 @@
-"""Runs a solver on one sequence under a protocol, showing it only what the protocol gives.
+"""Runs a solver on one sequence under a protocol, which determines what the solver is given.
 
-Every array that a solver gets is a copy: neither its values nor its memory lead to truth. Its answers are copied, too,
-as soon as they come: what it writes into them later changes nothing.
+Every array that a solver gets is a copy: neither its values nor its memory lead to truth. Its answers are copied at
+once, so that later writes into them have no effect.
 """
 
 import heapq
@@ -26,14 +26,14 @@ SEQUENCES_A_PART = 256
 
 
 def ranges_of_groups(count: int) -> Ranges:
-    """The parts of ``count`` sequences, each to be cut into its own groups."""
+    """Ranges of ``count`` sequences, each of which is divided into groups on its own."""
     return [(first, min(first + SEQUENCES_A_PART, count)) for first in range(0, count, SEQUENCES_A_PART)]
 
 
 def separate_groups(rows: Mapping[str, NDArray[Any]], first: int, last: int) -> list[IntArray]:
-    """Sequences first ≤ index < last in as few groups as there can be, none sharing a frame of a scene within a group.
+    """Sequences first ≤ index < last in the fewest groups in which no two sequences share a frame of a scene.
 
-    The order in a group is random and follows from nothing, so that no solver can count which sequence it solves.
+    The order in a group is random, from no seed, so that no solver can count which sequence it solves.
 
     Parameters
     ----------
@@ -93,19 +93,19 @@ def run_sequence(
 
 
 def reveal(given: Given, observed: BoolArray, truth: Truth) -> Given:
-    """Everything true about past frames: all poses, and the positions of everybody ``observed`` [T, K]."""
+    """The whole truth as given values: all poses, and the positions of all ``observed`` people [T, K]."""
     positions = np.where(observed[..., None], truth.positions, given.positions)
     return Given(poses=truth.poses, positions=positions, odometry=given.odometry)
 
 
 def frames_of(sequence: Sequence, given: Given, known: Given) -> Iterator[Frame]:
-    """The frames as a solver sees them: ``known`` of the two before each, ``given`` of the frame itself."""
+    """The frames as a solver gets them: ``known`` values of the two before each, ``given`` ones of the frame itself."""
     for t in range(sequence.frames):
         yield Frame(index=t, observations=sequence.observations[t].copy(), given=given_at(given, t, known))
 
 
 def given_at(given: Given, t: int, known: Given | None = None) -> Given:
-    """What a solver is shown of frame ``t`` and the two before it: what is ``given``, and ``known`` of the past."""
+    """Given values of frame ``t`` and the two before it: ``given`` ones of ``t``, and ``known`` ones of the past."""
     known = given if known is None else known
     poses, positions = _window(known.poses, given.poses, t), _window(known.positions, given.positions, t)
     odometry = None if given.odometry is None else window_of_odometry(given.odometry, t)
@@ -122,7 +122,7 @@ def _window(known: FloatArray, given: FloatArray, t: int) -> FloatArray:
 
 
 def window_of_odometry(odometry: Odometry, t: int) -> Odometry:
-    """The odometry of the frames t−2, t−1 and t; a frame measures its own motion when it is solved."""
+    """The odometry of the frames t−2, t−1 and t."""
     shown = odometry.frames(slice(max(0, t - WINDOW), t + 1))
     return Odometry.unmeasured(WINDOW).followed_by(shown).frames(slice(-WINDOW - 1, None))
 
@@ -146,7 +146,7 @@ def _run_frames(
 
 @contextmanager
 def _staying(sequence: Sequence) -> Iterator[None]:
-    """Turn a solver's own end of the program into a fault of the solver: answers of others would be lost unsaid."""
+    """Convert SystemExit of a solver to an error about the solver: other answers would be lost silently."""
     try:
         yield
     except SystemExit as error:
@@ -158,7 +158,7 @@ def _staying(sequence: Sequence) -> Iterator[None]:
 def _run_prefixes(
     solver: SequenceSolver, problem: Problem, sequence: Sequence, given: Given, known: Given
 ) -> tuple[Estimate, float]:
-    """One call per frame, on everything up to it, with the truth of all frames before it."""
+    """Call the solver once per frame, on the sequence up to it, with the truth of all frames before it."""
     start = Estimate(poses=given.poses, positions=given.positions)
     answers, seconds = [start.frame(t) for t in range(min(START_FRAMES, sequence.frames))], 0.0
     for t in range(START_FRAMES, sequence.frames):

@@ -37,7 +37,7 @@ FACTS = ("authors", "code", "trained_on", "tuned_on")
 
 
 def declared_facts(solver: str) -> dict[str, str]:
-    """The attribute ``facts`` of the class called ``solver``, by key; what a class of vbbench's says is not yours.
+    """The attribute ``facts`` of the class called ``solver``, by key; facts of vbbench's own classes are not inherited.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def solve(
     isolate : run the solver in a separate process that never gets truth; if the kernel has Landlock, it cannot read the
         dataset's files either.
     fresh_processes : isolate it, in a new process for each group of sequences that share no frame of a scene, solved in
-        random order: what it learns in one sequence is then of no use in another (`groups.separate_groups`).
+        random order: information from one sequence is then of no use in another (`separate_groups`).
     covariance : also write the covariances of poses and positions.
 
     Raises
@@ -110,7 +110,7 @@ def solve(
 
 
 def _check_truth(dataset: Dataset, rules: Protocol) -> None:
-    """Raise VbbenchError if the protocol gives, or asks for, what is not known here."""
+    """Raise VbbenchError if the protocol gives or scores values that this dataset lacks."""
     if rules.given != "origin" and dataset.info.truth != "whole":
         lacking = "where people really are is" if dataset.info.truth == "poses" else "the camera's true poses are"
         raise VbbenchError(
@@ -167,7 +167,7 @@ def _isolated(dataset: Dataset, out: Path) -> Callable[[str], Opened]:
 
 
 def _reported(facts: list[dict[str, Any]]) -> list[str]:
-    """The tables of a submission: heights only if a part has some."""
+    """The tables of a submission; heights only if a part has them."""
     return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
 
 
@@ -227,7 +227,7 @@ Rows = dict[str, pa.Table]
 
 
 def _read(dataset: Dataset, group: IntArray) -> Iterator[Sequence]:
-    """The sequences of a group, in its order; neighbours are read together."""
+    """The sequences of a group, in its order; consecutive ones are read together."""
     if np.array_equal(group, np.arange(group[0], group[0] + len(group))):
         return dataset.sequences(int(group[0]), int(group[0]) + len(group))
     return map(dataset.sequence, group.tolist())

@@ -1,6 +1,6 @@
 """``croissant.json`` of a dataset: MLCommons' Croissant 1.0, with its vocabulary for responsible AI.
 
-Version 1.0 and not 1.1, as nothing of 1.1 is needed here and every reader of Croissant knows 1.0.
+Version 1.0 suffices, and every reader of Croissant supports it.
 """
 
 import json

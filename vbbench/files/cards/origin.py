@@ -1,4 +1,4 @@
-"""Where a dataset comes from: what its split says of licence, citation and sources, and what its publisher adds."""
+"""Origin of a dataset: licence, citation and sources of its split, and the publisher's additions."""
 
 import re
 from contextlib import suppress
@@ -19,20 +19,20 @@ LONGEST_NOTE = 1000
 
 @dataclass(frozen=True, kw_only=True)
 class Publisher:
-    """What only the person who publishes a dataset knows; ``None`` is not in the cards.
+    """Facts that the publisher of a dataset adds to its cards; ``None`` is omitted.
 
     Parameters
     ----------
-    creator : who made the dataset.
-    url : where it is published.
-    published : the day, as YYYY-MM-DD.
-    contact : whom to ask, or to report a mistake to.
-    licence, citation : of a recording of one's own.
+    creator : author of the dataset.
+    url : address of its publication.
+    published : day of publication, as YYYY-MM-DD.
+    contact : address for questions and corrections.
+    licence, citation : licence and citation of the publisher's own recording.
 
     Raises
     ------
     VbbenchError
-        If one is empty or cannot be printed, or the day or the address is none.
+        If a text is empty or not printable, or the day or the address is invalid.
     """
 
     creator: str | None = None
@@ -56,14 +56,14 @@ class Publisher:
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Whose the data are.
+    """The origin of a dataset.
 
     Parameters
     ----------
-    licence, citation : of the sources; ``None`` where the split is not installed here.
-    recorded : whether the people are real ones who were filmed or measured; where nobody knows, they may be.
+    licence, citation : licence and citation of the sources; ``None`` where the split is not installed.
+    recorded : whether real people were filmed or measured; true if that is unknown.
     files : path and address of each public source file.
-    tier : what the dataset's tier does to boxes.
+    tier : description of the dataset's tier.
     """
 
     licence: str | None
@@ -74,12 +74,12 @@ class Origin:
 
     @property
     def is_own(self) -> bool:
-        """Whether licence and citation are the publisher's to say."""
+        """Whether the publisher states licence and citation."""
         return self.licence is None or self.licence in OWN
 
 
 def origin_of(info: DatasetInfo) -> Origin:
-    """Where a dataset comes from, by the ``card`` that is registered under the name of its split."""
+    """The origin of a dataset, from the ``card`` that is registered under the name of its split."""
     known = _registered_card(info.split)
     return Origin(
         licence=(known and known.licence) or None,
@@ -98,12 +98,12 @@ def _registered_card(split: str) -> Any:
 
 
 def said_licence(origin: Origin, publisher: Publisher) -> str:
-    """The licence in words: the sources', or of a recording of one's own the publisher's.
+    """The licence in words: that of the sources, or the publisher's for an own recording.
 
     Raises
     ------
     VbbenchError
-        If the publisher names another one than that of the sources.
+        If the publisher states another licence than that of the sources.
     """
     if publisher.licence is not None and not origin.is_own:
         raise VbbenchError(f"the licence is that of the sources, {quoted(str(origin.licence))}; remove yours")
@@ -126,7 +126,7 @@ _NAMED = {
 
 
 def hub_identifier(licence: str) -> str:
-    """What Hugging Face calls a licence: ``unknown`` where none is stated, ``other`` where its list has it not."""
+    """Hugging Face's name of a licence: ``unknown`` if none is stated, ``other`` if its list lacks it."""
     if licence.startswith("none stated"):
         return "unknown"
     known = _known(licence)

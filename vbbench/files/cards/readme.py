@@ -70,7 +70,7 @@ def _environment() -> Environment:
 
 
 def statements(subject: Subject) -> dict[str, Any]:
-    """What can truthfully be said of a dataset, a text or a list, by the blocks of ``statements.md.j2``."""
+    """Statements about a dataset, texts or lists, by the blocks of ``statements.md.j2``."""
     info, licence = subject.info, said_licence(subject.origin, subject.publisher)
     template = _environment().get_template("statements.md.j2")
     facts = {"info": info, "origin": subject.origin, "publisher": subject.publisher, "footage": subject.is_footage}

@@ -16,13 +16,13 @@ from vbbench.parsing.toml_text import bundled_table
 
 @dataclass(frozen=True, kw_only=True)
 class TableMeaning:
-    """What a table holds.
+    """The meaning of a table.
 
     Parameters
     ----------
-    about : one row of it, in words.
-    key : the columns whose values together name a row.
-    columns : what every column that it can have means, with its unit.
+    about : meaning of a row.
+    key : columns whose values together identify a row.
+    columns : meaning and unit of every column.
     """
 
     about: str
@@ -49,11 +49,11 @@ class Subject:
 
     Parameters
     ----------
-    info : what is published about it.
-    values : the same, as ``dataset.json`` has it.
-    info_file : bytes and SHA-256 of ``dataset.json``.
-    origin : where it comes from.
-    publisher : what its publisher says.
+    info : its published facts.
+    values : the same as the object in ``dataset.json``.
+    info_file : size in bytes and SHA-256 of ``dataset.json``.
+    origin : its origin.
+    publisher : the publisher's additions.
     """
 
     info: DatasetInfo
@@ -64,7 +64,7 @@ class Subject:
 
     @property
     def id(self) -> str:
-        """The dataset's id; as it is written, since computing it takes time."""
+        """The dataset's id as ``dataset.json`` states it, since computing it takes time."""
         return str(self.values["id"])
 
     @property
@@ -74,17 +74,17 @@ class Subject:
 
     @property
     def is_footage(self) -> bool:
-        """Whether a real camera, or a game's, saw the boxes."""
+        """Whether the boxes are from pictures of a real camera or a game."""
         imported = self.info.definition.get("of")
         return "every" in (imported if isinstance(imported, dict) else self.info.definition)
 
     @property
     def tables(self) -> list[str]:
-        """Names of the tables that lie in the folder, in the order in which a reader meets them."""
+        """Names of the tables in the folder, in the order of the card."""
         return tables_here(self.info)
 
     def meaning(self, table: str) -> TableMeaning:
-        """What a table holds."""
+        """The meaning of a table."""
         return table_meanings()[RELATIVE if self.info.truth == "relative" and table == "truth/scenes" else table]
 
     def columns(self, table: str) -> list[tuple[str, Any, str]]:
@@ -102,12 +102,12 @@ def read_info_file(folder: Path) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def digest_of(values: dict[str, Any]) -> str:
-    """Digest of what a ``dataset.json`` says; those of older versions do not have it in them."""
+    """Digest of the values of a ``dataset.json``; older versions do not contain it."""
     return str(values.get("digest") or canonical_digest(values))
 
 
 def tables_here(info: DatasetInfo) -> list[str]:
-    """Names of the tables that lie in the folder of a dataset: those of withheld truth do not."""
+    """Names of the tables in the folder of a dataset, without those of withheld truth."""
     names = [name for name in _ORDER if name in info.tables]
     truth = [name for name in sorted(info.tables) if name.startswith("truth/")]
     return names if info.seed is None else [*names, *truth]

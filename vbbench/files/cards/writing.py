@@ -24,8 +24,8 @@ _LONGEST_README = 2**22
 def card_texts(folder: Path, publisher: Publisher | None = None) -> dict[str, str]:
     """The text of each card of the complete dataset in ``folder``, by file name.
 
-    Nothing but ``dataset.json`` is read, so that nothing unpublished can be in it; what is said of the split
-    is the ``card`` that is registered under its name. ``publisher`` has what only the publisher knows.
+    Only ``dataset.json`` is read, so that the cards hold nothing unpublished; facts of the split come from the ``card``
+    registered under its name. ``publisher`` has further facts.
     """
     info = DatasetInfo.read(folder)
     values, info_file = read_info_file(folder)
@@ -65,9 +65,9 @@ def card_dataset(folder: Path | str, publisher: Publisher | None = None, *, over
 
 
 def check_cards(folder: Path, info: DatasetInfo) -> str:
-    """What is to be said of the cards of a dataset, as the end of a line; empty if they fit.
+    """The end of a line about the cards of a dataset; empty if they fit it.
 
-    What a card says in words may be edited; that it names this dataset, its tables and their SHA-256 is checked.
+    The prose of a card may be edited. Its names of the dataset and of the tables, and their SHA-256, are checked.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def check_cards(folder: Path, info: DatasetInfo) -> str:
 
 
 def _check_readme(path: Path, info: DatasetInfo) -> str:
-    """Its front matter names the dataset by id and digest, whoever has rewritten it: hubs do."""
+    """Check that the front matter has the dataset's id and digest, which hubs keep when they rewrite it."""
     head = _front_matter(path)
     if "vbbench:" not in head:
         return _NOT_OURS
@@ -97,7 +97,7 @@ def _check_readme(path: Path, info: DatasetInfo) -> str:
 
 
 def _front_matter(path: Path) -> str:
-    """What stands between the first two fences; empty if there is none."""
+    """The text between the first two fences; empty if there is none."""
     with path.open("rb") as file:
         text = file.read(_LONGEST_README).decode("utf-8", "replace")
     found = re.match(rf"{FENCE}\r?\n(.*?)^{FENCE}", text, re.DOTALL | re.MULTILINE)

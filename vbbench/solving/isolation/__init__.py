@@ -1,6 +1,5 @@
-"""Runs a solver in a separate process that truth never reaches: not over its pipe, not in memory, not in files.
+"""Runs a solver in a separate process without access to truth: over its pipe, in memory, or in files.
 
-`remote` is the side that holds truth, `confinement` and `serving` the side that runs the solver.
-Between them go `messages`, arrays and plain JSON that the first side checks; never pickles, which would let a solver
-run code where truth is. What the solver may read is listed by `grants`.
+`remote` is the side with truth, `confinement` and `serving` the side of the solver. They exchange `messages` of arrays
+and plain JSON, which the first side checks; pickles would let a solver run code on the side with truth.
 """

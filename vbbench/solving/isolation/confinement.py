@@ -1,7 +1,7 @@
-"""How the solver's process starts: it gives up its rights for good, then serves the requests of `remote`.
+"""Start of the solver's process: it drops its rights irrevocably, then serves the requests of `remote`.
 
-Landlock and namespaces, used by their system calls, work only on a process with one thread. So this module imports
-nothing heavy and nothing of the solver's: NumPy, whose libraries start threads, comes afterwards.
+Landlock and namespaces, used by their system calls, work only on a process with one thread. This module therefore
+imports nothing of the solver's, and not NumPy, whose libraries start threads.
 Numbers are those of ``linux/landlock.h``, ``linux/sched.h``, ``linux/prctl.h`` and ``linux/capability.h``.
 """
 
@@ -45,11 +45,11 @@ MOST_ENTRIES = 50_000
 
 
 def readable_paths(hidden: Sequence[Path], needed: Sequence[Path] = ()) -> list[str]:
-    """What may be read, a path for each rule; none contains any of ``hidden``, all of which are resolved.
+    """Readable paths, one for each rule; none contains any of the resolved paths ``hidden``.
 
     Parameters
     ----------
-    needed : files and folders to open besides Python's, installed packages' and those of `sys.path`.
+    needed : readable files and folders in addition to Python's, installed packages' and those of `sys.path`.
     """
     installed = [Path(place).resolve() for place in _installed()]
     roots = [*needed, *(Path(entry or os.curdir).resolve() for entry in sys.path)]
@@ -60,18 +60,18 @@ def readable_paths(hidden: Sequence[Path], needed: Sequence[Path] = ()) -> list[
 
 
 def folders_with(folder: Path) -> list[Path]:
-    """The folder, and those that belong to it: its work folder and withheld truth."""
+    """The folder, its work folder, and that of its withheld truth."""
     place = folder.resolve()
     return [place, *(next_to(place, ending) for ending in (WORK, TRUTH))]
 
 
 def device_paths() -> list[str]:
-    """What may be read and written besides the solver's own folder."""
+    """Devices that may be read and written in addition to the solver's own folder."""
     return [*DEVICES, *(str(path) for path in Path("/dev").glob("nvidia*"))]
 
 
 def _installed() -> set[str]:
-    """Folders of this Python and of what is installed for it."""
+    """Folders of this Python and of its installed packages."""
     places = {sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib", "scripts")}
     for prefix in (sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix):
         places |= {f"{prefix}/{name}" for name in ("lib", "lib64", "bin", "share", "pyvenv.cfg")}
@@ -79,7 +79,7 @@ def _installed() -> set[str]:
 
 
 def _around(place: Path, hidden: Iterable[Path]) -> Iterator[Path]:
-    """``place``, or the entries of it around what is hidden."""
+    """``place``, or its entries that neither are nor contain a ``hidden`` path."""
     place = place if place.is_relative_to("/proc") else place.resolve()
     inside = [path for path in hidden if path.is_relative_to(place)]
     if not inside:
@@ -97,9 +97,9 @@ class _Search:
         self._hidden, self._left, self._seen = frozenset(hidden), MOST_ENTRIES, set[Path]()
 
     def open_parts(self, folder: Path) -> tuple[bool, list[Path]]:
-        """Whether the whole of ``folder`` may be read, and which parts of it may be.
+        """Whether the whole ``folder`` may be read, and otherwise its readable parts.
 
-        Entries whose name starts with a dot stay closed: keys, settings, version control.
+        Entries whose name starts with a dot (keys, settings, version control) are not readable.
         """
         if folder in self._seen or any(folder.is_relative_to(path) for path in self._hidden):
             return False, []
@@ -173,7 +173,7 @@ def main(requests: IO[bytes], facts: dict[str, Any]) -> None:
 
 
 def _take_stdout() -> IO[bytes]:
-    """The pipe that was stdout; from now on prints go to stderr, and stdin is empty."""
+    """The pipe that was stdout; afterwards prints go to stderr, and stdin is empty."""
     answers = open(os.dup(1), "wb")  # noqa: PTH123, SIM115
     os.dup2(2, 1)
     nothing = os.open(os.devnull, os.O_RDONLY)
@@ -203,7 +203,7 @@ def landlock_version() -> int:
 
 
 def restrict(readable: Iterable[str], writable: Iterable[str]) -> None:
-    """Deny, for good, access to all files except ``readable`` and ``writable`` and what is in them.
+    """Deny irrevocably access to all files except ``readable`` and ``writable`` and their contents.
 
     As far as the kernel supports it, TCP and access to the memory of other processes and signals to them are denied
     too. Child processes inherit all of this.
@@ -242,7 +242,7 @@ def leave_namespaces() -> bool:
 
 
 def drop_capabilities() -> None:
-    """Give up root's rights, and those that come with a new user namespace."""
+    """Drop root's capabilities, and those of a new user namespace."""
     nothing = (ctypes.c_uint32 * 6)()
     _libc().capset((ctypes.c_uint32 * 2)(CAPABILITY_VERSION, 0), nothing)
 

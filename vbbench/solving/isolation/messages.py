@@ -1,8 +1,8 @@
-"""What goes over a solver's pipe: a JSON object of plain facts, followed by the bytes of the arrays that it lists.
+"""Messages over a solver's pipe: a JSON object, followed by the bytes of the arrays that it lists.
 
 A message is the length of its object in bytes (uint32, little-endian), the object, and the arrays' bytes in order. The
-object lists ``arrays`` as [name, dtype, shape]. The reader says which arrays may come and of what shape, and limits the
-size of the object, so that the sender cannot decide how much is allocated; nothing is unpickled or run.
+object lists ``arrays`` as [name, dtype, shape]. The reader accepts only expected arrays of expected shapes, and limits
+the size of the object, so that the sender does not control how much is allocated. Nothing is unpickled or run.
 """
 
 import json
@@ -32,7 +32,7 @@ Shapes = Mapping[str, tuple[str, tuple[int, ...]]]
 
 
 class MessageError(Exception):
-    """What came is not a message, or not an expected one; the text is the end of a sentence."""
+    """The received bytes are not a valid or expected message; the text is the end of a sentence."""
 
 
 class ClosedError(MessageError):
@@ -59,14 +59,14 @@ def read_message(pipe: IO[bytes], expected: Shapes | None = None) -> tuple[dict[
 
     Parameters
     ----------
-    expected : the arrays that may come, any of which may be missing; ``None`` trusts the other side.
+    expected : the accepted arrays, any of which may be missing; ``None`` trusts the other side.
 
     Raises
     ------
     ClosedError
         If the other side has closed the pipe.
     MessageError
-        If what comes is not a message, or has arrays that are not expected.
+        If the bytes are not a message, or it has unexpected arrays.
     """
     (length,) = struct.unpack("<I", _read(pipe, 4))
     if expected is not None and length > HEADER_LIMIT:

@@ -73,7 +73,7 @@ class Child:
         expected: Shapes,
         needed: Sequence[str] = (),
     ) -> dict[str, NDArray[Any]]:
-        """Make one request; the answer holds some of the arrays expected, and all of those needed."""
+        """Make one request; the answer holds some of the ``expected`` arrays, and all ``needed`` ones."""
         try:
             write_message(pipe_of(self._process.stdin), facts, arrays)
         except OSError as error:
@@ -133,7 +133,7 @@ class Child:
 
 
 def _how(status: int | None) -> str:
-    """How a process ended, as part of a sentence."""
+    """The end of a process, as part of a sentence."""
     if status is None:
         return "closed its pipe"
     if status >= 0:
@@ -158,7 +158,7 @@ class Remote:
         self._child = child
 
     def is_now(self, working_on: str) -> None:
-        """What it is about to do, for the messages about it; it does not get this."""
+        """Set the solver's present work, for error messages; the solver does not get this."""
         self._child.working_on = working_on
 
 
@@ -166,7 +166,7 @@ class RemoteFrameSolver(Remote):
     """A `FrameSolver` in another process."""
 
     def start(self, problem: Problem) -> None:
-        """As `FrameSolver.start`."""
+        """See `FrameSolver.start`."""
         people = len(problem.tracks)
         self._expected: Shapes = {
             "pose": (FLOAT, (3,)),
@@ -179,7 +179,7 @@ class RemoteFrameSolver(Remote):
         self._child.call({"call": "start", **_facts(problem)}, {"tracks": problem.tracks}, {})
 
     def step(self, frame: Frame) -> FrameEstimate:
-        """As `FrameSolver.step`."""
+        """See `FrameSolver.step`."""
         shown = {
             "index": np.array(frame.index),
             "observations": frame.observations,
@@ -195,7 +195,7 @@ class RemoteSequenceSolver(Remote):
     """A `SequenceSolver` in another process."""
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
-        """As `SequenceSolver.solve`."""
+        """See `SequenceSolver.solve`."""
         shown = {
             "tracks": problem.tracks,
             "observations": observations,
@@ -244,11 +244,11 @@ PASSED_ON = re.compile(
 
 
 class IsolatedSolver:
-    """A solver in a separate process; use it in a ``with`` block, which gives the solver to run.
+    """A solver in a separate process: a context manager that yields the solver to run.
 
     Parameters
     ----------
-    name : registered, or ``module:attribute``; it is never imported here.
+    name : a registered name, or ``module:attribute``, which is not imported in this process.
     hidden : files and folders that it must not read, besides every folder next to it that looks like a dataset.
 
     Raises
@@ -312,7 +312,7 @@ class IsolatedSolver:
 
 
 def warn_of_open_files() -> None:
-    """Warn if the kernel cannot keep files from a solver."""
+    """Warn if the kernel cannot restrict a solver's access to files."""
     if not landlock_version():
         warnings.warn(
             "this system cannot keep files from an isolated solver (it takes Linux 5.13 or later, with Landlock): "

@@ -1,4 +1,4 @@
-"""A solver on a robot: boxes and odometry go in as they are measured, poses and positions come out, without an end."""
+"""Sessions: a solver on a live stream of boxes and odometry."""
 
 from vbbench.solving.session.session import Session, SessionAnswer
 

@@ -1,4 +1,4 @@
-"""Which track stands in which column of a solver's arrays; columns of people who are gone are given to new ones."""
+"""Assignment of tracks to the columns of a solver's arrays; columns of people who are gone are reused."""
 
 from collections.abc import Hashable, Sequence
 
@@ -13,11 +13,11 @@ NOBODY = -1
 
 
 class Columns:
-    """The tracks that are remembered.
+    """The assignment of remembered tracks to columns.
 
     Parameters
     ----------
-    count : number of columns to begin with.
+    count : initial number of columns.
     patience : frames out of sight after which a track is forgotten.
     """
 
@@ -30,16 +30,16 @@ class Columns:
         self._left: list[int] = []
 
     def expire(self, frame: int) -> None:
-        """Forget those who were last seen ``patience`` or more frames before this one: they come back as others."""
+        """Forget tracks last seen ``patience`` or more frames before this one; if they return, they are new."""
         for column in np.flatnonzero((self._seen != NOBODY) & (frame - self._seen >= self._patience)).tolist():
             self._forget(column)
 
     def clear_for(self, tracks: Sequence[Hashable]) -> IntArray:
-        """Make columns free for those of these tracks that are new, as far as that is right.
+        """Free columns of expired tracks for the new ones among these tracks, if they are needed.
 
         Returns
         -------
-        [M] columns whose people must be forgotten; none while there are enough that never had any.
+        [M] columns whose people the solver must forget; none while enough columns were never used.
         """
         if self._lacking(tracks) <= 0:
             return np.empty(0, np.int64)
@@ -54,7 +54,7 @@ class Columns:
         return np.array(cleared, np.int64)
 
     def lack(self, tracks: Sequence[Hashable]) -> bool:
-        """Whether these tracks need more columns than there are."""
+        """Whether the tracks need more columns than exist."""
         return self._lacking(tracks) > 0
 
     def widen(self, tracks: Sequence[Hashable]) -> None:
@@ -66,7 +66,7 @@ class Columns:
         self.count = count
 
     def place(self, tracks: Sequence[Hashable], frame: int) -> IntArray:
-        """The columns [N] of tracks seen in this frame; new ones get theirs now."""
+        """The columns [N] of tracks seen in this frame; assigns free columns to new tracks."""
         of, columns = self._of, np.empty(len(tracks), np.int64)
         for row, track in enumerate(tracks):
             column = of.get(track)

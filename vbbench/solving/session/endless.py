@@ -1,14 +1,13 @@
-"""A frame-by-frame solver over frames that never end, in columns that are used again for new people.
+"""A frame-by-frame solver on an endless stream of frames, whose columns are reused for new people.
 
-A `vbbench.solver.ForgettingSolver` learns which people are gone. Every other solver starts again then, and so does each
-that is to get more columns, and one that failed. It is shown the last `SHOWN_AGAIN` frames once more, with the pose
-that it answered in the first of them as the origin. No more is given: two whole frames of its answers, taken as
-certain, would make velocities of their errors, and it would run away. What it was unsure of at that pose is added to
-its covariances:
+A `vbbench.solver.ForgettingSolver` is informed which people are gone. Any other solver restarts then; all solvers
+restart for more columns, and after a failure. A restarted solver gets the last `SHOWN_AGAIN` frames again, with its
+pose in the first of them as the origin. Nothing else is given: two frames of earlier answers, taken as exact, would
+turn their errors into velocities and make it diverge. The covariance of that pose is added to its covariances:
 
     Σ = Σ_s + J Σ_0 Jᵀ,    J = ∂(place, yaw)/∂(pose 0) = [[1, 0, −(y − y_0)], [0, 1, x − x_0], [0, 0, 1]],
 
-where pose 0 is that pose and Σ_0 its covariance: an error of it shifts and turns all that follows.
+where pose 0 is that pose and Σ_0 its covariance: its error shifts and rotates all later answers.
 """
 
 from dataclasses import dataclass, replace
@@ -27,7 +26,7 @@ SHOWN_AGAIN = 12
 
 @dataclass(frozen=True, kw_only=True)
 class _Answered:
-    """A frame as it was answered: boxes [K, 3] and odometry, and the pose [3] with its covariance."""
+    """An answered frame: boxes [K, 3] in px and odometry, and the pose [3] with its covariance [3, 3]."""
 
     observations: FloatArray
     odometry: Odometry
@@ -36,18 +35,18 @@ class _Answered:
 
     @property
     def base(self) -> tuple[FloatArray, FloatArray] | None:
-        """Pose 0 and Σ_0 for a start from here; ``None`` if the solver did not report how unsure it was."""
+        """Pose 0 and Σ_0 for a restart at this frame; ``None`` if the solver reported no covariance."""
         known = self.covariance is not None and np.isfinite(self.covariance).all()
         return (self.pose, np.asarray(self.covariance)) if known else None
 
     def without(self, columns: IntArray) -> "_Answered":
-        """Without the people in these columns [M]."""
+        """The frame without the people in these columns [M]."""
         observations = self.observations.copy()
         observations[columns] = np.nan
         return replace(self, observations=observations)
 
     def widened(self, columns: int) -> "_Answered":
-        """With nobody in the columns that are added."""
+        """The frame with so many columns; added ones are empty."""
         more = ((0, columns - len(self.observations)), (0, 0))
         return replace(self, observations=np.pad(self.observations, more, constant_values=np.nan))
 
@@ -56,13 +55,13 @@ _UNKNOWN = np.full(3, np.nan)
 
 
 class EndlessRun:
-    """A solver between frames.
+    """A solver on an endless stream.
 
     Parameters
     ----------
-    solver : what answers.
-    problem : what it is given; its tracks are the numbers of the columns.
-    origin : [3] the pose of the first frame: the only one that is given.
+    solver : the solver.
+    problem : its problem, whose tracks are the numbers of the columns.
+    origin : [3] pose (x, y, yaw) of the first frame, the only given one.
     """
 
     def __init__(self, solver: FrameSolver, problem: Problem, origin: FloatArray) -> None:
@@ -95,8 +94,7 @@ class EndlessRun:
         Raises
         ------
         VbbenchError
-            If the solver fails. It then goes on from the frames before, as if these had never come; from the last pose
-            alone if it fails once more.
+            If the solver fails. It is restarted without these frames; if it fails again, from the last pose alone.
         """
         past, starts = self._past, self._must_start
         try:
@@ -115,7 +113,7 @@ class EndlessRun:
             ) from error
 
     def _prepare(self) -> None:
-        """Make the solver forget those who are gone, or start again."""
+        """Make the solver forget people who are gone, or restart it."""
         if self._forgotten and not self._must_start:
             if isinstance(self._solver, ForgettingSolver):
                 self._solver.forget(np.array(self._forgotten, np.int64))
@@ -155,7 +153,7 @@ class EndlessRun:
         return replace(answer, positions=np.where(known, answer.positions, np.nan))
 
     def _feed(self, observations: FloatArray, pose: FloatArray, odometry: Odometry) -> FrameEstimate:
-        """Show the solver a frame, of which perhaps the pose is given."""
+        """Give the solver a frame; its ``pose`` is given unless it is NaN."""
         before = self._given
         self._odometry = self._odometry.frames(slice(1, None)).followed_by(odometry)
         self._given = Given(
@@ -173,7 +171,7 @@ class EndlessRun:
         return answer
 
     def _with_base(self, answer: FrameEstimate) -> FrameEstimate:
-        """The answer, as unsure as the pose from which the solver started again."""
+        """The answer with the covariance of the restart's pose added."""
         if self._base is None or answer.pose_covariance is None:
             return answer
         start, sigma = self._base

@@ -1,4 +1,4 @@
-"""What a robot measures, checked and put into arrays: boxes of tracks, its own motion, and the time."""
+"""Measurements of a robot as checked arrays: boxes of tracks, odometry, and time stamps."""
 
 import sys
 import warnings
@@ -39,8 +39,8 @@ def read_boxes(boxes: OfTracks, names: tuple[str, ...]) -> tuple[list[Hashable],
 
     Parameters
     ----------
-    boxes : by track.
-    names : what the numbers are called; those after the second are sizes.
+    boxes : numbers of each track.
+    names : names of the numbers; those after the second are sizes.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def read_boxes(boxes: OfTracks, names: tuple[str, ...]) -> tuple[list[Hashable],
 
 
 def _rows(values: list[ArrayLike], length: int) -> tuple[FloatArray, BoolArray]:
-    """The values as an array [N, length], and which of them are rows of so many numbers."""
+    """The values as an array [N, length], and a mask of those that have so many numbers."""
     try:
         numbers = np.array(values, dtype=np.float64).reshape(len(values), -1 if values else length)
         if numbers.shape[1] == length:
@@ -99,12 +99,12 @@ def _check_tracks(tracks: list[Hashable]) -> None:
 class BoxWatch:
     """Warns once of boxes that cannot be people in the camera's picture (`vbbench.box_checks`).
 
-    A sample of all frames is kept, of bounded size, and looked at when 10, 20, 40 and so on boxes have come.
+    A bounded sample of all boxes is kept, and checked after 10, 20, 40, … boxes.
 
     Parameters
     ----------
-    camera : that took the picture.
-    height_mean : of people in m.
+    camera : camera of the pictures.
+    height_mean : mean height of people in m.
     """
 
     def __init__(self, camera: Camera, height_mean: float) -> None:
@@ -114,7 +114,7 @@ class BoxWatch:
         self._boxes, self._due = 0, FIRST_LOOK
 
     def see(self, boxes: FloatArray) -> None:
-        """Take note of the boxes [N, 4] (left, top, width, height) in px of a frame."""
+        """Add the boxes [N, 4] (left, top, width, height) in px of a frame, and check when due."""
         self._frames += 1
         self._boxes += len(boxes)
         if self._frames % self._every == 0:
@@ -137,9 +137,9 @@ class BoxWatch:
 
 
 def far_outside(observations: FloatArray, camera: Camera) -> BoolArray:
-    """[N] which boxes [N, 3] have their centre outside the picture by more than their height.
+    """Mask [N] of boxes [N, 3] with a centre outside the picture by more than their height.
 
-    Columns of a picture all around may go on beyond its sides by one turn.
+    Columns of a panorama may exceed its sides by one turn.
     """
     size = np.array(camera.picture_size)
     off = np.abs(observations[:, :2] - 0.5 * size) - 0.5 * size
@@ -149,7 +149,7 @@ def far_outside(observations: FloatArray, camera: Camera) -> BoolArray:
 
 
 def check_in_picture(tracks: list[Hashable], observations: FloatArray, camera: Camera) -> None:
-    """Raise VbbenchError if a box of ``observations`` [N, 3] lies outside the picture: the camera is another one."""
+    """Raise VbbenchError if a box of ``observations`` [N, 3] lies outside the picture, as of another camera."""
     outside = far_outside(observations, camera)
     if outside.any():
         row = int(np.argmax(outside))
@@ -167,7 +167,7 @@ def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
     Raises
     ------
     VbbenchError
-        If a number is not finite, or the covariance cannot be one.
+        If a number is not finite, or the covariance is not symmetric and positive.
     """
     wanted = "odometry must be a pair, a motion (forward, left, turn) and its covariance [3, 3]"
     try:
@@ -194,7 +194,7 @@ def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
 
 
 def shared_out(odometry: Odometry, frames: int) -> Odometry:
-    """One motion as ``frames`` equal ones in a row along the same arc, which together are as unsure as it is.
+    """One motion divided into ``frames`` equal ones along the same arc, with the same total covariance.
 
     An error e of the motion into frame i moves and turns all that follows, by J_i e in the axes before the first; with
     J_i⁻¹ C/n J_i⁻ᵀ as the covariance of each, that of all n together is C.
@@ -214,13 +214,13 @@ def shared_out(odometry: Odometry, frames: int) -> Odometry:
 
 @dataclass(frozen=True, kw_only=True)
 class FrameClock:
-    """Counts frames by their time stamps, which come a little early or late.
+    """Counts frames by time stamps with jitter.
 
     Parameters
     ----------
-    dt : seconds a frame.
+    dt : seconds per frame.
     last : the last stamp in s; ``None`` before the first.
-    behind : by how many s the last frame was late. It soon counts no more: half of it is left after each frame.
+    behind : delay in s of the last frame; it is halved with each frame.
     """
 
     dt: float
@@ -228,7 +228,7 @@ class FrameClock:
     behind: float = 0.0
 
     def advanced(self, time: float | None) -> tuple[int, "FrameClock"]:
-        """How many frames later a stamp is, at least one, and the clock that shows it; ``None`` is one frame later.
+        """The number of frames, at least 1, from the last stamp to ``time`` in s, and the clock then; ``None`` means 1.
 
         Raises
         ------

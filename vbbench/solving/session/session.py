@@ -1,4 +1,4 @@
-"""`Session`: a solver that gets what a robot measures frame by frame, and answers where people are (docs/robot.md)."""
+"""`Session`: a solver on a robot's measurements, frame by frame (docs/robot.md)."""
 
 import math
 from collections.abc import Hashable, Sequence
@@ -42,16 +42,16 @@ BOX_SPREAD = Within(0.0, 0.8, "of a box's height")
 
 @dataclass(frozen=True, kw_only=True)
 class SessionAnswer:
-    """Where the observer and the people of a frame are, in the map's frame; arrays are read-only.
+    """Poses and positions of a frame in the map's axes; arrays are read-only.
 
     Parameters
     ----------
     pose : [3] (x, y, yaw) of the camera in m and rad.
-    pose_covariance : [3, 3] of these in m², m·rad and rad²; ``None`` if the solver reports none.
-    positions : [2] (x, y) in m of every track seen in this frame that the solver has a place for.
-    position_covariances : [2, 2] of these in m², as far as the solver reports any.
-    heights : of the same people in m, as far as the solver reports any.
-    converged : False warns that the pose may be far off; ``None`` if the solver does not say.
+    pose_covariance : [3, 3] covariance of the pose in m², m·rad and rad²; ``None`` if the solver reports none.
+    positions : [2] (x, y) in m of every track seen in this frame for which the solver has a place.
+    position_covariances : [2, 2] covariances of these in m², if the solver reports any.
+    heights : heights of the same people in m, if the solver reports any.
+    converged : False warns that the pose may be far off; ``None`` if the solver does not report it.
     """
 
     pose: FloatArray
@@ -66,31 +66,31 @@ class Session:
     """A solver on a robot.
 
     The first frame fixes the map: its pose is ``origin``, and nothing else is ever given (protocol `cold-start`).
-    Tracks come and go; one that was not seen for ``forget_after`` seconds is forgotten, and its id then stands for
-    a new person. Memory is bounded by the most people ever seen at once. Boxes that cannot be people in this picture,
-    such as corners, shares or px of another size, are a VbbenchWarning, once for each map.
+    A track that was not seen for ``forget_after`` seconds is forgotten, and its id then stands for a new person. Memory
+    is bounded by the greatest number of people seen at once. Boxes that cannot be people in this picture, such as
+    corners, shares or px of another size, cause a VbbenchWarning, once for each map.
 
-    A frame that cannot be used raises VbbenchError and is omitted: it is as if it had never come, and the odometry
-    of the next one must reach back to the last frame that was answered.
+    A frame that cannot be used raises VbbenchError and is skipped; the odometry of the next one must reach back to the
+    last frame that was answered.
 
     Parameters
     ----------
     solver : a registered name, ``module:attribute``, or an object with ``start`` and ``step``, which then belongs to
         the session.
     camera : intrinsics, mount height and tilt.
-    dt : seconds a frame.
+    dt : seconds per frame.
     height_mean, height_std : prior N(μ_h, σ_h²) of a person's height, in m.
     pixel_std : standard deviation in px of a box's column, top and bottom.
-    tilt_std, mount_height_std : of the camera's tilt in rad and mount height in m about what ``camera`` says; 0 where
-        they are exact.
-    box_std : of a box's borders, as a share of its height, next to ``pixel_std``.
-    carried_by : what carries the camera: ``person``, ``vehicle``, ``robot`` or ``unknown``.
+    tilt_std, mount_height_std : standard deviations in rad and m of tilt and mount height about those of ``camera``; 0
+        where they are exact.
+    box_std : standard deviation of a box's borders, as a share of its height, in addition to ``pixel_std``.
+    carried_by : carrier of the camera: ``person``, ``vehicle``, ``robot`` or ``unknown``.
     box_edge : distance in m from a person's axis to the plane in which top and bottom of a box lie, such as .45 for
         projections of cuboids; ``None`` where it is not known.
-    covariances : whether they are wanted; leaving them out saves time.
+    covariances : whether covariances are computed; this takes time.
     origin : (x, y, yaw) of the camera in the first frame, in m and rad.
     forget_after : seconds out of sight after which a track is forgotten.
-    people : columns of the solver's arrays to begin with; more are made when they are needed.
+    people : initial number of columns of the solver's arrays; more are added when needed.
 
     Raises
     ------
@@ -161,7 +161,7 @@ class Session:
         self.reset()
 
     def reset(self) -> None:
-        """Begin a new map: the next frame is the first one, of any time, and nobody is known."""
+        """Begin a new map: the next frame is its first, with any time stamp, and all people are forgotten."""
         self._columns = Columns(len(self._problem.tracks), self._patience)
         self._run = EndlessRun(self._solver, self._problem, self._origin)
         self._clock, self._frame = FrameClock(dt=self._problem.dt), -1
@@ -178,17 +178,17 @@ class Session:
 
         Parameters
         ----------
-        boxes : {id: (left, top, width, height)} in px of everybody seen, or pairs of these; nobody is fine. Ids are
-            anything hashable.
+        boxes : {id: (left, top, width, height)} in px of all people seen, or pairs of these; may be empty. Ids are
+            hashable objects.
         odometry : the motion [3] (forward, left, turn) since the last frame that was answered, in m and rad in that
             frame's axes, and its covariance [3, 3]; ``None`` where none was measured.
-        time : when the frame was taken, in s of any clock. Frames missed since the last one are then made up for, with
-            nobody in them. Without it, a frame comes ``dt`` after the one before.
+        time : time of the frame, in s of any clock. Missed frames since the last one are then added, without boxes. By
+            default, a frame is ``dt`` later than the one before.
 
         Raises
         ------
         VbbenchError
-            If something given is not valid, or the solver fails.
+            If an argument is not valid, or the solver fails.
         """
         tracks, sides = read_boxes(boxes, ("left", "top", "width", "height"))
         self._watch.see(sides)
@@ -201,7 +201,7 @@ class Session:
         *,
         time: float | None = None,
     ) -> SessionAnswer:
-        """As `step`, from {id: (u, v, l)}: the centres and heights of boxes in px, as they stand in a dataset."""
+        """As `step`, from {id: (u, v, l)}: the centres and heights of boxes in px, as in a dataset."""
         tracks, numbers = read_boxes(observations, ("u", "v", "l"))
         self._watch.see(rectangles(numbers))
         return self._step(tracks, numbers, odometry, time)
@@ -225,7 +225,7 @@ class Session:
         return _answer_of(answer, tracks, columns.tolist())
 
     def _columns_of(self, tracks: Sequence[Hashable], frame: int) -> IntArray:
-        """The columns [N] of the tracks of a frame; the solver learns who is gone, and gets more columns if need be."""
+        """The columns [N] of the tracks of a frame; informs the solver of people who are gone and of added columns."""
         columns = self._columns
         columns.expire(frame)
         self._run.forget(columns.clear_for(tracks))
@@ -247,7 +247,7 @@ def _frame_solver(solver: str | FrameSolver) -> FrameSolver:
 
 
 def _numbers(values: ArrayLike) -> FloatArray:
-    """As its own array; an empty one if they are no numbers."""
+    """A copy of the values as an array; an empty one if they are not numbers."""
     try:
         return np.array(values, np.float64)
     except (TypeError, ValueError):
