@@ -20,8 +20,10 @@ def frozen_array(
 ) -> NDArray[Any]:
     """``values`` as a read-only array; ValueError unless it has this ``shape``, in which ``None`` is any length."""
     array = np.asarray(values, dtype=dtype).view()
-    got = array.shape
-    if len(got) != len(shape) or any(want not in (None, n) for want, n in zip(shape, got, strict=True)):
+    fits = array.ndim == len(shape)
+    for want, got in zip(shape, array.shape, strict=False):
+        fits = fits and want in (None, got)
+    if not fits:
         wanted = ", ".join("*" if n is None else str(n) for n in shape)
         raise ValueError(f"{name} must have shape [{wanted}], not {list(array.shape)}")
     array.flags.writeable = False

@@ -13,7 +13,8 @@ namespace vbbench {
 /// A grid of σ and τ for each cue, weighed by the density of what boxes add to the boxes before.
 class NoiseLearner {
  public:
-  static constexpr int kShares = 19, kTimes = 6, kLate = 2;  ///< boxes count once so many later frames are solved
+  static constexpr int kShares = 19, kTimes = 6, kGrid = kShares * kTimes,
+                       kLate = 2;  ///< boxes count once so many later frames are solved
 
   void start(const BoxNoise& first, double spread, double dt) {
     nu_ = first.nu;
@@ -26,7 +27,7 @@ class NoiseLearner {
         for (int t = 0; t < kTimes; ++t) {
           const double off = elementary::log(share_[s] / first.share[c]) / spread;
           const double later = elementary::log(time_[t] / first.time[c]) / 2.0;
-          weight_[c][s][t] = -0.5 * (off * off + later * later);
+          weight_[c][s * kTimes + t] = -0.5 * (off * off + later * later);
         }
   }
 
@@ -37,6 +38,7 @@ class NoiseLearner {
     std::array<double, kTimes> memory;
     for (int t = 0; t < kTimes; ++t) memory[t] = elementary::exp(-dt_ / time_[t]);
     const double counts = std::sqrt(std::min(1.0, dt_ / 0.4));
+    Innovation innovation;
     for (const Person& person : window.people) {
       const int i = frame - person.first;
       if (i < 0 || i >= person.frames() || !person.nodes[i].seen) continue;
@@ -49,26 +51,26 @@ class NoiseLearner {
         if (!now[c].used || person.nodes[i].box.cut || person.nodes[i].box.hidden) continue;
         const double decided = std::max(0.05, 1.0 - person.nodes[i].leverage[c]);  // share that the fit leaves
         const double white = (c == 1 ? 2.0 : 1.0) * pixel * pixel;
+        const bool follows = chained && before[c].used;
         for (int s = 0; s < kShares; ++s) {
           const double variance = share_[s] * share_[s] + white, correlated = share_[s] * share_[s] / variance;
           for (int t = 0; t < kTimes; ++t) {
-            const double rho = chained && before[c].used ? correlated * memory[t] : 0.0;
-            const double e = now[c].q - rho * before[c].q, square = e * e / decided / (variance * (1.0 - rho * rho));
-            const double cost =
-                (nu_ + 1.0) * elementary::log(1.0 + square / nu_) + elementary::log(variance * (1.0 - rho * rho));
-            weight_[c][s][t] -= 0.5 * counts * decided * cost;
+            const double rho = follows ? correlated * memory[t] : 0.0, e = now[c].q - rho * before[c].q;
+            const double rest = variance * (1.0 - rho * rho);
+            innovation.variance[s * kTimes + t] = rest;
+            innovation.square[s * kTimes + t] = e * e / decided / rest;
           }
         }
+        add_costs(innovation, nu_, -0.5 * counts * decided, weight_[c].data());
       }
     }
     for (int c = 0; c < 3; ++c) {
       double top = -1e300, sum = 0.0, share = 0.0, time = 0.0;
-      for (const auto& row : weight_[c])
-        for (double w : row) top = std::max(top, w);
+      for (const double w : weight_[c]) top = std::max(top, w);
       for (int s = 0; s < kShares; ++s)
         for (int t = 0; t < kTimes; ++t) {
-          weight_[c][s][t] -= top;
-          const double p = elementary::exp(weight_[c][s][t]);
+          weight_[c][s * kTimes + t] -= top;
+          const double p = elementary::exp(weight_[c][s * kTimes + t]);
           sum += p;
           share += p * elementary::log(share_[s]);
           time += p * elementary::log(time_[t]);
@@ -88,11 +90,25 @@ class NoiseLearner {
     return box_cues(node.box, at, model.people.noise);
   }
 
+  /// What a cue adds to the cue before, under each σ and τ: its variance, and its square in variances.
+  struct Innovation {
+    std::array<double, kGrid> variance, square;
+  };
+
+  /// Adds to each weight a share of the cost under its σ and τ, by a Student-t law.
+  VBBENCH_WIDE_WHOLE static void add_costs(const Innovation& innovation, double nu, double share,
+                                           double* __restrict weights) {
+    for (int n = 0; n < kGrid; ++n) {
+      const double cost = (nu + 1.0) * elementary::log(1.0 + innovation.square[n] / nu);
+      weights[n] += share * (cost + elementary::log(innovation.variance[n]));
+    }
+  }
+
   double nu_ = 6.0, dt_ = 0.4;
   BoxNoise noise_;
   std::array<double, kShares> share_;
   std::array<double, kTimes> time_;
-  std::array<std::array<std::array<double, kTimes>, kShares>, 3> weight_;
+  std::array<std::array<double, kGrid>, 3> weight_;
 };
 
 }  // namespace vbbench

@@ -228,7 +228,7 @@ class Elimination {
     scratch_.resize(local);
     for (int i = 0; i < local; ++i) scratch_[i] = side(i)[0];
     solve(scratch_.data(), 0);
-    for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], &reduced.gradient(0), 1);
+    for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], &reduced.gradient(0));
     for (int i = 0; i < 2; ++i)
       for (int c = 0; c < reduced.size; ++c) reduced.gradient(c) -= own_sides_[i][1 + c] * scratch_[local - 2 + i];
   }
@@ -358,14 +358,14 @@ class Elimination {
     g[path + 1] = (g[path + 1] - own_[1] * g[path]) / own_[2];
   }
 
-  /// Computes A⁻¹ where L is not zero (the equations of Takahashi), of which leverages are made.
-  void invert() {
+  /// Computes A⁻¹ where L is not zero (the equations of Takahashi) from a node on, of which leverages are made.
+  void invert(int node) {
     const int path = local - 2;
     inverse_.resize(path);
     own_inverse_[2] = 1.0 / (own_[2] * own_[2]);
     own_inverse_[1] = -own_[1] / own_[0] * own_inverse_[2];
     own_inverse_[0] = (1.0 / own_[0] - own_[1] * own_inverse_[1]) / own_[0];
-    for (int j = path - 1; j >= 0; --j) {
+    for (int j = path - 1; j >= 2 * node; --j) {
       const Column& l = columns_[j];
       Column sum{};
       for (int k = 1; k < std::min(kBand, path - j); ++k) {
@@ -409,21 +409,22 @@ class Elimination {
   /// gᵀ A⁻¹ g of a row with the gradient g by the person's own variables; and what the row is about where these are
   /// eliminated, c − Bᵀ A⁻¹ g with its gradient c by those that are reduced, into a column of `through` [size][stride].
   double eliminated(const Row& row, double* through, int stride) {
-    std::vector<double>& by = gradient_;
+    std::vector<double>&by = gradient_, &line = line_;
     by.assign(local, 0.0);
+    line.assign(layout_.size(), 0.0);
     row.each(first_, [&](const Variable& v, double value) {
       const int i = index_of(v), column = i < 0 ? layout_.of(v) : -1;
       if (i >= 0) by[i] += value;
-      if (column >= 0) through[static_cast<std::ptrdiff_t>(column) * stride] += value;
+      if (column >= 0) line[column] += value;
     });
     scratch_ = by;
-    solve(scratch_.data(), 0);
+    solve(scratch_.data(), std::max(0, 2 * (row.node - row.reach)));
     double sum = 0.0;
     for (int i = 0; i < local; ++i) sum += by[i] * scratch_[i];
-    for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], through, stride);
+    for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], line.data());
     for (int i = 0; i < 2; ++i)
-      for (int c = 1; c < own_sides_.cols(); ++c)
-        through[static_cast<std::ptrdiff_t>(c - 1) * stride] -= own_sides_[i][c] * scratch_[local - 2 + i];
+      for (int c = 0; c < layout_.size(); ++c) line[c] -= own_sides_[i][1 + c] * scratch_[local - 2 + i];
+    for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride] = line[c];
     return sum;
   }
 
@@ -436,10 +437,11 @@ class Elimination {
       scratch_[2 * node + axis] = 1.0;
       solve(scratch_.data(), 2 * node);
       for (int a = 0; a < 2; ++a) own[axis][a] = scratch_[2 * node + a];
-      for (int i = 0; i < local - 2; ++i) add_through(i, scratch_[i], through + axis, stride);
+      line_.assign(layout_.size(), 0.0);
+      for (int i = 0; i < local - 2; ++i) add_through(i, scratch_[i], line_.data());
       for (int i = 0; i < 2; ++i)
-        for (int c = 1; c < own_sides_.cols(); ++c)
-          through[static_cast<std::ptrdiff_t>(c - 1) * stride + axis] += own_sides_[i][c] * scratch_[local - 2 + i];
+        for (int c = 0; c < layout_.size(); ++c) line_[c] += own_sides_[i][1 + c] * scratch_[local - 2 + i];
+      for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride + axis] = line_[c];
     }
     return {own[0][0], own[0][1], own[1][1]};
   }
@@ -467,11 +469,11 @@ class Elimination {
     return {kAbout + layout_.unknowns * (from - frame + 1), layout_.begin(from),
             std::max(0, to - from) * layout_.unknowns};
   }
-  void add_through(int i, double by, double* through, int stride) const {
+  void add_through(int i, double by, double* through) const {
+    const Side& side = sides_[i];
     const Span span = frames_about(i / 2);
-    for (int g = 0; g < kBoxGlobals; ++g) through[static_cast<std::ptrdiff_t>(g) * stride] += sides_[i][1 + g] * by;
-    for (int k = 0; k < span.count; ++k)
-      through[static_cast<std::ptrdiff_t>(span.column + k) * stride] += sides_[i][span.slot + k] * by;
+    for (int g = 0; g < kBoxGlobals; ++g) through[g] += side[1 + g] * by;
+    for (int k = 0; k < span.count; ++k) through[span.column + k] += side[span.slot + k] * by;
   }
 
   /// Adds the rows of the boxes of a node, which have the same variables.
@@ -572,7 +574,7 @@ class Elimination {
   std::array<double, 3> own_{}, own_inverse_{};  ///< of height and own edge: the lower half
   std::vector<Side> sides_;
   Matrix own_sides_;
-  std::vector<double> scratch_, gradient_;
+  std::vector<double> scratch_, gradient_, line_;
 };
 
 }  // namespace vbbench

@@ -94,14 +94,14 @@ class Window {
     std::array<double, 2> sum{};
     const Person& person = people[p];
     if (frame < person.first || frame > person.last() || !std::isfinite(damping_)) return sum;
-    eliminations_[p].invert();
+    eliminations_[p].invert(std::max(0, frame - person.first - kReach));
     person_rows(person, frames, calibration, model.people,
                 [&](const Row& row) {
                   if (!row.walk) return;
                   sum[0] += row.w * row.e * row.e * person.variance;
                   sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row));
                 },
-                {frame - person.first, frame - person.first});
+                {frame - person.first, frame - person.first, false});
     return sum;
   }
 
@@ -111,9 +111,11 @@ class Window {
     for (Person& person : people) {
       for (Node& node : person.nodes)
         if (!node.walk_absorbed) node.growth = 0.0;
-      person_rows(person, frames, calibration, model.people, [&](const Row& row) {
-        if (row.walk || row.law == Row::kWalk) person.nodes[row.node].growth += row.w * row.e * row.e;
-      });
+      person_rows(person, frames, calibration, model.people,
+                  [&](const Row& row) {
+                    if (row.walk || row.law == Row::kWalk) person.nodes[row.node].growth += row.w * row.e * row.e;
+                  },
+                  {.boxes = false});
     }
   }
 

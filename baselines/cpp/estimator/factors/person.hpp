@@ -103,9 +103,10 @@ inline Row scale_row(const Node& node, const BoxState& at, int i) {
   return row;
 }
 
-/// Nodes of a path, from the first one up to the last one.
+/// Nodes of a path, from the first one up to the last one, and whether rows of their boxes are visited.
 struct Nodes {
   int first = 0, last = 1 << 30;
+  bool boxes = true;
 };
 
 /// Visits the rows of one person whose newest nodes are among `nodes`, `Visit(const Row&)`, one node after another.
@@ -117,6 +118,14 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   for (int c = 0; c < 3; ++c) memory[c] = elementary::exp(-model.walk.dt / model.noise.time[c]);
   std::array<Cue, 3> before{};
   int before_node = -2;
+  Row box, walk, pacing, resting;  // of each kind one, of which every node changes the same numbers
+  box.of_box = true;
+  box.law = Row::kBox;
+  box.power = 0.5 * (model.noise.nu + 1.0);
+  walk.walk = true;
+  pacing.law = Row::kPace;
+  pacing.power = -model.pace.weight * model.walk.dt;
+  pacing.reach = resting.reach = 1;
   for (int i = std::max(0, nodes.first - 1); i < end; ++i) {
     const Node& node = person.nodes[i];
     const bool visited = i >= nodes.first;
@@ -131,40 +140,40 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         visit(row);
       }
     }
-    if (node.seen) {
+    if (node.seen && nodes.boxes) {
       const BoxState at(node.at[0], node.at[1], person.log_height, person.own_edge, frames[person.first + i].at.data(),
                         calibration.at.data());
       const std::array<Cue, 3> cues = box_cues(node.box, at, model.noise);
+      std::array<bool, 3> chained;
+      std::array<double, 3> scale, back;  // whitened: scale times a cue and back times the one before
+      for (int c = 0; c < 3; ++c) {
+        chained[c] = before_node == i - 1 && before[c].used;
+        const double rho = chained[c] ? memory[c] * std::sqrt(cues[c].correlated * before[c].correlated) : 0.0;
+        scale[c] = 1.0 / (cues[c].std * std::sqrt(1.0 - rho * rho));
+        back[c] = chained[c] ? -rho * cues[c].std / before[c].std * scale[c] : 0.0;
+      }
       for (int c = 0; c < 3; ++c) {
         if (!visited || !cues[c].used || node.box_absorbed[c]) continue;
-        const Cue& now = cues[c];
-        const bool chained = before_node == i - 1 && before[c].used;
-        const double rho = chained ? memory[c] * std::sqrt(now.correlated * before[c].correlated) : 0.0;
-        const double scale = 1.0 / (now.std * std::sqrt(1.0 - rho * rho));
-        const double back = chained ? -rho * now.std / before[c].std * scale : 0.0;
-        Row row;
-        row.node = i;
-        row.cue = c;
-        row.of_box = true;
-        row.reach = chained;
-        row.law = Row::kBox;
-        row.e = scale * now.q + back * before[c].q;
-        const double scaled = row.e * row.e / model.noise.nu;
-        row.w = (model.noise.nu + 1.0) / (model.noise.nu * (1.0 + scaled));
-        row.power = 0.5 * (model.noise.nu + 1.0);
-        row.base = 1.0 + scaled;
+        const Cue &now = cues[c], &last = before[c];
+        box.node = i;
+        box.cue = c;
+        box.reach = chained[c];
+        box.e = scale[c] * now.q + back[c] * last.q;
+        const double scaled = box.e * box.e / model.noise.nu;
+        box.w = (model.noise.nu + 1.0) / (model.noise.nu * (1.0 + scaled));
+        box.base = 1.0 + scaled;
         for (int a = 0; a < 2; ++a) {
-          row.by[kSlotPlace + a] = scale * now.by[kX + a];
-          row.by[kSlotPlaceBefore + a] = back * before[c].by[kX + a];
-          row.by[kSlotHeight + a] = scale * now.by[kLogHeight + a] + back * before[c].by[kLogHeight + a];
+          box.by[kSlotPlace + a] = scale[c] * now.by[kX + a];
+          box.by[kSlotPlaceBefore + a] = back[c] * last.by[kX + a];
+          box.by[kSlotHeight + a] = scale[c] * now.by[kLogHeight + a] + back[c] * last.by[kLogHeight + a];
         }
         for (int g = 0; g < kBoxGlobals; ++g)
-          row.by[kSlotShared + g] = scale * now.by_global[g] + back * before[c].by_global[g];
+          box.by[kSlotShared + g] = scale[c] * now.by_global[g] + back[c] * last.by_global[g];
         for (int k = 0; k < kFrame; ++k) {
-          row.by[kSlotCamera + k] = scale * now.by[kPoseX + k];
-          row.by[kSlotCameraBefore + k] = back * before[c].by[kPoseX + k];
+          box.by[kSlotCamera + k] = scale[c] * now.by[kPoseX + k];
+          box.by[kSlotCameraBefore + k] = back[c] * last.by[kPoseX + k];
         }
-        visit(row);
+        visit(box);
       }
       if (visited) visit(scale_row(node, at, i));
       before = cues;
@@ -186,52 +195,44 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         visit(row);
       }
     } else if (!node.walk_absorbed) {
-      Row row;
-      const double scale = model.walk.coefficients(i, row.chain), variance = scale * scale * person.variance;
-      row.node = i;
-      row.walk = true;
-      row.reach = std::min(i, kReach);
+      const double scale = model.walk.coefficients(i, walk.chain), variance = scale * scale * person.variance;
+      walk.node = i;
+      walk.reach = std::min(i, kReach);
       double e[2] = {0.0, 0.0};
-      for (int j = 0; j <= row.reach; ++j)
-        for (int axis = 0; axis < 2; ++axis) e[axis] += row.chain[j] * person.nodes[i - j].at[axis];
+      for (int j = 0; j <= walk.reach; ++j)
+        for (int axis = 0; axis < 2; ++axis) e[axis] += walk.chain[j] * person.nodes[i - j].at[axis];
       const double nu = model.walk.nu, scaled = (e[0] * e[0] + e[1] * e[1]) / variance / nu;
-      row.w = (nu + 2.0) / (nu * (1.0 + scaled)) / variance;
+      walk.w = (nu + 2.0) / (nu * (1.0 + scaled)) / variance;
       for (int axis = 0; axis < 2; ++axis) {
-        row.axis = axis;
-        row.e = e[axis];
-        row.law = axis ? Row::kSpread : Row::kWalk;
-        row.power = axis ? 1.0 : 0.5 * (nu + 2.0);
-        row.base = axis ? variance : 1.0 + scaled;
-        visit(row);
+        walk.axis = axis;
+        walk.e = e[axis];
+        walk.law = axis ? Row::kSpread : Row::kWalk;
+        walk.power = axis ? 1.0 : 0.5 * (nu + 2.0);
+        walk.base = axis ? variance : 1.0 + scaled;
+        visit(walk);
       }
     }
     if (model.pace.weight > 0.0) {
       const double dt = model.walk.dt, speed = std::sqrt(dx * dx + dy * dy) / dt + 1e-9;
       const Pace pace = model.pace.at(speed, dt);
-      const double spread = 1.0 / dt;
-      Row row;
-      row.node = i;
-      row.reach = 1;
-      row.law = Row::kPace;
-      row.e = speed - model.pace.walking;
-      row.w = pace.walk;
-      row.power = -model.pace.weight * dt;
-      row.base = pace.density;
-      const double ux = dx / (speed * dt), uy = dy / (speed * dt);
-      row.by[kSlotPlace] = ux * spread;
-      row.by[kSlotPlace + 1] = uy * spread;
-      row.by[kSlotPlaceBefore] = -ux * spread;
-      row.by[kSlotPlaceBefore + 1] = -uy * spread;
-      visit(row);
+      const double spread = 1.0 / dt, ux = dx / (speed * dt), uy = dy / (speed * dt);
+      pacing.node = resting.node = i;
+      pacing.e = speed - model.pace.walking;
+      pacing.w = pace.walk;
+      pacing.base = pace.density;
+      pacing.by[kSlotPlace] = ux * spread;
+      pacing.by[kSlotPlace + 1] = uy * spread;
+      pacing.by[kSlotPlaceBefore] = -ux * spread;
+      pacing.by[kSlotPlaceBefore + 1] = -uy * spread;
+      visit(pacing);
+      resting.w = pace.stand;
       for (int axis = 0; axis < 2; ++axis) {
-        Row rest;
-        rest.node = i;
-        rest.reach = 1;
-        rest.e = (axis ? dy : dx) / dt;
-        rest.w = pace.stand;
-        rest.by[kSlotPlace + axis] = spread;
-        rest.by[kSlotPlaceBefore + axis] = -spread;
-        visit(rest);
+        resting.e = (axis ? dy : dx) / dt;
+        for (int a = 0; a < 2; ++a) {
+          resting.by[kSlotPlace + a] = a == axis ? spread : 0.0;
+          resting.by[kSlotPlaceBefore + a] = a == axis ? -spread : 0.0;
+        }
+        visit(resting);
       }
     }
   }

@@ -93,8 +93,9 @@ struct SpeedPrior {
     const double walk = (1.0 - standing_weight) / walking_std * elementary::exp(-0.5 * off * off);
     const double scaled = 1.0 + speed * speed / (standing * standing);
     const double faster = std::max(0.0, speed - running) / running_std;
-    const double stand =
-        standing_weight / standing * elementary::exp(-0.5 * faster * faster) / (scaled * std::sqrt(scaled)) + 1e-300;
+    const double stand = standing_weight / standing * (faster > 0.0 ? elementary::exp(-0.5 * faster * faster) : 1.0) /
+                             (scaled * std::sqrt(scaled)) +
+                         1e-300;
     const double share = walk / (walk + stand), rest = 1.0 - share;
     const double beyond = faster > 0.0 ? faster / running_std / (speed - walking) : 0.0;
     const double counts = weight * dt;
