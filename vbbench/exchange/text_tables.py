@@ -203,14 +203,14 @@ def read_table(
     if header is not None:
         refuse_doubtful(path, header, first - 1, alike)
         called = {noun: header.names[column] for noun, column in header.columns.items()}
-        form = _Form(path, dict(header.columns), called, len(header.names), mark, frozenset(required), None, first)
+        form = _Form(path, dict(header.columns), called, frozenset(required), mark, first, cells)
     else:
         if sample and (not layout or (not any(map(_is_number, cells)) and re.search("[A-Za-z]", sample))):
             known = ", ".join(nouns or re.findall(r"\w+", str(layout)))
             problem = f"its first line is {quoted(sample)}, which names no columns that are known: {known}"
             raise FileError(path, problem, first)
         try:
-            form = _laid_out(path, layout if isinstance(layout, str) else layout(cells), len(cells), mark, first)
+            form = _laid_out(path, layout if isinstance(layout, str) else layout(cells), mark, first, cells)
         except ValueError as error:
             raise FileError(path, str(error), first) from error
     body = body.rstrip() if body.endswith(b"\n\n") else body
@@ -218,8 +218,9 @@ def read_table(
         body = body.replace(b",", b".")
     if mark == " " and (b"  " in body or b"\t" in body or b" \n" in body or b"\n " in body):
         body = re.sub(rb"[ \t]+", b" ", body).replace(b" \n", b"\n").replace(b"\n ", b"\n").strip(b" ")
-    found, lines = _read_fast(body, form) or _read_carefully(body, form)
-    widest = len(found) if header is None else form.width
+    width = len(header.names) if header else len(cells)
+    found, lines = _read_fast(body, form, width) or _read_carefully(body, form, width)
+    widest = width if header else len(found)
     return NamedColumns(path=path, columns=found, lines=lines, header=header, widest=widest)
 
 
@@ -254,7 +255,7 @@ def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: 
     header = name_columns(names, nouns)
     refuse_doubtful(path, header, None)
     called = {noun: header.names[column] for noun, column in header.columns.items()}
-    form = _Form(path, {}, called, 0, ",", frozenset(), None, 0)
+    form = _Form(path, {}, called, frozenset())
     columns = {}
     for noun, column in header.columns.items():
         cells = [None if (cell := record.get(names[column])) is None else str(cell) for record in records]
@@ -301,25 +302,28 @@ def refuse_missing(table: NamedColumns, wanted: Sequence[Collection[str]]) -> No
 
 @dataclass(frozen=True)
 class _Form:
-    """How a text is read: the ``places`` of its nouns, what it calls them, and what its rows must have."""
+    """How a text is read: the ``places`` of its nouns, what it calls them, and what its rows must have.
+
+    ``first`` is the number of its first row, which has the ``cells``; ``span`` is how few and many a row may have.
+    """
 
     path: Path
     places: dict[str, int]
     called: dict[str, str]
-    width: int
-    mark: str
     required: frozenset[str]
-    span: tuple[int, int] | None
-    first: int
+    mark: str = ","
+    first: int = 0
+    cells: Sequence[str] = ()
+    span: tuple[int, int] | None = None
 
 
-def _laid_out(path: Path, layout: Layout, width: int, mark: str, first: int) -> _Form:
-    """The form of a text in a layout, whose first row has ``width`` cells."""
+def _laid_out(path: Path, layout: Layout, mark: str, first: int, cells: Sequence[str]) -> _Form:
+    """The form of a text in a layout."""
     names = layout.replace("[", "").replace("]", "").split()
     called = {name.strip("()").partition(":")[0]: name.strip("()").rpartition(":")[2] for name in names}
     places = {noun: place for place, noun in enumerate(called) if not names[place].startswith("(")}
     span = len(layout.partition("[")[0].split()), len(names)
-    return _Form(path, places, called, width, mark, frozenset(places) - {"last"}, span, first)
+    return _Form(path, places, called, frozenset(places) - {"last"}, mark, first, cells, span)
 
 
 Read = tuple[dict[str, NDArray[Any]], IntArray]
@@ -356,52 +360,47 @@ def _is_number(cell: str) -> bool:
     return parse_number(cell) is not None
 
 
-def _read_fast(body: bytes, form: _Form) -> Read | None:
+def _read_fast(body: bytes, form: _Form, width: int) -> Read | None:
     """The rows of a table whose lines all have the same columns, empty cells only where they may be; else ``None``."""
-    if (form.span and not form.span[0] <= form.width <= form.span[1]) or b"0x" in body or b"0X" in body:
+    if (form.span and not form.span[0] <= width <= form.span[1]) or b"0x" in body or b"0X" in body:
         return None
-    names = [str(column) for column in range(form.width)]
-    by_name = {names[column]: noun for noun, column in form.places.items() if column < form.width}
+    names = list(map(str, range(width)))
+    nouns = {names[place]: noun for noun, place in form.places.items() if place < width}
     parse = csv.ParseOptions(delimiter=form.mark, ignore_empty_lines=False)
-    kinds = {name: _TEXTS if noun in WORDS else pa.float64() for name, noun in by_name.items()}
-    first = dict(
-        zip(
-            names,
-            split_cells(body[: body.find(b"\n") if b"\n" in body else None].decode("utf-8", "replace")),
-            strict=False,
-        )
-    )
-    digits = [name for name in by_name if first.get(name, "").lstrip("+-").isdecimal()]
-    whole = [name for name in digits if by_name[name] in WORDS and by_name[name] != "class_name"]
+    kinds = {name: _TEXTS if noun in WORDS else pa.float64() for name, noun in nouns.items()}
+    shown = dict(zip(names, form.cells, strict=False))
+    words = [name for name, noun in nouns.items() if noun in WORDS and noun != "class_name"]
+    whole = [name for name in words if shown.get(name, "").lstrip("+-").isdecimal()]
     for integers in (dict.fromkeys(whole, pa.int64()), {}):
         convert = csv.ConvertOptions(
-            column_types=kinds | integers, include_columns=list(by_name), null_values=EMPTY, strings_can_be_null=True
+            column_types=kinds | integers, include_columns=list(nouns), null_values=EMPTY, strings_can_be_null=True
         )
         try:
             table = csv.read_csv(BytesIO(body), csv.ReadOptions(column_names=names), parse, convert)
         except pa.ArrowException:
             continue
-        nouns = list(by_name.values())
-        table = pa.table([_trimmed(column) for column in table.columns], names=nouns)
-        if any(table.column(n).null_count for n, noun in enumerate(nouns) if noun in form.required):
+        columns = {noun: _from_arrow(noun, table[name]) for name, noun in nouns.items()}
+        if any(_is_faulty(column, noun in form.required) for noun, column in columns.items()):
             return None
-        lines = np.arange(form.first, form.first + len(table))
-        floats = [column for column in table.columns if pa.types.is_floating(column.type)]
-        if not all(pc.all(pc.is_finite(column), min_count=0).as_py() for column in floats):
-            return None
-        columns = {noun: _from_arrow(noun, column) for noun, column in zip(nouns, table.columns, strict=True)}
-        return columns, lines
+        return columns, np.arange(form.first, form.first + len(table))
     return None
 
 
-def _read_carefully(body: bytes, form: _Form) -> Read:
+def _is_faulty(column: NDArray[Any], required: bool) -> bool:
+    """Whether a column has infinities, or empty cells where it must have none."""
+    if column.dtype.kind != "f":
+        return required and column.dtype.kind == "U" and bool((column == "").any())
+    return bool(np.isinf(column).any()) or (required and bool(np.isnan(column).any()))
+
+
+def _read_carefully(body: bytes, form: _Form, width: int) -> Read:
     lines, rows = [], list[list[str]]()
     nothing = [place for noun, place in form.places.items() if noun in form.required and form.span is None]
     for line, text in enumerate(body.decode("utf-8", "replace").split("\n"), form.first):
         if not text.strip() or text.lstrip().startswith("#"):
             continue
         cells = text.split() if form.mark == " " else text.split(form.mark)
-        _check_width(form, line, len(cells))
+        _check_width(form, width, line, len(cells))
         cells = [cell.strip(" \t\"'") for cell in cells]
         if nothing and all(cells[place] in EMPTY for place in nothing):  # nobody is seen in this frame
             continue
@@ -416,10 +415,10 @@ def _read_carefully(body: bytes, form: _Form) -> Read:
     return columns, numbers
 
 
-def _check_width(form: _Form, line: int, count: int) -> None:
+def _check_width(form: _Form, width: int, line: int, count: int) -> None:
     if form.span is None:
-        if count != form.width:
-            raise FileError(form.path, f"{count} columns, the first line names {form.width}", line)
+        if count != width:
+            raise FileError(form.path, f"{count} columns, the first line names {width}", line)
     elif not form.span[0] <= count <= form.span[1]:
         least, most = form.span
         wanted = f"{least}" if least == most else f"{least} to {most}"
@@ -435,7 +434,7 @@ def _typed(noun: str, cells: list[str | None], form: _Form, lines: IntArray) -> 
         known = [_MARKS.get(cell.lower(), cell) if cell else None for cell in known]
     if noun in WORDS:
         empty = next((row for row, cell in enumerate(known) if cell in EMPTY), None)
-        column = _from_arrow(noun, _trimmed(pa.chunked_array([pa.array(known, pa.string()).dictionary_encode()])))
+        column = _from_arrow(noun, pa.chunked_array([pa.array(known, pa.string()).dictionary_encode()]))
         if empty is None and (
             noun != "frame" or column.dtype.kind != "U" or all(map(_DIGIT.search, filter(None, known)))
         ):
@@ -450,36 +449,20 @@ def _typed(noun: str, cells: list[str | None], form: _Form, lines: IntArray) -> 
     return np.array(values, np.float64)
 
 
-def _trimmed(column: pa.ChunkedArray) -> pa.ChunkedArray:
-    """A column whose texts are without blanks and quotes around them; empty ones are none."""
+def _from_arrow(noun: str, column: pa.ChunkedArray) -> NDArray[Any]:
+    """A column as int64, floats or texts without blanks and quotes around them: the first that holds every cell."""
     if not pa.types.is_dictionary(column.type):
-        return column
+        column = pc.fill_null(column.cast(pa.float64()), np.nan) if column.null_count else column
+        return np.array(column_values(column))
     column = column.unify_dictionaries()
     words = pc.utf8_trim(column.chunk(0).dictionary if column.num_chunks else pa.array([], pa.string()), " \t\"'")
-    if pc.any(pc.equal(words, ""), min_count=0).as_py():
-        column = pc.if_else(pc.equal(words, ""), None, words).take(_indices(column)).dictionary_encode()
-        return pa.chunked_array([column])
-    return pa.chunked_array([pa.DictionaryArray.from_arrays(_indices(column), words)])
-
-
-def _indices(column: pa.ChunkedArray) -> pa.Array:
-    """Of each cell among the words of a dictionary."""
-    return pa.chunked_array([one.indices for one in column.chunks], pa.int32()).combine_chunks()
-
-
-def _from_arrow(noun: str, column: pa.ChunkedArray) -> NDArray[Any]:
-    """A column as int64, floats or texts: the first that holds every cell."""
-    if pa.types.is_dictionary(column.type):
-        (chunk,) = column.chunks
-        words = chunk.dictionary
-        for pattern, kind in ((r"^[+-]?\d+$", pa.int64()), (r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$", pa.float64())):
-            if noun != "class_name" and pc.all(pc.match_substring_regex(words, pattern), min_count=0).as_py():
-                try:
-                    return _from_arrow(noun, pa.chunked_array([words.cast(kind).take(chunk.indices)]))
-                except pa.ArrowInvalid:
-                    break
-        texts: NDArray[Any] = np.array([*words.to_pylist(), ""], np.str_)
-        return np.asarray(texts[column_values(pa.chunked_array([chunk.indices.fill_null(len(words))]))])
-    if column.null_count:
-        column = pc.fill_null(column.cast(pa.float64()), np.nan)
-    return np.array(column_values(column))
+    words = pc.if_else(pc.equal(words, ""), None, words)
+    place = pa.chunked_array([one.indices for one in column.chunks], pa.int32())
+    for pattern, kind in ((r"^[+-]?\d+$", pa.int64()), (r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$", pa.float64())):
+        if noun != "class_name" and pc.all(pc.match_substring_regex(words, pattern), min_count=0).as_py():
+            try:
+                return _from_arrow(noun, pa.chunked_array([words.cast(kind).take(place.combine_chunks())]))
+            except pa.ArrowInvalid:
+                break
+    texts: NDArray[Any] = np.array([*(word or "" for word in words.to_pylist()), ""], np.str_)
+    return np.asarray(texts[column_values(place.fill_null(len(words)))])
