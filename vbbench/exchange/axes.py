@@ -71,7 +71,6 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
 
     Parameters
     ----------
-    trajectory : what was read.
     axes : a key of `AXES`, where they are known; otherwise the motion decides.
     """
     axes, orders = axes or (trajectory.axes if trajectory.axes in AXES else None), trajectory.rotations

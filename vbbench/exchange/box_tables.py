@@ -41,7 +41,6 @@ def of_people(
 
     Parameters
     ----------
-    path : the file, for messages.
     classes : [N] numbers, `UNKNOWN` or NaN for none, or names.
     given : the class of people, if the user states it.
     names : of class numbers, if the file has them.
@@ -137,7 +136,6 @@ class BoxTable(NamedColumns):
     ignored : [N] rows that the file marks as not to count.
     base : number of the first frame of a film, as the file counts.
     class_names : of class numbers, where the file has them.
-    notes : what the user should know.
     """
 
     frame: FloatArray

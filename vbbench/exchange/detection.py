@@ -141,10 +141,6 @@ def detect_to_file(
 
     Parameters
     ----------
-    dataset : the dataset, with its truth.
-    number : of the sequence.
-    out : text file to write.
-    detector, weights : see `make_detector`.
     tracker : links the detections, a registered name or ``module:attribute`` of a `TrackerFactory`; ``None`` to write
         them unlinked.
     every : use only every so many frames.

@@ -150,8 +150,6 @@ def find_boxes(
 
     Parameters
     ----------
-    film : the film.
-    out : text file to write.
     fps : frames per second, in place of what the film says of itself.
     detector, weights : see `vbbench.exchange.detection.make_detector`.
     tracker : a registered name, or ``module:attribute`` of a `vbbench.exchange.detection.TrackerFactory`.

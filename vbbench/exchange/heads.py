@@ -193,7 +193,6 @@ def see_heads(
     positions : [T, K, 2] of the people in m, NaN = absent.
     heights : [K] in m.
     station : [3] (x, y, yaw) of the camera in m and rad.
-    dt : seconds per frame.
     """
     ground = world_to_relative(positions, station)
     up = np.broadcast_to(heights - BELOW_TOP, ground.shape[:2])
@@ -331,7 +330,6 @@ def draw_boxes(heads: Heads, noise: float, rng: np.random.Generator) -> FloatArr
     ----------
     heads : sorted by track and frame.
     noise : root mean square of the relative errors of widths, and of heights.
-    rng : draws the errors.
     """
     keys = _keys(heads)
     spread = noise * _raised()
@@ -394,9 +392,7 @@ def export_heads(
 
     Parameters
     ----------
-    dataset : with its truth.
     out : folder to write; its name is the recording's.
-    options : camera and annotation.
     sequence : whose frames; may be omitted if there is only one.
     seed : of the annotators' errors, and of what is annotated besides people.
 

@@ -76,7 +76,6 @@ def match_tracks(
     found : [T, K, 4] boxes (left, top, width, height) of tracks in px, NaN where a track has none.
     true : [T, P, 4] boxes of people.
     people : [P] their ids.
-    camera : the camera of the pictures.
     least : as of `match_boxes`.
     staying : whether whoever was behind a track the last time stays behind it while their boxes overlap enough, as in
         the CLEAR metrics (Bernardin and Stiefelhagen 2008). Boxes that are far from exact need it: of two people side
@@ -128,7 +127,6 @@ def frame_offset(
     ----------
     found : [T, K, 4] boxes (left, top, width, height) in px, NaN where there is none.
     expected : the boxes [F, P, 4] of people in some frames [F] of the pictures, were people there so many frames later.
-    period : that of the camera.
     columns : [T, K] place of each box's own person among the P, −1 = none; ``None`` where they are unknown.
     least : overlap that a shift must reach, so that what a wrong camera loses is not blamed on frames.
     """

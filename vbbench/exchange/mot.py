@@ -98,8 +98,6 @@ def export_mot(
 
     Parameters
     ----------
-    dataset : the dataset.
-    out : folder to write into; created if needed.
     sequence : number of the only sequence to write; ``None`` for all.
     backend : renders pictures into ``img1``, which needs truth; ``None`` for no pictures.
     announce : called with a line that names the renderer.
@@ -172,13 +170,11 @@ def import_mot(
     ----------
     folder : with ``sequence-000012.txt``, .csv or .json, or else ``sequence-000012/gt/gt.txt``, for sequence 12.
     dataset : the dataset of the pictures, with its truth.
-    out : folder of the new dataset.
     pixel_std : standard deviation in px of a box's column, top and bottom that the dataset declares; ``None`` for that
         of the bundled tracker.
     least_matched : share of the boxes that must match a person; fewer are refused.
     least_track : fewest frames in which a track that counts is matched.
     person_class : class of people in the files, by number or name, where they do not show it.
-    overwrite : replace an existing dataset.
     announce : called with a line that says how many boxes were kept.
 
     Raises
@@ -255,7 +251,6 @@ class TrackedPlan:
 
     Parameters
     ----------
-    dataset : the dataset of the pictures.
     files : a file for each sequence, by its number in ``dataset``.
     pixel_std : the noise in px that the new dataset declares.
     least_track : fewest frames in which a track that counts is matched.

@@ -84,8 +84,6 @@ def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> Sequence
 
     Parameters
     ----------
-    path : what messages call it.
-    content : the text, UTF-8.
     whole : whether everything must be there, and no key twice; else only size and rate are read.
     """
     if len(content) > _MOST_BYTES:

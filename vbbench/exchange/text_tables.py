@@ -40,7 +40,6 @@ class Rows:
 
     Parameters
     ----------
-    path : the file, for messages.
     lines : [N] their line numbers from 1, or 0 where there are no lines.
     where : [N] where rows stand in a file without lines, for messages.
     """
@@ -187,7 +186,6 @@ def read_table(
 
     Parameters
     ----------
-    path : the file, for messages.
     content : the text, UTF-8 or UTF-16 with a byte order mark.
     nouns : what columns are looked for by their names.
     layout : the columns of a text that does not name them, which may depend on the cells of its first row; empty if it

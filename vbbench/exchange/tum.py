@@ -37,7 +37,6 @@ def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, p
     poses : pose of frame t in row t.
     dt : seconds per frame; or the times [T] of the frames in s.
     mount_height : the camera's height in m, written as tz.
-    path : the file.
     """
     frames = np.flatnonzero(np.isfinite(poses).all(axis=-1))
     x, y, yaw = poses[frames].T
@@ -96,8 +95,6 @@ def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str
 
     Parameters
     ----------
-    dataset : the dataset.
-    out : folder to write into; created if needed.
     submission : folder of a submission, whose missing poses are filled with those given to it.
 
     Returns
@@ -130,8 +127,6 @@ def import_tum_folder(
     Parameters
     ----------
     folder : files named as `export_dataset_tum` does.
-    dataset : the dataset that they answer.
-    out : submission folder to create.
     solver, protocol : names for the submission; the protocol must be the one that the solver ran under.
 
     Returns

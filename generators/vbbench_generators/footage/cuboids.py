@@ -54,12 +54,7 @@ Part = Literal["train", "tune", "test"]
 
 
 class ArrowTable:
-    """A table of a data set, checked; an error names the file and the row, counted from 0.
-
-    Attributes
-    ----------
-    path : the file.
-    """
+    """A table of a data set, checked; an error names the file and the row, counted from 0."""
 
     path: Path
 

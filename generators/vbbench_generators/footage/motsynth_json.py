@@ -41,7 +41,6 @@ class Annotations:
 
     Parameters
     ----------
-    path : the file.
     width, height : of the pictures in px.
     focal, cx, cy : focal length and principal point in px.
     fps : frames per second.

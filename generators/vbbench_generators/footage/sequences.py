@@ -80,8 +80,6 @@ class FootageSequences:
 
     Parameters
     ----------
-    info : the published facts.
-    footage : the recordings.
     runs : frames of each sequence.
     """
 

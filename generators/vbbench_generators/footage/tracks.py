@@ -162,11 +162,9 @@ def follow(
 
     Parameters
     ----------
-    found : the boxes.
     labels : [T, P, 4] boxes (left, top, width, height) of people in px, NaN where there is none.
     people : [P] their ids.
     camera : camera of the pictures.
-    dt : seconds per frame.
     size : width and height of the pictures in px.
     """
     if not len(found):

@@ -31,7 +31,6 @@ class OwnBoxes(BoxRows):
     Parameters
     ----------
     timeline : of the frames.
-    notes : what the user should know.
     plain : whether the file is text whose reading does not depend on its name.
     """
 

@@ -94,7 +94,6 @@ def calibration_keys(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
 
     Parameters
     ----------
-    path : where it was read, for messages.
     table : what it states, by any of `NAMES`.
     """
     cameras = [name for name in table if re.fullmatch(r"cam\d+", str(name)) and isinstance(table[name], Mapping)]

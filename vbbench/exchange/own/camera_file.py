@@ -129,9 +129,7 @@ class CameraFile:
     dt, fps : seconds per frame, or frames per second.
     pixel_std : standard deviation in px of the boxes' columns, tops and bottoms; measured from the boxes by default.
     height_mean, height_std : of people's heights in m, where they are others than adults in the street.
-    carried_by : what carries the camera.
     box_edge : distance in m from a person's axis to the plane in which top and bottom of a box lie, where it is known.
-    distortion : of the lens.
     odometry : where odometry was measured, and how good it is where its file does not say.
     parameters : of a camera model of your own, besides those above.
     """
@@ -197,9 +195,7 @@ class OwnCamera:
 
     Parameters
     ----------
-    path : its file.
     facts : what is known of it.
-    camera : the model made of it.
     text : a ``camera.toml`` with all that is known.
     notes : what looks wrong, a line each.
     """

@@ -204,10 +204,7 @@ class OwnRecording:
 
     Parameters
     ----------
-    footage : the recording.
     timeline : when its frames were taken.
-    files : where it was read.
-    own : its camera file.
     pixel_std : noise in px of boxes, stated or measured.
     notes : what the user should know, a line each.
     rows : the boxes of people as they are in the file.
@@ -257,7 +254,6 @@ def read_recording(
 
     Parameters
     ----------
-    files : where it is.
     dt : seconds per frame where the camera file does not say it, such as those of a film.
     pictures : where the pictures are.
     mount : keys that the camera file lacks, such as ``mount_height`` and ``carried_by``.

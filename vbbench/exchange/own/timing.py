@@ -33,12 +33,10 @@ class Timeline:
     Parameters
     ----------
     frames : how many there are, T.
-    dt : seconds per frame.
     times : [T] in s by the clock of the boxes' file: what poses and odometry refer to.
     first_number : number of frame 0 in the file, and ``step`` from a frame to the next; of time stamps 0 and 1.
     numbered : whether frames have numbers in the file, and no time stamps.
     near : in s, how far from a frame a time may be that belongs to it; ``None`` for half of ``dt``.
-    notes : what the user should know.
     """
 
     frames: int

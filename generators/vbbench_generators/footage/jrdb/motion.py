@@ -35,7 +35,6 @@ class BagReadings:
 
     Parameters
     ----------
-    path : the file.
     speed, turn : the wheels' forward speed in m/s and turning rate in rad/s.
     gyro : turning rate about the vertical axis in rad/s; ``None`` where there is no gyro.
     """
@@ -263,7 +262,6 @@ def follow_poses(
 
     Parameters
     ----------
-    path : the file of the poses, for messages.
     way : times [N] in s and poses [N, 3] (x, y, yaw) in m and rad.
     """
     when, twist = speeds_of(*way)

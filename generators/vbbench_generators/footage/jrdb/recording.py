@@ -51,7 +51,6 @@ class Recording:
     Parameters
     ----------
     name : JRDB's name of the recording.
-    grid : the frames.
     tracks, people : [K] ids of boxes, and [P] ids of places.
     boxes : [T, K, 3] (u, v, l) in px, NaN = not seen.
     visible, rectangles : [T, K] visible fractions and [T, K, 4] (left, top, width, height) in px of the boxes.

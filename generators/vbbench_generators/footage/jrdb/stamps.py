@@ -25,7 +25,6 @@ class Stamps:
 
     Parameters
     ----------
-    path : the file.
     frames : [N] numbers, ascending.
     times : [N] in s, ascending.
     """

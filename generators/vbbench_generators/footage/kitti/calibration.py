@@ -44,7 +44,6 @@ class Calibration:
 
     Parameters
     ----------
-    path : the file, for messages.
     projection : [3, 4] P2, from rectified coordinates of camera 0 (right, down, forward) to pixels of camera 2.
     imu_to_camera : [4, 4] from the GPS/IMU (forward, left, up) to rectified coordinates of camera 0.
     """
