@@ -16,7 +16,7 @@ import numpy as np
 
 from vbbench.boxes import cut_to_picture, observations_of
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
+from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.exchange.own.distortion import Distortion, straight_rows
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
@@ -25,7 +25,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.toml_text import bundled_table
 from vbbench.scene import Scene
 from vbbench_generators import _core
-from vbbench_generators.footage.sequences import FootageSequences, RunRules
+from vbbench_generators.footage.sequences import FootageSequences, RunRules, named
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
 from vbbench_generators.footage.tracks import FoundTracks, file_for, follow, read_found
 
@@ -132,17 +132,9 @@ class CarRecording:
 
 def rotation_matrices(quaternions: FloatArray) -> FloatArray:
     """[N, 3, 3] rotations of quaternions [N, 4] (w, x, y, z), which need not be of length 1."""
-    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)).T
-    matrices = np.empty((len(quaternions), 3, 3))
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    for row, entries in enumerate(rows):
-        for column, values in enumerate(entries):
-            matrices[:, row, column] = values
-    return matrices
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_quat(quaternions[:, [1, 2, 3, 0]]).as_matrix())
 
 
 def between(quaternions: FloatArray, later: FloatArray, share: FloatArray) -> FloatArray:
@@ -414,13 +406,8 @@ def chosen(split: str, names: Iterable[str] | None, known: Mapping[str, str]) ->
     """
     found: list[str] = []
     for name in names or ():
-        if name in PARTS:
-            part = [one for one in known if part_of(split, one, known[one]) == name]
-            if not part:
-                raise SourceMissingError(f"{split}: none of the {len(known)} recordings here is of the part '{name}'")
-            found += part
-        elif name in known:
-            found.append(name)
-        else:
-            raise UnknownNameError(f"recording of {split}", name, known)
-    return list(dict.fromkeys(found)) if names else list(known)
+        part = [one for one in known if part_of(split, one, known[one]) == name] if name in PARTS else [name]
+        if not part:
+            raise SourceMissingError(f"{split}: none of the {len(known)} recordings here is of the part '{name}'")
+        found += part
+    return named(f"recording of {split}", found, known)

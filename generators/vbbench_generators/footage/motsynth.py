@@ -18,7 +18,7 @@ from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
 from vbbench_generators.footage.motsynth_json import read_annotations
-from vbbench_generators.footage.sequences import chosen, pictures_in
+from vbbench_generators.footage.sequences import named, pictures_in
 from vbbench_generators.footage.split import FootageSplit
 
 WHERE = (
@@ -84,7 +84,7 @@ def _annotation_files(source: Path | None, names: tuple[str, ...] | None) -> lis
         files = {path.stem: path for path in sorted(folder.glob("*.json")) if _NAME.fullmatch(path.stem)}
     if not files:
         raise SourceMissingError(f"{source}: no annotation files of MOTSynth here; {WHERE}")
-    return [files[name] for name in chosen(f"video of {folder}", names, files)]
+    return [files[name] for name in named(f"video of {folder}", names, files)]
 
 
 def _footage(path: Path, camera_path: CameraPath) -> Footage:

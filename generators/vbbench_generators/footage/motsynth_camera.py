@@ -185,19 +185,12 @@ def camera_axes(angles: FloatArray, reading: AngleReading) -> FloatArray:
 
     The camera looks along +y; pitch turns it about x, roll about y, yaw about z.
     """
+    from scipy.spatial.transform import Rotation
+
     pitch, roll, yaw = np.radians(angles[:, reading.where] * reading.signs).T
-    level, rolled = _turn(yaw, 2) @ _turn(pitch, 0), _turn(roll, 1)
-    turned = rolled @ level if reading.fixed_axes else level @ rolled
+    level, rolled = Rotation.from_euler("ZX", np.stack([yaw, pitch], -1)), Rotation.from_euler("y", roll[:, None])
+    turned = (rolled * level if reading.fixed_axes else level * rolled).as_matrix()
     return np.stack([turned[..., 0], -turned[..., 2], turned[..., 1]], axis=-1)
-
-
-def _turn(angle: FloatArray, axis: int) -> FloatArray:
-    """Right-handed rotations [T, 3, 3] by ``angle`` [T] in rad about a coordinate axis."""
-    first, second = (axis + 1) % 3, (axis + 2) % 3
-    turns = np.tile(np.eye(3), (len(angle), 1, 1))
-    turns[:, first, first] = turns[:, second, second] = np.cos(angle)
-    turns[:, second, first], turns[:, first, second] = np.sin(angle), -np.sin(angle)
-    return turns
 
 
 def _to_world(found: Annotations, axes: FloatArray, points: FloatArray) -> FloatArray:

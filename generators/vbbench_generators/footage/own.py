@@ -10,7 +10,7 @@ from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.own.recording import BOXES, CAMERA, RecordingFiles, as_recordings, files_in, read_recording
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options
-from vbbench_generators.footage.sequences import RunRules, chosen
+from vbbench_generators.footage.sequences import RunRules, named
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
 
 CARD = Card(
@@ -61,7 +61,7 @@ def _folders(source: Path | None, names: tuple[str, ...] | None) -> list[Path]:
             warnings.warn(VbbenchWarning(text), stacklevel=3)
     if not found:
         raise FileError(source, f"holds no {CAMERA}, nor does a folder in it; docs/own.md says what to write")
-    return [found[name] for name in chosen("recording", names, found)]
+    return [found[name] for name in named("recording", names, found)]
 
 
 def _has_boxes(folder: Path) -> bool:

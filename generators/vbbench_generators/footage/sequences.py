@@ -52,7 +52,7 @@ def find_runs(recording: int, observed: BoolArray, rules: RunRules) -> list[Run]
     return [run for run in runs if run.last - run.first >= rules.shortest]
 
 
-def chosen(kind: str, names: Iterable[str] | None, known: Iterable[str]) -> list[str]:
+def named(kind: str, names: Iterable[str] | None, known: Iterable[str]) -> list[str]:
     """Those of the ``known`` recordings that are named, each once, or all; an error calls them ``kind``."""
     there = list(known)
     for name in names or ():

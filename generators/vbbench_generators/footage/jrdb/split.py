@@ -32,7 +32,7 @@ from vbbench_generators.footage.jrdb.motion import (
 )
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
 from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, Grid, Stamps, lay_out, nominal_stamps, read_stamps
-from vbbench_generators.footage.sequences import chosen
+from vbbench_generators.footage.sequences import named
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks, file_for
 
@@ -105,7 +105,7 @@ class JrdbSplit(FootageSplit):
         """Read the chosen recordings; if one of them lacks poses, none are given."""
         asked = options.footage or FootageOptions()
         there = {one.name: one for one in find_recordings(options.source)}
-        found = [there[name] for name in chosen("recording of jrdb", asked.sequences, there)]
+        found = [there[name] for name in named("recording of jrdb", asked.sequences, there)]
         bags = _ways(found, options.source, asked.bags)
         known = [one.name in bags or one.name in STANDING for one in found]
         several = len(found) > 1

@@ -34,7 +34,7 @@ from vbbench_generators.footage.kitti.poses import (
     refuse_too_few,
     watch_parked_cars,
 )
-from vbbench_generators.footage.sequences import chosen, pictures_in
+from vbbench_generators.footage.sequences import named, pictures_in
 from vbbench_generators.footage.tracks import FoundTracks, file_for, follow
 
 LABELS, CALIBRATION, OXTS, PICTURES = "label_02", "calib", "oxts", "image_02"
@@ -57,7 +57,7 @@ class KittiFolder:
         """The sequences called ``names``, or all of them."""
         if not self.names:
             raise FileError(self.root / LABELS, "holds no labels; they are called 0000.txt and so on")
-        return chosen(f"sequence of {self.root}", names, self.names)
+        return named(f"sequence of {self.root}", names, self.names)
 
     def file(self, kind: str, name: str) -> Path:
         """The file of a sequence in one of the folders."""
