@@ -180,7 +180,7 @@ def read_table(
     layout: Layout | Callable[[list[str]], Layout] = "",
     required: Collection[str] = (),
     usable: Callable[[Header, bool], bool] = names_several,
-    alike: Collection[str] = (),
+    repeated: Collection[str] = (),
 ) -> NamedColumns:
     """The columns of a text; empty lines and comments (``#``) are skipped.
 
@@ -192,14 +192,14 @@ def read_table(
         must name them.
     required : columns whose cells must not be empty where they have names; without names none may, but in the last.
     usable : whether a first line, or a comment, is the header.
-    alike : of these nouns the first of several columns counts.
+    repeated : nouns of which several columns may be, and the first counts.
     """
     body, header, first = split_header(decode(path, content), nouns, usable)
     end = body.find(b"\n", 0, 100 * _SHOWN)
     sample = body[: end if end >= 0 else 100 * _SHOWN].decode("utf-8", "replace").strip()
     mark, cells = (separator_of(sample), split_cells(sample)) if sample else (",", [])
     if header is not None:
-        refuse_doubtful(path, header, first - 1, alike)
+        refuse_doubtful(path, header, first - 1, repeated)
         called = {noun: header.names[column] for noun, column in header.columns.items()}
         form = _Form(path, dict(header.columns), called, frozenset(required), mark, first, cells)
     else:
@@ -275,9 +275,9 @@ def decode(path: Path, content: bytes) -> bytes:
     return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in content else content
 
 
-def refuse_doubtful(path: Path, header: Header, line: int | None, alike: Collection[str] = ()) -> None:
-    """Raise FileError if several columns could be one noun, other than those ``alike``."""
-    for noun in (noun for noun in header.doubtful if noun not in alike):
+def refuse_doubtful(path: Path, header: Header, line: int | None, repeated: Collection[str] = ()) -> None:
+    """Raise FileError if several columns could be one noun, other than those that may be ``repeated``."""
+    for noun in (noun for noun in header.doubtful if noun not in repeated):
         shown = " and ".join(map(quoted, header.doubtful[noun]))
         raise FileError(path, f"columns {shown} could both be the {noun}; keep one of them", line or None)
 

@@ -81,7 +81,7 @@ def read_trajectory(path: Path) -> Trajectory:
     axes = [found[1] or "body" for found in map(_STATED.search, re.findall(r"(?m)^[ \t]*[#%].*$", head)) if found]
     nouns = (*_NOUNS, *MOTION_COVARIANCE)
     table = read_table(
-        path, _plain(content), _NOUNS, layout=_layout, required=nouns, usable=_is_header, alike=("time", "frame")
+        path, _plain(content), _NOUNS, layout=_layout, required=nouns, usable=_is_header, repeated=("time", "frame")
     )
     if not len(table):
         raise FileError(path, f"holds no pose; write lines of '{TUM}'")
