@@ -54,7 +54,7 @@ class Crowd:
         if np.any(self.speeds < 0):
             raise ValueError("speeds must not be negative")
         if self.goals.shape[1] == 0:
-            raise ValueError("goals must have shape [K, G, 2] with G of at least 1: everybody heads for some place")
+            raise ValueError("goals must have shape [K, G, 2] with G of at least 1: each person needs a goal")
 
     @property
     def people(self) -> int:

@@ -123,7 +123,7 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["solve", "nowhere", "--solver", "cv", "--out", "y"], "no dataset here"),
         (["frobnicate"], "no command is called 'frobnicate'"),
         (["export", "tmu"], "did you mean 'export tum'"),
-        (["export"], "'export' wants one of csv, mot, tum"),
+        (["export"], "'export' needs one of csv, mot, tum"),
         (["leaderboard", "chek"], "did you mean 'leaderboard check'"),
         (["leaderboard", "add", "nowhere"], "--dataset"),
         (["fetch", "hotle"], "no split is called 'hotle'; did you mean 'hotel'"),

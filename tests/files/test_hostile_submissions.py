@@ -107,7 +107,7 @@ def test_truth_that_is_no_number_is_refused(dataset: Path, tmp_path: Path, answe
         facts.pop("digest", None)
         facts["tables"][name]["bytes"] = (copy / f"{name}.parquet").stat().st_size
         (copy / "dataset.json").write_text(json.dumps(facts))
-        with pytest.raises(FileError, match="holds truth beyond"):
+        with pytest.raises(FileError, match="holds true values beyond"):
             score(submit(tmp_path / "a", dataset, answers), copy)
         (copy / f"{name}.parquet").write_bytes(kept)
         facts["tables"][name]["bytes"] = len(kept)

@@ -17,7 +17,7 @@ STRICTER = {
         r"is -?[\d.e+-]+, not an integer|(no|not a) whole number|people are class|class is |"
         r"digits are lost|the id is missing here, other boxes have one|seem to be swapped"
     ),
-    "sizes": r"are too many|correct its frame numbers|nobody is there at a multiple|holds no crowd",
+    "sizes": r"are too many|correct its frame numbers|no person is annotated at a multiple|holds no crowd",
     "places": r"km from the origin|it must be within ±|px; boxes are in px|the box is|visibility is|beyond its horizon",
     "poses": r"quaternion|leans by|fit the motion|to the camera|is not a frame's; frame n|these are detections",
     "matrices": r"is singular|has 3 rows of 3",

@@ -258,7 +258,7 @@ def test_render_footage_writes_a_film_and_goes_on_with_it(photographed, capsys, 
     assert main(command) == 0
     assert (tmp_path / "film" / "film.txt").read_text() != key
     assert main([*command, "--backend", "raster"]) == 2
-    assert "leave --backend out" in capsys.readouterr().err
+    assert "remove --backend" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", ["poses", "relative", "none"])

@@ -269,7 +269,7 @@ def changed(pattern: str, by: str, line: int | None = None) -> Change:
         ("oxts", lambda lines: [], r"oxts/0003.txt: is empty; it should hold GPS/IMU"),
         ("calib", lambda lines: lines[:-1], r"calib/0003.txt: lacks Tr_imu_velo; download"),
         ("calib", changed(r"\S+$", "", 2), r"line 2: R_rect has 8 numbers, not 9"),
-        ("calib", changed(r"R_rect \S+", "R_rect 0.1", 2), r"line 2: R_rect holds no rotation"),
+        ("calib", changed(r"R_rect \S+", "R_rect 0.1", 2), r"line 2: R_rect is no rotation"),
         ("calib", changed(r"721.5377", "0", 1), r"line 1: P2 has focal lengths 0 and 0 px; they are above 0"),
         ("calib", changed(r"721.5377", "90000", 1), r"0003.txt: P2 has focal lengths 90000 and 90000 px, for pictures"),
         ("poses", changed(r" \S+$", "", 9), r"poses/0003.txt, line 9: 11 columns with blanks between, wanted 12"),

@@ -125,7 +125,7 @@ def test_endless_redrawing_ends_in_one_clear_error(monkeypatch: pytest.MonkeyPat
 
 
 def test_a_crowd_that_does_not_fit_is_one_clear_error() -> None:
-    with pytest.raises(VbbenchError, match=r"no place left in .* that is 0.5 m from everybody else"):
+    with pytest.raises(VbbenchError, match=r"no place left in .* that is 0.5 m from all other people"):
         plan(people=(1500,)).build(0)
 
 

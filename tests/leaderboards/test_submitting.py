@@ -361,10 +361,10 @@ def test_a_submission_with_faults_is_not_added(
 @pytest.mark.parametrize(
     ("key", "words"),
     [
-        ("authors", "a row must say who made the solver: give --authors"),
+        ("authors", "a row must state who made the solver: give --authors"),
         ("trained_on", "what the solver was trained on ('nothing' is an answer): give --trained-on"),
         ("tuned_on", "what the solver was tuned on by hand ('nothing' is an answer): give --tuned-on"),
-        ("delay", "a row must say whether the solver is causal: give --delay"),
+        ("delay", "a row must state whether the solver is causal: give --delay"),
     ],
 )
 def test_a_row_that_does_not_say_all_is_refused_and_an_option_completes_it(

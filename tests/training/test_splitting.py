@@ -126,8 +126,8 @@ def test_one_recording_of_a_dataset_is_left_out(tmp_path: Path) -> None:
         ({"by": "recording"}, "which recording is to test? name one of tracks"),
         ({"by": "recording", "test": "trakcs"}, "did you mean 'tracks'?"),
         ({"by": "recording", "test": "tracks"}, "has 1 recordings, too few for three parts; use by time"),
-        ({"by": "seed"}, "was recorded, and has no seed"),
-        ({"by": "time", "test": "tracks"}, "leave tracks out"),
+        ({"by": "seed"}, "is a recording, in which another seed"),
+        ({"by": "time", "test": "tracks"}, "remove tracks"),
         ({"by": "tiem"}, "no rule is called 'tiem'"),
     ],
 )
@@ -141,7 +141,7 @@ def test_what_cannot_be_is_said_in_one_line(recording: Dataset, asked: dict[str,
 def test_simulated_and_withheld_datasets_say_what_to_do(tmp_path: Path) -> None:
     small = Options(simulation=Simulation(people=(5,)), limit=1)
     sim = generate("sim", tmp_path / "sim", small, withhold_truth=True)
-    with pytest.raises(VbbenchError, match="is simulated and has no recordings to share out by time; use by seed"):
+    with pytest.raises(VbbenchError, match="is simulated and has no recordings to divide by time; use by seed"):
         parts(sim, "time")
     with pytest.raises(VbbenchError, match=r"the seed of .* is withheld"):
         parts(sim)

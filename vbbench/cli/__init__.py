@@ -148,7 +148,7 @@ def _named(
         return first, rest
     if group and not rest:
         known = ", ".join(sorted(name.partition(" ")[2] for name in group))
-        raise VbbenchError(f"'{first}' wants one of {known}; see 'vbbench {first} --help'")
+        raise VbbenchError(f"'{first}' needs one of {known}; see 'vbbench {first} --help'")
     name = " ".join(arguments[:2])
     if name not in commands:
         raise UnknownNameError("command", name if group else first, group or {each.split()[0] for each in commands})

@@ -90,7 +90,7 @@ def render(
     from vbbench.pictures.rendering import AUTO, Backend, render_to_file
 
     if footage and backend != AUTO:
-        raise VbbenchError("--footage needs no renderer; leave --backend out")
+        raise VbbenchError("--footage needs no renderer; remove --backend")
     path = render_to_file(
         Dataset(folder, truth),
         sequence,

@@ -1,8 +1,8 @@
-"""The axes of a trajectory: which way the body's x, y and z point, as its motion shows; and its poses on the ground.
+"""The axes of a trajectory's body, inferred from its motion; and its poses on the ground.
 
-A body that drives on the ground moves across its vertical and turns about it, and mostly moves where it looks. Of the
-orders of a quaternion and of the usual axes, those are taken with which a trajectory does so. TUM's body (x forward,
-z up, in a world whose z is up) comes first: it needs no motion along x.
+A body on the ground moves perpendicular to its vertical, rotates about it, and mostly moves forward. Of the orders of a
+quaternion's components and the usual axes, those are chosen under which the trajectory does so. TUM's body (x forward,
+z up, in a world whose z is up) is preferred: it needs no motion along x.
 """
 
 from cmath import phase
@@ -67,11 +67,11 @@ class Grounded:
 
 
 def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
-    """The poses of a trajectory on the ground; of a body that leans, the yaw is where its forward axis points there.
+    """The poses of a trajectory on the ground; the yaw is that of the body's forward axis projected to the ground.
 
     Parameters
     ----------
-    axes : a key of `AXES`, where they are known; otherwise the motion decides.
+    axes : a key of `AXES`, if they are known; otherwise they are inferred from the motion.
     """
     axes, orders = axes or (trajectory.axes if trajectory.axes in AXES else None), trajectory.rotations
     places, name = trajectory.places, trajectory.path.name
@@ -120,14 +120,14 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Reading:
-    """A trajectory in an order of columns and axes.
+    """A trajectory under a hypothesis of the quaternion's order and of the axes.
 
     Parameters
     ----------
     lean : [N] rad between the body's up axis and the vertical.
     level, level_y : whether the world's z is up; and whether its y is about the vertical.
     climb : share of the way along the vertical; 0 of a body that stands.
-    heading : mean of exp(i · angle from where the body looks to where it moves) over the way; ``None`` if it stands.
+    heading : mean of exp(i · angle from the forward axis to the motion) along the path; ``None`` if it stands.
     turned, spin : largest rotation in rad, and its share about the vertical.
     """
 
@@ -144,23 +144,23 @@ class _Reading:
 
     @property
     def upright(self) -> bool:
-        """Whether the body never leans as no camera that looks ahead does."""
+        """Whether the body's lean stays that of a camera that looks ahead."""
         return bool(self.lean.max() < _STEEPEST)
 
     @property
     def drives(self) -> bool:
-        """Whether the body is upright, moves across the vertical and turns about it."""
+        """Whether the body is upright, moves perpendicular to the vertical and rotates about it."""
         limit = _TURNED_STANDING if self.heading is None else _TURNED
         return self.upright and self.climb < _CLIMB and (self.turned < limit or self.spin > 0.5)
 
     @property
     def ahead(self) -> bool:
-        """Whether it moves about where it looks."""
+        """Whether it moves forward."""
         return bool(self.heading and abs(self.heading) > _STEADY and abs(phase(self.heading)) < _AHEAD)
 
     @property
     def fits(self) -> bool:
-        """Whether it may be so; which end of y is up, a world whose z is not shows only by not driving backwards."""
+        """Whether the hypothesis is possible; in a world with y vertical, only forward motion shows which end is up."""
         if self.heading is None and self.turned < _TURNED_STANDING:  # nothing shows the axes
             return self.drives and self.level and self.axes in ("body", "camera")
         if not self.drives or self.heading is None or self.ahead or self.axes == "body":
@@ -171,7 +171,7 @@ class _Reading:
 
     @property
     def cost(self) -> float:
-        """How badly it fits: 0 for an upright body that moves where it looks and turns about the vertical."""
+        """Misfit: 0 for an upright body that moves forward and rotates about the vertical."""
         aside = 0.0 if self.heading is None else 1.0 - self.heading.real
         return (
             aside
@@ -181,7 +181,7 @@ class _Reading:
 
 
 def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, steps: IntArray) -> _Reading:
-    """Places [N, 3] and rotations [N, 3, 3] in certain axes; ``steps`` are rows between which the body moves."""
+    """Places [N, 3] and rotations [N, 3, 3] under one hypothesis; ``steps`` are rows between which the body moves."""
     from scipy.spatial.transform import Rotation  # takes a while to import
 
     right, forward, up = _axes_of(axes)
@@ -222,11 +222,11 @@ def _axes_of(name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _vertical(upwards: FloatArray, rights: FloatArray, moves: FloatArray) -> FloatArray:
-    """The vertical [3]: the world's z where the body's up axis is about it, else what is across all motion.
+    """The vertical [3]: the world's z if the body's up axis is near it, else the normal of all motion.
 
     Parameters
     ----------
-    upwards, rights : [N, 3] the body's axes in the world; the one to the right stays level on the ground.
+    upwards, rights : [N, 3] the body's up and right axes in the world; the latter stays level on the ground.
     moves : [M, 3] directions of motion.
     """
     mean = upwards.mean(axis=0)
@@ -242,7 +242,7 @@ def _vertical(upwards: FloatArray, rights: FloatArray, moves: FloatArray) -> Flo
 
 
 def _refuse_inverse(trajectory: Trajectory, found: _Reading | None) -> None:
-    """Raise FileError where the poses turn and move as a body does only if they are taken from the world to it."""
+    """Raise FileError if the motion is plausible only for inverse poses, from the world to the body."""
     least = 0.95
     if found is not None:
         if found.heading is None or found.heading.real > 0.8:
@@ -260,7 +260,7 @@ def _refuse_inverse(trajectory: Trajectory, found: _Reading | None) -> None:
 
 
 def _misfit(readings: list[_Reading], trajectory: Trajectory) -> FileError:
-    """The error that says what of a trajectory fits no order and axes."""
+    """The error about a trajectory that fits no hypothesis of order and axes."""
     first, row = readings[0], None
     keys = ", ".join(f"'{name}'" for name in AXES)
     angles = [abs(phase(one.heading)) for one in readings if one.axes == "camera" and one.drives and one.heading]
@@ -289,14 +289,14 @@ def _corners(places: FloatArray, reach: float) -> IntArray:
 
 
 def _bends(places: FloatArray) -> bool:
-    """Whether a path [N, 3] changes its direction by more than shaking places make it."""
+    """Whether a path [N, 3] changes its direction by more than noise of its places does."""
     moves = np.diff(places[_corners(places, max(STEP, float(np.ptp(places, axis=0).max()) / 8.0))], axis=0)
     ways = moves / np.linalg.norm(moves, axis=1, keepdims=True)
     return len(ways) > 1 and bool((ways @ ways.T).min() < np.cos(_BEND))
 
 
 def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:
-    """Poses whose yaw is the direction of the path, over `_CHORD` m; it stays where the body stands."""
+    """Poses whose yaw is the direction of the path, over `_CHORD` m; it is held while the body stands."""
     path, count = trajectory.path, len(trajectory)
     axes = axes or _axes_of_path(trajectory)
     still = np.broadcast_to(np.eye(3), (count, 3, 3))
@@ -325,7 +325,7 @@ def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:
 
 
 def _refuse_yaw_as_height(trajectory: Trajectory) -> None:
-    """Raise FileError where z turns as the path on the ground does: it is a yaw, and no height."""
+    """Raise FileError if z follows the direction of the path: then it is a yaw, not a height."""
     ground, z = trajectory.places[:, :2], trajectory.places[:, 2]
     rows = _corners(ground, _CHORD)
     ways = np.unwrap(np.arctan2(*np.diff(ground[rows], axis=0).T[::-1]))
@@ -339,7 +339,7 @@ def _refuse_yaw_as_height(trajectory: Trajectory) -> None:
 
 
 def _axes_of_path(trajectory: Trajectory) -> str:
-    """The axes of a world in which places [N, 3] are on the ground; that of a first camera has z ahead."""
+    """The world's axes under which places [N, 3] are on the ground; the world of a first camera has z ahead."""
     moves = np.diff(trajectory.places[_corners(trajectory.places, STEP)], axis=0)
     shares = np.abs(moves).sum(axis=0) / max(float(np.linalg.norm(moves, axis=1).sum()), 1e-9)
     if shares[2] < _CLIMB:
@@ -352,14 +352,14 @@ def _axes_of_path(trajectory: Trajectory) -> str:
 
 
 def off_course(poses: FloatArray) -> tuple[float, float]:
-    """The share of the way of poses [N, 3] that leads elsewhere than ahead, and the mean angle to the left in rad."""
+    """The share of the path of poses [N, 3] that does not lead forward, and the mean angle to the left in rad."""
     ways = _ways(poses, _corners(poses[:, :2], STEP))
     share = float(np.abs(ways)[np.abs(np.angle(ways)) > _AHEAD].sum() / max(float(np.abs(ways).sum()), 1e-9))
     return share, float(np.angle(ways.sum()))
 
 
 def _ways(poses: FloatArray, steps: IntArray) -> NDArray[np.complex128]:
-    """[M − 1] ways between rows ``steps`` [M] of poses [N, 3], forward + i · left, by the mean of the two yaws."""
+    """[M − 1] motions between rows ``steps`` [M] of poses [N, 3], forward + i · left, in axes of the mean yaw."""
     x, y = np.diff(poses[steps, :2], axis=0).T
     seen = np.exp(1j * poses[steps[:-1], 2]) + np.exp(1j * poses[steps[1:], 2])
     return np.asarray((x + 1j * y) * np.exp(-1j * np.angle(seen)))

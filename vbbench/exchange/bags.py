@@ -36,7 +36,7 @@ class Message:
 
     @property
     def time(self) -> float:
-        """When it was measured, in s; the recorder's time of sensors without a clock."""
+        """Time of the measurement in s; the recorder's time for sensors without a clock."""
         stamp = self.fields.header.stamp
         return float(stamp.sec + 1e-9 * stamp.nanosec) or self.recorded
 

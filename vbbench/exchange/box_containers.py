@@ -1,4 +1,4 @@
-"""Files of boxes of every kind that is read, by what is in them: text, JSON, archives, folders of labels.
+"""Readers of files of boxes by their content: text, JSON, archives, folders of labels.
 
 labels/NAME_12.txt    YOLO: ``class u v width height [score] [id]`` of frame 12, shares of the picture
 *.json                COCO (images and annotations, with videos or without), COCO results, lists of records
@@ -64,19 +64,19 @@ def read_box_file(path: Path, picture: Picture = None) -> BoxTable:
 
 
 def is_label_folder(path: Path) -> bool:
-    """Whether a folder has a text for each frame, itself or in ``labels``, and no pictures."""
+    """Whether a folder, or its subfolder ``labels``, has a text file for each frame and no pictures."""
     if not path.is_dir() or holds_pictures(path):
         return False
     return any(path.glob("*.txt")) or any((path / "labels").glob("*.txt"))
 
 
 def holds_pictures(folder: Path) -> bool:
-    """Whether pictures are in a folder itself."""
+    """Whether a folder directly contains pictures."""
     return any(one.suffix.lower() in _PICTURES for one in folder.iterdir())
 
 
 def _of_content(path: Path, content: bytes, picture: Picture) -> BoxTable:
-    """The boxes of what is in a file; the end of the name counts only for text."""
+    """The boxes of a file's ``content``; the ending of its name matters only for text."""
     if content.startswith(b"PK\x03\x04"):
         return _of_archive(path, picture)
     for begin, problem in _UNREAD:
@@ -120,7 +120,7 @@ def _of_archive(path: Path, picture: Picture) -> BoxTable:
 
 
 def _with_names(table: BoxTable, content: bytes) -> BoxTable:
-    """The boxes with a list of names of classes, whose first is 0 if there is a class 0."""
+    """The boxes with names of classes from a list, which starts at class 0 if the boxes have a class 0."""
     return replace(table, class_names=_class_names(content, 0 if (table.classes == 0).any() else 1))
 
 
@@ -172,7 +172,7 @@ def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTabl
 
 
 def _scores_and_ids(frames: Sequence[str], rows: Sequence[Sequence[str]]) -> list[dict[str, str]]:
-    """What the sixth and seventh cell of labels are: a score and an id, of which one may be missing."""
+    """Scores and ids of labels, from their sixth and seventh cells, of which one may be missing."""
     widths = {len(cells) for cells in rows}
     sixth = [(frame, cells[5]) for frame, cells in zip(frames, rows, strict=True) if len(cells) > 5]
     whole = all(cell.isdigit() for _, cell in sixth)
@@ -205,7 +205,7 @@ def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
 
 
 def _records(value: Any, outer: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """The boxes in JSON: objects in lists, with what the objects around them have, such as their frame."""
+    """The boxes in JSON: objects in lists, with the values of enclosing objects, such as the frame."""
     if isinstance(value, list):
         for number, one in enumerate(value):  # a list in a list is a frame
             yield from _records(one, {"frame": number, **outer} if isinstance(one, list) else outer)
@@ -226,7 +226,7 @@ def _are_objects(part: Any) -> bool:
 
 
 def _flat(value: Mapping[str, Any]) -> dict[str, Any]:
-    """The numbers and words of an object and of those in it, with the four numbers of a box under their own names."""
+    """The numbers and words of an object and of nested ones, with the four numbers of a box under separate names."""
     flat = dict[str, Any]()
     for key, part in value.items():
         names = next((sides for keys, sides in SIDES.items() if key.lower() in keys.split()), None)
@@ -240,7 +240,7 @@ def _flat(value: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _coco(path: Path, value: Mapping[str, Any]) -> tuple[list[dict[str, Any]], int]:
-    """The annotations of COCO or CocoVid, each with its frame and the name of its class; and if frames count from 1."""
+    """The annotations of COCO or CocoVid, each with its frame and class name; and the number of the first frame."""
     try:
         images = {image["id"]: image for image in value["images"]}
         used = [images[one["image_id"]] for one in value["annotations"]]

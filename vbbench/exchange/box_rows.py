@@ -1,4 +1,4 @@
-"""Boxes of people, one a row, as every reader of boxes returns them: their ids, and the checks that all must pass."""
+"""Boxes of people, one a row: the result of every reader of boxes, with ids and checks."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,7 @@ SAMPLE = 5000
 
 @dataclass(frozen=True)
 class Ids:
-    """Ids of a file as the numbers of tracks: its own, or from 1 on where these are texts or have 64 bits.
+    """Numbers of tracks for the ids of a file: these ids, or 1, 2, … if they are texts or have 64 bits.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Ids:
     originals: NDArray[Any] | None = None
 
     def tracks(self, ids: NDArray[Any]) -> IntArray:
-        """[N] the track of each id; ids that no box has follow those that have."""
+        """[N] the track of each id; ids without boxes follow those with boxes."""
         if self.originals is None:
             return ids.astype(np.int64)
         more = np.setdiff1d(ids.astype(self.originals.dtype), self.originals)
@@ -61,9 +61,9 @@ class BoxRows(Rows):
     frame : [N] from 0.
     track : [N] ids, `UNLINKED` for detections that no tracker has linked.
     boxes : [N, 4] (left, top, width, height) in px from 0.
-    scores : [N] the detector's or tracker's; NaN where it says nothing.
+    scores : [N] scores of the detector or tracker; NaN where there is none.
     visible : [N] visible fraction; NaN where it is not known.
-    ids : what the file calls the tracks.
+    ids : ids of the tracks in the file.
     """
 
     frame: IntArray
@@ -84,7 +84,7 @@ class BoxRows(Rows):
         return bool((self.track != UNLINKED).any())
 
     def within(self, frames: int) -> Self:
-        """The same; raises FileError at the first box that is not of a recording of ``frames`` frames."""
+        """The rows themselves; raises FileError at the first box outside a recording of ``frames`` frames."""
         beyond = (self.frame < 0) | (self.frame >= frames)
         problem = f"frame {{0}}, counted from 0, is beyond the recording of {frames} frames"
         if len(self) and self.frame.min() > 0 and self.frame.max() == frames:
@@ -101,7 +101,7 @@ class BoxRows(Rows):
         return tracks.astype(np.int64), dense
 
     def check(self) -> Self:
-        """The same; raises FileError at the first box that is none of a person, or that its track has twice."""
+        """The rows themselves; raises FileError at the first box that cannot be a person or repeats track and frame."""
         width, height = self.boxes[:, 2:].T
         reach = np.abs(self.boxes).max(axis=1, initial=0.0)
         self.refuse((width <= 0.0) | (height <= 0.0), "the box is {0:g} x {1:g} px; remove it", width, height)
@@ -123,7 +123,7 @@ class BoxRows(Rows):
 def rows_of(
     path: Path, frame: IntArray, track: IntArray, boxes: FloatArray, scores: FloatArray, lines: IntArray | None = None
 ) -> BoxRows:
-    """Rows of which nothing says how visible people are; without ``lines`` they are of no file."""
+    """Rows without visible fractions; without ``lines`` they are of no file."""
     lines = np.zeros(len(frame), np.int64) if lines is None else lines
     visible = np.full(len(frame), np.nan)
     return BoxRows(path=path, lines=lines, frame=frame, track=track, boxes=boxes, scores=scores, visible=visible)
@@ -138,7 +138,7 @@ def linked_rows(table: BoxTable, frame: IntArray) -> tuple[BoxRows, tuple[str, .
 
 
 def _tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
-    """The tracks of rows, `UNLINKED` if none has an id (empty or −1); what the file calls them, and a note."""
+    """The tracks of rows, `UNLINKED` if none has an id (empty or −1); the file's ids; and notes."""
     ids = table.id
     texts = ids.dtype.kind not in "if"
     loose = (ids == "") | (ids == str(UNLINKED)) if texts else np.isnan(ids.astype(np.float64)) | (ids == UNLINKED)
@@ -169,7 +169,7 @@ def _tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
 
 
 def _refuse_swapped(table: BoxTable) -> None:
-    """Raise FileError if people go much less far from frame to frame when frames are ids and ids frames."""
+    """Raise FileError if steps of people are much shorter with the columns of frame and id swapped."""
     frame, ids, boxes = table.frame[:SAMPLE], table.id[:SAMPLE], table.boxes[:SAMPLE]
 
     def steps(person: NDArray[Any], time: NDArray[Any]) -> FloatArray:

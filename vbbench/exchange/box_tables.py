@@ -1,7 +1,7 @@
-"""Tables of boxes, whatever their columns are called and however they say where a box is.
+"""Tables of boxes with any names of columns and any parametrisation of a box.
 
 A box is given by its left, top, width and height, by two corners, by its middle and size, or by the middle and height
-alone; in px, or, where names say so, as a share of the picture. Without names columns are in MOTChallenge's order,
+alone; in px, or, by the names, in shares of the picture. Without names columns are in MOTChallenge's order,
 ``frame,id,left,top,width,height[,conf,class,visibility]`` or ``…,conf,x,y,z``.
 """
 
@@ -34,10 +34,9 @@ RIVAL = 0.5
 def of_people(
     path: Path, classes: NDArray[Any], given: int | str | None = None, names: Mapping[int, str] | None = None
 ) -> tuple[BoolArray, str]:
-    """Which boxes are of people, [N], and what is dropped, class by class; empty where nothing is.
+    """Mask [N] of boxes of people, and a text that counts the dropped boxes by class; empty without any.
 
-    Class 0 means people where it is there, as trackers write that count as COCO does; else class 1, as in MOTChallenge.
-    Ground truth of MOTChallenge has no class 0.
+    Class 0 is people if it occurs, as in COCO; else class 1, as in MOTChallenge, whose ground truth has no class 0.
 
     Parameters
     ----------
@@ -124,7 +123,7 @@ LEAST_PER_CENT = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class BoxTable(NamedColumns):
-    """Boxes as a file has them, one a row.
+    """Boxes of a file before selection, one a row.
 
     Parameters
     ----------
@@ -133,9 +132,9 @@ class BoxTable(NamedColumns):
     id : [N] whole numbers, `UNLINKED` for none, or texts.
     classes : [N] numbers or names; `UNLINKED` or empty for none.
     scores, visible : [N], NaN where the file has none; visible as a share.
-    ignored : [N] rows that the file marks as not to count.
-    base : number of the first frame of a film, as the file counts.
-    class_names : of class numbers, where the file has them.
+    ignored : [N] mask of rows that the file marks as ignored.
+    base : number of a film's first frame in the file.
+    class_names : names of class numbers, if the file has them.
     """
 
     frame: FloatArray
@@ -154,7 +153,7 @@ class BoxTable(NamedColumns):
 def read_box_text(
     path: Path, content: bytes, picture: tuple[float, float] | None = None, layout: Layout = MOT
 ) -> BoxTable:
-    """The boxes of a text; ``picture`` is (width, height) in px, for shares; ``layout`` of rows of numbers.
+    """The boxes of a text; ``picture`` is (width, height) in px, for shares; ``layout`` is that of rows without names.
 
     Frames and px of CSV with a header count from 0, of any other text from 1.
     """
@@ -188,7 +187,7 @@ def _four_columns(content: bytes) -> bytes:
 
 
 def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: int) -> BoxTable:
-    """The boxes of a table whose columns have names."""
+    """The boxes of a table with named columns."""
     if not len(table):
         raise FileError(table.path, "holds no row")
     films = np.unique(table["film"]).tolist() if "film" in table else []
@@ -234,7 +233,7 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
 
 
 def _stamps_of_pictures(table: NamedColumns) -> FloatArray | None:
-    """[N] time stamps in s that pictures are named by, as of ROS and EuRoC; ``None`` where names are others."""
+    """[N] time stamps in s from names of pictures, as in ROS and EuRoC; ``None`` for other names."""
 
     def stamp(name: str) -> float:
         return parse_number(re.sub(r"\.[A-Za-z]\w*$", "", name.rpartition("/")[2])) or 0.0
@@ -250,7 +249,7 @@ def _stamps_of_pictures(table: NamedColumns) -> FloatArray | None:
 
 
 def frame_numbers(table: NamedColumns) -> FloatArray:
-    """[N] numbers of frames, which may be the last ones in names of pictures."""
+    """[N] numbers of frames, which may be the last number in a picture's name."""
     if table["frame"].dtype.kind in "if":
         return table.numbers("frame")
     names, row_of, inverse = np.unique(table["frame"], return_index=True, return_inverse=True)
@@ -272,7 +271,7 @@ def frame_numbers(table: NamedColumns) -> FloatArray:
 
 
 def _axis(table: NamedColumns, names: tuple[str, ...], picture: float | None) -> tuple[FloatArray, FloatArray] | None:
-    """Where boxes begin and how far they go, [N] each, by two of near end, far end, middle and size."""
+    """Begin and size of boxes on an axis, [N] each, from two of near end, far end, middle and size."""
     low, high, middle, size = names
     if low in table and high in table:
         begin, end = _px(table, low, picture), _px(table, high, picture)
@@ -290,7 +289,7 @@ def _axis(table: NamedColumns, names: tuple[str, ...], picture: float | None) ->
 
 
 def _px(table: NamedColumns, noun: str, picture: float | None) -> FloatArray:
-    """[N] a side of boxes in px."""
+    """[N] coordinates of boxes in px, from a column in px or in shares of the ``picture``."""
     values, unit = table.numbers(noun), table.unit(noun)
     table.refuse(~np.isfinite(values), f"{noun} is empty or nan; write a number")
     if unit not in SHARES:
@@ -394,7 +393,7 @@ def _plain(values: FloatArray) -> BoolArray:
 
 
 def people_in(table: BoxTable, person_class: int | str | None = None) -> tuple[BoolArray, tuple[str, ...]]:
-    """Which boxes count, [N]: of people, and not marked as ignored; and a note that counts the others."""
+    """Mask [N] of boxes of people that are not ignored; and notes that count the others."""
     counted = ~table.ignored
     if not counted.any():
         raise FileError(table.path, f"all {len(counted)} boxes are marked as ignored: conf 0 or visibility 0")
@@ -408,7 +407,7 @@ def people_in(table: BoxTable, person_class: int | str | None = None) -> tuple[B
 
 
 def scores_as_shares(scores: FloatArray) -> FloatArray:
-    """Scores [N] from 0 to 1, as trackers want them: 1 where there is none or more.
+    """Scores [N] from 0 to 1, for trackers: 1 if there is none, or it is larger.
 
     Scores below 0 are log-odds; where none is, and one is above `LEAST_PER_CENT`, they are per cent.
     """

@@ -1,4 +1,4 @@
-"""Detectors and trackers: their interfaces, and how well they do on a sequence's rendered pictures."""
+"""Interfaces of detectors and trackers, and detection on a sequence's rendered pictures."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -25,12 +25,12 @@ from vbbench.sequence import Sequence
 
 @dataclass(frozen=True, kw_only=True)
 class Detections:
-    """What is found in one picture.
+    """The detections of one picture.
 
     Parameters
     ----------
     boxes : [N, 4] (left, top, width, height) in px, 0 the picture's left and top edge.
-    scores : [N] from 0 to 1: about how likely each box shows a person.
+    scores : [N] from 0 to 1: approximate probability that a box is of a person.
     """
 
     boxes: FloatArray
@@ -50,8 +50,8 @@ class Detector(Protocol):
         Parameters
         ----------
         rgb : [H, W, 3] sRGB, row 0 at the top.
-        period : width in px of a picture that closes on itself, a panorama's; ``None`` for one with borders. Boxes on
-            the seam may reach beyond it on either side.
+        period : width in px of a panorama; ``None`` for a picture with borders. Boxes on the panorama's seam may reach
+            beyond it on either side.
         """
 
 
@@ -63,7 +63,7 @@ class Tracker(Protocol):
 
 
 class TrackerFactory(Protocol):
-    """What an entry point of ``vbbench.trackers`` names."""
+    """The type of an entry point of ``vbbench.trackers``."""
 
     def __call__(self, *, dt: float, period: float | None = None) -> Tracker:
         """A tracker of one sequence of ``dt`` seconds per frame; ``period`` as in `Detector.detect`."""
@@ -73,14 +73,14 @@ Rows = TypeVar("Rows", bound=BoxRows)
 
 
 def rows_of_tracks(frames: IntArray, found: list[tuple[IntArray, Detections]]) -> BoxRows:
-    """What a tracker returned in ``frames`` [T], ascending, one box a row; how visible people are is not known."""
+    """The results of a tracker in ``frames`` [T], ascending, one box a row, without visible fractions."""
     boxes, scores = (np.concatenate([getattr(one, name) for _, one in found]) for name in ("boxes", "scores"))
     frame = np.repeat(frames, [len(ids) for ids, _ in found])
     return rows_of(Path(), frame, np.concatenate([ids for ids, _ in found]), boxes, scores)
 
 
 def link(rows: Rows, tracker: Tracker, frames: IntArray) -> Rows:
-    """The boxes of detections that a tracker keeps, which looks at ``frames`` [T], ascending."""
+    """The boxes of detections linked by a tracker, which processes ``frames`` [T], ascending."""
     order = np.argsort(rows.frame, kind="stable")
     edges = (np.searchsorted(rows.frame[order], frames, side) for side in ("left", "right"))
     here = [order[first:last] for first, last in zip(*edges, strict=True)]
@@ -99,9 +99,9 @@ SURE = 0.5
 
 @dataclass(frozen=True, kw_only=True)
 class Tally:
-    """How a detector did: numbers of frames, of its boxes, and of people's boxes (of them tall) and those it found.
+    """Detection counts: frames, boxes of the detector, boxes of people (and tall ones), and those that it found.
 
-    ``sure`` and ``sure_found`` are its boxes whose score is `SURE` or more, and those of people that these find.
+    ``sure`` counts its boxes with a score of `SURE` or more, ``sure_found`` people's boxes that these find.
     """
 
     frames: int = 0

@@ -1,8 +1,8 @@
-"""From a film to boxes: a detector on every picture, a tracker behind it, MOTChallenge text.
+"""From a film to boxes: a detector on every picture, then a tracker; the result is MOTChallenge text.
 
-Detections are kept in a file next to the boxes, so that a search that was stopped goes on where it was. Its first line
-says of what film and by what detector. Each other line has the number of a picture, and its boxes and scores,
-``[0, [[left, top, width, height, score], …]]``. Lines from the first damaged one on are made again.
+Detections are kept in a file next to the boxes, from which an interrupted run continues. Its first line identifies the
+film and the detector. Each other line has the number of a picture, and its boxes and scores,
+``[0, [[left, top, width, height, score], …]]``. Lines from the first damaged one on are recomputed.
 """
 
 import hashlib
@@ -33,7 +33,7 @@ _KIND = "vbbench detections"
 
 
 def key_of(film: Film, detector: str, weights: Path | None, period: float | None) -> str:
-    """What must be the same for detections to be: film, detector with its code and network, and vbbench."""
+    """A key of everything that determines detections: film, detector with its code and network, and vbbench."""
     known = [__version__, detector, str(period), film.path.resolve()]
     for path in film.files or (film.path,):
         facts = path.stat()
@@ -45,11 +45,11 @@ def key_of(film: Film, detector: str, weights: Path | None, period: float | None
 
 
 class KeptDetections:
-    """The file, open.
+    """The open file of detections.
 
     Attributes
     ----------
-    found : of each picture so far.
+    found : detections of each picture so far.
     """
 
     def __init__(self, path: Path, file: IO[bytes], found: list[Detections]) -> None:
@@ -57,21 +57,21 @@ class KeptDetections:
         self._path, self._file = path, file
 
     def add(self, seen: Detections) -> None:
-        """Keep what was found in the next picture."""
+        """Append the detections of the next picture."""
         rows = np.column_stack((seen.boxes, seen.scores)).tolist()
         with plain_errors(self._path):
             self._file.write(f"{json.dumps([len(self.found), rows])}\n".encode())
         self.found.append(seen)
 
     def remove(self) -> None:
-        """Delete the file: all that it is good for is done."""
+        """Delete the file, once the boxes are written."""
         self._file.close()
         self._path.unlink(missing_ok=True)
 
 
 @contextmanager
 def kept_detections(path: Path, key: str) -> Iterator[KeptDetections]:
-    """The detections of that ``key`` in the file at ``path``, to be continued; none if it has those of another.
+    """The detections of ``key`` in the file at ``path``, to be continued; none if it has another key.
 
     Raises
     ------
@@ -110,15 +110,15 @@ FEWEST_BOXES = 3
 
 @dataclass(frozen=True, kw_only=True)
 class FilmBoxes:
-    """What was found in a film.
+    """The result of detection and tracking in a film.
 
     Parameters
     ----------
     path : the boxes, MOTChallenge text; frame 1 is the film's first.
     dt : seconds per frame of the film.
     frames : number of its pictures.
-    first, step : the film's frame, from 0, of the first boxes, and from one with boxes to the next.
-    detections, boxes, tracks : numbers of what the detector found, of what the tracker kept of it, and of its tracks.
+    first, step : first of the film's frames (from 0) with boxes, and their step.
+    detections, boxes, tracks : numbers of detections, of boxes that the tracker kept, and of tracks.
     """
 
     path: Path
@@ -146,20 +146,20 @@ def find_boxes(
     every: int = 1,
     period: float | None = None,
 ) -> FilmBoxes:
-    """Detect and track people in a film and write their boxes; a search that was stopped goes on where it was.
+    """Detect and track people in a film and write their boxes; an interrupted run continues.
 
     Parameters
     ----------
-    fps : frames per second, in place of what the film says of itself.
+    fps : frames per second, in place of the film's own.
     detector, weights : see `vbbench.exchange.detection.make_detector`.
     tracker : a registered name, or ``module:attribute`` of a `vbbench.exchange.detection.TrackerFactory`.
-    every : write only every so many frames. Detector and tracker see all of them: people must be near where they were.
-    period : width in px of pictures that close on themselves, a panorama's.
+    every : step of the frames that are written. Detector and tracker process all: tracking needs small motions.
+    period : width in px of a panorama; ``None``: pictures have borders.
 
     Raises
     ------
     VbbenchError
-        If nothing says how fast the film is, a name or file is wrong, or nobody is found.
+        If the frame rate is unknown, a name or file is wrong, or nobody is found.
     """
     rate = fps or film.fps
     if rate is None:
@@ -195,7 +195,7 @@ def find_boxes(
 
 
 def _detect(film: Film, finder: Detector, kept: KeptDetections, period: float | None) -> None:
-    """Find people in the pictures of which nothing is kept yet."""
+    """Detect people in the remaining pictures."""
     with progress_bar(film.frames, "detecting", unit="frame") as bar:
         bar.update(len(kept.found))
         for picture in islice(film.pictures(), len(kept.found), None):
@@ -204,6 +204,6 @@ def _detect(film: Film, finder: Detector, kept: KeptDetections, period: float | 
 
 
 def _lasting(rows: BoxRows, every: int) -> BoxRows:
-    """The boxes of every ``every``-th frame, of tracks that last."""
+    """The boxes of every ``every``-th frame, without short tracks."""
     _, column, count = np.unique(rows.track, return_inverse=True, return_counts=True)
     return rows.select((count[column] >= FEWEST_BOXES) & (rows.frame % every == 0))

@@ -35,12 +35,12 @@ FARTHEST = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class HeadOptions:
-    """A surveillance camera, and how carefully its pictures are annotated.
+    """A surveillance camera, and the noise of its annotations.
 
     Parameters
     ----------
-    camera_height : of the camera over the ground in m.
-    tilt : degrees that it looks down, from the horizon.
+    camera_height : height of the camera over the ground in m.
+    tilt : angle in degrees below the horizon.
     fov : horizontal field of view in degrees.
     facing : direction of view in degrees, counter-clockwise from the world's x axis.
     box_noise : relative root mean square error of the widths and heights of boxes.
@@ -62,7 +62,7 @@ class SurveillanceCamera:
 
     Parameters
     ----------
-    width, height : of the picture in px.
+    width, height : size of the picture in px.
     focal : f in px.
     mount_height : H in m.
     tilt : θ in rad, down from the horizon.
@@ -121,7 +121,7 @@ class SurveillanceCamera:
 
 
 def camera_of(options: HeadOptions) -> SurveillanceCamera:
-    """The camera that the options describe; raises VbbenchError if one is out of range."""
+    """The camera of the options; raises VbbenchError if one is out of range."""
     with user_mistakes():
         check_ranges(options)
     return SurveillanceCamera(
@@ -148,8 +148,8 @@ class Heads:
     Parameters
     ----------
     frame : [N] from 0.
-    track : [N] from 1, in order of appearance; a person who comes back later has a new one.
-    person : [N] whose head it is, a column of the scene.
+    track : [N] from 1, in order of appearance; a person who returns later has a new one.
+    person : [N] the person, a column of the scene.
     ground : [N, 2] (right, forward) in m of the person from the ground below the camera.
     places : [N, 2] centre (u, v) of the head in px from 0.
     sizes : [N, 2] width and height of the head in px.
@@ -238,7 +238,7 @@ _SPOTS = _GRID[np.hypot(_GRID[:, 0], _GRID[:, 1]) <= 0.5]
 
 
 def draw_screens(camera: SurveillanceCamera, rng: np.random.Generator) -> FloatArray:
-    """[P, 4] (left, top, width, height) in px of what stands before the crowd: `POLES` and a board."""
+    """[P, 4] (left, top, width, height) in px of objects before the crowd: `POLES` and a board."""
     left = rng.uniform(0.0, 1.0 - POLE_WIDTH, POLES)
     poles = np.column_stack([left, np.zeros(POLES), np.full(POLES, POLE_WIDTH), rng.uniform(*POLE_END, POLES)])
     board = [*rng.uniform([0.0, 0.0], 1.0 - np.array(BOARD)), *BOARD]
@@ -246,9 +246,9 @@ def draw_screens(camera: SurveillanceCamera, rng: np.random.Generator) -> FloatA
 
 
 def visible_fractions(heads: Heads, heights: FloatArray, camera: SurveillanceCamera, screens: FloatArray) -> FloatArray:
-    """[N] the part of each head that nothing nearer hides: 0, or `LEAST_VISIBLE` to 1.
+    """[N] visible fraction of each head: 0, or `LEAST_VISIBLE` to 1.
 
-    A nearer head hides the ellipse that it fills, and its body the strip of `SHOULDER_WIDTH` from shoulders to feet.
+    A nearer head hides its ellipse, and its body the strip of `SHOULDER_WIDTH` from shoulders to feet.
 
     Parameters
     ----------
@@ -275,7 +275,7 @@ def visible_fractions(heads: Heads, heights: FloatArray, camera: SurveillanceCam
 
 
 def _by_screens(screens: FloatArray, spots: FloatArray) -> BoolArray:
-    """[P, S] spots [P, S, 2] px that any of the ``screens`` [M, 4] covers."""
+    """Mask [P, S] of points ``spots`` [P, S, 2] in px that any of the ``screens`` [M, 4] covers."""
     covered = np.zeros(spots.shape[:2], dtype=np.bool_)
     for left, top, width, height in screens:
         across, down = spots[..., 0] - left, spots[..., 1] - top
@@ -284,7 +284,7 @@ def _by_screens(screens: FloatArray, spots: FloatArray) -> BoolArray:
 
 
 def _candidates(heads: Heads, feet: FloatArray, rows: IntArray) -> tuple[IntArray, IntArray]:
-    """Pairs among ``rows`` of one frame: whose head may be hidden, ascending, and who is nearer and may hide it."""
+    """Pairs among ``rows`` of one frame: the farther head, ascending, and a nearer one that may hide it."""
     u, v = heads.places[rows].T
     across, high = heads.sizes[rows].T
     left, right = np.minimum(u, feet[rows, 0]), np.maximum(u, feet[rows, 0])
@@ -297,13 +297,13 @@ def _candidates(heads: Heads, feet: FloatArray, rows: IntArray) -> tuple[IntArra
 
 
 def _by_heads(heads: Heads, hiding: IntArray, spots: FloatArray) -> BoolArray:
-    """[P, S] spots [P, S, 2] px that the heads ``hiding`` [P] cover."""
+    """Mask [P, S] of points ``spots`` [P, S, 2] in px that the heads ``hiding`` [P] cover."""
     offset = (spots - heads.places[hiding, None]) / heads.sizes[hiding, None]
     return np.asarray(np.hypot(offset[..., 0], offset[..., 1]) <= 0.5)
 
 
 def _by_bodies(shoulders: FloatArray, feet: FloatArray, focal: float, spots: FloatArray) -> BoolArray:
-    """[P, S] spots [P, S, 2] px that bodies from ``shoulders`` to ``feet``, [P, 3] (u, v, Z), cover."""
+    """Mask [P, S] of ``spots`` [P, S, 2] in px that bodies from ``shoulders`` to ``feet``, [P, 3] (u, v, Z), cover."""
     along = (spots[..., 1] - shoulders[:, None, 1]) / (feet - shoulders)[:, None, 1]
     middle = shoulders[:, None, 0] + along * (feet - shoulders)[:, None, 0]
     depth = shoulders[:, None, 2] + along * (feet - shoulders)[:, None, 2]
@@ -322,9 +322,9 @@ SMALLEST = 0.2
 def draw_boxes(heads: Heads, noise: float, rng: np.random.Generator) -> FloatArray:
     """Boxes [N, 4] (left, top, width, height) in px from 0, with errors.
 
-    Key frames are every `KEY_EVERY`-th, the first and the last of each track. There, width and height are each wrong
-    by a normal factor, and each side of the box moves as much, so that the centre is wrong by half of that. The boxes
-    between are interpolated; the errors of key boxes are raised so that those of all boxes together have ``noise``.
+    Key frames are every `KEY_EVERY`-th, the first and the last of each track. There, width and height each have a
+    relative normal error, and each side of the box moves by it, the centre by half. The boxes between are interpolated;
+    the errors of key boxes are enlarged so that those of all boxes have the deviation ``noise``.
 
     Parameters
     ----------
@@ -384,17 +384,17 @@ def draw_others(camera: SurveillanceCamera, frames: int, rng: np.random.Generato
 def export_heads(
     dataset: Dataset, out: Path | str, options: HeadOptions, *, sequence: int | None = None, seed: int = 0
 ) -> Path:
-    """Photograph the crowd of a sequence from above and write the boxes of its heads as a folder of Head Tracking 21.
+    """Simulate a camera above the crowd of a sequence, and write its head boxes as a folder of Head Tracking 21.
 
     The folder holds ``seqinfo.ini`` and ``gt/gt.txt`` (9 columns, frames and boxes counted from 1), and next to them
     `TRUTH_TABLE` (frame from 0, track, person, right, forward, x, y in m, u, v, size in px, visible) and `TRUTH_FACTS`.
-    Everybody in the scene is photographed, including the observer. The same options and seed give the same bytes.
+    All people of the scene are recorded, the observer included. The same options and seed give the same bytes.
 
     Parameters
     ----------
     out : folder to write; its name is the recording's.
-    sequence : whose frames; may be omitted if there is only one.
-    seed : of the annotators' errors, and of what is annotated besides people.
+    sequence : number of the sequence; may be omitted if there is only one.
+    seed : seed of the annotators' errors, and of annotated objects other than people.
 
     Raises
     ------

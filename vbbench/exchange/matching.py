@@ -1,4 +1,4 @@
-"""Matches detections and tracks to people: boxes to the true ones of the same frame, by their overlap."""
+"""Matches detections and tracks to people by the IoU of boxes in each frame."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -32,18 +32,17 @@ def match_boxes(
     least: float = LEAST_OVERLAP,
     paired: BoolArray | None = None,
 ) -> tuple[IntArray, IntArray]:
-    """Pair the boxes of one frame one to one, with the largest total overlap.
+    """One-to-one assignment of the boxes of one frame with the largest total IoU.
 
-    As many pairs as possible are those that were ``paired`` before; among all ways to do so the overlap decides.
-
-    Both are cut to the picture first: a detector need not guess the part of a person outside it.
+    It first maximises the number of pairs that were ``paired`` before, then the IoU. Boxes are first cut to the
+    picture, since a detector need not find the part of a person outside it.
 
     Parameters
     ----------
     found, true : [N, 4] and [M, 4] (left, top, width, height) in px; NaN = absent.
-    camera : the camera of the picture; a panorama's closes on itself.
-    least : least intersection over union of a pair.
-    paired : [N, M] which were a pair before; none by default.
+    camera : the camera of the picture.
+    least : least IoU of a pair.
+    paired : [N, M] mask of pairs in the frame before; none by default.
 
     Returns
     -------
@@ -76,10 +75,9 @@ def match_tracks(
     found : [T, K, 4] boxes (left, top, width, height) of tracks in px, NaN where a track has none.
     true : [T, P, 4] boxes of people.
     people : [P] their ids.
-    least : as of `match_boxes`.
-    staying : whether whoever was behind a track the last time stays behind it while their boxes overlap enough, as in
-        the CLEAR metrics (Bernardin and Stiefelhagen 2008). Boxes that are far from exact need it: of two people side
-        by side the one does not become the other and back again.
+    least : as in `match_boxes`.
+    staying : whether a track keeps its last person while their IoU is at least ``least``, as in the CLEAR metrics
+        (Bernardin and Stiefelhagen 2008). With inexact boxes this avoids identity switches between neighbours.
 
     Returns
     -------
@@ -97,7 +95,7 @@ def match_tracks(
 
 
 class FrameOffset(NamedTuple):
-    """A shift that fits better: boxes overlap people by ``then`` so many frames ``later``, and by ``now`` as is."""
+    """A better shift of people by ``later`` frames: mean IoU ``then`` with it, and ``now`` without."""
 
     later: int
     then: float
@@ -118,17 +116,17 @@ def frame_offset(
     *,
     least: float = 0.0,
 ) -> FrameOffset | None:
-    """How many frames later, or earlier, people fit boxes better; ``None`` where no shift does, or all fit equally.
+    """The shift of people in frames that fits boxes better; ``None`` if no shift is significantly better.
 
-    The overlap of a box is that with its own person, or else the largest. A shift counts if its mean gain is several of
-    the standard errors that blocks of frames show, so that people who stand give none.
+    The IoU of a box is that with its own person, or else the largest. The mean gain of a shift must be several of its
+    standard errors, by blocks of frames, so that standing people give no shift.
 
     Parameters
     ----------
     found : [T, K, 4] boxes (left, top, width, height) in px, NaN where there is none.
-    expected : the boxes [F, P, 4] of people in some frames [F] of the pictures, were people there so many frames later.
-    columns : [T, K] place of each box's own person among the P, −1 = none; ``None`` where they are unknown.
-    least : overlap that a shift must reach, so that what a wrong camera loses is not blamed on frames.
+    expected : function of frames [F] and a shift; returns boxes [F, P, 4] of people with this shift.
+    columns : [T, K] index of each box's own person among the P, −1 = none; ``None`` if unknown.
+    least : mean IoU that a shift must reach, which it does not with a wrong camera.
     """
     seen = ~np.isnan(found[..., 3]) if columns is None else ~np.isnan(found[..., 3]) & (columns >= 0)
     filled = np.flatnonzero(seen.any(axis=1))
@@ -176,7 +174,7 @@ def _mean_of_blocks(values: FloatArray, block: IntArray) -> tuple[float, float]:
 
 
 def in_columns(boxes: FloatArray) -> FloatArray:
-    """Boxes [..., 4] as high as each other: only their columns count for an overlap, and not how high people are."""
+    """Boxes [..., 4] with equal rows, so that only their columns affect the IoU."""
     return np.stack([boxes[..., 0], 0.0 * boxes[..., 1], boxes[..., 2], 0.0 * boxes[..., 3] + 1.0], axis=-1)
 
 

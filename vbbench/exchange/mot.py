@@ -1,4 +1,4 @@
-"""MOTChallenge text: a dataset's boxes out as folders, and any tracker's files in as a dataset of tier `tracked`.
+"""MOTChallenge text: export of a dataset's boxes, and import of a tracker's files as a dataset of tier `tracked`.
 
 One box is a line, ``frame,id,left,top,width,height,conf,class,visibility``. Frames and boxes are 1-based in it: frame 1
 is a sequence's frame 0, and left = 1 is the left edge of the picture (MOT16, arXiv 1603.00831, section 3.2). Here both
@@ -268,7 +268,7 @@ class TrackedPlan:
 
     @cached_property
     def contents(self) -> list[BoxRows]:
-        """The rows of the files."""
+        """The rows of each file."""
         return [_tracks(path, self.dataset, number, self.person_class) for number, path in self.files.items()]
 
     @cached_property
@@ -304,7 +304,7 @@ class TrackedPlan:
         return Matched(source, tracks, observations_of(boxes, camera), dense[..., 4], persons)
 
     def offset(self, index: int) -> FrameOffset | None:
-        """By how many frames people are earlier or later than the tracks of one sequence."""
+        """A better shift in frames between people and tracks of one sequence; ``None`` without one."""
         source, camera, _, true = self._people(index)
         _, boxes = self.contents[index].dense(source.frames, self.contents[index].boxes)
         return frame_offset(boxes, lambda frames, later: true[frames + later], camera.period)
@@ -371,7 +371,7 @@ def _files(folder: Path, sequences: int) -> dict[int, Path]:
 
 
 def _tracks(path: Path, dataset: Dataset, number: int, person_class: str | None) -> BoxRows:
-    """What a file holds, which may be nothing."""
+    """The boxes of a file, which may be empty."""
     none = np.empty(0)
     if not path.read_bytes().strip():
         return rows_of(path, none.astype(np.int64), none.astype(np.int64), none.reshape(0, 4), none)
@@ -385,7 +385,7 @@ def _tracks(path: Path, dataset: Dataset, number: int, person_class: str | None)
 
 
 def _truth(dataset: Dataset, source: Sequence, persons: IntArray) -> Truth:
-    """Where the person behind each track [T, K] is."""
+    """The truth of the person behind each track [T, K]."""
     people, places, known_heights = dataset.surroundings(source)
     columns = np.searchsorted(people, persons).clip(max=len(people) - 1)
     known = persons != NOBODY

@@ -1,4 +1,4 @@
-"""Files of one sequence each, as MOTChallenge and TUM folders hold them: their names, and ``seqinfo.ini``."""
+"""Folders with a file for each sequence, for MOTChallenge and TUM: names of files, and ``seqinfo.ini``."""
 
 import configparser
 import re
@@ -31,7 +31,7 @@ def files_by_sequence(named: Mapping[Path, str], sequences: int) -> dict[int, Pa
     Parameters
     ----------
     named : each file with its `sequence_name`.
-    sequences : how many the dataset has.
+    sequences : number of sequences of the dataset.
     """
     found: dict[int, Path] = {}
     for path, stem in named.items():
@@ -44,7 +44,7 @@ def files_by_sequence(named: Mapping[Path, str], sequences: int) -> dict[int, Pa
 
 
 def sequence_info(name: str, dt: float, frames: int, size: tuple[int, int], extension: str) -> str:
-    """The text of ``seqinfo.ini``, as MOTChallenge has it: ``frames`` pictures of ``size`` px, one every ``dt`` s."""
+    """The text of MOTChallenge's ``seqinfo.ini``: ``frames`` pictures of ``size`` px, one every ``dt`` s."""
     facts = {
         "name": name,
         "imDir": "img1",
@@ -58,7 +58,7 @@ def sequence_info(name: str, dt: float, frames: int, size: tuple[int, int], exte
 
 
 class SequenceInfo(NamedTuple):
-    """What a ``seqinfo.ini`` says: ``frames`` pictures of ``size`` px, ``rate`` a second; 0 where it does not."""
+    """Contents of a ``seqinfo.ini``: ``frames`` pictures of ``size`` px, ``rate`` per second; 0 = not stated."""
 
     name: str = ""
     rate: float = 0.0
@@ -71,7 +71,7 @@ class SequenceInfo(NamedTuple):
 
 
 def picture_facts(*folders: Path) -> tuple[Path, SequenceInfo]:
-    """The first ``seqinfo.ini`` in some folders, and what it says of the size and rate of pictures: nothing in none."""
+    """The first ``seqinfo.ini`` in some folders, and size and rate of its pictures; all 0 without one."""
     found = next((path for folder in folders if (path := folder / SEQUENCE_INFO).is_file()), None)
     if found is None:
         return folders[0] / SEQUENCE_INFO, SequenceInfo()
@@ -80,11 +80,11 @@ def picture_facts(*folders: Path) -> tuple[Path, SequenceInfo]:
 
 
 def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> SequenceInfo:
-    """What a ``seqinfo.ini`` says.
+    """The contents of a ``seqinfo.ini``.
 
     Parameters
     ----------
-    whole : whether everything must be there, and no key twice; else only size and rate are read.
+    whole : whether all keys are required, each once; else only size and rate are read.
     """
     if len(content) > _MOST_BYTES:
         raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")

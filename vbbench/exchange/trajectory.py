@@ -1,4 +1,4 @@
-"""Trajectory files as programs write them: times, places and rotations, before anything is assumed of their axes.
+"""Trajectory files of other programs: times, places and rotations, with axes yet unknown.
 
 TUM (``timestamp tx ty tz qx qy qz qw``) with six more columns for a covariance, EuRoC and any CSV whose header names
 its columns, KITTI's 3 × 4 matrices, with or without a timestamp, and ``time x y`` or ``time x y z`` without rotations.
@@ -53,12 +53,12 @@ class Trajectory(Rows):
 
     Parameters
     ----------
-    times : [N] timestamps; ``None`` where rows have none, a row a frame.
-    unit : of the times in s; 0 where they are numbers of frames, ``None`` where the file names none.
+    times : [N] timestamps; ``None`` if rows have none, and each is a frame.
+    unit : unit of the times in s; 0 if they are numbers of frames, ``None`` if the file names none.
     places : [N, 3] in m.
-    rotations : [N, 3, 3] from the body to the world by the order of their columns: none, one, or two where it is open.
-    covariances : [N, 6] of the motion since the line before (`MOTION_COVARIANCE`), where the file has them.
-    axes : what the file states of the body's axes, a key of `vbbench.exchange.axes.AXES`.
+    rotations : [N, 3, 3] from the body to the world, by the order of their columns: none, one, or two if unclear.
+    covariances : [N, 6] of the motion since the line before (`MOTION_COVARIANCE`), if the file has them.
+    axes : the body's axes as the file states them, a key of `vbbench.exchange.axes.AXES`.
     """
 
     times: FloatArray | None
@@ -106,9 +106,9 @@ def read_trajectory(path: Path) -> Trajectory:
 
 
 def _plain(content: bytes) -> bytes:
-    """A text whose comments begin with #, and whose names are without the path of a message before them.
+    """The text with # before comments, and names without the path of a message before them.
 
-    Lines may have tabs between, or a comma at the end, as those of VINS.
+    Cells may be separated by tabs, and lines may end with a comma, as those of VINS.
     """
     head, rest = content[:_HEAD], content[_HEAD:]
     head = re.sub(rb"[/\w.]*\b(?=(?:position|orientation)[./])|\b(?:field|pose)\.|\(body.*", b"", head)
@@ -121,7 +121,7 @@ def _plain(content: bytes) -> bytes:
 
 
 def _is_header(header: Header, comment: bool) -> bool:
-    """Whether a line names columns: a first one at least one, a comment all that a trajectory has."""
+    """Whether a line names columns: a first line at least one, a comment all columns of a trajectory."""
     return _is_whole(header) if comment else bool(header.columns)
 
 
@@ -131,7 +131,7 @@ def _is_whole(header: Header) -> bool:
 
 
 def _refuse_unknown(table: NamedColumns) -> None:
-    """Raise FileError if columns with names lack some, or are of rotations that are not read."""
+    """Raise FileError if named columns are incomplete, or are rotations of an unsupported kind."""
     header = table.header
     if header is None:
         return
@@ -147,7 +147,7 @@ def _refuse_unknown(table: NamedColumns) -> None:
 
 
 def _layout(row: list[str]) -> Layout:
-    """The columns of a file without names, by how many there are; more may stand after those of TUM."""
+    """The columns of a file without names, by their number; TUM's may be followed by more."""
     cells, count = "x0 x1 x2 x y0 y1 y2 y z0 z1 z2 z", len(row)
     known = ["time x y", "time x y z", _TUM, f"{_TUM} {' '.join(MOTION_COVARIANCE)}"]
     known += [f"{time}{cells}{last}" for time in ("", "time ") for last in ("", " (30) (31) (32) (33)")]
@@ -167,7 +167,7 @@ def _is_turn(cells: list[str]) -> bool:
 
 
 def _rotations(table: NamedColumns) -> dict[str, FloatArray]:
-    """Rotations [N, 3, 3] by the orders that their columns may be in."""
+    """Rotations [N, 3, 3] by each possible order of their columns."""
     if "x0" in table:
         matrices = table.stacked(*(f"{row}{column}" for row in "xyz" for column in "012")).reshape(-1, 3, 3)
         skew = np.abs(matrices @ matrices.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2))

@@ -49,7 +49,7 @@ def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, p
 
 
 def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
-    """Read a TUM trajectory, or another (`vbbench.exchange.trajectory`), of a body whose axes its motion shows.
+    """Read a TUM trajectory, or another (`vbbench.exchange.trajectory`); the body's axes are inferred from the motion.
 
     Parameters
     ----------

@@ -173,7 +173,9 @@ class Dataset:
         """
         self._require_truth()
         if self.info.truth == "relative":
-            raise VbbenchError(f"{self.folder}: where the camera is was not measured, only where people are from it")
+            raise VbbenchError(
+                f"{self.folder}: poses of the camera are unknown; only positions relative to it were measured"
+            )
         poses = self._opened("truth/poses").read(sequence.index, sequence.index + 1)
         check_poses(self.table_path, sequence.index, sequence.frames, poses)
         positions, heights = self._people_of(sequence)

@@ -132,5 +132,5 @@ def _open_writer(path: Path, fps: float, size: tuple[int, int], codec: Codec | N
     finally:
         cv2.utils.logging.setLogLevel(level)
     if codec:
-        raise VbbenchError(f"this OpenCV cannot write {codec}; leave the codec out, or name a folder for PNG files")
+        raise VbbenchError(f"this OpenCV cannot write {codec}; remove the codec, or name a folder for PNG files")
     raise VbbenchError(f"{path.parent}: no film can be written here; name a folder for PNG files instead")

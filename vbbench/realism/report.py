@@ -256,7 +256,7 @@ def dataset_scenes(dataset: Dataset) -> Iterator[Scene]:
         If the truth is withheld, or less is known than where people really are.
     """
     if dataset.info.truth != "whole":
-        raise VbbenchError(f"{dataset.folder}: where people really are was never measured, and so not how they walk")
+        raise VbbenchError(f"{dataset.folder}: true positions were never measured, and so walking has no statistics")
     path = dataset.table_path("truth/scenes")
     if not path.is_file():
         raise VbbenchError(f"{dataset.folder} has no truth; name the folder that holds it with `truth`")

@@ -339,7 +339,7 @@ def error_tables(
     wanted = list(dict.fromkeys(metrics)) or list(section("metrics"))
     shown = tuple(key for key in wanted if key in known)
     if not shown:
-        raise VbbenchError(f"{dataset.folder}: of its truth too little is known for {', '.join(wanted)}")
+        raise VbbenchError(f"{dataset.folder}: its truth is too incomplete for {', '.join(wanted)}")
     errors = tuple(errors_in_time(folder, dataset, only) for folder in submissions)
     names = unique_names(infos, submissions)
     return ErrorTables(names=tuple(names), errors=errors, metrics=shown)

@@ -243,7 +243,7 @@ class TruthRows:
     def __init__(self, dataset: Dataset) -> None:
         self.known = dataset.info.truth
         if self.known == "none":
-            raise VbbenchError(f"{dataset.folder} cannot be scored: where people and camera were was never measured")
+            raise VbbenchError(f"{dataset.folder} cannot be scored: it has no true poses and positions")
         if not dataset.has_truth:
             place = dataset.table_path(TRUTH_TABLES[self.known][-1])
             raise VbbenchError(
@@ -336,7 +336,7 @@ class TruthRows:
         """The values, checked to be finite and credible: a NaN error would silently drop out of a mean."""
         if not is_credible(values).all():
             raise FileError(
-                table.path, f"holds truth beyond ±{LARGEST:.0f} m or rad, or none; generate the dataset again"
+                table.path, f"holds true values beyond ±{LARGEST:.0f} m or rad, or NaN; generate the dataset again"
             )
         return values
 

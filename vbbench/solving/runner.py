@@ -77,7 +77,7 @@ def run_sequence(
     """
     given = protocol.select_given(sequence.given)
     if protocol.needs_truth and truth is None:
-        raise VbbenchError(f"'{protocol.name}' shows a solver the truth of past frames, and no truth is available")
+        raise VbbenchError(f"'{protocol.name}' gives a solver the truth of past frames, and no truth is available")
     known = given if truth is None or not protocol.needs_truth else reveal(given, sequence.observed, truth)
     if isinstance(solver, FrameSolver):
         estimate, seconds = _run_frames(solver, problem, sequence, given, known)
@@ -151,7 +151,7 @@ def _staying(sequence: Sequence) -> Iterator[None]:
         yield
     except SystemExit as error:
         raise VbbenchError(
-            f"sequence {sequence.index}: the solver ended the program (exit status {error.code}); it is to answer"
+            f"sequence {sequence.index}: the solver ended the program (exit status {error.code}); it must not"
         ) from error
 
 

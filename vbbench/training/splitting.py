@@ -165,7 +165,7 @@ def parts(dataset: Dataset | Path | str, by: By | None = None, *, test: str | No
     if chosen not in VERSIONS:
         raise UnknownNameError("rule", chosen, VERSIONS)
     if test is not None and chosen != "recording":
-        raise VbbenchError(f"a recording that tests is for parts by recording, not by {chosen}; leave {test} out")
+        raise VbbenchError(f"a recording that tests is for parts by recording, not by {chosen}; remove {test}")
     part = {"time": _by_time, "recording": _by_recording, "seed": _by_seed}[chosen](dataset, test)
     rule = f"{chosen}/{VERSIONS[chosen]}"
     return Parts(
@@ -211,7 +211,7 @@ def recording_names(dataset: Dataset) -> list[str]:
 def _by_seed(dataset: Dataset, _: str | None) -> IntArray:
     info = dataset.info
     if not is_simulated(info):
-        raise VbbenchError(f"{dataset.folder} was recorded, and has no seed that makes other people; use by time")
+        raise VbbenchError(f"{dataset.folder} is a recording, in which another seed gives the same people; use by time")
     if info.seed is None:
         raise VbbenchError(f"the seed of {dataset.folder} is withheld: it is for a test alone, which its owner scores")
     name = next((name for name, seed in OFFICIAL_SEEDS.items() if seed == info.seed), "train")
@@ -221,9 +221,7 @@ def _by_seed(dataset: Dataset, _: str | None) -> IntArray:
 def _by_time(dataset: Dataset, _: str | None) -> IntArray:
     _require_scenes(dataset, "time")
     if not (dataset.has_truth and dataset.info.truth in ("whole", "relative")):
-        raise VbbenchError(
-            f"{dataset.folder} does not have who is there when, which parts by time need; use by recording"
-        )
+        raise VbbenchError(f"{dataset.folder} lacks the times of people, which parts by time need; use by recording")
     rows, part = dataset.rows, np.zeros(len(dataset), np.int64)
     for scene in np.unique(rows["scene"]).tolist():
         cuts = _cuts_of(dataset, scene)
@@ -256,7 +254,7 @@ def _by_recording(dataset: Dataset, test: str | None) -> IntArray:
 
 def _require_scenes(dataset: Dataset, by: str) -> None:
     if is_simulated(dataset.info):
-        raise VbbenchError(f"{dataset.folder} is simulated and has no recordings to share out by {by}; use by seed")
+        raise VbbenchError(f"{dataset.folder} is simulated and has no recordings to divide by {by}; use by seed")
 
 
 @dataclass(frozen=True, kw_only=True)

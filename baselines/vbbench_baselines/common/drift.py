@@ -165,7 +165,7 @@ def held(place: FloatArray, last: FloatArray, reach: float) -> FloatArray:
 
 
 def jumped(positions: FloatArray, history: History, reach: float) -> BoolArray:
-    """[K] whose positions [K, 2] are further than ``reach`` m from where they were at t−1, and not given."""
+    """Mask [K] of ``positions`` [K, 2] in m that are not given, and further than ``reach`` m from those at t−1."""
     step = np.hypot(*(positions - history.positions[1]).T)
     leaping: BoolArray = (step > reach) & ~history.position_given[2]
     return leaping

@@ -42,7 +42,7 @@ class Sights(NamedTuple):
 
 
 def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
-    """What boxes [..., K, 3] in px measure; NaN = none."""
+    """The measurements of boxes [..., K, 3] (u, v, l) in px; NaN = no box."""
     camera, found = problem.camera, bearings_of(problem.camera, boxes)
     with np.errstate(divide="ignore", invalid="ignore"):
         edge = np.hypot(problem.pixel_std, problem.box_std * found.size)

@@ -1,4 +1,4 @@
-"""A scenario: a file in ``scenarios/`` that says what a simulated crowd does, and the frozen dataclasses made of it."""
+"""A scenario of a simulated crowd: a TOML file in ``scenarios/`` as frozen dataclasses."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -52,7 +52,7 @@ class Flow:
             if len(rectangle) != 4 or rectangle[0] > rectangle[2] or rectangle[1] > rectangle[3]:
                 raise ValueError(f"{list(rectangle)} is not a rectangle x0, y0, x1, y1 with x0 <= x1 and y0 <= y1")
         if self.beyond and self.then:
-            raise ValueError("who walks beyond the goal never arrives: remove 'then' or 'beyond'")
+            raise ValueError("people who walk beyond the goal never arrive: remove 'then' or 'beyond'")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +102,7 @@ class Scenario:
         if not self.people:
             raise ValueError("people must be one number or more: a crowd is an observer and at least one other")
         if not self.flow:
-            raise ValueError("there is no [[flow]]: nobody would know where to go")
+            raise ValueError("there is no [[flow]]: add one, since people need goals")
         if abs(self.substeps * self.step - self.dt) > 1e-9:
             raise ValueError(f"a frame of {self.dt:g} s is not a whole number of steps of {self.step:g} s")
         if self.speed_mean <= 3.0 * self.speed_std:
@@ -244,7 +244,7 @@ def _draw_place(
             point: FloatArray = candidates[free[0]]
             return point
     raise VbbenchError(
-        f"scenario '{scenario.name}': no place left in {list(place)} m that is {distance:g} m from everybody else; "
+        f"scenario '{scenario.name}': no place left in {list(place)} m that is {distance:g} m from all other people; "
         f"ask for fewer people, or give a scenario with more room"
     )
 

@@ -217,7 +217,7 @@ def plan_simulation(
         If an option is not for this split, or out of the scenario's range.
     """
     if options.source is not None or options.dt is not None or options.homography is not None:
-        raise VbbenchError(f"{card.name} has no source: leave `source`, `dt` and `homography` out")
+        raise VbbenchError(f"{card.name} has no source: remove `source`, `dt` and `homography`")
     refuse_footage(options, card.name)
     asked = options.simulation or Simulation()
     scenario = get_scenario(asked.scenario or default_scenario)

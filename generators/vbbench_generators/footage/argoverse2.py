@@ -133,7 +133,7 @@ class FeatherTable(ArrowTable):
         self.refuse(np.asarray(pc.is_null(column)), f"'{name}' is empty; {AGAIN}")
         values: FloatArray = column.to_numpy()
         wrong = ~np.isfinite(values) | (np.abs(values) > LARGEST)
-        self.refuse(wrong, f"'{name}' is {values[wrong][:1]}, which cannot be; {AGAIN}")
+        self.refuse(wrong, f"'{name}' is {values[wrong][:1]}, which is impossible; {AGAIN}")
         return values
 
 
@@ -187,7 +187,7 @@ def _frames(annotations: FeatherTable) -> tuple[IntArray, IntArray]:
     sweeps, sweep = np.unique(times, return_inverse=True)
     start, lasting = int(sweeps[0]), (int(sweeps[-1]) - int(sweeps[0])) * 1e-9
     if lasting > MOST_FRAMES * DT:
-        raise FileError(annotations.path, f"row {int(times.argmax())}: is {lasting:.0f} s late; {AGAIN}")
+        raise FileError(annotations.path, f"row {int(times.argmax())}: is {lasting:.0f} s after the first; {AGAIN}")
     passed = np.diff(sweeps) / (DT * 1e9)
     steps = np.round(passed).astype(np.int64)
     wrong = np.append(False, (np.abs(passed - steps) > LARGEST_JITTER) | (steps < 1))

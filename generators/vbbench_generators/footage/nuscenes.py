@@ -158,7 +158,7 @@ class JsonTable(ArrowTable):
         )
         if column == "rotation":
             wrong = np.abs(np.linalg.norm(flat, axis=1) - 1.0) > 0.01
-            self.refuse(wrong, f"'rotation' (w, x, y, z) is none: its length is not 1; {AGAIN}", rows)
+            self.refuse(wrong, f"'rotation' (w, x, y, z) is no rotation: its length is not 1; {AGAIN}", rows)
         return flat
 
     def rows_of(self, column: str, other: "JsonTable", needed: bool = True) -> IntArray:

@@ -168,7 +168,7 @@ def follow(
     size : width and height of the pictures in px.
     """
     if not len(found):
-        raise FileError(found.path, "holds no box of a person that is sure enough in the frames that are labelled")
+        raise FileError(found.path, "holds no box of a person with a sufficient score in the labelled frames")
     misfit = find_misfit(found.boxes, camera, size, HEIGHT_MEAN)
     if misfit is not None and misfit.certain:
         raise FileError(found.path, misfit.text)

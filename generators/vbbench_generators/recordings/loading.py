@@ -188,7 +188,7 @@ def _load_own(recipe: Recipe, wishes: Wishes) -> Loaded:
 
 def _scene_file(recipe: Recipe, path: Path, dt: float | None, homography: FloatArray | None) -> SceneFile:
     if dt is None or not (np.isfinite(dt) and dt > 0):
-        raise VbbenchError(f"{recipe.name}: say how many seconds a frame lasts with `dt`, a positive number")
+        raise VbbenchError(f"{recipe.name}: give the seconds per frame with `dt`, a positive number")
     smooth = recipe.resampling is not None
     return SceneFile(path=path, dt=dt, frame_step=recipe.frame_step, homography=homography, smooth=smooth)
 

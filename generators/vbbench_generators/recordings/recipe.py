@@ -1,4 +1,4 @@
-"""A split's recipe: a file in ``recipes/`` that a person can read, and the frozen dataclasses made of it."""
+"""A split's recipe: a TOML file in ``recipes/`` as frozen dataclasses."""
 
 from dataclasses import dataclass
 from functools import cache

@@ -110,7 +110,7 @@ class Walking:
 
 @dataclass(frozen=True, kw_only=True)
 class Follow:
-    """The direction of walking ``lead`` s later, drawn a person, with deviations of correlation time ``memory`` s."""
+    """The walking direction ``lead`` s later, drawn per person, with deviations of correlation time ``memory`` s."""
 
     share: Share
     lead: Seconds
@@ -121,7 +121,7 @@ class Follow:
 
 @dataclass(frozen=True, kw_only=True)
 class Ahead:
-    """The direction of the place reached after a time in s, drawn a person between ``nearest`` and ``farthest``."""
+    """The direction of the place reached after a time in s, drawn per person between ``nearest`` and ``farthest``."""
 
     share: Share
     nearest: Span
@@ -150,7 +150,7 @@ class Glance:
 
 @dataclass(frozen=True, kw_only=True)
 class Sway:
-    """Along the path, oscillating at half the ``step_rate`` in 1/s with an ``amplitude`` in rad, drawn a person."""
+    """Along the path, oscillating at half the ``step_rate`` in 1/s with an ``amplitude`` in rad, drawn per person."""
 
     share: Share
     step_rate: Rate

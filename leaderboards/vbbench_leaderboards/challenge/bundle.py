@@ -103,7 +103,7 @@ def check_for_participant(submission: Path, folder: Path) -> str:
     missing = [name for name in NEEDED if not getattr(checked.info, name).strip()]
     missing += ["delay"] * (checked.info.delay is None)
     if missing:
-        raise VbbenchError(f"{submission}/submission.json: {', '.join(missing)} must be said; write it there")
+        raise VbbenchError(f"{submission}/submission.json lacks {', '.join(missing)}; add it there")
     ready, send = f"{checked.table()}\nready for {challenge.name}", f"send the folder to {challenge.contact}"
     if checked.info.authors.strip() == NOBODY_YET:
         return f"{ready} but for its authors: say who you are in place of '{NOBODY_YET}', then {send}"

@@ -150,7 +150,7 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
             raise VbbenchError(*str(error).replace(str(work.new), str(submission)).split("\n")) from error
         about = About.of(info, **{"date": blank.day, **facts})
         if about.authors.strip() == NOBODY_YET:
-            raise VbbenchError(f"the authors are '{NOBODY_YET}', as the template has it; say who made the solver")
+            raise VbbenchError(f"the authors are '{NOBODY_YET}', as in the template; name who made the solver")
         answers = digest_of_answers(work.new, organiser.dataset)
         if own and own[-1].answers == answers:
             return Receipt(challenge=challenge.name, entry=own[-1], phase=phase, used=len(own), is_again=True)

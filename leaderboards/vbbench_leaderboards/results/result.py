@@ -112,12 +112,14 @@ class About:
         facts |= {name: value for name, value in given.items() if value not in ("", None)}
         if facts["delay"] is None:
             raise VbbenchError(
-                "a row must say whether the solver is causal: give `delay`, the frames that an answer comes after its "
+                "a row must state whether the solver is causal: give `delay`, frames that an answer comes after its "
                 f"own (0 for none), or '{OFFLINE}'; or write it into submission.json"
             )
         for name in NEEDED:
             if not facts[name].strip():
-                raise VbbenchError(f"a row must say {_MISSING[name]}: give `{name}`, or write it into submission.json")
+                raise VbbenchError(
+                    f"a row must state {_MISSING[name]}: give `{name}`, or write it into submission.json"
+                )
         about = About(**facts)
         if not _CODE.fullmatch(about.code):
             raise VbbenchError(f"`code` {about.code} is not an address; give one that begins with https:// or http://")

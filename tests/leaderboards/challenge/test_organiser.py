@@ -183,7 +183,7 @@ def test_what_a_participant_must_say_is_asked_for(
     facts = json.loads((answer / "submission.json").read_text("utf-8"))
     (answer / "submission.json").write_text(json.dumps({**facts, "authors": "", "delay": None}), encoding="utf-8")
     assert vbbench("challenge", "check", answer, "--challenge", made) == 2
-    assert "authors, delay must be said" in capsys.readouterr().err
+    assert "lacks authors, delay" in capsys.readouterr().err
     (answer / "submission.json").write_text(json.dumps({**facts, "authors": "your name"}), encoding="utf-8")
     assert vbbench("challenge", "check", answer, "--challenge", made) == 0
     assert "but for its authors: say who you are in place of 'your name'" in capsys.readouterr().out

@@ -172,7 +172,7 @@ SUBMISSIONS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "another protocol": (lambda room: changed(room, protocol="rollout"), "held under sequential"),
     "gaps allowed": (lambda room: changed(room, failure_policy="hold"), "wants every answer"),
     "nobody": (lambda room: changed(room, authors=""), "who made the solver"),
-    "the template's": (lambda room: changed(room, authors="your name"), "say who made the solver"),
+    "the template's": (lambda room: changed(room, authors="your name"), "name who made the solver"),
     "an unknown key": (lambda room: changed(room, score=0.0), "key 'score' is unknown"),
     "NaN": (lambda room: spoilt(room, "poses", put(5, "x", np.nan)), "1 fault"),
     "absurd": (lambda room: spoilt(room, "positions", put(5, "y", 1e9)), "must be finite numbers within"),

@@ -1,1 +1,1 @@
-"""Recordings of the user's own camera: camera file, boxes, and whatever else was measured, as footage."""
+"""Recordings of the user's own camera as footage: camera file, boxes, and optional odometry, poses and people."""

@@ -30,7 +30,7 @@ class OwnBoxes(BoxRows):
 
     Parameters
     ----------
-    timeline : of the frames.
+    timeline : times of the frames.
     plain : whether the file is text whose reading does not depend on its name.
     """
 
@@ -81,7 +81,7 @@ def read_boxes(
 
 
 def _frame_time(table: BoxTable, dt: float | None) -> float | None:
-    """Seconds per frame by times next to the frames, in the unit that fits; ``None`` where there are none."""
+    """Seconds per frame from times next to frame numbers, in the unit that fits; ``None`` without times."""
     times, ends = table.scaled("time"), [int(table.frame.argmin()), int(table.frame.argmax())]
     (passed,), (frames,) = np.diff(times[ends]), np.diff(table.frame[ends])
     if not passed > 0.0:
@@ -113,7 +113,7 @@ def write_boxes(path: Path, rows: OwnBoxes) -> None:
 
 
 def _goes_back(rows: OwnBoxes) -> list[str]:
-    """A note if the clock of detections goes back a few times; rows in no order go back everywhere."""
+    """A note if the clock of detections goes back a few times; unordered rows go back often, and get none."""
     apart = np.diff(rows.timeline.times[rows.frame])
     back = np.flatnonzero(apart < 0.0)
     if rows.linked or not 0 < len(back) <= MOST_BACK:

@@ -1,7 +1,7 @@
-"""Calibrations as other programs write them, as keys of ``camera.toml``.
+"""Calibrations of other programs, converted to keys of ``camera.toml``.
 
-ROS ``camera_info`` and ``ost.yaml``, Kalibr's camchain, OpenCV's FileStorage (YAML, XML, JSON) and what is dumped from
-Python under its names, COLMAP's ``cameras.txt``: each is recognised by its content.
+ROS ``camera_info`` and ``ost.yaml``, Kalibr's camchain, OpenCV's FileStorage (YAML, XML, JSON) and Python dumps with
+its names, COLMAP's ``cameras.txt``: each is recognised by its content.
 """
 
 import re
@@ -106,7 +106,7 @@ def calibration_keys(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _quantities(table: Mapping[str, Any]) -> dict[str, Any]:
-    """What a table states, by our names."""
+    """The quantities of a table under the names of this module."""
     found: dict[str, Any] = {}
     parts = [value for name, value in table.items() if name in PARTS and isinstance(value, Mapping)]
     for name, value in [*table.items(), *(item for part in parts for item in part.items())]:
@@ -124,7 +124,7 @@ def _quantities(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _keys(found: Mapping[str, Any]) -> dict[str, Any]:
-    """Keys of ``camera.toml`` from what is stated."""
+    """Keys of ``camera.toml`` from quantities."""
     model, keys = _model(found), _intrinsics(found)
     stated = found["size"] if "size" in found else [found.get("width", 0), found.get("height", 0)]
     size = _numbers("width or height", stated).tolist()
@@ -171,7 +171,7 @@ def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
 
 
 def _off_middle(keys: Mapping[str, float], size: Sequence[float]) -> float:
-    """How far the principal point is from the middle of a picture of this size, as a share of it."""
+    """Distance of the principal point from the middle of a picture of this ``size``, as a share of it."""
     return max(abs(keys["cx"] / size[0] - 0.5), abs(keys["cy"] / size[1] - 0.5))
 
 
@@ -205,7 +205,7 @@ def _numbers(name: str, values: Any) -> FloatArray:
 
 
 def _of_yaml(text: str) -> Mapping[str, Any]:
-    """The first document of a file that has something in it."""
+    """The first document of a YAML file that is not empty."""
     lines = [line for line in text.splitlines() if not line.startswith("%")]
     documents = re.split(r"^(?:---|\.\.\.)[ \t]*$", "\n".join(lines), flags=re.MULTILINE)
     table = yaml.load(next((one for one in documents if one.strip()), ""), _Loader)  # noqa: S506, a safe loader

@@ -1,4 +1,4 @@
-"""``camera.toml``: what a user knows of a camera, read strictly; calibrations of other programs by the same keys."""
+"""``camera.toml``, the user's description of a camera, read strictly; other calibrations with the same keys."""
 
 import json
 from collections.abc import Mapping
@@ -47,17 +47,16 @@ FARTHEST_CENTRE = 1.5
 
 @dataclass(frozen=True, kw_only=True)
 class OdometryFacts:
-    """The table ``[odometry]``: where it was measured, and standard deviations where its file states none.
+    """The table ``[odometry]``: extrinsics, and standard deviations if the file of odometry states none.
 
     Parameters
     ----------
-    axes : of the body whose poses the file has, where neither they nor the file show it.
-    mount : where the camera is on that body: forward and left in m, and its yaw to the left in rad.
-    distance : of the distance moved, as a share of it.
-    sideways : of the motion to the side, as a share of the distance.
-    turn : of the turn, as a share of it.
-    floor : of the distance in m, and ``turn_floor`` of the turn in rad, after one second of standing still; they grow
-        with the square root of time.
+    axes : axes of the body whose poses the file has, if neither file nor motion shows them.
+    mount : pose of the camera on that body: forward and left in m, and its yaw to the left in rad.
+    distance, sideways : standard deviations along and across the motion, as shares of the distance.
+    turn : standard deviation of a turn, as a share of it.
+    floor, turn_floor : standard deviations in m and rad after one second of standing still; they grow with the square
+        root of time.
     """
 
     axes: Axes | None = None
@@ -96,13 +95,13 @@ class OdometryFacts:
         return camera, self.camera_covariances(body[2:], covariances)[0]
 
     def camera_covariances(self, turns: FloatArray, covariances: FloatArray) -> FloatArray:
-        """[T, 3, 3] of the camera's motions, from those of its body's, which turns by ``turns`` [T]."""
+        """Covariances [T, 3, 3] of the camera's motions, from those of the body, which turns by ``turns`` [T]."""
         forward, left, yaw = self.mount
         levers = np.exp(1j * (turns - yaw)) * (forward + 1j * left)
         return covariance_along(motion_levers(np.full(len(turns), np.exp(-1j * yaw)), levers), covariances)
 
     def covariances(self, motions: FloatArray, seconds: FloatArray) -> FloatArray:
-        """[T, 3, 3] of motions [T, 3] (forward, left, turn) that took ``seconds`` [T]."""
+        """Covariances [T, 3, 3] of motions [T, 3] (forward, left, turn) that took ``seconds`` [T]."""
         way, turn = np.hypot(motions[:, 0], motions[:, 1]), np.abs(motions[:, 2])
         still = np.stack([self.floor**2 * seconds, self.floor**2 * seconds, self.turn_floor**2 * seconds], axis=-1)
         moving = np.stack([self.distance * way, self.sideways * way, self.turn * turn], axis=-1)
@@ -120,18 +119,18 @@ class CameraFile:
     Parameters
     ----------
     model : a registered camera model, such as ``perspective``, ``panorama`` (a cylinder) or ``equirectangular``.
-    width, height : of the picture in px.
-    mount_height : of the camera over the ground in m.
+    width, height : size of the picture in px.
+    mount_height : height of the camera over the ground in m.
     focal : focal length in px; or ``fx`` and ``fy``. A panorama's is the vertical one, of square pixels by default.
     fov, vertical_fov : field of view in degrees from left to right, or top to bottom, in place of a focal length.
     cx, cy : principal point in px; the middle of the picture by default.
-    pitch, roll : how far the optical axis points above the horizon, and the right side hangs lower, in rad.
+    pitch, roll : angles in rad of the optical axis above the horizon, and of the right side downwards.
     dt, fps : seconds per frame, or frames per second.
     pixel_std : standard deviation in px of the boxes' columns, tops and bottoms; measured from the boxes by default.
-    height_mean, height_std : of people's heights in m, where they are others than adults in the street.
-    box_edge : distance in m from a person's axis to the plane in which top and bottom of a box lie, where it is known.
-    odometry : where odometry was measured, and how good it is where its file does not say.
-    parameters : of a camera model of your own, besides those above.
+    height_mean, height_std : prior of people's heights in m; by default that of adults in the street.
+    box_edge : distance in m from a person's axis to the plane in which top and bottom of a box lie, if known.
+    odometry : extrinsics and noise of odometry.
+    parameters : further parameters of the user's own camera model.
     """
 
     mount_height: Annotated[float, Within(0.05, 100.0, "m", "the camera's height over the ground")]
@@ -180,12 +179,12 @@ class CameraFile:
 
     @property
     def seconds(self) -> float | None:
-        """Seconds per frame, if it is said."""
+        """Seconds per frame; ``None`` if the file does not state them."""
         return self.dt if self.fps is None else 1.0 / self.fps
 
     @property
     def picture(self) -> tuple[float, float]:
-        """Width and height in px; a height that is not said is without limit."""
+        """Width and height in px; a height that is not stated is infinite."""
         return float(self.width), float(np.inf if self.height is None else self.height)
 
 
@@ -195,9 +194,9 @@ class OwnCamera:
 
     Parameters
     ----------
-    facts : what is known of it.
-    text : a ``camera.toml`` with all that is known.
-    notes : what looks wrong, a line each.
+    facts : its keys.
+    text : text of a ``camera.toml`` with these keys.
+    notes : notes on implausible values, a line each.
     """
 
     path: Path
@@ -280,7 +279,7 @@ def _toml(table: Mapping[str, Any]) -> str:
 
 
 def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str, ...]:
-    """What no range excludes, and hardly a camera has."""
+    """Notes on values that are in range, but implausible for a camera."""
     notes = []
     size, point = (facts.width, facts.height), (facts.cx, facts.cy)
     for name, at, length, lines in zip(("cx", "cy"), point, size, ("columns", "rows"), strict=True):
@@ -314,7 +313,7 @@ def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str
 
 
 def _is_sphere(facts: CameraFile) -> bool:
-    """Whether a panorama looks like a whole sphere: 2 : 1, the horizon in the middle, square pixels."""
+    """Whether a panorama is probably equirectangular: 2 : 1, the horizon in the middle, square pixels."""
     square = facts.focal is None or abs(facts.focal * 2.0 * np.pi / facts.width - 1.0) < 0.02
     height = facts.height or 2.0 * (facts.cy or 0.0)
     middle = facts.cy is None or abs(facts.cy / height - 0.5) < 0.02
@@ -362,7 +361,7 @@ def _focal_of(pixels: int, degrees: float) -> float:
 
 
 def _other(path: Path, facts: CameraFile) -> dict[str, Any]:
-    """Parameters of a panorama, or of a model that an installed package brings: those that are stated."""
+    """The stated parameters of a panorama, or of a model of an installed package."""
     given: dict[str, Any] = {name: getattr(facts, name) for name in ("width", "focal", "cx", "cy", "fx", "fy")}
     if facts.model in ("panorama", "equirectangular"):
         if facts.cy is None and facts.height is None:
@@ -381,7 +380,7 @@ def _other(path: Path, facts: CameraFile) -> dict[str, Any]:
 
 
 def _mount(facts: CameraFile) -> dict[str, float]:
-    """Mount height, what tilt there is, and parameters of a model of the user's own."""
+    """Mount height, stated tilt, and parameters of the user's own model."""
     tilt = {"pitch": facts.pitch, "roll": facts.roll}
     return (
         {"mount_height": facts.mount_height} | {name: one for name, one in tilt.items() if one} | dict(facts.parameters)

@@ -1,4 +1,4 @@
-"""Lens distortion of OpenCV's two models, removed from boxes: a pinhole sees straight what a lens bends.
+"""Lens distortion of OpenCV's two models, and its removal from boxes.
 
 ``opencv`` (Brown and Conrady): with r² = x² + y² of a direction's (right, down) per forward,
 
@@ -45,7 +45,7 @@ WHICH = 'model = "opencv" (plumb_bob, radtan: k1 k2 p1 p2 k3) or model = "fishey
 
 
 def plain_name(name: object) -> str:
-    """A name without case, underscores and the like, by which names of several programs are compared."""
+    """A name without case and punctuation, for the comparison of names from several programs."""
     return "".join(letter for letter in str(name).lower() if letter.isalnum())
 
 
@@ -60,16 +60,16 @@ def lens_model(name: object) -> str:
 def distortion_keys(table: Mapping[str, Any], which: str = WHICH) -> dict[str, Any] | None:
     """The keys of a `Distortion`: its ``model`` by its own name, and a list ``coefficients`` by their names.
 
-    A model that is not known, or not stated where coefficients could be of two, is a ValueError.
+    Raises ValueError if the model is unknown, or not stated while coefficients fit two models.
 
     Parameters
     ----------
     table : a table ``[distortion]``: ``model`` by any of its names, coefficients by theirs or in a list.
-    which : how the file says which lens model it is, for the error where it does not.
+    which : how a file states its lens model, for the error message.
 
     Returns
     -------
-    keys : ``None`` where the lens bends nothing.
+    keys : ``None`` without distortion.
     """
     named = dict(table)
     name, values = named.pop("model", None), named.pop("coefficients", ())
@@ -121,7 +121,7 @@ class Distortion:
             raise ValueError(f"[distortion]: OpenCV's fisheye model has k1 to k4 only, not {unknown[0]}; remove it")
 
     def bend(self, straight: FloatArray) -> FloatArray:
-        """Where the lens shows points [..., 2] (right, down per forward) of a pinhole's picture, in the same units."""
+        """Distorted points of the undistorted ones [..., 2] (right, down per forward), in the same units."""
         x, y = np.moveaxis(straight, -1, 0)
         square = x * x + y * y
         if self.model == "fisheye":
@@ -141,7 +141,7 @@ class Distortion:
         )
 
     def straighten(self, bent: FloatArray) -> FloatArray:
-        """The way back, by Newton's method; NaN for what the lens shows nowhere, or too far from the optical axis."""
+        """The inverse of `bend`, by Newton's method; NaN for points without one, or too far from the optical axis."""
         points = bent.copy()
         if self.model == "fisheye":
             away = np.linalg.norm(bent, axis=-1, keepdims=True)
@@ -158,7 +158,7 @@ class Distortion:
         return np.where((exact & unfolded & near)[..., None], points, np.nan)
 
     def _is_upright(self, points: FloatArray) -> BoolArray:
-        """Whether the picture keeps its orientation in both directions at points [..., 2], as every lens's does."""
+        """Whether the model keeps the picture's orientation at points [..., 2], as every lens does."""
         jacobian = self._jacobian(points)
         upright: BoolArray = (np.linalg.det(jacobian) > 0.0) & (np.trace(jacobian, axis1=-2, axis2=-1) > 0.0)
         return upright
@@ -172,7 +172,7 @@ class Distortion:
 
 
 def _solve(jacobian: FloatArray, off: FloatArray) -> FloatArray:
-    """The Newton step of each point; by the formula for 2x2, as a singular one must not stop the others."""
+    """The Newton step of each point, by the inverse of 2 × 2 matrices, so that singular ones do not stop the others."""
     (a, b), (c, d) = np.moveaxis(jacobian, (-2, -1), (0, 1))
     x, y = np.moveaxis(off, -1, 0)
     step: FloatArray = np.stack([d * x - b * y, a * y - c * x], axis=-1) / (a * d - b * c)[..., None]
@@ -189,10 +189,10 @@ def straight_rows(rows: Boxes, distortion: Distortion | None, intrinsics: FloatA
 
 
 def straighten_boxes(boxes: FloatArray, distortion: Distortion, intrinsics: FloatArray) -> FloatArray:
-    """Boxes [N, 4] (left, top, width, height) in px as a pinhole of the same ``intrinsics`` [3, 3] sees them, or NaN.
+    """Undistorted boxes [N, 4] (left, top, width, height) in px, for a pinhole of the same ``intrinsics``, or NaN.
 
-    The middle of each edge is mapped, and the new box has its edges there: a person stands upright in the middle of the
-    box, so that head and feet are at the middles of its upper and lower edge.
+    The middle of each edge is mapped, and gives the new edge: head and feet of a standing person are at the middles of
+    the upper and lower edge.
     """
     left, top, width, height = boxes.T
     across, down = left + 0.5 * width, top + 0.5 * height

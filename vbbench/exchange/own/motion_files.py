@@ -1,8 +1,8 @@
-"""Where the camera was, and how its bearer moved by its own measurement: trajectories, a line a second or more.
+"""Files of camera poses and of odometry: trajectories with a line a second or more.
 
-They are those of `vbbench.exchange.trajectory`, in axes that `vbbench.exchange.axes` finds; the clock is that of the
-boxes. Lines of TUM odometry may go on with the covariance of the motion since the line before, ff fl f_turn ll l_turn
-turn_turn (forward, left, turn), in m², m·rad and rad².
+Their formats are those of `vbbench.exchange.trajectory`, in axes that `vbbench.exchange.axes` infers; the clock is that
+of the boxes. Lines of TUM odometry may end with the covariance of the motion since the line before, ff fl f_turn ll
+l_turn turn_turn (forward, left, turn), in m², m·rad and rad².
 """
 
 from dataclasses import dataclass, replace
@@ -84,7 +84,7 @@ def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple
 
 
 def _shift(times: FloatArray, timeline: Timeline) -> str:
-    """By how much poses, as many as frames, are all earlier or later than these; empty where they are not."""
+    """Text about a constant shift between poses and as many frames; empty without one."""
     if len(times) != timeline.frames:
         return ""
     off = times - timeline.times
@@ -95,7 +95,7 @@ def _shift(times: FloatArray, timeline: Timeline) -> str:
 
 
 def _reach(times: FloatArray, timeline: Timeline) -> str:
-    """Over which time poses reach, and what to write where that of the frames is another."""
+    """Text about the time that poses cover, and the remedy if that of the frames is another."""
     reach = f"the poses reach from {times[0]:.10g} to {times[-1]:.10g} s"
     if timeline.numbered and (times[-1] < timeline.times[0] or times[0] > timeline.times[-1]):
         return (
@@ -138,7 +138,7 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
 
 
 def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[FloatArray, tuple[str, ...]]:
-    """Times [N] in s, and a note where their unit is the one that agrees with the boxes.
+    """Times [N] in s, and a note if their unit was inferred from the boxes.
 
     Rows without timestamps are the frames of the film from the first on.
     """
@@ -168,9 +168,9 @@ def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[
 
 
 def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline) -> None:
-    """Raise FileError at the first of the ``poses`` [N, 3], of those about the frames, to which nobody gets in time.
+    """Raise FileError at the first of the ``poses`` [N, 3], near the frames, that needs an impossible speed.
 
-    It is looked from line to line, which a broken line does not pass, and over a second, which places in mm do not.
+    Speeds are checked from line to line, which finds broken lines, and over a second, which finds places in mm.
     """
     times = np.asarray(trajectory.times)
     first, last = timeline.times[0] - LONGEST_HOLE, timeline.times[-1] + LONGEST_HOLE
@@ -223,7 +223,7 @@ def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Ca
 
 
 def _turns_late(turns: FloatArray, frame: IntArray, seen: FloatArray) -> int:
-    """By how many frames turns ``seen`` [N] in boxes after a ``frame`` are late to ``turns`` [T - 1]; 0 if unclear."""
+    """Delay in frames of turns ``seen`` [N] in boxes after ``frame`` [N], against ``turns`` [T − 1]; 0 if unclear."""
     count, size, off = np.bincount(frame, minlength=len(turns)), len(turns), dict[int, float]()
     shown = np.bincount(frame, np.clip(seen, -MOST_TURN, MOST_TURN), size) / np.where(count, count, np.nan)
     most = min(MOST_LATE, size // 2)
@@ -287,10 +287,10 @@ def _stated(trajectory: Trajectory) -> FloatArray | None:
 
 
 def _composed(times: FloatArray, poses: FloatArray, matrices: FloatArray, wanted: FloatArray) -> FloatArray:
-    """The covariances [T, 3, 3] of motions of which each line states its part; where no line is, nothing is added.
+    """Covariances [T, 3, 3] of motions between frames, composed of those of lines; gaps between lines add nothing.
 
-    A part that moves by m with covariance C, in the axes where it begins, adds A C Aᵀ in those of the frame before:
-    A turns it there, and an error of its turn moves the place that is reached in the end, as far as that is off.
+    A part with covariance C, in the axes of its begin, adds A C Aᵀ in those of the frame before: A rotates it to these
+    axes, and propagates the error of its turn to the place at the end.
     """
     inside = wanted[(wanted >= times[0]) & (wanted <= times[-1])]
     knots = np.union1d(times, inside)

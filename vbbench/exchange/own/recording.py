@@ -1,4 +1,4 @@
-"""A recording of the user's own: its files as `Footage`, with notes on whatever does not look right."""
+"""A recording of the user's own: its files as `Footage`, with notes on implausible values."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -90,8 +90,8 @@ def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:
 def box_noise(boxes: FloatArray, width: float, period: float | None) -> float | None:
     """Standard deviation in px of the columns, tops and bottoms of boxes [T, K, 3], by their third differences.
 
-    Noise that is white from frame to frame has third differences of variance 20 σ², and whoever walks hardly any. What
-    changes slowly, as a limb that sticks out for a second, is not seen in them. ``None`` if there are too few.
+    White noise has third differences of variance 20 σ², and walking hardly any. Slow changes, such as a limb that
+    sticks out for a second, do not contribute. ``None`` if there are too few boxes.
     """
     u, v, length = np.moveaxis(boxes, -1, 0)
     edges = np.stack([u, v - 0.5 * length, v + 0.5 * length])
@@ -113,8 +113,7 @@ def read_people(
     """The people of ``people.csv`` (frame or time, id, x, y, height), and notes.
 
     Positions are in the world of the poses, in m; without poses (right, forward) of the camera. A height that is not
-    stated anywhere is NaN. How fast people are is looked at where the camera is ``posed``: else it moves them. ``ids``
-    are those of the boxes.
+    stated is NaN. Speeds of people are checked only if the camera is ``posed``. ``ids`` are those of the boxes.
     """
     if not path.is_file():
         raise FileError(path, "the file is missing")
@@ -153,9 +152,9 @@ def read_people(
 
 
 def _leaps(track: IntArray, times: FloatArray, places: FloatArray) -> tuple[int, int, float]:
-    """How many rows [M] are where nobody gets to from the row before of the same track, the first, and how far it is.
+    """Rows [M] that need a speed above `FASTEST` from the row before of their track: number, the first, and its step.
 
-    Nobody is faster than `FASTEST`; ``times`` [M] are in s, ``places`` [M, 2] in m.
+    ``times`` [M] are in s, ``places`` [M, 2] and the step in m.
     """
     order = np.lexsort((times, track))
     moved = np.hypot(*np.diff(places[order], axis=0).T)
@@ -181,7 +180,7 @@ _ELSEWHERE = "are axes, units and clock those of docs/own.md?"
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingFiles:
-    """Where a recording is, and in which axes its odometry; ``None`` = there is none, or its motion shows them."""
+    """Files of a recording, and axes of its odometry; ``None``: no such file, or axes inferred from the motion."""
 
     name: str
     camera: Path
@@ -193,21 +192,21 @@ class RecordingFiles:
 
     @property
     def digests(self) -> dict[str, str]:
-        """SHA-256 of every file, by what it is."""
+        """SHA-256 of every file, by its kind."""
         parts = ("camera", "boxes", "poses", "odometry", "people")
         return {part: content_sha256(path) for part in parts if (path := getattr(self, part)) is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
 class OwnRecording:
-    """What was read of a recording.
+    """A recording that was read.
 
     Parameters
     ----------
-    timeline : when its frames were taken.
+    timeline : times of its frames.
     pixel_std : noise in px of boxes, stated or measured.
-    notes : what the user should know, a line each.
-    rows : the boxes of people as they are in the file.
+    notes : notes for the user, a line each.
+    rows : the boxes of people in the file.
     """
 
     footage: Footage
@@ -254,8 +253,8 @@ def read_recording(
 
     Parameters
     ----------
-    dt : seconds per frame where the camera file does not say it, such as those of a film.
-    pictures : where the pictures are.
+    dt : seconds per frame, if the camera file does not state them, such as those of a film.
+    pictures : its pictures.
     mount : keys that the camera file lacks, such as ``mount_height`` and ``carried_by``.
     person_class : class of people in the boxes, where the file does not show it.
     """
@@ -307,7 +306,7 @@ def read_recording(
 
 
 def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
-    """One or several of them as a split of footage wants them."""
+    """One or several recordings as the input of a split of footage."""
     shared = ("height_mean", "height_std", "carried_by", "box_edge")
     for name in shared:
         if len({getattr(one.own.facts, name) for one in read}) > 1:
@@ -329,7 +328,7 @@ def as_recordings(read: Sequence[OwnRecording]) -> Recordings:
 
 
 def _linked(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, str]:
-    """The tracks that the bundled tracker makes of detections."""
+    """Detections linked to tracks by the bundled tracker, and a note."""
     factory: TrackerFactory = load("tracker", "byte")
     tracker = factory(dt=rows.timeline.dt, period=own.camera.period)
     shares = replace(rows, scores=scores_as_shares(rows.scores))
@@ -366,7 +365,7 @@ def _dense(rows: OwnBoxes, own: OwnCamera) -> tuple[IntArray, FloatArray, FloatA
 def _with_persons(
     footage: Footage, scene: Scene, height_mean: float, path: Path, linked_here: bool
 ) -> tuple[Footage, list[str]]:
-    """The footage with the person behind each track, and a note if their boxes do not fit well where they are.
+    """The footage with the person behind each track, and notes if boxes and places of people disagree.
 
     Ids of the boxes are those of the people, unless the tracker gave them: then people are matched by overlap.
     """
@@ -396,7 +395,7 @@ def _with_persons(
 
 
 def _offset(footage: Footage, scene: Scene, heights: FloatArray, linked_here: bool) -> FrameOffset | None:
-    """By how many frames people are earlier or later than boxes, by the columns that both are in."""
+    """A better shift in frames between people and boxes, by the IoU of their columns; ``None`` without one."""
 
     def expected(frames: IntArray, later: int) -> FloatArray:
         places = scene.positions[frames + later]

@@ -28,15 +28,15 @@ DRIFT = 0.02
 
 @dataclass(frozen=True)
 class Timeline:
-    """When the frames of a recording were taken.
+    """The times of a recording's frames.
 
     Parameters
     ----------
-    frames : how many there are, T.
-    times : [T] in s by the clock of the boxes' file: what poses and odometry refer to.
-    first_number : number of frame 0 in the file, and ``step`` from a frame to the next; of time stamps 0 and 1.
+    frames : number of frames T.
+    times : [T] in s by the clock of the boxes' file, to which poses and odometry refer.
+    first_number, step : number of frame 0 in the file, and difference to the next; 0 and 1 with time stamps.
     numbered : whether frames have numbers in the file, and no time stamps.
-    near : in s, how far from a frame a time may be that belongs to it; ``None`` for half of ``dt``.
+    near : greatest distance in s of a time from its frame; ``None`` for half of ``dt``.
     """
 
     frames: int
@@ -49,7 +49,7 @@ class Timeline:
     numbered: bool = False
 
     def frame_of_number(self, number: FloatArray) -> FloatArray:
-        """The frame of numbers in another file of the recording; not whole, or outside, where there is none."""
+        """The frames of numbers in another file; a number without a frame gives a fraction, or a value outside."""
         return (number - self.first_number) / self.step
 
     @property
@@ -62,7 +62,7 @@ class Timeline:
         return np.asarray(self.times[0] + (number - self.first_number) * self.frame_time)
 
     def frame_of_time(self, time: FloatArray) -> FloatArray:
-        """The nearest frame of time stamps; −1 where none is near."""
+        """The nearest frames of time stamps; −1 if none is near."""
         nearest = _nearest(self.times, time)
         near = np.abs(self.times[nearest] - time) <= (0.5 * self.dt if self.near is None else self.near) + 1e-9
         return np.where(near, nearest, -1.0)
@@ -71,7 +71,7 @@ class Timeline:
 def number_frames(rows: Rows, numbers: FloatArray, dt: float | None, base: int) -> tuple[IntArray, Timeline]:
     """The frame of each row by its frame number [N]; ``base`` is the number of the first frame of the film.
 
-    Frames that are numbered in steps, as of a film of which every fourth frame was used, are counted.
+    Numbers with a constant step, as of a film of which every fourth frame was used, become consecutive frames.
     """
     wrong = (numbers != np.round(numbers)) | (numbers < 0)
     rows.refuse(wrong, "frame {0:.10g} is not a whole number from 0 on", numbers)
@@ -95,8 +95,8 @@ def number_frames(rows: Rows, numbers: FloatArray, dt: float | None, base: int) 
 def time_frames(rows: Rows, times: FloatArray, dt: float | None) -> tuple[IntArray, Timeline]:
     """The frame of each row by its time stamp in s [N], in whatever order the rows are.
 
-    The time from a frame to the next is rounded to whole frames, so that a clock that runs a little faster or slower
-    than is stated does no harm; where stamps shake so much that none is left, those of an even clock are counted.
+    The time from a frame to the next is rounded to whole frames, which tolerates a small error of the clock's rate.
+    With large jitter, ticks of a regular clock are counted instead.
     """
     order = np.argsort(times, kind="stable")
     begins = np.concatenate([[True], np.diff(times[order]) > SAME_FRAME * (dt or 0.001)])
@@ -155,10 +155,10 @@ def time_frames(rows: Rows, times: FloatArray, dt: float | None) -> tuple[IntArr
 
 
 def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
-    """[N − 1] frames from each stamp to the next where stamps shake: each is of the nearest tick of an even clock.
+    """[N − 1] frames from each stamp to the next, by the nearest tick of a regular clock, for stamps with jitter.
 
-    The clock follows the stamps slowly, since it may run a little faster or slower than is stated. A step of less than
-    1 is where two stamps are of one tick.
+    The clock follows the stamps slowly, as its rate may have a small error. A step below 1 means that two stamps belong
+    to one tick.
     """
     since = stamps - stamps[0]
     dt = _tick(since[since <= SEVERAL_TICKS * dt], dt)
@@ -173,7 +173,7 @@ def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
 
 
 def _tick(since: FloatArray, dt: float) -> float:
-    """How long a tick of an even clock near ``dt`` lasts, whose phase the times ``since`` [N] keep best."""
+    """Period near ``dt`` of a regular clock that fits the times ``since`` [N] best."""
     finest = 0.1 * dt / max(float(since[-1]) / dt, 1.0)
     ticks = dt + finest * np.arange(-round(DOUBTED * dt / finest), round(DOUBTED * dt / finest) + 1)
     kept = np.abs(np.exp(2j * np.pi * since / ticks[:, None]).sum(axis=1))
@@ -181,7 +181,7 @@ def _tick(since: FloatArray, dt: float) -> float:
 
 
 def _check_gaps(rows: Rows, numbers: FloatArray, different: FloatArray, dt: float) -> None:
-    """Refuse ``numbers`` [N] whose ``different`` ones, ascending, have nothing between them for too long."""
+    """Refuse frame ``numbers`` [N] with too long gaps between the ``different`` ones, ascending."""
     apart = np.diff(different) * dt
     if (apart > LONGEST_ABSENCE).any():
         gap = int(np.argmax(apart > LONGEST_ABSENCE))

@@ -24,7 +24,7 @@ constexpr int kSpan = kReach + 1;         ///< poses of one step's residuals, th
 constexpr int kSpanUnknowns = 3 * kSpan;  ///< x, y, yaw of each
 using PoseDual = Dual<kSpanUnknowns>;
 
-/// The step into a frame in the axes of the middle of the two yaws.
+/// The camera's motion into a frame (m, m, rad), in the axes of the mean of the two yaws.
 template <class T>
 struct Step {
   T forward, left, turn;

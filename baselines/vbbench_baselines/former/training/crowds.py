@@ -168,7 +168,7 @@ def _read(path: Path) -> list[Watched]:
         with np.load(path) as file:
             arrays = {name: file[name] for name in file.files}
     except (OSError, ValueError, BadZipFile, zlib.error) as error:
-        raise FileError(path, "is damaged; remove it, and it is made again") from error
+        raise FileError(path, "is damaged; remove it, and it is regenerated") from error
     shapes = [tuple(shape) for shape in arrays["shapes"].tolist()]
     cells = [0, *accumulate(frames * people for frames, people in shapes)]
     frames = [0, *accumulate(count for count, _ in shapes)]

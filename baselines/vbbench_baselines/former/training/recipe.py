@@ -82,7 +82,7 @@ class Size:
     def __post_init__(self) -> None:
         check_ranges(self)
         if self.least > self.most:
-            raise ValueError(f"[[size]] is of {self.least} to {self.most} people; least is at most most")
+            raise ValueError(f"[[size]] is of {self.least} to {self.most} people; least must not exceed most")
 
 
 @dataclass(frozen=True, kw_only=True)

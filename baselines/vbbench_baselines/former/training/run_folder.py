@@ -129,7 +129,7 @@ def _begin(out: Path, facts: dict[str, Any]) -> None:
     try:
         known: dict[str, Any] = json.loads((out / MARK).read_text("utf-8"))
     except ValueError as error:
-        raise FileError(out / MARK, "is damaged: nothing says what is trained here; choose another folder") from error
+        raise FileError(out / MARK, "is damaged: the facts of its training are lost; choose another folder") from error
     asked = json.loads(json.dumps(facts))
     other = [name for name in asked if known.get(name) != asked[name]]
     if other:

@@ -116,7 +116,7 @@ def _matrix(path: Path, line: int, name: str, words: list[str]) -> FloatArray:
     if name != "P2":
         skew = np.abs(matrix[:, :3] @ matrix[:, :3].T - np.eye(3)).max()
         if skew > _TOLERANCE or np.linalg.det(matrix[:, :3]) < 0.0:
-            raise FileError(path, f"{name} holds no rotation: its rows are off by {skew:.2g}", line)
+            raise FileError(path, f"{name} is no rotation: its rows deviate from orthonormal ones by {skew:.2g}", line)
     return matrix
 
 

@@ -63,7 +63,7 @@ def read_poses(path: Path) -> FloatArray:
     """Motions [T, 4, 4] of camera 0 in the axes of the first picture; a line is a matrix [3, 4]."""
     rows = read_trajectory(path)
     if MATRIX not in rows.rotations:
-        raise FileError(path, "has no 12 numbers in a line: a matrix [3, 4], row after row")
+        raise FileError(path, "needs 12 numbers in each line: a matrix [3, 4], row after row")
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
     motions[:, :3, :3], motions[:, :3, 3] = rows.rotations[MATRIX], rows.places
     _refuse_leaps(rows, rows.places)
@@ -96,9 +96,7 @@ def refuse_too_few(path: Path, lines: int, frames: int) -> None:
     """Raise FileError if a file with a line a frame ends before the labels."""
     if lines < frames:
         problem = f"has {lines} lines, but labels go on to frame {frames - 1}, counted from 0"
-        raise FileError(
-            path, f"{problem}: every frame needs a line; download it again, or leave the sequence out", lines
-        )
+        raise FileError(path, f"{problem}: every frame needs a line; download it again, or exclude the sequence", lines)
 
 
 def _rotations(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> FloatArray:

@@ -103,7 +103,7 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
             place = np.broadcast_to([person, keys.lines[0]], (len(frame), 2))
             parts.append(np.column_stack([place, frame, curve(frame, keys.frame.astype(float), ground)]))
     if not parts:
-        raise FileError(path, f"nobody is there at a multiple of {frame_step} frames")
+        raise FileError(path, f"no person is annotated at a multiple of {frame_step} frames")
     ids, line, frames, *xy = np.concatenate(parts).T
     metres, lines = np.stack(xy, -1), line.astype(np.int64)  # mapped above
     return scene_of_rows(path, frames, ids, metres, lines, dt=dt, frame_step=frame_step, homography=np.eye(3))

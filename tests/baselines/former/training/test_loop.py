@@ -167,7 +167,7 @@ def test_what_is_damaged_or_cannot_be_is_one_line(crowds: Crowds, folder: Path, 
     copy = Path(shutil.copytree(folder, tmp_path / "crowds"))
     for file in copy.glob("*.npz"):
         file.write_bytes(file.read_bytes()[:500])
-    with pytest.raises(VbbenchError, match="is damaged; remove it, and it is made again"):
+    with pytest.raises(VbbenchError, match="is damaged; remove it, and it is regenerated"):
         make_crowds(TINY, copy, TINY.seed)
 
 
