@@ -132,7 +132,7 @@ def test_what_is_not_known_is_not_scored_and_said(tmp_path, known, changes, miss
         solve(dataset, "cv", "sequential", tmp_path / "no")
     answer = solve(dataset, f"{__name__}:Still", "cold-start", tmp_path / "a")
     if known == "none":
-        with pytest.raises(VbbenchError, match="never measured"):
+        with pytest.raises(VbbenchError, match="has no true poses"):
             score(answer, tmp_path / "d")
         return
     result = score(answer, tmp_path / "d")

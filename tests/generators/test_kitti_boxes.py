@@ -148,7 +148,7 @@ def test_whoever_knows_says_which_class_is_people(training: Path) -> None:
 def test_types_of_detections_are_those_of_the_people_who_count(training: Path) -> None:
     text = detections(LABELLED)
     cyclists = re.sub(r"^(\d+),1,", r"\1,3,", text, flags=re.MULTILINE)
-    with pytest.raises(FileError, match="holds no box of a person that is sure enough"):
+    with pytest.raises(FileError, match="holds no box of a person with a sufficient score"):
         read(training, cyclists)
     assert figures(read(training, cyclists, cyclists=True))["detected"]["recall"] == 1.0
 

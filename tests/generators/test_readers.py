@@ -330,7 +330,7 @@ def test_bad_vsp(write: Write, text: str, line: int | None, problem: str) -> Non
 
 def test_vsp_without_a_sample(write: Write) -> None:
     text = "1 - the number of splines\n2 - Num of control points\n0 0 1 0 - (2D)\n1 1 9 0 - (2D)\n"
-    with pytest.raises(FileError, match="nobody is there"):
+    with pytest.raises(FileError, match="no person is annotated"):
         read_vsp(write(text), dt=0.4, frame_step=10, homography=CENTIMETRES)
 
 

@@ -54,7 +54,7 @@ def read(folder: Path) -> object:
     [
         ("sample_annotation", setting(3, "size", [0.6, 0.7]), "row 3: 'size' has not 3 numbers"),
         ("sample_annotation", setting(3, "size", [0.6, 0.7, 9.0]), "row 3: no person is so large or small"),
-        ("sample_annotation", setting(3, "rotation", [0, 0, 0, 2]), r"row 3: 'rotation' \(w, x, y, z\) is none"),
+        ("sample_annotation", setting(3, "rotation", [0, 0, 0, 2]), r"row 3: 'rotation' \(w, x, y, z\) is no rotation"),
         ("sample_annotation", setting(3, "translation", [0, 0, None]), "row 3: 'translation' has not 3 numbers"),
         ("sample_annotation", setting(3, "sample_token", "?"), "row 3: 'sample_token' is no token of sample.json"),
         ("sample_annotation", lambda rows: rows.append(rows[4]), "row 30: its 'instance_token' has another cuboid"),
