@@ -49,7 +49,7 @@ _OLDER_PATHS = {
     "vbbench.renderer": "vbbench.pictures.rendering",
     "vbbench.rendering": "vbbench.pictures.rendering",
     "vbbench.simulation": "vbbench.generation.generator",
-    "vbbench.stream": "vbbench.generation.stream",
+    "vbbench.stream": "vbbench.generation.datasets",
     "vbbench.generation.torch": "vbbench.training.torch",
     "vbbench.torch": "vbbench.training.torch",
     "vbbench.viewer": "vbbench.pictures.viewer",

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
-from vbbench.scene import Scene
-from vbbench.world import World
+from vbbench.scene import Scene, World
 
 NOBODY = -1
 """The person behind a false alarm, behind a box whose person's place was not measured, or in a pixel without people."""

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_baselines.cascade.factors import CrowdGraph, Factors
+from vbbench_baselines.common.bearings import Sightings
 from vbbench_baselines.common.motion import Spreads
-from vbbench_baselines.common.sightings import Sightings
 
 Singles = NDArray[np.float32]
 

@@ -20,13 +20,12 @@ from vbbench_baselines._core import (
     pose_covariance,
     position_covariances,
 )
-from vbbench_baselines.cascade.anchoring import Company, can_anchor, company, reanchor
-from vbbench_baselines.cascade.factors import VAGUE, Factors, Heights, select
+from vbbench_baselines.cascade.factors import VAGUE, Company, Factors, Heights, can_anchor, company, reanchor, select
+from vbbench_baselines.common.bearings import sight, usable
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.facts import CASCADE
 from vbbench_baselines.common.motion import SURE, History, Spreads, Told, newest_measured
-from vbbench_baselines.common.sightings import sight, usable
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect, kept_shares
 
 EVERYBODY = 1_000_000

@@ -228,7 +228,7 @@ def build(
     challenge = None if results is None else challenge_folder_of(results)
     if challenge is not None:
         from vbbench_leaderboards.challenge.definition import parse_moment
-        from vbbench_leaderboards.challenge.page import build_challenge
+        from vbbench_leaderboards.challenge.standings import build_challenge
 
         print(build_challenge(out, challenge, parse_moment(date)))
         return

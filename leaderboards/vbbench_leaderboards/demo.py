@@ -15,7 +15,7 @@ from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.pictures.plotting import plot_to_file
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.solving import solve
-from vbbench.solving.catalogue import solver_cards
+from vbbench.solving.provenance import solver_cards
 from vbbench.table import Table
 from vbbench_leaderboards.results.boards import bundled_solvers
 from vbbench_leaderboards.results.folder import dataset_folder, read_results, submission_folder

@@ -29,9 +29,9 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import describe
 from vbbench.files.verification import verify
 from vbbench.generation import generate
+from vbbench.generation.datasets import stream
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
-from vbbench.generation.stream import stream
 from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench_generators.footage.own import own

@@ -14,8 +14,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.verification import verify
 from vbbench.generation import generate
+from vbbench.generation.datasets import stream
 from vbbench.generation.generator import Options, Simulation
-from vbbench.generation.stream import stream
 from vbbench.generation.tier import all_tiers, get_tier
 from vbbench_leaderboards.results.result import Board
 from vbbench_leaderboards.site import words

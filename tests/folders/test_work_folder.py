@@ -22,8 +22,7 @@ from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
-from vbbench.folders.swapping import DONE, JOURNAL, MARK
-from vbbench.folders.work_folder import WorkFolder
+from vbbench.folders.work_folder import DONE, JOURNAL, MARK, WorkFolder
 from vbbench.generation import generate, generate_partitioned
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster

@@ -10,8 +10,8 @@ import pytest
 
 from vbbench.errors import VbbenchError
 from vbbench.generation import generate
+from vbbench.generation.datasets import stream
 from vbbench.generation.generator import Options, Simulation
-from vbbench.generation.stream import stream
 from vbbench.training.sources import GeneratedSamples
 
 OPTIONS = Options(simulation=Simulation(people=(5, 8)), tier="noisy")
@@ -73,7 +73,7 @@ def test_a_stream_begins_at_a_sequence_that_there_is() -> None:
 
 
 def test_without_torch_one_line_says_how_to_get_it() -> None:
-    code = "import sys; sys.modules['torch'] = None\nimport vbbench.generation.stream\nimport vbbench.training.torch"
+    code = "import sys; sys.modules['torch'] = None\nimport vbbench.generation.datasets\nimport vbbench.training.torch"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1
     assert done.stderr.strip().endswith("vbbench.training.torch needs torch: python -m pip install 'vbbench[torch]'")
@@ -81,5 +81,7 @@ def test_without_torch_one_line_says_how_to_get_it() -> None:
 
 @pytest.mark.slow
 def test_the_plain_stream_does_not_import_torch() -> None:
-    code = "import sys\nfrom vbbench.generation.stream import stream\nnext(stream())\nsys.exit('torch' in sys.modules)"
+    code = (
+        "import sys\nfrom vbbench.generation.datasets import stream\nnext(stream())\nsys.exit('torch' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

@@ -13,9 +13,8 @@ from vbbench.files.tables import TableWriter, to_arrow
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation.datasets import scene_rows, sequence_row, sequence_rows
 from vbbench.geometry import FloatArray, world_to_relative
-from vbbench.scene import Scene
+from vbbench.scene import Scene, World
 from vbbench.sequence import NOBODY, SequenceData, Truth, held_persons
-from vbbench.world import World
 
 CAMERA = PanoramaCamera()
 FALSE_ALARM = 900

@@ -269,7 +269,7 @@ def test_a_table_gets_a_column_that_only_a_later_part_has_and_is_begun_before_th
 
 
 def test_an_interrupted_merge_is_done_again(whole: Dataset, spread: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for step in ("vbbench.parallel.partitions.describe_tables", "vbbench.folders.swapping._rename"):
+    for step in ("vbbench.parallel.partitions.describe_tables", "vbbench.folders.work_folder._rename"):
         with monkeypatch.context() as patch:
             patch.setattr(step, stop)
             with pytest.raises(KeyboardInterrupt):

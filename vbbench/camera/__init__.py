@@ -12,8 +12,7 @@ A camera model is one frozen dataclass, registered under ``vbbench.cameras`` by 
 
 from vbbench.camera.central import NEAREST, CentralCamera, Focal, MountHeight, PrincipalPoint, Size, Tilt
 from vbbench.camera.equirectangular import EquirectangularCamera
-from vbbench.camera.interface import Camera
-from vbbench.camera.making import camera_from_dict, camera_to_dict, make_camera
+from vbbench.camera.interface import Camera, camera_from_dict, camera_to_dict, make_camera
 from vbbench.camera.models import PanoramaCamera, PerspectiveCamera
 
 __all__ = [

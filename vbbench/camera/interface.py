@@ -1,8 +1,11 @@
 """What everybody may ask of a camera, whatever its model."""
 
-from typing import Protocol, runtime_checkable
+from dataclasses import asdict, fields
+from typing import Any, Protocol, cast, runtime_checkable
 
+from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
+from vbbench.registry import load_registered
 
 
 @runtime_checkable
@@ -97,3 +100,44 @@ class Camera(Protocol):
 
     def to_level(self, directions: FloatArray) -> FloatArray:
         """The way back from `to_camera`."""
+
+
+_LATER = ("pitch", "roll", "vertical_focal")
+"""Parameters that files omit where they are a model's defaults, as files from before there were any do."""
+
+
+def make_camera(kind: str, **parameters: Any) -> Camera:
+    """A camera of a registered model.
+
+    Raises
+    ------
+    UnknownNameError
+        If no model is called so.
+    VbbenchError
+        If a parameter is unknown, or a value is not valid.
+    """
+    model = load_registered("camera", kind)
+    try:
+        made: Camera = model(**parameters)
+    except (TypeError, ValueError) as error:
+        raise VbbenchError(f"camera '{kind}': {error}") from error
+    return made
+
+
+def camera_to_dict(camera: Camera) -> dict[str, Any]:
+    """The camera as it stands in ``dataset.json``."""
+    model = cast(Any, camera)
+    usual = {field.name: field.default for field in fields(model) if field.name in _LATER}
+    stated = {name: value for name, value in asdict(model).items() if name not in usual or value != usual[name]}
+    return {"kind": camera.kind, **stated}
+
+
+def camera_from_dict(values: dict[str, Any]) -> Camera:
+    """The camera that `camera_to_dict` wrote.
+
+    Raises
+    ------
+    VbbenchError
+        As of `make_camera`.
+    """
+    return make_camera(str(values.get("kind", "")), **{name: value for name, value in values.items() if name != "kind"})

@@ -14,7 +14,7 @@ def solvers(json: bool = False) -> None:
     Args:
         json: Machine-readable.
     """
-    from vbbench.solving.catalogue import describe_solvers, solvers_json
+    from vbbench.solving.provenance import describe_solvers, solvers_json
 
     print(solvers_json() if json else describe_solvers())
 

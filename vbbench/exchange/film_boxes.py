@@ -22,7 +22,7 @@ from vbbench.exchange.detection import NOBODY, Detections, Detector, TrackerFact
 from vbbench.exchange.mot import write_mot
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.folders.swapping import next_to
+from vbbench.folders.work_folder import next_to
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.reading import Film
 from vbbench.registry import load

@@ -17,11 +17,11 @@ from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.sequence_tables import SequenceTable, part_ranges, persons_of, sequence_of, world_of
 from vbbench.files.tables import CAMERA, FRAME_TABLE, LARGEST_ID, ODOMETRY_TABLE, SCENE_TABLES, TRACK_TABLE
 from vbbench.files.withholding import check_truth
-from vbbench.folders.swapping import finish_swaps
+from vbbench.folders.work_folder import finish_swaps
 from vbbench.geometry import BoolArray, FloatArray, IntArray, world_to_relative
+from vbbench.scene import World
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Problem
-from vbbench.world import World
 
 if TYPE_CHECKING:
     import pandas

@@ -15,8 +15,7 @@ from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.files.dataset_checks import Known, find_fault
 from vbbench.files.generate_command import generate_command
 from vbbench.files.tables import file_sha256
-from vbbench.folders.swapping import finish_swaps
-from vbbench.folders.work_folder import WorkFolder, refuse_partitioned
+from vbbench.folders.work_folder import WorkFolder, finish_swaps, refuse_partitioned
 from vbbench.paper import the_paper
 from vbbench.parsing.json_text import canonical_digest, read_object
 from vbbench.solver import Carrier

@@ -26,8 +26,8 @@ from vbbench.files.tables import (
     table_schema,
 )
 from vbbench.geometry import IntArray
+from vbbench.scene import World
 from vbbench.sequence import NOBODY, Given, Odometry, Sequence, held_persons
-from vbbench.world import World
 
 KEYS_AT_ONCE = 1 << 20
 """Rows of the key column that are read together if the footer is not trusted."""

@@ -14,8 +14,7 @@ from vbbench.errors import FileError, SubmissionError, is_printable, one_line, q
 from vbbench.files.tables import FALLBACK, Columns, TableWriter, WholeWriter, to_arrow
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing
-from vbbench.folders.swapping import finish_swaps
-from vbbench.folders.work_folder import refuse_partitioned
+from vbbench.folders.work_folder import finish_swaps, refuse_partitioned
 from vbbench.geometry import BoolArray
 from vbbench.parsing.json_text import read_json
 from vbbench.protocol import PROTOCOLS

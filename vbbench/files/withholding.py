@@ -12,7 +12,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.folders.swapping import NEW_TRUTH, TRUTH, WORK, next_to, real
+from vbbench.folders.work_folder import NEW_TRUTH, TRUTH, WORK, next_to, real
 from vbbench.parsing.json_text import read_json
 
 SEED_FILE = "seed.json"

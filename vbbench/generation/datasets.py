@@ -1,14 +1,17 @@
 """Makes a dataset folder from a generator's plan."""
 
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
+from vbbench.errors import VbbenchError
 from vbbench.files.cards.writing import write_cards
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
@@ -32,16 +35,15 @@ from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_see
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
-from vbbench.generation.planning import planned
+from vbbench.generation.planning import is_endless, planned
 from vbbench.generation.worlds import build_sequence
 from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import SCENES, Layout, write_layout, write_partition, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, pack, part_name, write_in_parts
 from vbbench.registry import load
-from vbbench.scene import Scene
+from vbbench.scene import Scene, World
 from vbbench.sequence import NOBODY, Odometry, SequenceData
 from vbbench.version import __version__
-from vbbench.world import World
 
 
 def scene_rows(scene: Scene, number: int) -> dict[str, Columns]:
@@ -307,3 +309,37 @@ def who_knows(split: str, seed: int) -> str | None:
     if seed.bit_length() <= GUESSABLE_BITS:
         return f"seed {seed} can be guessed, and this truth generated from it; use a secret seed"
     return None
+
+
+def stream(
+    split: str = "sim",
+    options: Options | None = None,
+    *,
+    first: int = 0,
+    stop: int | None = None,
+    shard: int = 0,
+    shards: int = 1,
+) -> Iterator[SequenceData]:
+    """Sequences first + shard, first + shard + shards, … of a split: those that `generate` would write.
+
+    Parameters
+    ----------
+    split, options : what to make; splits made of recordings end with their last sequence, ``sim`` never does.
+    first : the first sequence, for example to continue an earlier run.
+    stop : the sequence to stop before; ``None`` for none.
+    shard, shards : this worker's number, from 0, and the number of workers that share the stream without overlap.
+
+    Raises
+    ------
+    VbbenchError
+        If the split or an option is wrong, or there is no such shard.
+    """
+    if not 0 <= shard < shards:
+        raise VbbenchError(f"shard {shard} of {shards}: shards are numbered from 0 to one less than their number")
+    if first < 0:
+        raise VbbenchError(f"the stream begins at sequence 0 or later, not {first}")
+    plan = planned(split, options or Options())
+    if not is_endless(plan):
+        stop = len(plan) if stop is None else min(stop, len(plan))
+    wanted = count(first + shard, shards) if stop is None else range(first + shard, stop, shards)
+    return map(partial(build_sequence, plan), wanted)

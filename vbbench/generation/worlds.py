@@ -11,9 +11,9 @@ import numpy as np
 
 from vbbench.generation.generator import Plan
 from vbbench.geometry import FloatArray, IntArray
+from vbbench.scene import World
 from vbbench.sequence import Given, SequenceData, Truth
 from vbbench.streams import Stream, random_stream
-from vbbench.world import World
 
 FARTHEST = 100.0
 """Most m that a scene is shifted along x and along y: far more than a scene is wide, and float32 still has 0.01 mm."""

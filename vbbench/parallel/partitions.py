@@ -25,8 +25,7 @@ from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.tables import OPTIONAL, TableWriter, table_schema
 from vbbench.files.withholding import check_truth_free, truth_folder_of, withhold
 from vbbench.folders.replacing import write_bytes_atomically, write_text_atomically
-from vbbench.folders.swapping import finish_swaps, real
-from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
+from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free, finish_swaps, real
 from vbbench.parallel.parts import PackedPart, Work, part_name, progress_bar
 from vbbench.parsing.json_text import read_object
 

@@ -6,19 +6,26 @@ version, except the solver's own, which is always read.
 """
 
 import hashlib
+import inspect
+import json
 import os
 import platform
 import re
 import sys
 import sysconfig
+import warnings
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from functools import cache, lru_cache
 from importlib.machinery import ModuleSpec
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
-from vbbench.registry import Kind, registered
+from vbbench.errors import VbbenchError, VbbenchWarning
+from vbbench.registry import Kind, load_all, make_solver, registered
+from vbbench.solver import FrameSolver, SequenceSolver
 
 READ_WHOLE = 1 << 24
 """Bytes up to which a file is hashed; larger ones are identified by size and time of the last change."""
@@ -141,3 +148,62 @@ def hardware() -> str:
     lines = path.read_text("utf-8", "replace").splitlines() if path.is_file() else []
     names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     return f"{names[0] if names else platform.processor() or platform.machine()}, {os.cpu_count()} cores"
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolverCard:
+    """Facts of a solver that is not imported yet.
+
+    Parameters
+    ----------
+    name : its registered name.
+    package : the distribution that registers it, with its version.
+    kind : ``frame by frame``, or ``whole sequence``.
+    summary : the first line of its docstring, if it has one.
+    """
+
+    name: str
+    package: str
+    kind: str
+    summary: str
+
+
+def solver_cards() -> list[SolverCard]:
+    """The cards of all solvers, by name; warns of solvers that cannot be loaded."""
+    cards = []
+    for name, factory in sorted(load_all("solver").items()):
+        try:
+            cards.append(_card(name, factory))
+        except VbbenchError as error:
+            warnings.warn(str(error), VbbenchWarning, stacklevel=2)
+    return cards
+
+
+def describe_solvers() -> str:
+    """All solvers as text."""
+    return "\n".join(
+        f"{card.name}: {card.summary} [{', '.join(filter(None, (card.kind, card.package)))}]" for card in solver_cards()
+    )
+
+
+def solvers_json() -> str:
+    """All solvers as a JSON list of cards."""
+    return json.dumps([asdict(card) for card in solver_cards()], indent=2, ensure_ascii=False)
+
+
+def _card(name: str, factory: Any) -> SolverCard:
+    solver = factory if inspect.isclass(factory) else make_solver(name)
+    distribution = registered("solver")[name].dist
+    return SolverCard(
+        name=name,
+        package=f"{distribution.name} {distribution.version}" if distribution else "",
+        kind=_kind(name, solver),
+        summary=(inspect.getdoc(factory) or "").partition("\n")[0],
+    )
+
+
+def _kind(name: str, solver: Any) -> str:
+    for protocol, kind in ((FrameSolver, "frame by frame"), (SequenceSolver, "whole sequence")):
+        if all(callable(getattr(solver, method, None)) for method in vars(protocol) if not method.startswith("_")):
+            return kind
+    raise VbbenchError(f"solver '{name}' has neither start and step nor solve")

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import Protocol, arrivals_given, scored_frames, scored_positions
+from vbbench.scene import World
 from vbbench.sequence import NOBODY, Given, Odometry, Sequence, Truth
 from vbbench.solver import Problem
-from vbbench.world import World
 
 Array = TypeVar("Array")
 Other = TypeVar("Other")

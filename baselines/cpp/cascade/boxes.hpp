@@ -9,7 +9,7 @@
 
 namespace vbbench::cascade {
 
-/// Boxes as rays, see `vbbench_baselines.common.sightings.Sightings`: [K, 2], [K, 2] and [K].
+/// Boxes as rays, see `vbbench_baselines.common.bearings.Sightings`: [K, 2], [K, 2] and [K].
 struct Sightings {
   const double *rays, *sideways, *stretch;
 };

@@ -9,14 +9,16 @@ its nearest neighbours within reach. Two people at distance d feel the pairwise 
 in m/s², like D_k: greatest at d = σ, zero for people far apart. In very large crowds only the nearest people take part.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench_baselines._core import learn_heights
+from vbbench_baselines._core import fit_pose, learn_heights, pose_covariance
+from vbbench_baselines.common.bearings import Sightings
+from vbbench_baselines.common.drift import ASTRAY, Drift, variances
 from vbbench_baselines.common.motion import History
-from vbbench_baselines.common.sightings import Sightings
 
 VAGUE = 1e-6
 """Information (1/m² and 1/rad²) that holds the pose at its prediction where people say nothing about it."""
@@ -123,3 +125,57 @@ class Heights:
         spread = np.where(history.position_given[1], 0.0, np.nan)
         places, pose_std = history.positions[1], 0.0 if history.pose_given[1] else self._pose_std
         learn_heights(self.mean, self.variance, history.poses[1], places, spread, previous, pose_std, *self._limits)
+
+
+CONTRADICTED = 3.0
+"""How far, next to `ASTRAY`, the pose must be off for a correction, in standard deviations of what is then left."""
+
+
+class Company(NamedTuple):
+    """Masks [K] of people who are seen, predicted and take part; ``others`` are predicted from estimates."""
+
+    certain: BoolArray
+    others: BoolArray
+
+
+def company(history: History, helpful: BoolArray) -> Company:
+    """The ``helpful`` people [K], who are seen, expected and take part."""
+    own = ~np.isnan(history.positions[:2, :, 0]) & ~history.position_given[:2]
+    certain = helpful & (history.position_given[2] | ~own.any(axis=0))
+    return Company(certain, helpful & ~certain)
+
+
+def can_anchor(people: Company) -> bool:
+    """Whether certain people correct the pose: there are no others, or at least two are certain, and not fewer.
+
+    One person determines only the distance of the observer; the others, though drifted, determine its yaw better.
+    """
+    certain, others = int(people.certain.sum()), int(people.others.sum())
+    return bool(certain > 0 and (others == 0 or certain >= max(others, 2)))
+
+
+def reanchor(
+    history: History, drift: Drift, factors: Factors, people: Company, facing: float, alone: tuple[float, float]
+) -> FloatArray | None:
+    """Correct the past in ``history``, and ``drift``; return the pose [3] by certain people, ``None`` without need.
+
+    Parameters
+    ----------
+    facing : information in 1/rad² on the yaw in this frame.
+    alone : variances in m² and rad² of the observer's motion within a frame without people in sight.
+    """
+    led, turn, fresh = factors.walk, bool(people.others.any()), alone
+    if turn:
+        followed = factors.of(people.others)
+        led = fit_pose(followed, facing)
+        fresh = variances(pose_covariance(led, followed, facing))
+    common = drift.with_more(*fresh)
+    certain = factors.of(people.certain)._replace(walk=led, walk_std=common.now**0.5)
+    found = fit_pose(certain, 1.0 / common.yaw)
+    place, yaw = variances(pose_covariance(found, certain, 1.0 / common.yaw))
+    if math.dist(found[:2], led[:2]) <= ASTRAY + CONTRADICTED * turn * place**0.5:
+        return None
+    drift.add(*fresh)
+    drift.correct(place, yaw)
+    history.correct(led, found, common.across / common.now, turn=turn)
+    return found

@@ -14,7 +14,6 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, IntArray, shorter_way
-from vbbench_baselines.common.sightings import SMALLEST_BOX
 
 BORDER = 5.0
 """In px: boxes that end nearer to the picture's first or last row may go on beyond it."""
@@ -73,3 +72,41 @@ def _cut(camera: Camera, boxes: FloatArray) -> IntArray:
         reach = HALF_WIDTH * size
         cut = cut + SIDE_CUT * ((u - reach < 0.0) | (u + reach > columns))
     return cut
+
+
+SMALLEST_BOX = 1.0
+"""Boxes lower than this (px) are taken to be this high: noise must not turn a person's distance negative."""
+
+
+FARTHEST_PIXEL = 1e6
+"""In px; no picture is that large."""
+
+
+class Sightings(NamedTuple):
+    """The boxes of one frame as rays; NaN = not observed.
+
+    Attributes
+    ----------
+    rays : [K, 2] (right, forward) place in m of a person one metre tall.
+    sideways : [K, 2] in m, how far one standard deviation of u moves that place.
+    stretch : [K] relative standard deviation of the distance from the noise of the box height.
+    """
+
+    rays: FloatArray
+    sideways: FloatArray
+    stretch: FloatArray
+
+
+def usable(observations: FloatArray) -> FloatArray:
+    """The boxes [..., K, 3] in px, those that are not finite or beyond any picture as if they were not there."""
+    sound = np.all(np.abs(observations) <= FARTHEST_PIXEL, axis=-1, keepdims=True)
+    return np.where(sound, observations, np.nan)
+
+
+def sight(camera: Camera, observations: FloatArray, pixel_std: float) -> Sightings:
+    """Rays of the boxes [..., K, 3] in px, with noise of ``pixel_std`` px on u and on box top and bottom."""
+    boxes = np.array((observations, observations))
+    boxes[1, ..., 0] += 1.0
+    np.maximum(boxes[..., 2], SMALLEST_BOX, out=boxes[..., 2])
+    rays, shifted = camera.unproject(boxes, np.ones(()))
+    return Sightings(rays, pixel_std * (shifted - rays), (np.sqrt(2.0) * pixel_std) / boxes[0, ..., 2])

@@ -2,7 +2,7 @@
 
 ``tuned_on`` names the recordings whose figures were looked at when numbers were chosen by hand, ``trained_on`` those
 that parameters were fitted to. Boards mark and rank apart the rows that name a recording of theirs
-(`vbbench_leaderboards.results.recordings`), so the two name what was used and nothing else.
+(`vbbench_leaderboards.results.boards`), so the two name what was used and nothing else.
 """
 
 from collections.abc import Mapping

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from vbbench_baselines import _core
 from vbbench_baselines.former.network import Answer
 from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.scene import Told
-from vbbench_baselines.former.sights import Sights
+from vbbench_baselines.former.scene import Sights, Told
 from vbbench_baselines.former.state import Observer, Walkers, nothing_seen
 from vbbench_baselines.former.weights import Weights
 

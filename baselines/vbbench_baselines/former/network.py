@@ -18,8 +18,7 @@ from vbbench_baselines.former.layers import Network
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Weighing, fit, view, with_measured
 from vbbench_baselines.former.remembering import Found, memories, spreads, state_after
-from vbbench_baselines.former.scene import Scene, Told, foresee, rough_motion
-from vbbench_baselines.former.sights import Sights
+from vbbench_baselines.former.scene import Scene, Sights, Told, foresee, rough_motion
 from vbbench_baselines.former.state import State
 
 FAR = 1e4

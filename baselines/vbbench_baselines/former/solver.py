@@ -17,16 +17,15 @@ from vbbench.estimate import LARGEST
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.common.bearings import usable
 from vbbench_baselines.common.facts import SIMULATED
 from vbbench_baselines.common.motion import SMALLEST, SURE
-from vbbench_baselines.common.sightings import usable
 from vbbench_baselines.former.certainty import Certainty
 from vbbench_baselines.former.inference import Inference, Records, nothing_remembered
 from vbbench_baselines.former.network import Answer
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Measured, Motion
-from vbbench_baselines.former.scene import Told
-from vbbench_baselines.former.sights import Sights, sights_of
+from vbbench_baselines.former.scene import Sights, Told, sights_of
 from vbbench_baselines.former.weights import Weights, bundled_weights
 
 FEWEST = 2

@@ -25,7 +25,7 @@ class Walkers(NamedTuple):
     away : time in s since the person was seen.
     shown, traceable : 1 if the last frame showed the person, and if there was a place before that.
     exact, exact_before : 1 if ``place`` and ``place_before`` were given.
-    by_height, by_feet, has_feet : what the last frame's boxes measured, see `vbbench_baselines.former.sights.Sights`.
+    by_height, by_feet, has_feet : what the last frame's boxes measured, see `vbbench_baselines.former.scene.Sights`.
     """
 
     place: Array

@@ -3,13 +3,19 @@
 import warnings
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
+from pathlib import Path
 
+from vbbench import __version__
 from vbbench.errors import FileError, VbbenchWarning
+from vbbench.folders.work_folder import WorkFolder
 from vbbench_leaderboards.challenge.definition import Part
-from vbbench_leaderboards.challenge.organiser import Entry, Organiser
+from vbbench_leaderboards.challenge.organiser import Entry, Organiser, digest_of_last
 from vbbench_leaderboards.results.folder import read_results
 from vbbench_leaderboards.results.ranking import Place, failure_rate, headline, rank_apart
-from vbbench_leaderboards.results.result import Result
+from vbbench_leaderboards.results.result import Result, write_result
+from vbbench_leaderboards.site.building import MARKER, assets, build, check_site, write_files
+from vbbench_leaderboards.site.pages import render
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,3 +99,44 @@ def status_text(organiser: Organiser, moment: datetime) -> str:
     lines += [f"  look at number {entry.number} of {entry.team}: {entry.reason}" for entry in near]
     lines.append(f"  log: {len(entries)} submissions, none changed later")
     return "\n".join([*lines, standings_text(organiser, moment)])
+
+
+def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
+    """Write the page of the challenge in ``folder`` into ``out``; return the path of the page.
+
+    Raises
+    ------
+    VbbenchError
+        If ``out`` exists and is not a site, or the challenge cannot be read.
+    """
+    organiser = Organiser(folder)
+    challenge, dataset, entries = organiser.challenge, organiser.dataset, organiser.entries
+    info, over, rows = dataset.info, challenge.is_over(moment), shown_standings(organiser, moment)
+    page = render(
+        "challenge.html",
+        challenge=challenge,
+        moment=moment,
+        standings=rows,
+        over=over,
+        taken=[(entry.team, entry.phase) for entry in entries if entry.is_accepted],
+        pairs={
+            "Protocol": challenge.protocol,
+            "Data": f"{info.split}, tier {info.tier}, {len(dataset)} sequences, dataset {info.id}",
+            "Truth": f"withheld, SHA-256 {info.truth_sha256}",
+            "Log": f"{len(entries)} submissions, SHA-256 {digest_of_last(entries)}",
+            "Licence": challenge.licence,
+        },
+    )
+    own = {name: assets()[name] for name in ("assets/page.css", "assets/page.js", "assets/challenge.js")}
+    with WorkFolder(out, partial(check_site, out)) as work:
+        work.begin()
+        work.new.mkdir()
+        for part, own_rows in rows.items() if over else ():
+            results = work.new / "results" / part
+            for row in own_rows:
+                write_result(row.result, results, organiser.record(part))
+            if own_rows:
+                build(work.new / part, results)
+        write_files(work.new, {MARKER: f"vbbench {__version__}\n", "index.html": page, **own})
+        work.publish()
+    return out / "index.html"

@@ -8,8 +8,8 @@ from functools import cache
 from pathlib import Path
 
 from vbbench.errors import FileError
+from vbbench_leaderboards.results.boards import seen_by
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, record_path
-from vbbench_leaderboards.results.recordings import seen_by
 from vbbench_leaderboards.results.result import Board, Result, read_result
 
 Records = Mapping[tuple[str, str], BoardDataset]

@@ -8,8 +8,8 @@ from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.sequence import Given
 from vbbench_baselines._core import measure
 from vbbench_baselines.cascade.factors import Heights
+from vbbench_baselines.common.bearings import sight
 from vbbench_baselines.common.motion import History
-from vbbench_baselines.common.sightings import sight
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)

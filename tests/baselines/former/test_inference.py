@@ -13,8 +13,7 @@ from vbbench_baselines.former.inference import Inference, Remembered, nothing_re
 from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Answer, Birdifier
 from vbbench_baselines.former.pose_fit import Measured, Motion
-from vbbench_baselines.former.scene import Told
-from vbbench_baselines.former.sights import Sights, sights_of
+from vbbench_baselines.former.scene import Sights, Told, sights_of
 from vbbench_baselines.former.solver import VbFormer, bundled_inference
 from vbbench_baselines.former.state import State, nothing_seen
 

@@ -13,8 +13,7 @@ from vbbench_baselines.former.inference import Inference, nothing_remembered
 from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Birdifier
 from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.scene import Told
-from vbbench_baselines.former.sights import Sights, sights_of
+from vbbench_baselines.former.scene import Sights, Told, sights_of
 from vbbench_baselines.former.state import nothing_seen
 from vbbench_baselines.former.weights import bundled_weights, read_weights
 

@@ -12,10 +12,10 @@ from release.facts import outdated
 from tests.lib.board_results import ABOUT, record_of, result
 from vbbench.camera import PanoramaCamera, camera_to_dict
 from vbbench.registry import load
+from vbbench_leaderboards.results.boards import seen_by
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
 from vbbench_leaderboards.results.ranking import rank_apart
-from vbbench_leaderboards.results.recordings import seen_by
 from vbbench_leaderboards.results.result import Board, write_result
 from vbbench_leaderboards.site.export import ExportedBoard
 

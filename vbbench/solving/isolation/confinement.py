@@ -15,7 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any
 
-from vbbench.folders.swapping import TRUTH, WORK, next_to
+from vbbench.folders.work_folder import TRUTH, WORK, next_to
 from vbbench.parallel.stopping import end_with_parent
 
 SYSTEM = (

@@ -16,10 +16,10 @@ from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within
 from vbbench.registry import make_solver
 from vbbench.sequence import Odometry
 from vbbench.solver import Carrier, FrameSolver, Problem, SequenceSolver
-from vbbench.solving.session.columns import Columns
 from vbbench.solving.session.endless import EndlessRun
 from vbbench.solving.session.measured import (
     BoxWatch,
+    Columns,
     FrameClock,
     OfTracks,
     check_in_picture,

@@ -14,7 +14,7 @@ from torch.utils.data import DataLoader
 
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS, START_FRAMES
-from vbbench_baselines.former.sights import UNKNOWN_STD, Sights
+from vbbench_baselines.former.scene import UNKNOWN_STD, Sights
 from vbbench_baselines.former.training.crowds import Crowds
 from vbbench_baselines.former.training.recipe import Phase, Recipe, Size
 from vbbench_baselines.former.training.windows import Window, alter, cut

@@ -18,7 +18,7 @@ from vbbench.generation.generator import Plan
 from vbbench.generation.worlds import build_sequence
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.registry import load
-from vbbench_baselines.former.sights import Sights, sights_of
+from vbbench_baselines.former.scene import Sights, sights_of
 from vbbench_baselines.former.training.recipe import Recipe, Stream
 
 SHORTEST = 8

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench_baselines.former.sights import HIGHEST, LOWEST, Sights
+from vbbench_baselines.former.scene import HIGHEST, LOWEST, Sights
 from vbbench_baselines.former.training.crowds import Watched
 from vbbench_baselines.former.training.recipe import Phase, Size
 

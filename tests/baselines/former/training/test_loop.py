@@ -15,7 +15,7 @@ from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.solver import VbFormer
 from vbbench_baselines.former.training.crowds import Crowds, make_crowds
-from vbbench_baselines.former.training.curve import draw_curve
+from vbbench_baselines.former.training.run_folder import draw_curve
 from vbbench_baselines.former.weights import read_weights
 
 torch = pytest.importorskip("torch", reason="needs the extra torch")
@@ -86,7 +86,7 @@ def test_the_curve_shows_the_whole_log(tmp_path: Path, monkeypatch: pytest.Monke
     """Losses and held-out errors of every row, those before a stop included."""
     figures: list[Figure] = []
     monkeypatch.setattr(
-        "vbbench_baselines.former.training.curve.save_picture", lambda figure, _: figures.append(figure)
+        "vbbench_baselines.former.training.run_folder.save_picture", lambda figure, _: figures.append(figure)
     )
     log = [
         {"windows": 100 * n, "seconds": 2.0 * n, "loss": 1.0 / n, "rollout people": 0.9 / n, "one-step people": 0.1}
