@@ -209,6 +209,7 @@ class Estimator {
     if (blind_ > kBlind) relocate();
     occlusion_.mark(window_, model_, false);
     Solution solution = window_.solve(model_, rounds, least);
+    try_common_velocities(solution);
     try_other_modes(solution);
     bool changed = occlusion_.mark(window_, model_, true);
     for (const int p : association_.switched(window_, model_)) {
@@ -633,6 +634,53 @@ class Estimator {
     model_.people.noise = noise_.noise();
   }
 
+  /// After a cold start boxes fit any velocity that all have in common. Those are tried with which a person stands, or
+  /// the camera stands or walks ahead.
+  void try_common_velocities(Solution& solution) {
+    const std::vector<Frame>& frames = window_.frames;
+    const int newest = static_cast<int>(frames.size()) - 1;
+    if (window_.held > 0 || newest < 2) return;
+    for (int t = 1; t <= newest; ++t)
+      if (frames[t].given || frames[t].motion.measured) return;
+    using Step = std::array<double, 2>;  // m in a key frame
+    const auto mean_step = [](const auto& now, const auto& before, int count) {
+      return Step{(now[0] - before[0]) / count, (now[1] - before[1]) / count};
+    };
+    const Step camera = mean_step(frames[newest].at, frames[0].at, newest);
+    Step ahead{};
+    for (const Frame& frame : frames) {
+      ahead[0] += elementary::cos(frame.at[2]);
+      ahead[1] += elementary::sin(frame.at[2]);
+    }
+    const double walk = constants.walking * recording_.dt / (elementary::hypot(ahead[0], ahead[1]) + 1e-9);
+    std::vector<Step> steps{camera, {camera[0] - walk * ahead[0], camera[1] - walk * ahead[1]}};
+    for (const Person& person : window_.people) {
+      const int n = person.frames();
+      if (person.last() == newest && n > 2)
+        steps.push_back(mean_step(person.nodes[n - 1].at, person.nodes[0].at, n - 1));
+    }
+    Window other = window_;
+    double best = INFINITY;
+    Step less{}, chosen{};
+    for (const Step& step : steps) {
+      other.slow_down({step[0] - less[0], step[1] - less[1]});
+      less = step;
+      const double cost = other.cost(model_);
+      if (cost < best) chosen = step;
+      best = std::min(best, cost);
+    }
+    other.slow_down({chosen[0] - less[0], chosen[1] - less[1]});
+    take_if_better(other, solution);
+  }
+
+  /// Solves another window, and takes it if its cost is lower.
+  void take_if_better(Window& other, Solution& solution) {
+    const Solution found = other.solve(model_, rounds, least);
+    if (found.cost >= solution.cost - kSurer) return;
+    window_ = std::move(other);
+    solution = found;
+  }
+
   /// A descent hardly leaves a mode: it is tried that a camera that stands has moved for a few frames, and that one
   /// that walks faster than people do is a vehicle's.
   void try_other_modes(Solution& solution) {
@@ -655,11 +703,7 @@ class Estimator {
     other.trial = trial;
     other.solve(model_, 2, least);
     other.trial = Trial();
-    const Solution found = other.solve(model_, rounds, least);
-    if (found.cost < solution.cost - kSurer) {
-      window_ = std::move(other);
-      solution = found;
-    }
+    take_if_better(other, solution);
   }
 
   /// Begins at the yaw by which people who go on as they went are at their bearings: a head turns by more than a

@@ -113,7 +113,7 @@ class Window {
         if (!node.walk_absorbed) node.growth = 0.0;
       person_rows(person, frames, calibration, model.people,
                   [&](const Row& row) {
-                    if (row.walk || row.law == Row::kWalk) person.nodes[row.node].growth += row.w * row.e * row.e;
+                    if (row.walk) person.nodes[row.node].growth += row.w * row.e * row.e;
                   },
                   {.boxes = false});
     }
@@ -239,6 +239,15 @@ class Window {
     std::copy_n(frames[0].at.begin(), kPose, next.past[0].begin());
     frames.erase(frames.begin());
     held = kHeld;
+  }
+
+  /// Subtracts a velocity, in m per frame, from camera and people.
+  void slow_down(const std::array<double, 2>& step) {
+    for (int a = 0; a < 2; ++a) {
+      for (int t = 0; t < static_cast<int>(frames.size()); ++t) frames[t].at[a] -= t * step[a];
+      for (Person& person : people)
+        for (int i = 0; i < person.frames(); ++i) person.nodes[i].at[a] -= (person.first + i) * step[a];
+    }
   }
 
   /// Removes all frames but the newest, and people who are not in it; the calibration's information stays.

@@ -123,8 +123,6 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   box.law = Row::kBox;
   box.power = 0.5 * (model.noise.nu + 1.0);
   walk.walk = true;
-  pacing.law = Row::kPace;
-  pacing.power = -model.pace.weight * model.walk.dt;
   pacing.reach = resting.reach = 1;
   for (int i = std::max(0, nodes.first - 1); i < end; ++i) {
     const Node& node = person.nodes[i];
@@ -181,20 +179,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
     }
     if (i == 0 || !visited) continue;
     const double dx = node.at[0] - person.nodes[i - 1].at[0], dy = node.at[1] - person.nodes[i - 1].at[1];
-    if (i == 1 && !node.walk_absorbed) {
-      for (int axis = 0; axis < 2; ++axis) {
-        Row row;
-        row.node = i;
-        row.reach = 1;
-        row.law = Row::kWalk;
-        row.e = axis ? dy : dx;
-        row.w = 1.0 / (model.pace.walking * model.pace.walking * model.walk.dt * model.walk.dt);
-        row.cost = 0.5 * row.w * row.e * row.e;
-        row.by[kSlotPlace + axis] = 1.0;
-        row.by[kSlotPlaceBefore + axis] = -1.0;
-        visit(row);
-      }
-    } else if (!node.walk_absorbed) {
+    if (i > 1 && !node.walk_absorbed) {
       const double scale = model.walk.coefficients(i, walk.chain), variance = scale * scale * person.variance;
       walk.node = i;
       walk.reach = std::min(i, kReach);
@@ -214,11 +199,15 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
     }
     if (model.pace.weight > 0.0) {
       const double dt = model.walk.dt, speed = std::sqrt(dx * dx + dy * dy) / dt + 1e-9;
-      const Pace pace = model.pace.at(speed, dt);
+      const double lasting = i == 1 && !node.walk_absorbed ? std::max(dt, SpeedPrior::kFirst) : dt;
+      const Pace pace = model.pace.at(speed, lasting);
       const double spread = 1.0 / dt, ux = dx / (speed * dt), uy = dy / (speed * dt);
       pacing.node = resting.node = i;
       pacing.e = speed - model.pace.walking;
       pacing.w = pace.walk;
+      pacing.law = lasting > dt ? Row::kGaussian : Row::kPace;
+      pacing.power = lasting > dt ? 0.0 : -model.pace.weight * dt;
+      pacing.cost = lasting > dt ? -model.pace.weight * lasting * elementary::log(pace.density) : 0.0;
       pacing.base = pace.density;
       pacing.by[kSlotPlace] = ux * spread;
       pacing.by[kSlotPlace + 1] = uy * spread;

@@ -78,6 +78,7 @@ struct Pace {
 /// The prior of a pedestrian's speed: a Gaussian for those who walk and a Cauchy law for those who stand, both without
 /// mass where nobody runs.
 struct SpeedPrior {
+  static constexpr double kFirst = 1.0;          ///< s, for as long as this the first speed of a path counts
   double weight = 0.0;                           ///< 1/s, weight of the log density in a second
   double walking = 0.0, walking_std = 0.0;       ///< m/s
   double standing = 0.0, standing_weight = 0.0;  ///< m/s, and the weight of those who stand
