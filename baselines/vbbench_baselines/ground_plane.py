@@ -68,7 +68,7 @@ class GroundPlane:
         )
 
     def _take_past(self, given: Given) -> None:
-        """Take what is given about the frame before in place of what was estimated."""
+        """Replace estimates of the frame before by what is given of it."""
         if not np.isnan(given.poses[-2, 0]):
             self._pose, self._doubt = given.poses[-2], GIVEN
         if not np.isnan(given.poses[-3:-1, 0]).any():

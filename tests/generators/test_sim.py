@@ -196,7 +196,7 @@ def test_a_scenario_of_ones_own(write: Callable[..., Path], tmp_path: Path) -> N
         ("people = [2]", "people = [1]", "people must be 2 to 10,000, not 1"),
         ("dt = 0.4", "dt = 0.41", "not a whole number of steps"),
         ("[0.0, 0.0, 4.0, 4.0]", "[4.0, 0.0, 0.0, 4.0]", "is not a rectangle"),
-        ("beyond = true", "beyond = true\nthen = [[0.0, 0.0, 1.0, 1.0]]", "never arrives"),
+        ("beyond = true", "beyond = true\nthen = [[0.0, 0.0, 1.0, 1.0]]", "never arrive"),
         ("dt = 0.4", "dt = 0.4\nspeed_std = 1.0", "walk backwards"),
         ("dt = 0.4", "dt = 0.4\nwalls = [[1.0, 2.0]]", "a wall is four numbers"),
         ("[[flow]]", "[flow]", r"each with the heading \[\[flow\]\]: double brackets"),

@@ -9,21 +9,20 @@ from vbbench.cli.views import announce
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """How a recording is read.
+    """Parameters of reading a recording.
 
     Args:
         camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
-            camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md. Of a bag also its topic.
-        odometry: Trajectory of the observer by its own measurement: TUM, EuRoC, KITTI, or CSV with a header. Of a
-            bag also its topic.
-        odometry_axes: Of the body that odometry is of, where its file does not show them: body (x forward, z up),
-            camera (x right, y down, z forward), opengl, ned, imu, unity, unreal.
-        boxes: Of a bag: the topic of its detections, such as /detections, if it has several.
-        dt: Of boxes: seconds per frame, where neither camera file nor time stamps say it.
-        mount_height: The camera's height over the ground in m, where its file does not state it.
-        pitch: How far it looks above the horizon in rad, where its file does not state it.
-        carried_by: What carries the camera, where its file does not state it.
-        person_class: Of boxes: the class of people, by number or name, where the file does not show it.
+            camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md. For a bag also its topic.
+        odometry: Trajectory by odometry: TUM, EuRoC, KITTI, or CSV with a header. For a bag also its topic.
+        odometry_axes: Axes of the odometry's body, if its file does not show them: body (x forward, z up), camera
+            (x right, y down, z forward), opengl, ned, imu, unity, unreal.
+        boxes: For a bag: topic of its detections, such as /detections, if it has several.
+        dt: For boxes: seconds per frame, if neither camera file nor time stamps state it.
+        mount_height: The camera's height over the ground in m, if its file does not state it.
+        pitch: Angle of the optical axis above the horizon in rad, if the camera file does not state it.
+        carried_by: Carrier of the camera, if the camera file does not state it.
+        person_class: For boxes: class of people, by number or name, if the file does not show it.
     """
 
     camera: Path | None = None
@@ -38,12 +37,12 @@ class Reading:
 
     @property
     def mount(self) -> dict[str, float | str]:
-        """What is said of the mount, by the keys of a camera file."""
+        """The stated values of the mount, by the keys of a camera file."""
         stated = {"mount_height": self.mount_height, "pitch": self.pitch, "carried_by": self.carried_by}
         return {name: value for name, value in stated.items() if value is not None}
 
     def check(self, recording: Path, bag: bool) -> None:
-        """Refuse what is missing, or not for such a recording."""
+        """Refuse missing options, and those for another kind of recording."""
         from vbbench.errors import VbbenchError
 
         if self.camera is None and not bag:
@@ -76,12 +75,12 @@ def birdify(
             people are detected and tracked first. Or a ROS bag, as bag:DIR if its name does not show it.
         out: Folder to make: report.md, map.png, poses, positions.
         solver: A registered name or module:attribute of your own.
-        detector: Of a film: hog (default), an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
-        weights: Of a film: file of the detector's network, for --detector yolo.
-        tracker: Of a film: byte (default), or module:attribute of your own.
-        every: Of a film: use only every n-th frame for the map; all are tracked.
+        detector: For a film: hog (default), an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
+        weights: For a film: file of the detector's network, for --detector yolo.
+        tracker: For a film: byte (default), or module:attribute of your own.
+        every: For a film: use only every n-th frame for the map; all are tracked.
         film: Make film.mp4 of the map next to the boxes, too.
-        example: In place of a recording: 20 s of a simulated robot, whose truth is compared with the map.
+        example: Use no recording, but 20 s of a simulated robot, whose truth is compared with the map.
         overwrite: Replace a folder that birdify made.
     """
     from vbbench.birdify.birdify import birdify as make
@@ -187,7 +186,7 @@ def _example(recording: Path | None, example: bool, out: Path, **options: Any) -
 
 
 def _check_dt(dt: float, camera: Path, mount: dict[str, float | str]) -> None:
-    """Refuse another ``dt`` than that of the camera file, which would count."""
+    """Refuse a ``dt`` that contradicts the camera file."""
     from vbbench.errors import VbbenchError
     from vbbench.exchange.own.camera_file import find_camera, read_camera
 

@@ -370,7 +370,7 @@ _KINDS = np.repeat([STATIC, ON_VEHICLE, PEDESTRIAN, IGNORE], [4, 3, 5, 2])
 
 
 def draw_others(camera: SurveillanceCamera, frames: int, rng: np.random.Generator) -> FloatArray:
-    """Rows [N, 9] of ``gt.txt`` that do not count, at one place of the picture in every frame; ids are from 1.
+    """Rows [N, 9] of ``gt.txt`` that are not scored, each at one place of the picture in every frame; ids are from 1.
 
     Reflections have the class of pedestrians, and confidence 0.
     """
@@ -435,7 +435,7 @@ def export_heads(
 
 
 def _photographed(dataset: Dataset, sequence: int | None) -> tuple[int, Scene]:
-    """The number of the sequence, and its scene in its frames."""
+    """The number of the sequence, and its scene limited to the sequence's frames."""
     if sequence is None and len(dataset) > 1:
         raise VbbenchError(f"{dataset.folder} has {len(dataset)} sequences; choose the one to record")
     one = dataset.sequence(sequence or 0)

@@ -1,1 +1,1 @@
-"""Long work in resumable parts, in several processes or on a cluster, with the same bytes."""
+"""Long work in resumable parts, in several processes or on a cluster; the result's bytes do not depend on these."""

@@ -64,7 +64,7 @@ def read_weights(path: Path) -> Weights:
 
 
 def _checked(path: Path, packed: bytes, pure: bool) -> Weights:
-    """The arrays of a file, which must be those of the network."""
+    """The arrays of a file; raises FileError if their names or shapes are not the network's."""
     with np.load(BytesIO(packed), allow_pickle=False) as arrays:
         weights = {name: arrays[name].astype(np.float32) for name in arrays.files}
     wanted = shapes(pure)

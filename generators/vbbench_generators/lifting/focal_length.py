@@ -145,7 +145,7 @@ def canonical(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: float)
 
 
 def noise_scale(plane: SizePlane, x: FloatArray, nu: FloatArray, head_size: float) -> FloatArray:
-    """[N, 2] noise of P and Q for isotropic noise of one head size in the picture."""
+    """[N, 2] standard deviations of (P, Q) (see `canonical`) for isotropic noise of one head size in the picture."""
     across, _ = plane.levelled(x, nu)
     size, slope = plane.at(x, nu), plane.slope
     moved = [np.hypot(1.0, slope * across / size), slope / size]

@@ -147,8 +147,8 @@ def get_reader(name: str) -> Reader:
     ------
     UnknownNameError
         If there is none; the nearest name is suggested.
-        VbbenchError
-            If its plugin cannot be loaded.
+    VbbenchError
+        If its plugin cannot be loaded.
     """
     found: Reader = load_registered("reader", name)
     return found

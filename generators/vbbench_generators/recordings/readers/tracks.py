@@ -252,7 +252,7 @@ def scene_of_rows(
     frame_step: int | None = None,
     homography: FloatArray | None = None,
 ) -> Scene:
-    """The scene of one row for each person in each frame.
+    """The scene from a table with one row for each person in each frame.
 
     Row 0 of the scene is the first frame with a person. Frames without people have empty rows.
 
