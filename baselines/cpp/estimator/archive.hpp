@@ -1,4 +1,4 @@
-// The state of an estimator as bytes and back, so that a copy of it goes on as the original does.
+// Serialisation of an estimator's state: a copy gives the same answers as the original.
 #pragma once
 
 #include <cstddef>
@@ -33,7 +33,7 @@ class Writer {
   }
 };
 
-/// Takes the same values from the bytes; `good` is whether there were as many as that.
+/// Reads the same values from bytes; `good` is whether their number matches.
 class Reader {
  public:
   Reader(const char* begin, std::size_t size) : at_(begin), left_(size) {}

@@ -11,7 +11,7 @@
 
 namespace vbbench {
 
-/// What is published about a recording.
+/// The published facts of a recording.
 struct Recording {
   double dt = 0.4, height_mean = 1.7, height_std = 0.07, pixel_std = 1.0, box_std = 0.0, tilt_std = 0.0,
          mount_std = 0.0, mount_height = 1.6;
@@ -22,7 +22,7 @@ struct Recording {
   bool covariances = false;
 };
 
-/// What a frame brings; arrays have a row for each column, NaN = absent.
+/// Measurements and given values of a frame; arrays have a row for each of the K columns, NaN = absent.
 struct Input {
   const double* boxes;              ///< [K][5] azimuth, foot, length, pixels, width
   const int* cut;                   ///< [K]
@@ -32,7 +32,7 @@ struct Input {
   const double* motion_covariance;  ///< [3][3]
 };
 
-/// What is answered; arrays belong to the caller.
+/// The estimate of a frame; arrays belong to the caller.
 struct Output {
   double* pose;                  ///< [3]
   double* pose_covariance;       ///< [3][3]
@@ -58,17 +58,17 @@ inline bool information_root(const double* c, std::array<std::array<double, 3>, 
 constexpr double kKeyFrame = 0.2;     ///< s from one key frame to the next at least
 constexpr double kEdgeKnown = 0.05;   ///< m, standard deviation of a near edge that is given
 constexpr double kTurning = 0.1;      ///< rad by which a camera may turn between key frames
-constexpr double kStray = 0.05;       ///< m by which people stray from their ways between key frames
-constexpr int kWalkLate = 4;          ///< frames after which an innovation counts
-constexpr double kWalkMemory = 60.0;  ///< s for which it counts
-constexpr double kStrayed = 0.2;      ///< m by which people stray from their ways within a key frame
-constexpr double kBlind = 2.0;        ///< s without a person in sight after which places that are given find the camera
+constexpr double kStray = 0.05;       ///< m, σ of people about constant velocity between key frames
+constexpr int kWalkLate = 4;          ///< frames after which an innovation updates the walk's variance
+constexpr double kWalkMemory = 60.0;  ///< s of memory of this variance
+constexpr double kStrayed = 0.2;      ///< m, σ of people about constant velocity from one key frame to the next
+constexpr double kBlind = 2.0;        ///< s without a person in sight after which given places relocate the camera
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
-constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, velocity that all have in common after a cold start
-constexpr double kVague = 0.3;                       ///< m and rad: odometry that is less sure is left out
-constexpr int kTried = 3;                            ///< newest steps in which a camera that stands may have moved
-constexpr double kSurer = 1.0;                       ///< nats by which another solution must be better
+constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, σ and memory of the common velocity (cold start)
+constexpr double kVague = 0.3;                       ///< m and rad, largest σ of odometry that is used
+constexpr int kTried = 3;                            ///< newest steps of the hypothesis that a standing camera moves
+constexpr double kSurer = 1.0;                       ///< nats by which another hypothesis must be better
 
 class Estimator {
  public:
@@ -160,10 +160,10 @@ class Estimator {
         if (person.shown == columns[i]) person.column = person.shown = -1;
   }
 
-  /// Frames since the start of those in the window.
+  /// Numbers of the window's frames, counted from the start.
   const std::vector<int>& ages() const { return ages_; }
 
-  /// The estimate of a frame of the window by all boxes so far, into arrays of which NaN marks what is not known.
+  /// Writes the estimate of a frame of the window by all boxes so far; NaN = unknown.
   void smoothed(int frame, Output& output) {
     const Frame& camera = window_.frames[frame];
     for (int a = 0; a < 3; ++a) output.pose[a] = camera.at[a];
@@ -177,7 +177,7 @@ class Estimator {
       write_covariances(frame, &Person::shown, found, output);
   }
 
-  /// Everything that later frames depend on.
+  /// Archives the state on which later frames depend.
   template <class Archive>
   void archive(Archive& a) {
     a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
@@ -248,8 +248,8 @@ class Estimator {
     moved_ = next;
   }
 
-  /// A frame between key frames: the camera goes on as it went, its yaw by the bearings of people who go on as they
-  /// went; they are moved along their rays' normals to where their boxes show them.
+  /// Estimates a frame between key frames: constant velocity of the camera, with its yaw by the bearings of people at
+  /// constant velocity, who are then moved across their rays onto the measured bearings.
   void between_key_frames(const Input& input, Output& output) {
     const std::vector<Frame>& frames = window_.frames;
     const int newest = static_cast<int>(frames.size()) - 1, columns = recording_.columns;
@@ -315,7 +315,7 @@ class Estimator {
     if (recording_.covariances) spread_between(output, known, placed_at);
   }
 
-  /// Covariances between key frames are those of the last one, and what a frame adds.
+  /// Covariances between key frames: those of the last key frame plus those of the motion since.
   void spread_between(Output& output, const std::vector<int>& known, const std::vector<std::array<double, 3>>& at) {
     const Pose last{window_.frames.back().at[0], window_.frames.back().at[1], window_.frames.back().at[2]};
     Spread pose = carried(newest_, last, output.pose[0], output.pose[1]);
@@ -342,7 +342,7 @@ class Estimator {
       if (window_.people[p].column >= 0) where_[window_.people[p].column] = static_cast<int>(p);
   }
 
-  /// Whether a motion is measured well enough to replace what is expected of the camera.
+  /// Whether a measured motion is precise enough to replace the ego-motion factor.
   static bool is_precise(const Spread& spread) {
     return spread[0][0] < kVague * kVague && spread[1][1] < kVague * kVague && spread[2][2] < kVague * kVague;
   }
@@ -382,7 +382,7 @@ class Estimator {
     }
   }
 
-  /// Of how many of the last three frames what is given is of frames of the window.
+  /// The number of the last three frames whose given values are used, all of them in the window.
   int reach(int frames) const { return stride_ > 1 ? 1 : std::min(3, frames); }
 
   void predict(const std::vector<Frame>& frames, Frame& frame) const {
@@ -412,7 +412,7 @@ class Estimator {
     for (const Person& person : window_.people) seen += person.last() == newest && person.nodes.back().seen;
     const bool led = window_.frames.back().motion.measured;
     if (newest == 1 && static_cast<int>(ages_.size()) == 2 && ages_[0] == 0) cold_ = !window_.frames[1].given;
-    if (cold_ && led) {  // how all move together is known again
+    if (cold_ && led) {  // the common velocity is measured again
       strayed_ = astray();
       unled_ = 0.0;
     } else if (cold_ && newest > 0) {
@@ -425,8 +425,8 @@ class Estimator {
     }
   }
 
-  /// After nobody was in sight the camera is where the places given of two people or more show them: a rigid fit of
-  /// the newest frame, which is the first of a new window.
+  /// Relocates the camera after a time without people: a rigid fit to the given places of two people or more in the
+  /// newest frame, with which a new window begins.
   void relocate() {
     const int newest = static_cast<int>(window_.frames.size()) - 1;
     Frame& frame = window_.frames[newest];
@@ -461,7 +461,7 @@ class Estimator {
     index_people();
   }
 
-  /// Whether camera and people are as fast as such things can be.
+  /// Whether the speeds of camera and people are possible.
   bool is_plausible() const {
     const std::vector<Frame>& frames = window_.frames;
     const int newest = static_cast<int>(frames.size()) - 1;
@@ -480,7 +480,7 @@ class Estimator {
     return 2 * fast <= people;
   }
 
-  /// How the pose that is held moves with the scale and the turn of odometry, as `next` is held in its place.
+  /// Propagates the Jacobian of the held pose by odometry's scale and turn to `next`, which is held from now on.
   void carry_odometry(const Frame& next) {
     if (next.given) {
       by_odometry_ = {};
@@ -510,8 +510,8 @@ class Estimator {
     return all;
   }
 
-  /// m², how far the velocity that all have in common leads astray after a cold start: it is not observable, and the
-  /// estimate forgets it within `kFlowTime` (an Ornstein-Uhlenbeck process).
+  /// Variance in m² of the drift by the common velocity after a cold start. It is not observable, and the estimate
+  /// decays within `kFlowTime` (an Ornstein–Uhlenbeck process).
   double astray() const {
     const double t = unled_;
     return strayed_ +
@@ -527,7 +527,7 @@ class Estimator {
     return person;
   }
 
-  /// The newest box of person `p` is the first of another one, who has the column from now on.
+  /// Identity switch: the newest box of person `p` begins a new person, who has the column from now on.
   void split(int p) {
     Person person = unknown_person(window_.people[p].column);
     Node node;
@@ -564,7 +564,7 @@ class Estimator {
         window_.people.push_back(person);
       }
       Person& person = window_.people[where_[k]];
-      while (person.last() < newest) {  // the path goes on as it went
+      while (person.last() < newest) {  // constant velocity
         Node node;
         const int n = person.frames();
         if (n > 0) node.growth = person.nodes[n - 1].growth;
@@ -605,7 +605,7 @@ class Estimator {
         }
   }
 
-  /// The variance of people's innovations, as expectation maximisation has it: that of all is the prior of each one's.
+  /// Updates the variance of people's innovations by expectation maximisation; the crowd's is the prior of each one's.
   void learn_walk() {
     const int frame = static_cast<int>(window_.frames.size()) - 1 - kWalkLate;
     if (frame < 0) return;
@@ -625,7 +625,7 @@ class Estimator {
     for (Person& person : window_.people) person.variance = (own * variance_ + person.squares) / (own + person.count);
   }
 
-  /// The noise of boxes, by what the whole solution leaves of it.
+  /// Updates the noise of boxes by their residuals, corrected for leverage.
   void learn_boxes() {
     const int frame = static_cast<int>(window_.frames.size()) - 1 - NoiseLearner::kLate;
     if (frame < 0) return;
@@ -681,8 +681,8 @@ class Estimator {
     solution = found;
   }
 
-  /// A descent hardly leaves a mode: it is tried that a camera that stands has moved for a few frames, and that one
-  /// that walks faster than people do is a vehicle's.
+  /// Tries other hypotheses of the motion mode, which a descent hardly leaves: that a standing camera has moved for a
+  /// few frames, and that one faster than people walk is a vehicle's.
   void try_other_modes(Solution& solution) {
     const std::vector<Frame>& frames = window_.frames;
     if (window_.posterior.empty() || frames.back().motion.measured) return;
@@ -706,8 +706,8 @@ class Estimator {
     take_if_better(other, solution);
   }
 
-  /// Begins at the yaw by which people who go on as they went are at their bearings: a head turns by more than a
-  /// descent from the last yaw finds.
+  /// Initialises the yaw by bearings of people at constant velocity: a head may turn further than a descent from the
+  /// last yaw converges.
   void turn_to_bearings(Frame& frame) const {
     const int newest = static_cast<int>(window_.frames.size()) - 1;
     double information = 1.0 / (kTurning * kTurning), turn = 0.0;
@@ -749,7 +749,7 @@ class Estimator {
     return person.first;
   }
 
-  /// A person who was out of sight comes back: the path between is straight.
+  /// Interpolates the path of a person who returns into sight, linearly.
   static void interpolate(Person& person, const std::array<double, 2>& now) {
     const int from = last_seen_before(person) - person.first, to = person.frames() - 1;
     const std::array<double, 2> start = person.nodes[from].at;
@@ -778,7 +778,7 @@ class Estimator {
     next_ = found.next;
   }
 
-  /// Adds the covariance of the pose that is held to those of a frame that are relative to it, and writes them.
+  /// Writes the covariances of a frame: those relative to the held pose, plus that of the held pose.
   void write_covariances(int frame, int Person::* column, Window::Covariances& found, Output& output) const {
     const Pose held = held_pose();
     const Spread base = behind();
@@ -806,7 +806,7 @@ class Estimator {
     return {frame.at[0], frame.at[1], frame.at[2]};
   }
 
-  /// Covariance of what is carried along by a pose with the covariance `c`, at (x, y).
+  /// Covariance of a point or pose at (x, y) by an error of `pose` with the covariance `c`, on which it depends.
   static Spread carried(const Spread& c, const Pose& pose, double x, double y) {
     const double j[3][3] = {{1.0, 0.0, pose[1] - y}, {0.0, 1.0, x - pose[0]}, {0.0, 0.0, 1.0}};
     Spread half{}, out{};
@@ -833,7 +833,7 @@ class Estimator {
   std::array<std::array<double, 2>, 3> by_odometry_{};
   std::array<std::array<double, 2>, 2> odometry_spread_{};
   double unled_ = 0.0;    ///< s since a cold start, or since odometry, in which nothing measured how the camera moves
-  double strayed_ = 0.0;  ///< m², how far that led astray before the last odometry
+  double strayed_ = 0.0;  ///< m², variance of the drift before the last odometry
   bool cold_ = false;
   Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;

@@ -1,4 +1,4 @@
-// The linear system of a window, dense and written out, for tests: what elimination solves must be its solution.
+// The linear system of a window as dense matrices, for tests: elimination must give the same solution.
 #pragma once
 
 #include <vector>
@@ -48,7 +48,7 @@ class DenseColumns {
     return x;
   }
 
-  /// Which of them the window solves for.
+  /// 1 for columns that the window solves for, else 0.
   std::vector<double> free(const Window& window) const {
     std::vector<double> mask(size_, 1.0);
     for (int g = 0; g < kGlobals; ++g) mask[global(g)] = window.calibration.free[g];

@@ -10,7 +10,7 @@
 
 namespace vbbench {
 
-/// A row-major matrix that keeps its memory when it is made again.
+/// A row-major matrix whose memory is reused by `reset`.
 class Matrix {
  public:
   Matrix() = default;
@@ -32,7 +32,7 @@ class Matrix {
   std::vector<double> data_;
 };
 
-constexpr int kLane = 4;  ///< columns that are worked on together; widths of matrices are multiples of it
+constexpr int kLane = 4;  ///< columns of a vectorised block; widths of matrices are multiples of it
 
 inline int padded(int columns) { return (columns + kLane - 1) / kLane * kLane; }
 

@@ -1,4 +1,4 @@
-// How large the errors of boxes are, and how long they last: learned while the recording goes on.
+// Estimation of the noise of boxes, and of its correlation time, during a recording.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace vbbench {
 
-/// A grid of σ and τ for each cue, weighed by the density of what boxes add to the boxes before.
+/// A grid posterior of σ and τ for each cue, by the density of each box given the one before.
 class NoiseLearner {
  public:
   static constexpr int kShares = 19, kTimes = 6, kGrid = kShares * kTimes,
@@ -31,7 +31,7 @@ class NoiseLearner {
         }
   }
 
-  /// Weighs the boxes of the frame `kLate` before the newest.
+  /// Updates the posterior with the boxes of the frame `kLate` before the newest.
   void learn(const Window& window, const Model& model) {
     const int frame = static_cast<int>(window.frames.size()) - 1 - kLate;
     if (frame < 0) return;

@@ -1,4 +1,4 @@
-// Occlusion: whose feet a nearer person hides, where boxes end at what shows of people.
+// Occlusion: finds boxes that end at the outline of a nearer person, who hides the feet.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace vbbench {
 
-/// Whether boxes of people whose feet are out of sight end at the outline that hides them: learned from the recording.
+/// Marks boxes with hidden feet; learns how often such boxes end at the outline that hides them.
 class Occlusion {
  public:
   void start() { ending_ = whole_ = 1.0; }
@@ -54,7 +54,7 @@ class Occlusion {
   static constexpr double kCore = 0.08;        ///< half the width that must be covered, in heights
   static constexpr double kOutline = 0.03;     ///< by which an outline's border is uncertain, in heights
   static constexpr double kFreshSpread = 0.3;  ///< of the feet of a person without a path, in heights
-  static constexpr double kTail = 1e-3;        ///< density of errors of any size
+  static constexpr double kTail = 1e-3;        ///< density of outliers
   static constexpr int kColumns = 7;
 
   struct Outline {
@@ -88,7 +88,7 @@ class Occlusion {
     }
   }
 
-  /// Whether nearer outlines cover the feet of `one`, and the lowest row of it that shows.
+  /// Whether nearer outlines cover the feet of `one`; `row` is then its lowest visible row.
   bool covered(const Outline& one, double& row) const {
     row = -1e9;
     for (int i = 0; i < kColumns; ++i) {

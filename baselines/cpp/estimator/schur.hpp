@@ -22,7 +22,7 @@ struct Layout {
   int of(const Variable& v) const { return v.kind == Variable::kShared ? v.index : camera(v.index); }
 };
 
-/// The reduced system: its first line holds −gradient, those below the upper half of H, or of its Cholesky factor.
+/// The reduced system: line 0 holds −gradient, the lines below the upper half of H, or its Cholesky factor.
 struct Reduced {
   Matrix lines;
   int size = 0;
@@ -49,7 +49,7 @@ struct Reduced {
     }
   }
 
-  /// Takes an unknown out: its step is 0.
+  /// Removes an unknown: its step is 0.
   void fix(int column) {
     for (int i = 0; i < column; ++i) hessian(i, column) = 0.0;
     std::fill_n(&hessian(column, column), size - column, 0.0);
@@ -115,7 +115,7 @@ VBBENCH_WIDE_WHOLE inline void substitute_rows(const double* columns, const doub
   }
 }
 
-/// A row of a box as elimination takes it.
+/// Weight and gradient of a box's row, for elimination.
 struct BoxRow {
   double w = 0.0;
   std::array<double, kSlots> by{};
@@ -134,7 +134,7 @@ VBBENCH_WIDE_WHOLE inline void add_squares(const BoxRow* rows, double* __restric
 
 /// The local system of one person: A x = b + B c, of which the factor L Lᵀ = A remains after elimination.
 ///
-/// Columns of A and L hold the rows below their diagonal within the reach of a walk, then those of the two own numbers.
+/// Columns of A and L hold the rows below their diagonal within the reach of a walk, then those of height and own edge.
 class Elimination {
  public:
   int local = 0;  ///< 2 · nodes + 2
@@ -196,13 +196,13 @@ class Elimination {
     }
   }
 
-  /// Begins another right side with the same factor.
+  /// Clears the right-hand side; the factor remains.
   void clear_right() {
     for (Side& side : sides_) side[0] = 0.0;
     for (int i = 0; i < 2; ++i) own_sides_[i][0] = 0.0;
   }
 
-  /// Adds a row to the right side alone.
+  /// Adds a row to the right-hand side alone.
   void add_right(const Row& row, Reduced& reduced) {
     const double by = -row.w * row.e;
     const int i = 2 * row.node;
@@ -223,7 +223,7 @@ class Elimination {
         reduced.gradient(layout_.begin(t) + k) += by * row.by[(t < frame ? kSlotCameraBefore : kSlotCamera) + k];
   }
 
-  /// Subtracts Bᵀ A⁻¹ b of the right side b from the reduced one.
+  /// Subtracts Bᵀ A⁻¹ b of the right-hand side b from the reduced one.
   void reduce_right(Reduced& reduced) {
     scratch_.resize(local);
     for (int i = 0; i < local; ++i) scratch_[i] = side(i)[0];
@@ -233,7 +233,7 @@ class Elimination {
       for (int c = 0; c < reduced.size; ++c) reduced.gradient(c) -= own_sides_[i][1 + c] * scratch_[local - 2 + i];
   }
 
-  /// Adds the marginal prior of the person, or its part of the right side.
+  /// Adds the marginal prior of the person, or its part of the right-hand side.
   void add_prior(const Person& person, const Calibration& calibration, Reduced& reduced, bool hessian_too = true) {
     const MarginalPrior& prior = person.prior;
     if (!prior.any) return;
@@ -358,7 +358,7 @@ class Elimination {
     g[path + 1] = (g[path + 1] - own_[1] * g[path]) / own_[2];
   }
 
-  /// Computes A⁻¹ where L is not zero (the equations of Takahashi) from a node on, of which leverages are made.
+  /// Computes A⁻¹ within the pattern of L (Takahashi's equations) from a node on, for leverages.
   void invert(int node) {
     const int path = local - 2;
     inverse_.resize(path);
@@ -393,8 +393,7 @@ class Elimination {
     }
   }
 
-  /// w gᵀ A⁻¹ g of an innovation with the gradient g by the person's path: how far the fit follows it. `invert` comes
-  /// first.
+  /// Leverage w gᵀ A⁻¹ g of an innovation with the gradient g by the person's path; call `invert` first.
   double leverage(const Row& row) const {
     double sum = 0.0;
     for (int i = 0; i <= row.reach; ++i) {
@@ -406,8 +405,8 @@ class Elimination {
     return row.w * sum;
   }
 
-  /// gᵀ A⁻¹ g of a row with the gradient g by the person's own variables; and what the row is about where these are
-  /// eliminated, c − Bᵀ A⁻¹ g with its gradient c by those that are reduced, into a column of `through` [size][stride].
+  /// gᵀ A⁻¹ g of a row with the gradient g by the person's variables. Writes its gradient after their elimination,
+  /// c − Bᵀ A⁻¹ g with c by the reduced variables, into a column of `through` [size][stride].
   double eliminated(const Row& row, double* through, int stride) {
     std::vector<double>&by = gradient_, &line = line_;
     by.assign(local, 0.0);
@@ -428,8 +427,8 @@ class Elimination {
     return sum;
   }
 
-  /// Covariance xx, xy, yy of the place of the node where what is reduced is known; and Bᵀ A⁻¹ of the place, into two
-  /// columns of `through` [size][stride].
+  /// Covariance xx, xy, yy of the node's place given the reduced variables. Writes Bᵀ A⁻¹ of the place into two columns
+  /// of `through` [size][stride].
   std::array<double, 3> place_covariance(int node, double* through, int stride) {
     double own[2][2] = {};
     for (int axis = 0; axis < 2; ++axis) {
@@ -459,7 +458,7 @@ class Elimination {
   }
   double* side(int i) { return i < local - 2 ? sides_[i].data() : own_sides_[i - local + 2]; }
 
-  /// The frames of the sides of a node that are not held: where they are there, and in the reduced system.
+  /// Free frames of a node: first slot in its side, first column in the reduced system, and number of columns.
   struct Span {
     int slot, column, count;
   };
