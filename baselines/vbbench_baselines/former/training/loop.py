@@ -33,8 +33,8 @@ LEAST_RATE, WARM_UP = 0.03, 50
 """Of the learning rate, what is left at the end, and over how many batches it rises."""
 DECAY = 1e-4
 """By how much weights shrink (AdamW)."""
-CHECK_EVERY = 100
-"""Batches from one look at the held-out windows, and one checkpoint, to the next."""
+CHECK_EVERY, FEWEST_CHECKS = 100, 8
+"""Batches from one look at the held-out windows, and one checkpoint, to the next; fewer in a short training."""
 SPREAD_LAYERS = ("doubt", "pose_spread", "place_spread")
 """The layers that say how sure an answer is: errors teach them nothing, and they do not change answers."""
 FACTS = ("batches", "windows", "averaged", "seconds", "log")
@@ -147,7 +147,7 @@ class Training:
         for batch in self._feed.drawn(self.batches, self.jobs):
             errors = self._learn(batch)
             self.seconds += process_time() - started
-            if self.batches % CHECK_EVERY == 0 or self._over:
+            if self.batches % min(CHECK_EVERY, max(1, len(self._feed) // FEWEST_CHECKS)) == 0 or self._over:
                 self.log.append({**self._progress(errors), **self.look(self.weights)})
                 self.save(checkpoint)
                 report(self.log[-1])

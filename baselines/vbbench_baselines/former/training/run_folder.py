@@ -180,8 +180,8 @@ def draw_curve(log: Sequence[Mapping[str, Any]], sequences: int, path: Path) -> 
 def _draw(axes: Axes, log: Sequence[Mapping[str, Any]], names: Sequence[str], label: str) -> None:
     windows = [row["windows"] for row in log]
     for name in names:
-        axes.plot(windows, [row[name] for row in log], "." if len(log) == 1 else "-")
-    axes.set(xlabel="windows learned from", ylabel=label, ylim=(0.0, None))
+        axes.plot(windows, [row[name] for row in log], "." if len(log) == 1 else ".-" if len(log) < 20 else "-")
+    axes.set(xlabel="windows learned from", ylabel=label, xlim=(0.0, 1.03 * windows[-1]), ylim=(0.0, None))
     axes.xaxis.set_major_formatter("{x:,.0f}")
     axes.xaxis.get_major_locator().set_params(nbins=4)  # type: ignore[call-arg]
     axes.grid(alpha=0.3)
