@@ -1,4 +1,4 @@
-// exp, log, sin, cos, atan2 and what follows from them, to within 2 ulp: the same bytes with every mathematical
+// exp, log, sin, cos, atan2 and what follows from them, to within 2.5 ulp: the same bytes with every mathematical
 // library.
 //
 // Additions, multiplications, divisions and square roots are alone rounded in the same way everywhere; libraries differ
@@ -20,12 +20,14 @@ constexpr double kLn2High = 0x1.62e42ffp-1, kLn2Low = -0x1.718432a1b0e26p-35;  /
 constexpr double kWhole = 0x1.8p52;  ///< added and taken away again it leaves an integer, which stands in the low bits
 constexpr std::uint64_t kOne = 0x3ff0'0000'0000'0000;  ///< bits of 1
 
-/// c₀ + c₁ x + c₂ x² + …
+/// c₀ + c₁ x + c₂ x² + …; even and odd powers are summed side by side, as processors add.
 template <std::size_t N>
 constexpr double polynomial(const std::array<double, N>& c, double x) {
-  double sum = c[N - 1];
-  for (std::size_t i = N - 1; i-- > 0;) sum = sum * x + c[i];
-  return sum;
+  const double square = x * x;
+  double even = c[(N - 1) / 2 * 2], odd = c[N / 2 * 2 - 1];
+  for (std::size_t i = (N - 1) / 2; i-- > 0;) even = even * square + c[2 * i];
+  for (std::size_t i = N / 2 - 1; i-- > 0;) odd = odd * square + c[2 * i + 1];
+  return even + x * odd;
 }
 
 /// (eʳ − 1 − r)/r² by r, |r| ≤ ½ ln 2.

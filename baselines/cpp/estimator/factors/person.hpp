@@ -87,20 +87,13 @@ struct PeopleModel {
 
 /// The scale-free prior of a path, −g ln r, r being the distance from the camera and g `Node::growth` of the last
 /// solution. It cancels the scale bias of the walk factor, under which smaller worlds are more probable.
-inline Row scale_row(const Node& node, const BoxState& at, int i) {
-  constexpr double kTiny = 1e-7;  // a gradient without curvature
+inline void set_scale_row(const Node& node, const BoxState& at, Row& row) {
   const double by_x = node.growth * at.dx / at.square, by_y = node.growth * at.dy / at.square;
-  Row row;
-  row.node = i;
-  row.of_box = true;
-  row.w = kTiny;
-  row.e = -1.0 / kTiny;
   row.cost = -0.5 * node.growth * elementary::log(at.square);
   row.by[kSlotPlace] = by_x;
   row.by[kSlotPlace + 1] = by_y;
   row.by[kSlotCamera] = -by_x;
   row.by[kSlotCamera + 1] = -by_y;
-  return row;
 }
 
 /// Nodes of a path, from the first one up to the last one, and whether rows of their boxes are visited.
@@ -118,8 +111,11 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   for (int c = 0; c < 3; ++c) memory[c] = elementary::exp(-model.walk.dt / model.noise.time[c]);
   std::array<Cue, 3> before{};
   int before_node = -2;
-  Row box, walk, pacing, resting;  // of each kind one, of which every node changes the same numbers
-  box.of_box = true;
+  Row box, scale, walk, pacing, resting;  // of each kind one, of which every node changes the same numbers
+  constexpr double kTiny = 1e-7;          // a gradient without curvature
+  box.of_box = scale.of_box = true;
+  scale.w = kTiny;
+  scale.e = -1.0 / kTiny;
   box.law = Row::kBox;
   box.power = 0.5 * (model.noise.nu + 1.0);
   walk.walk = true;
@@ -143,12 +139,12 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
                         calibration.at.data());
       const std::array<Cue, 3> cues = box_cues(node.box, at, model.noise);
       std::array<bool, 3> chained;
-      std::array<double, 3> scale, back;  // whitened: scale times a cue and back times the one before
+      std::array<double, 3> by, back;  // whitened: `by` times a cue and back times the one before
       for (int c = 0; c < 3; ++c) {
         chained[c] = before_node == i - 1 && before[c].used;
         const double rho = chained[c] ? memory[c] * std::sqrt(cues[c].correlated * before[c].correlated) : 0.0;
-        scale[c] = 1.0 / (cues[c].std * std::sqrt(1.0 - rho * rho));
-        back[c] = chained[c] ? -rho * cues[c].std / before[c].std * scale[c] : 0.0;
+        by[c] = 1.0 / (cues[c].std * std::sqrt(1.0 - rho * rho));
+        back[c] = chained[c] ? -rho * cues[c].std / before[c].std * by[c] : 0.0;
       }
       for (int c = 0; c < 3; ++c) {
         if (!visited || !cues[c].used || node.box_absorbed[c]) continue;
@@ -156,24 +152,28 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         box.node = i;
         box.cue = c;
         box.reach = chained[c];
-        box.e = scale[c] * now.q + back[c] * last.q;
+        box.e = by[c] * now.q + back[c] * last.q;
         const double scaled = box.e * box.e / model.noise.nu;
         box.w = (model.noise.nu + 1.0) / (model.noise.nu * (1.0 + scaled));
         box.base = 1.0 + scaled;
         for (int a = 0; a < 2; ++a) {
-          box.by[kSlotPlace + a] = scale[c] * now.by[kX + a];
+          box.by[kSlotPlace + a] = by[c] * now.by[kX + a];
           box.by[kSlotPlaceBefore + a] = back[c] * last.by[kX + a];
-          box.by[kSlotHeight + a] = scale[c] * now.by[kLogHeight + a] + back[c] * last.by[kLogHeight + a];
+          box.by[kSlotHeight + a] = by[c] * now.by[kLogHeight + a] + back[c] * last.by[kLogHeight + a];
         }
         for (int g = 0; g < kBoxGlobals; ++g)
-          box.by[kSlotShared + g] = scale[c] * now.by_global[g] + back[c] * last.by_global[g];
+          box.by[kSlotShared + g] = by[c] * now.by_global[g] + back[c] * last.by_global[g];
         for (int k = 0; k < kFrame; ++k) {
-          box.by[kSlotCamera + k] = scale[c] * now.by[kPoseX + k];
+          box.by[kSlotCamera + k] = by[c] * now.by[kPoseX + k];
           box.by[kSlotCameraBefore + k] = back[c] * last.by[kPoseX + k];
         }
         visit(box);
       }
-      if (visited) visit(scale_row(node, at, i));
+      if (visited) {
+        scale.node = i;
+        set_scale_row(node, at, scale);
+        visit(scale);
+      }
       before = cues;
       before_node = i;
     }
