@@ -111,11 +111,11 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   for (int c = 0; c < 3; ++c) memory[c] = elementary::exp(-model.walk.dt / model.noise.time[c]);
   std::array<Cue, 3> before{};
   int before_node = -2;
-  Row box, scale, walk, pacing, resting;  // of each kind one, of which every node changes the same numbers
+  Row box, growth, walk, pacing, resting;  // of each kind one, of which every node changes the same numbers
   constexpr double kTiny = 1e-7;          // a gradient without curvature
-  box.of_box = scale.of_box = true;
-  scale.w = kTiny;
-  scale.e = -1.0 / kTiny;
+  box.of_box = growth.of_box = true;
+  growth.w = kTiny;
+  growth.e = -1.0 / kTiny;
   box.law = Row::kBox;
   box.power = 0.5 * (model.noise.nu + 1.0);
   walk.walk = true;
@@ -170,9 +170,9 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         visit(box);
       }
       if (visited) {
-        scale.node = i;
-        set_scale_row(node, at, scale);
-        visit(scale);
+        growth.node = i;
+        set_scale_row(node, at, growth);
+        visit(growth);
       }
       before = cues;
       before_node = i;
