@@ -18,11 +18,6 @@ def export_csv(dataset: Dataset, out: Path | str) -> Path:
     """Write ``sequences.csv``, ``observations.csv`` and ``given.csv`` into the folder ``out``, and return it.
 
     Columns and rows are those of the Parquet tables; NaN (the yaw of people) is an empty cell.
-
-    Raises
-    ------
-    VbbenchError
-        If ``out`` is not a folder, or is a dataset or submission.
     """
     out = Path(out)
     options = csv.WriteOptions(include_header=False, quoting_style="none")

@@ -150,12 +150,6 @@ def detect_to_file(
     Returns
     -------
     The comparison with the boxes of the dataset's observations, at an overlap of 0.5 or more.
-
-    Raises
-    ------
-    VbbenchError
-        If there is no such sequence, detector, tracker or backend, ``out`` is a folder, the truth is withheld, or
-        nobody is found in any picture.
     """
     if every < 1:
         raise VbbenchError(f"every must be at least 1 frame, not {every}")
@@ -190,11 +184,6 @@ def make_detector(name: str, weights: Path | None = None) -> Detector:
     ----------
     name : a registered name, ``module:attribute`` of a `Detector`, or an ONNX file, which ``yolo`` then runs.
     weights : a file with the detector's network, for detectors that need one.
-
-    Raises
-    ------
-    VbbenchError
-        If there is none of this name, or it needs a file or takes none.
     """
     if name.lower().endswith(".onnx"):
         if weights is not None:

@@ -71,13 +71,7 @@ class KeptDetections:
 
 @contextmanager
 def kept_detections(path: Path, key: str) -> Iterator[KeptDetections]:
-    """The detections of ``key`` in the file at ``path``, to be continued; none if it has another key.
-
-    Raises
-    ------
-    FileError
-        If another file is there, or it cannot be written.
-    """
+    """The detections of ``key`` in the file at ``path``, to be continued; none if it has another key."""
     first = json.dumps({_KIND: key})
     with plain_errors(path):
         lines = path.read_text("utf-8", "replace").splitlines(keepends=True) if path.exists() else []
@@ -155,11 +149,6 @@ def find_boxes(
     tracker : a registered name, or ``module:attribute`` of a `vbbench.exchange.detection.TrackerFactory`.
     every : step of the frames that are written. Detector and tracker process all: tracking needs small motions.
     period : width in px of a panorama; ``None``: pictures have borders.
-
-    Raises
-    ------
-    VbbenchError
-        If the frame rate is unknown, a name or file is wrong, or nobody is found.
     """
     rate = fps or film.fps
     if rate is None:

@@ -395,11 +395,6 @@ def export_heads(
     out : folder to write; its name is the recording's.
     sequence : number of the sequence; may be omitted if there is only one.
     seed : seed of the annotators' errors, and of annotated objects other than people.
-
-    Raises
-    ------
-    VbbenchError
-        If an option is out of range, the truth is withheld, or the camera sees nobody.
     """
     out, camera = Path(out), camera_of(options)
     if seed < 0:

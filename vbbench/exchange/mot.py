@@ -105,11 +105,6 @@ def export_mot(
     Returns
     -------
     The folder ``out``.
-
-    Raises
-    ------
-    VbbenchError
-        If there is no such sequence or backend, or pictures are requested and the truth is withheld.
     """
     out = Path(out)
     chosen = dataset.sequences() if sequence is None else [dataset.sequence(sequence)]
@@ -176,12 +171,6 @@ def import_mot(
     least_track : fewest frames in which a track that counts is matched.
     person_class : class of people in the files, by number or name, where they do not show it.
     announce : called with a line that says how many boxes were kept.
-
-    Raises
-    ------
-    VbbenchError
-        If a file cannot be used (`read_boxes`), its ``seqinfo.ini`` is of pictures of another size or rate, fewer boxes
-        match than must, the truth is withheld or was not measured, or ``out`` exists.
     """
     out = Path(out)
     if pixel_std is None:

@@ -59,13 +59,6 @@ def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
     Returns
     -------
     frames [N], ascending, and poses [N, 3] (x, y, yaw) in m and rad, yaw in [−π, π).
-
-    Raises
-    ------
-    FileError
-        With the line: wrong number of columns, text or NaN in a number, a quaternion that is not of unit length,
-        a lean that is no camera's, a timestamp between two frames or before the first, or a repeated frame; or if the
-        file is empty, or its axes are open.
     """
     trajectory = read_trajectory(Path(path))
     poses = ground_poses(trajectory).poses
@@ -100,11 +93,6 @@ def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str
     Returns
     -------
     The folder ``out``.
-
-    Raises
-    ------
-    VbbenchError
-        If the truth is withheld, or the submission cannot be read or answers another dataset.
     """
     out = Path(out)
     estimates = None if submission is None else SubmittedEstimates(dataset, submission)
@@ -132,12 +120,6 @@ def import_tum_folder(
     Returns
     -------
     The folder ``out``.
-
-    Raises
-    ------
-    FileError
-        For the first file that cannot be used, with its line (`import_tum`), or whose name or frames are not the
-        dataset's; or if there are no files.
     """
     named = {path: path.stem for path in sorted(Path(folder).glob("*.txt"))}
     if not named:

@@ -63,9 +63,9 @@ class Timeline:
 
     def frame_of_time(self, time: FloatArray) -> FloatArray:
         """The nearest frames of time stamps; −1 if none is near."""
-        nearest = _nearest(self.times, time)
-        near = np.abs(self.times[nearest] - time) <= (0.5 * self.dt if self.near is None else self.near) + 1e-9
-        return np.where(near, nearest, -1.0)
+        frame = nearest(self.times, time)
+        near = np.abs(self.times[frame] - time) <= (0.5 * self.dt if self.near is None else self.near) + 1e-9
+        return np.where(near, frame, -1.0)
 
 
 def number_frames(rows: Rows, numbers: FloatArray, dt: float | None, base: int) -> tuple[IntArray, Timeline]:
@@ -194,9 +194,8 @@ def _check_gaps(rows: Rows, numbers: FloatArray, different: FloatArray, dt: floa
         raise rows.fault(int(np.argmax(numbers == after)), f"{problem}; {advice}")
 
 
-def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
-    place = (
-        np.searchsorted(times, wanted).clip(1, len(times) - 1) if len(times) > 1 else np.zeros(len(wanted), np.int64)
-    )
-    before = np.maximum(place - 1, 0)
-    return np.where(np.abs(times[before] - wanted) <= np.abs(times[place] - wanted), before, place)
+def nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
+    """[M] the row of ``times`` [N], ascending, nearest to each that is ``wanted`` [M]."""
+    after = np.searchsorted(times, wanted).clip(min(1, len(times) - 1), len(times) - 1)
+    before = np.maximum(after - 1, 0)
+    return np.where(np.abs(times[before] - wanted) <= np.abs(times[after] - wanted), before, after)

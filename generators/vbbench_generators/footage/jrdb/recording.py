@@ -11,6 +11,7 @@ from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.matching import frame_offset, in_columns, match_tracks
+from vbbench.exchange.own.timing import nearest
 from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
@@ -196,13 +197,9 @@ def nearest_clouds(grid: Grid, clouds: Stamps) -> IntArray:
     """[T] number of the point cloud taken nearest to each slot, −1 where none is within half a slot."""
     if not len(clouds.frames):
         return np.full(len(grid.times), -1)
-    after = np.searchsorted(clouds.times, grid.times).clip(1, max(len(clouds.times) - 1, 1))
-    before = after - 1
-    after = np.minimum(after, len(clouds.times) - 1)
-    nearer = np.abs(clouds.times[before] - grid.times) <= np.abs(clouds.times[after] - grid.times)
-    nearest = np.where(nearer, before, after)
-    close = np.abs(clouds.times[nearest] - grid.times) <= 0.5 * grid.seconds
-    return np.where(close, clouds.frames[nearest], -1)
+    row = nearest(clouds.times, grid.times)
+    close = np.abs(clouds.times[row] - grid.times) <= 0.5 * grid.seconds
+    return np.where(close, clouds.frames[row], -1)
 
 
 def direction_errors(recording: Recording) -> FloatArray:
