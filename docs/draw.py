@@ -72,7 +72,7 @@ def draw(name: str, work: Path) -> None:
         if not (work / folder).exists():
             run(made[folder], work)
     if "frames" in picture:
-        from_frames(sorted((work / picture["frames"]).glob("*.png")), out)
+        from_frames(sorted((work / picture["frames"]).glob("*.png")), out, picture.get("at", 0))
     elif "page" in picture:
         site, address, *parts = picture["page"]
         take(work / site, address, out, parts)
@@ -95,14 +95,14 @@ def run(command: str, work: Path) -> None:
     subprocess.run([*start, *words], cwd=work, check=True, env={**os.environ, "PYTHONPATH": path})
 
 
-def from_frames(frames: list[Path], out: Path) -> None:
-    """A frame of a film as it is, or a short film."""
+def from_frames(frames: list[Path], out: Path, at: int) -> None:
+    """The frame ``at`` of a film as it is, or a short film from there."""
     from PIL import Image
 
     if out.suffix == ".png":
-        out.write_bytes(frames[len(frames) // 2].read_bytes())
+        out.write_bytes(frames[at].read_bytes())
         return
-    shown = [Image.open(frame).resize(FILM_SIZE) for frame in frames[: FILM_FRAMES * FILM_STEP : FILM_STEP]]
+    shown = [Image.open(frame).resize(FILM_SIZE) for frame in frames[at:][: FILM_FRAMES * FILM_STEP : FILM_STEP]]
     shown[0].save(out, save_all=True, append_images=shown[1:], duration=40 * FILM_STEP, loop=0, quality=45, method=6)
 
 
@@ -135,7 +135,9 @@ def small(out: Path) -> None:
     with Image.open(out) as picture:
         picture.load()
     while out.suffix == ".png" and out.stat().st_size > LARGEST:
-        picture.convert("RGB").quantize(256).save(out, optimize=True)
+        full = picture.convert("RGB")
+        palette = full.quantize(method=Image.Quantize.FASTOCTREE)
+        full.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(out, optimize=True)
         picture = picture.resize((int(0.85 * picture.width), int(0.85 * picture.height)), Image.Resampling.LANCZOS)
 
 

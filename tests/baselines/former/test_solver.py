@@ -24,10 +24,10 @@ from vbbench_baselines.former.solver import PureVbFormer, VbFormer
 
 GOLDEN = {
     "vb-former": {
-        "one-step": (0.0378, 0.0476),
-        "sequential": (0.0316, 0.0445),
-        "rollout": (0.0316, 0.0445),
-        "cold-start": (0.4763, 0.2273),
+        "one-step": (0.0414, 0.0524),
+        "sequential": (0.0372, 0.0410),
+        "rollout": (0.0372, 0.0410),
+        "cold-start": (0.4996, 0.2992),
     },
     "vb-former-pure": {
         "one-step": (0.0473, 0.0461),
