@@ -19,12 +19,12 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
 LISTED, SHOWN = ROOT / "docs" / "pictures.toml", IMAGES / "shown.json"
-HOW = ("run", "page", "frames", "by_hand")
+HOW = ("run", "page", "frames", "part", "by_hand")
 FILM_FRAMES, FILM_SIZE, FILM_STEP = 90, (720, 294), 3
 """Of the film: pictures, px, and frames of the film from one to the next."""
 
-LARGEST, MARGIN = 390_000, 12
-"""Bytes of a picture, and px above and below a part of a page."""
+LARGEST, MARGIN, PART_HEIGHT = 390_000, 12, 460
+"""Bytes of a picture, px above and below a part of a page, and the height in px of a part of a frame."""
 
 Picture = dict[str, Any]
 
@@ -72,7 +72,8 @@ def draw(name: str, work: Path) -> None:
         if not (work / folder).exists():
             run(made[folder], work)
     if "frames" in picture:
-        from_frames(sorted((work / picture["frames"]).glob("*.png")), out, picture.get("at", 0))
+        frames = sorted((work / picture["frames"]).glob("*.png"))
+        from_frames(frames, out, picture.get("at", 0), picture.get("part"))
     elif "page" in picture:
         site, address, *parts = picture["page"]
         take(work / site, address, out, parts)
@@ -95,12 +96,16 @@ def run(command: str, work: Path) -> None:
     subprocess.run([*start, *words], cwd=work, check=True, env={**os.environ, "PYTHONPATH": path})
 
 
-def from_frames(frames: list[Path], out: Path, at: int) -> None:
-    """The frame ``at`` of a film as it is, or a short film from there."""
+def from_frames(frames: list[Path], out: Path, at: int, part: Sequence[int] | None = None) -> None:
+    """The frame ``at`` of a film, or a part (left, top, right, bottom) of it, or a short film from there."""
     from PIL import Image
 
     if out.suffix == ".png":
-        out.write_bytes(frames[at].read_bytes())
+        frame = Image.open(frames[at])
+        if part is not None:
+            frame = frame.crop((part[0], part[1], part[2], part[3]))
+            frame = frame.resize((round(frame.width * PART_HEIGHT / frame.height), PART_HEIGHT))
+        frame.save(out)
         return
     shown = [Image.open(frame).resize(FILM_SIZE) for frame in frames[at:][: FILM_FRAMES * FILM_STEP : FILM_STEP]]
     shown[0].save(out, save_all=True, append_images=shown[1:], duration=40 * FILM_STEP, loop=0, quality=45, method=6)
