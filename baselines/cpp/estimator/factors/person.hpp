@@ -112,7 +112,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   std::array<Cue, 3> before{};
   int before_node = -2;
   Row box, growth, walk, pacing, resting;  // of each kind one, of which every node changes the same numbers
-  constexpr double kTiny = 1e-7;          // a gradient without curvature
+  constexpr double kTiny = 1e-7;           // a gradient without curvature
   box.of_box = growth.of_box = true;
   growth.w = kTiny;
   growth.e = -1.0 / kTiny;
