@@ -262,6 +262,7 @@ class Window {
       }
       Node last = person.nodes.back();
       last.walk_absorbed = false;
+      last.growth = 0.0;
       last.box_absorbed.fill(false);
       person.nodes.assign(1, last);
       person.first = 0;

@@ -87,9 +87,11 @@ struct PeopleModel {
 
 /// The scale-free prior of a path, −g ln r, r being the distance from the camera and g `Node::growth` of the last
 /// solution. It cancels the scale bias of the walk factor, under which smaller worlds are more probable.
-inline void set_scale_row(const Node& node, const BoxState& at, Row& row) {
-  const double by_x = node.growth * at.dx / at.square, by_y = node.growth * at.dy / at.square;
-  row.cost = -0.5 * node.growth * elementary::log(at.square);
+inline void set_scale_row(const Node& node, const Frame& camera, Row& row) {
+  const double dx = node.at[0] - camera.at[0], dy = node.at[1] - camera.at[1];
+  const double square = std::max(dx * dx + dy * dy, 1e-6);
+  const double by_x = node.growth * dx / square, by_y = node.growth * dy / square;
+  row.cost = -0.5 * node.growth * elementary::log(square);
   row.by[kSlotPlace] = by_x;
   row.by[kSlotPlace + 1] = by_y;
   row.by[kSlotCamera] = -by_x;
@@ -169,13 +171,13 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         }
         visit(box);
       }
-      if (visited) {
-        growth.node = i;
-        set_scale_row(node, at, growth);
-        visit(growth);
-      }
       before = cues;
       before_node = i;
+    }
+    if (visited && nodes.boxes) {
+      growth.node = i;
+      set_scale_row(node, frames[person.first + i], growth);
+      visit(growth);
     }
     if (i == 0 || !visited) continue;
     const double dx = node.at[0] - person.nodes[i - 1].at[0], dy = node.at[1] - person.nodes[i - 1].at[1];
