@@ -635,7 +635,8 @@ class Estimator {
   }
 
   /// After a cold start boxes fit any velocity that all have in common. Those are tried with which a person stands, or
-  /// the camera stands or walks ahead.
+  /// the camera stands or walks ahead. A crowd may be slower than the prior of speed as a whole, so the margin grows
+  /// with its people.
   void try_common_velocities(Solution& solution) {
     const std::vector<Frame>& frames = window_.frames;
     const int newest = static_cast<int>(frames.size()) - 1;
@@ -670,13 +671,14 @@ class Estimator {
       best = std::min(best, cost);
     }
     other.slow_down({chosen[0] - less[0], chosen[1] - less[1]});
-    take_if_better(other, solution);
+    const std::size_t people = std::max<std::size_t>(steps.size() - 2, 1);
+    take_if_better(other, solution, kSurer * static_cast<double>(people));
   }
 
-  /// Solves another window, and takes it if its cost is lower.
-  void take_if_better(Window& other, Solution& solution) {
+  /// Solves another window, and takes it if its cost is lower by so many nats.
+  void take_if_better(Window& other, Solution& solution, double nats) {
     const Solution found = other.solve(model_, rounds, least);
-    if (found.cost >= solution.cost - kSurer) return;
+    if (found.cost >= solution.cost - nats) return;
     window_ = std::move(other);
     solution = found;
   }
@@ -703,7 +705,7 @@ class Estimator {
     other.trial = trial;
     other.solve(model_, 2, least);
     other.trial = Trial();
-    take_if_better(other, solution);
+    take_if_better(other, solution, kSurer);
   }
 
   /// Initialises the yaw by bearings of people at constant velocity: a head may turn further than a descent from the
