@@ -15,7 +15,6 @@ from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.solver import VbFormer
 from vbbench_baselines.former.training.crowds import Crowds, make_crowds
-from vbbench_baselines.former.training.run_folder import draw_curve
 from vbbench_baselines.former.weights import read_weights
 
 torch = pytest.importorskip("torch", reason="needs the extra torch")
@@ -24,7 +23,7 @@ pytestmark = pytest.mark.extra
 from vbbench_baselines.former.training.batches import batch_of  # noqa: E402
 from vbbench_baselines.former.training.loop import Arrays, Training, held_out_batches  # noqa: E402
 from vbbench_baselines.former.training.recipe import Phase  # noqa: E402
-from vbbench_baselines.former.training.run_folder import Asked, train  # noqa: E402
+from vbbench_baselines.former.training.run_folder import Asked, draw_curve, train  # noqa: E402
 
 
 @pytest.fixture(scope="module")
