@@ -16,7 +16,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.geometry import FloatArray, relative_to_world, world_to_relative, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, FrameSolver, Problem
-from vbbench_baselines._core import link, settle
+from vbbench_baselines._core import link, minimise
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import Answer, Task
 
@@ -49,7 +49,7 @@ class Plain:
         noise = np.stack((np.stack((rr, rf), -1), np.stack((rf, ff), -1)), -2)
         self.root = np.linalg.cholesky(noise + 1e-12 * np.eye(2))
         self.solver, self.factors = solver, factors
-        alone = settle(factors, solver.task.pose, solver.softness, solver.iterations, solver.tolerance)[1]
+        alone = minimise(factors, solver.task.pose, solver.softness, solver.iterations, solver.tolerance)[1]
         self.i, self.j = link(alone, solver.reach, solver.neighbours).T
 
     def places(self, v: FloatArray) -> FloatArray:
