@@ -93,6 +93,7 @@ def import_mot(
     /,
     dataset: Path,
     out: Path,
+    least_matched: float = 0.5,
     least_track: int = 3,
     person_class: str | None = None,
     truth: Path | None = None,
@@ -104,6 +105,7 @@ def import_mot(
         files: Folder with sequence-000012.txt for sequence 12, and so on; or what 'export mot' makes.
         dataset: The dataset whose pictures were tracked.
         out: Dataset folder to make.
+        least_matched: Share of the boxes that must match people; fewer are refused.
         least_track: Fewest frames in which a track that counts matches a person.
         person_class: Class of people in the files, by number or name, where they do not show it.
         truth: Folder with the truth tables, if they are not in the dataset.
@@ -116,6 +118,7 @@ def import_mot(
         files,
         Dataset(dataset, truth),
         out,
+        least_matched=least_matched,
         least_track=least_track,
         person_class=person_class,
         overwrite=overwrite,
