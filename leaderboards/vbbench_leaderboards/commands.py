@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from vbbench.cli.parsing import Further
+from vbbench.cli.parsing import Further, named
 
 RESULTS = Path("leaderboards/results")
 WORK = Path("out/leaderboard")
@@ -47,7 +47,7 @@ def add(
     from vbbench_leaderboards.results.result import parse_facts
     from vbbench_leaderboards.submitting import add as write
 
-    facts = parse_facts(about)
+    facts = parse_facts(named("fact of a row", about, _facts_of_rows()))
     date = facts.pop("date", "")
     challenge = challenge_folder_of(results)
     if challenge is None:

@@ -197,7 +197,9 @@ def card(
     from vbbench.files.cards.origin import Publisher
     from vbbench.files.cards.writing import card_dataset
 
-    for path in card_dataset(folder, Publisher(**named(about, _facts_of_publishers())), overwrite=overwrite):
+    for path in card_dataset(
+        folder, Publisher(**named("fact of a card", about, _facts_of_publishers())), overwrite=overwrite
+    ):
         print(path)
 
 

@@ -82,14 +82,14 @@ class Further:
     names: Callable[[], Mapping[str, Any]]
 
 
-def named(words: Iterable[str], names: Iterable[str]) -> dict[str, str]:
-    """Values by name from words NAME=VALUE; raises UnknownNameError for another name."""
+def named(kind: str, words: Iterable[str], names: Iterable[str]) -> dict[str, str]:
+    """Values by name from words NAME=VALUE; UnknownNameError, which calls them of this kind, for another name."""
     found = {}
     for word in words:
         name, equals, value = word.partition("=")
         name = name.replace("-", "_")
         if not equals or name not in names:
-            raise UnknownNameError("name", name, names)
+            raise UnknownNameError(kind, name, names)
         found[name] = value
     return found
 

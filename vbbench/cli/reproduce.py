@@ -89,7 +89,7 @@ def reproduce(
     from vbbench.reproduction.studies import chosen_studies, reproduce_all
 
     options = {name: value for name, value in asdict(study).items() if value is not None}
-    options |= {name: Path(folder) for name, folder in named(downloads, _own_downloads()).items()}
+    options |= {name: Path(folder) for name, folder in named("download", downloads, _own_downloads()).items()}
     studies = chosen_studies(names, options)
     making = Making(jobs=work.jobs, scheduler=work.scheduler, overwrite=work.overwrite)
     if len(studies) > 1:

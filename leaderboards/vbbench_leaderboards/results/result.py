@@ -7,7 +7,7 @@ A *board* is a split, a tier and a protocol: the table in which solvers stand ne
 import datetime
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import Any, Literal
 import numpy as np
 
 from vbbench import __version__
-from vbbench.errors import FileError, UnknownNameError, VbbenchError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.estimate import LARGEST
 from vbbench.files.submission import OFFLINE, SubmissionInfo
 from vbbench.files.tables import file_sha256
@@ -132,27 +132,12 @@ FACTS = [field.name for field in fields(About) if field.name != "date"]
 """Names of what a row says of its solver."""
 
 
-def parse_facts(words: Iterable[str]) -> dict[str, Any]:
-    """Facts of a row by name, from words NAME=VALUE of a command line.
-
-    Raises
-    ------
-    VbbenchError
-        If a word is none, a name is unknown, or a delay is none.
-    """
-    found: dict[str, Any] = {}
-    for word in words:
-        name, equals, value = word.partition("=")
-        name = name.replace("-", "_")
-        if not equals or name not in (*FACTS, "date"):
-            raise UnknownNameError("fact of a row", name, (*FACTS, "date"))
-        found[name] = value
-    delay = found.get("delay", OFFLINE)
+def parse_facts(words: Mapping[str, str]) -> dict[str, Any]:
+    """Facts of a row from their words on a command line; VbbenchError if a delay is none."""
+    delay = words.get("delay", OFFLINE)
     if not re.fullmatch(rf"{OFFLINE}|[0-9]{{1,6}}", delay):
         raise VbbenchError(f"a delay is a number of frames, 0 for a causal solver, or '{OFFLINE}', not '{delay}'")
-    if delay != OFFLINE:
-        found["delay"] = int(delay)
-    return found
+    return {**words} if delay == OFFLINE else {**words, "delay": int(delay)}
 
 
 @dataclass(frozen=True, kw_only=True)
