@@ -82,11 +82,6 @@ def world_to_relative(positions: FloatArray, poses: FloatArray) -> FloatArray:
     return relative
 
 
-def carried_along(places: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Places [..., K, 2] that keep where they are in the axes of a pose ``before`` [..., 3] that becomes ``after``."""
-    return relative_to_world(world_to_relative(places, before), after)
-
-
 def motion_between(before: FloatArray, after: FloatArray) -> FloatArray:
     """[..., 3] (forward, left, turn) from poses [..., 3] to later ones, in the former's axes; turns are not wrapped."""
     place = world_to_relative(after[..., None, :2], before)[..., 0, :]
