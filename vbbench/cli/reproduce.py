@@ -33,7 +33,7 @@ class Study:
 
 
 def _own_downloads() -> dict[str, type]:
-    return dict.fromkeys(("kitti", "poses", "jrdb", "bags", "motsynth"), Path)
+    return dict.fromkeys(("kitti", "poses", "jrdb", "bags", "motsynth", "argoverse2", "nuscenes"), Path)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +80,7 @@ def reproduce(
         names: Studies; several make one page.
         study: What is measured.
         downloads: Your own, as NAME=FOLDER, or each as an option: --kitti, KITTI's tracking benchmark; --poses, its
-            camera's poses; --jrdb; --bags, JRDB's rosbags; --motsynth.
+            camera's poses; --jrdb; --bags, JRDB's rosbags; --motsynth; --argoverse2; --nuscenes.
         work: Where and how.
     """
     from vbbench.errors import VbbenchError

@@ -92,7 +92,7 @@ class TrajectoriesStudy(Study):
     splits : names; none for all that `vbbench splits` lists, but for the user's own recordings.
     solvers : one registered name or ``module:attribute``.
     protocols : one, which truth it is given, and when; footage without its whole truth is solved from a cold start.
-    kitti, jrdb, motsynth : the user's own downloads.
+    kitti, jrdb, motsynth, argoverse2, nuscenes : the user's own downloads.
     seed : of the datasets.
     """
 
@@ -103,6 +103,8 @@ class TrajectoriesStudy(Study):
     kitti: Path | None = None
     jrdb: Path | None = None
     motsynth: Path | None = None
+    argoverse2: Path | None = None
+    nuscenes: Path | None = None
     seed: int = 0
 
     @property
@@ -125,7 +127,7 @@ class TrajectoriesStudy(Study):
     def measure(self, out: Path, making: Making) -> Trajectories:
         """Choose and solve a sequence of each split."""
         found = Trajectories([], {})
-        folders = {"kitti": self.kitti, "jrdb": self.jrdb, "motsynth": self.motsynth}
+        folders = {name: getattr(self, name) for name in ("kitti", "jrdb", "motsynth", "argoverse2", "nuscenes")}
         for split in self.splits or shown_splits():
             name, folder, plan = split, out / split, plan_if_here(split, folders.get(split), self.seed)
             if plan is None:
@@ -235,7 +237,7 @@ def _line(one: dict[str, Any]) -> list[str]:
     return [one["split"], str(one["sequence"]), str(one["frames"]), f"{one['seconds']:.1f}", str(one["people"]), *cells]
 
 
-_COLUMNS, _PANEL, _STEP = 4, (2.45, 2.05), (2.9, 2.84)  # inches
+_COLUMNS, _PANEL, _STEP = 4, (2.72, 2.05), (3.17, 2.84)  # inches
 _LEFT, _HEAD, _FOOT = 0.42, 0.78, 0.5
 _LINE = 0.17  # height of a line of the note in inches
 _NOTE_WIDTH = 165  # characters
