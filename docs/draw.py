@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
 LISTED, SHOWN = ROOT / "docs" / "pictures.toml", IMAGES / "shown.json"
 HOW = ("run", "page", "frames", "part", "by_hand")
-FILM_FRAMES, FILM_SIZE, FILM_STEP = 90, (720, 294), 3
+FILM_FRAMES, FILM_SIZE, FILM_STEP = 30, (720, 294), 3
 """Of the film: pictures, px, and frames of the film from one to the next."""
 
 LARGEST, MARGIN, PART_HEIGHT = 390_000, 12, 460
