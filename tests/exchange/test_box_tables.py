@@ -218,8 +218,27 @@ def test_a_visibility_that_is_zero_throughout_is_not_known(tmp_path):
     assert np.isnan(rows.visible).all()
 
 
-def test_boxes_of_two_films_are_refused(tmp_path):
+@pytest.mark.parametrize("name", ["video", "sequence", "source_id", "view"])
+def test_boxes_of_two_films_are_refused(tmp_path, name):
     path = tmp_path / "boxes.csv"
-    path.write_text("video,frame,id,left,top,width,height\na,0,1,2,3,4,50\nb,0,2,2,3,4,50\n")
-    with pytest.raises(FileError, match=r"boxes of 2 films \('a', 'b'\); write a file for each"):
+    path.write_text(f"{name},frame,id,left,top,width,height\na,0,1,2,3,4,50\nb,0,2,2,3,4,50\n")
+    with pytest.raises(FileError, match=r"rows of 2 films \('a', 'b'\); write a file for each"):
         read_boxes(path, 0.1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'frame,id,left,top,width,height\n{0},1,"12,5","3,25","40,0","90,5"\n',
+        "frame id left top width height\n{0} 1 12,5 3,25 40,0 90,5\n",
+        "frame;id;left;top;width;height\n{0};1;12,5;3,25;40,0;90,5\n",
+        "{0} 1 13,5 4,25 40,0 90,5\n",
+        "{0};1;13,5;4,25;40,0;90,5\n",
+    ],
+)
+def test_decimal_commas_are_read_whatever_separates_cells(tmp_path, text):
+    path = tmp_path / "boxes.csv"
+    head, _, row = text.rpartition("\n{0}")
+    path.write_text(head + "".join(("\n" * bool(n or head) + "{0}" + row.rstrip()).format(n + 1) for n in range(3)))
+    rows = read_boxes(path, 0.1)
+    assert rows.boxes.tolist() == [[12.5, 3.25, 40.0, 90.5]] * 3

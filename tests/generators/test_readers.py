@@ -9,10 +9,11 @@ import pytest
 from tests.fuzz.trajectories import SPLINES
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.scene import Scene
-from vbbench_generators.recordings.loading import detect_format
+from vbbench_generators.recordings.loading import detect_format, load_scenes
 from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
 from vbbench_generators.recordings.readers.tracks import read_homography, to_ground
 from vbbench_generators.recordings.readers.vsp import polyline, read_vsp, smooth_curve
+from vbbench_generators.recordings.recipe import get_recipe
 
 Write = Callable[..., Path]
 
@@ -199,6 +200,25 @@ def test_a_homography_of_another_direction_is_named(write: Write, given: np.ndar
     assert read_trajnet(path, dt=0.4, homography=TILTED).frames == 12
 
 
+def test_people_of_different_speeds_show_the_direction_of_a_homography(write: Write) -> None:
+    rng, (start, way) = np.random.default_rng(2), np.random.default_rng(3).normal(0.0, 1.0, (2, 9, 2))
+    frame, person = (array.ravel() for array in np.mgrid[:12, :9])
+    places = start[person] + 5.0 + 0.2 * frame[:, None] * way[person] + rng.normal(0.0, 0.005, (len(frame), 2))
+    pixels = to_ground(places, np.linalg.inv(TILTED))
+    rows = [(10 * f, p + 1, *at) for f, p, at in zip(frame.tolist(), person.tolist(), pixels.tolist(), strict=True)]
+    with pytest.raises(FileError, match="with its inverse at"):
+        read_trajnet(write(_text(rows)), dt=0.4, homography=np.linalg.inv(TILTED))
+    turned = write(_text([(f, p, y, x) for f, p, x, y in rows]))
+    with pytest.warns(VbbenchWarning, match=r"vary by .*with the columns of places swapped.*\(row, column\)"):
+        read_trajnet(turned, dt=0.4, homography=TILTED)
+    assert read_trajnet(write(_text(rows)), dt=0.4, homography=TILTED).frames == 12
+
+
+def test_a_homography_stands_in_brackets_or_in_one_line(write: Write) -> None:
+    for text in (str(TILTED.tolist()), str(TILTED), " ".join(map(str, TILTED.ravel().tolist()))):
+        np.testing.assert_allclose(read_homography(write(text, "H.txt")), TILTED)
+
+
 def test_a_homography_that_only_scales_and_one_for_metres_are_named(write: Write) -> None:
     metres = to_ground(np.array([row[2:] for row in _pixels()]), TILTED)
     rows = [(frame, person, *place) for (frame, person, *_), place in zip(_pixels(), metres.tolist(), strict=True)]
@@ -235,6 +255,7 @@ def test_the_cause_of_a_speed_is_not_a_homography_where_there_is_one(write: Writ
         '"id"\t"frame"\t"x"\t"y"',
         "id frame x_cm y_cm",
         "id time_ms x y",
+        "id frame x_feet y_feet",
         "id timestamp x y",
         "id frame vx x vy y z class",
     ],
@@ -242,7 +263,10 @@ def test_the_cause_of_a_speed_is_not_a_homography_where_there_is_one(write: Writ
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
 def test_columns_are_read_by_their_names(tmp_path: Path, head: str, encoding: str) -> None:
     mark = next((mark for mark in ";\t," if mark in head), " ")
-    scale, per_frame = 100 if "_cm" in head else 1, 400 if "time_ms" in head else 0.4 if "timestamp" in head else 10
+    scale, per_frame = (
+        100 if "_cm" in head else 1 / 0.3048 if "_feet" in head else 1,
+        400 if "time_ms" in head else 0.4 if "timestamp" in head else 10,
+    )
     rows = [
         (person, frame * per_frame, scale * 0.5 * frame, -scale * person) for person in (3, 7) for frame in range(4)
     ]
@@ -260,6 +284,18 @@ def test_a_frame_rate_in_a_comment_must_be_that_of_dt(write: Write) -> None:
     path = write("# framerate: 25.00\n# id frame x/m y/m\n" + "".join(f"1 {n} {n / 25} 0\n" for n in range(20)))
     with pytest.raises(FileError, match=r"has 25 frames a second by its comment, and --dt is 0\.4; write --dt 0\.04"):
         read(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("scene,frame,id,x,y\na,0,1,0,0\nb,0,2,1,1\n", r"rows of 2 films \('a', 'b'\)"),
+        ('{"track": {"f": 0, "p": 1, "x": 0.5, "y": 1.0}}\n', "is JSON; write lines of frame, id, x, y"),
+    ],
+)
+def test_two_scenes_and_json_are_named(write: Write, text: str, problem: str) -> None:
+    with pytest.raises(FileError, match=problem):
+        load_scenes(get_recipe("custom"), write(text), seed=0, dt=0.4)
 
 
 def test_swapped_frames_and_ids_are_named(write: Write) -> None:

@@ -190,10 +190,7 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
     """The boxes of a table with named columns."""
     if not len(table):
         raise FileError(table.path, "holds no row")
-    films = np.unique(table["film"]).tolist() if "film" in table else []
-    if len(films) > 1:
-        listed = ", ".join(quoted(str(one)) for one in films[:4])
-        raise FileError(table.path, f"holds boxes of {len(films)} films ({listed}); write a file for each of them")
+    table.refuse_films()
     sides = [[name for name in names if name in table] for names in _SIDES]
     corner = [("left", "right", "u"), ("top", "bottom", "v")]
     size = [("width", "right", "height"), ("height", "bottom")]

@@ -31,7 +31,7 @@ EMPTY = ("", "nan", "NaN", "None", "none", "null", "NULL", "NA", "N/A")
 _MARKS = {"true": "1", "false": "0", "yes": "1", "no": "0"}
 _TEXTS = pa.dictionary(pa.int32(), pa.string())
 _SHOWN = 1000
-_DIGIT = re.compile(r"\d")
+_DIGIT, _QUOTED_COMMA = re.compile(r"\d"), re.compile(rb'"([-+]?\d+),(\d+)"')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,6 +127,13 @@ class NamedColumns(Rows):
         values = column.astype(np.float64, copy=False)
         return values if np.isnan(missing) else np.where(np.isnan(values), missing, values)
 
+    def refuse_films(self) -> None:
+        """Raise FileError if rows are of several films."""
+        films = np.unique(self["film"]).tolist() if "film" in self else []
+        if len(films) > 1:
+            listed = ", ".join(quoted(str(one)) for one in films[:4])
+            raise FileError(self.path, f"holds rows of {len(films)} films ({listed}); write a file for each of them")
+
     def called(self, noun: str) -> str:
         """What the file calls a column; empty where it does not."""
         return self.header.names[self.header.columns[noun]] if self.header else ""
@@ -197,7 +204,12 @@ def read_table(
     body, header, first = split_header(decode(path, content), nouns, usable)
     end = body.find(b"\n", 0, 100 * _SHOWN)
     sample = body[: end if end >= 0 else 100 * _SHOWN].decode("utf-8", "replace").strip()
-    mark, cells = (separator_of(sample), split_cells(sample)) if sample else (",", [])
+    mark = separator_of(sample) if sample else ","
+    if mark != "," and b"," in body:
+        body, sample = body.replace(b",", b"."), sample.replace(",", ".")
+    elif b'"' in body:
+        body = _QUOTED_COMMA.sub(rb"\1.\2", body)
+    cells = split_cells(sample) if sample else []
     if header is not None:
         refuse_doubtful(path, header, first - 1, repeated)
         called = {noun: header.names[column] for noun, column in header.columns.items()}
@@ -212,8 +224,6 @@ def read_table(
         except ValueError as error:
             raise FileError(path, str(error), first) from error
     body = body.rstrip() if body.endswith(b"\n\n") else body
-    if mark != "," and b"," in body:
-        body = body.replace(b",", b".")
     if mark == " " and (b"  " in body or b"\t" in body or b" \n" in body or b"\n " in body):
         body = re.sub(rb"[ \t]+", b" ", body).replace(b" \n", b"\n").replace(b"\n ", b"\n").strip(b" ")
     width = len(header.names) if header else len(cells)

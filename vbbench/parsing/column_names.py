@@ -23,7 +23,11 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
         "track tracker person ped pedestrian agent target actor subject player object obj instance",
         "idx",
     ),
-    "film": ("video videoid videoname videofile clip clipid camera cameraid cam camid",),
+    "film": (
+        "video videoid videoname videofile clip clipid camera cameraid cam camid sequence seq sequenceid seqid "
+        "sequencename seqname scene sceneid scenename view viewid source sourceid stream streamid recording "
+        "recordingid",
+    ),
     "left": ("left x1 xmin x0 xtl xleft leftx minx xlt tlx topleftx xtopleft ltx l", "x x_"),
     "top": ("top y1 ymin y0 ytl ytop topy miny ylt tly toplefty ytopleft lty t", "y"),
     "right": ("right x2 x1 xmax xbr xright rightx maxx xrb brx bottomrightx xbottomright rbx r",),
@@ -67,9 +71,12 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
 """Names of each noun, the sure ones first: a later group counts only where no name of an earlier one is there."""
 
 UNITS: dict[str, float] = {
-    "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9,
-    "m": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3,
-    "rad": 1.0, "deg": 0.017453292519943295, "degrees": 0.017453292519943295,
+    **dict.fromkeys(("s", "sec", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "milliseconds"), 1e-3),
+    **dict.fromkeys(("us", "µs", "usec", "microseconds"), 1e-6),
+    **dict.fromkeys(("ns", "nanoseconds"), 1e-9),
+    "m": 1.0, "meters": 1.0, "metres": 1.0, "cm": 1e-2, "mm": 1e-3, "km": 1e3, "ft": 0.3048, "feet": 0.3048,
+    "rad": 1.0, "radians": 1.0, **dict.fromkeys(("deg", "degree", "degrees", "°"), 0.017453292519943295),
     "px": 1.0, "pixel": 1.0, "pixels": 1.0,
     "norm": 1.0, "normalized": 1.0, "normalised": 1.0, "rel": 1.0, "relative": 1.0, "ratio": 1.0, "n": 1.0,
     "pct": 0.01, "percent": 0.01, "%": 0.01,
@@ -89,6 +96,7 @@ _SUFFIX = re.compile(r"(.*?)[_ .]?(?:(?<=[_ .])([a-z]+)|(?<=\d)(n))")
 _PREFIX = re.compile(r"(norm|normalized|normalised|rel|relative|pct|percent)(?:[\W_]coord[a-z]*)?[\W_]+(.*)")
 _BOX = re.compile(r"(?:bounding[ _]?box|bndbox|bbox|bb|box|rect(?:_?params)?|ltwh|tlwh|xywh|xyxy)(?:2d)?[\W_]*(.+)")
 
+_COMMAS = re.compile(r"\s*[-+]?\d+(,\d+)?([eE][-+]?\d+)?( +[-+]?\d+(,\d+)?([eE][-+]?\d+)?)+\s*")
 _QUOTES = " \t\r\n\"'\ufeff<>#"
 
 
@@ -166,8 +174,8 @@ def header_of(line: str, nouns: Collection[str]) -> Header | None:
 
 
 def separator_of(line: str) -> str:
-    """What separates the cells of a line: a semicolon, tab, comma, bar, or blanks."""
-    return next((mark for mark in ";\t,|" if mark in line), " ")
+    """What separates the cells of a line: a semicolon, tab, comma, bar, or blanks, also between decimal commas."""
+    return " " if _COMMAS.fullmatch(line) else next((mark for mark in ";\t,|" if mark in line), " ")
 
 
 def split_cells(line: str) -> list[str]:

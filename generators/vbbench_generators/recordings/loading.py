@@ -12,6 +12,7 @@ from vbbench.exchange.text_tables import split_header
 from vbbench.files.tables import file_sha256
 from vbbench.generation.sources import locate
 from vbbench.geometry import FloatArray
+from vbbench.parsing.numbers import FRAME_TIME
 from vbbench.registry import load_all, load_registered
 from vbbench.scene import Scene
 from vbbench.streams import Stream, random_stream
@@ -166,6 +167,8 @@ def detect_format(path: Path) -> str:
     line = " ".join(header.names) if header else body.partition(b"\n")[0].decode().strip()
     if not line:
         raise FileError(path, "is empty: it holds no row of numbers")
+    if line.startswith(("{", "[")):
+        raise FileError(path, "is JSON; write lines of frame, id, x, y under a first line with these names", number)
     readers = load_all("reader")
     found = next((name for name, reader in readers.items() if reader.recognises(line)), None)
     if found is None:
@@ -187,8 +190,8 @@ def _load_own(recipe: Recipe, wishes: Wishes) -> Loaded:
 
 
 def _scene_file(recipe: Recipe, path: Path, dt: float | None, homography: FloatArray | None) -> SceneFile:
-    if dt is None or not (np.isfinite(dt) and dt > 0):
-        raise VbbenchError(f"{recipe.name}: give the seconds per frame with `dt`, a positive number")
+    if dt is None or not FRAME_TIME.least <= dt <= FRAME_TIME.most:
+        raise VbbenchError(f"{recipe.name}: give the seconds per frame with `dt`, {FRAME_TIME}")
     smooth = recipe.resampling is not None
     return SceneFile(path=path, dt=dt, frame_step=recipe.frame_step, homography=homography, smooth=smooth)
 

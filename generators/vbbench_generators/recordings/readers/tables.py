@@ -56,6 +56,7 @@ def read_trajnet(
     content = read_text(path)
     named = split_header(content, NOUNS)[1] is not None
     table = read_table(path, content, NOUNS, required=NOUNS) if named else read_rows(path, TRAJNET)
+    table.refuse_films()
     if not len(table):
         raise FileError(path, "is empty: it names columns and holds no row of numbers")
     refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])

@@ -1,5 +1,6 @@
 """Rows of positions from text files, checks of them, and the dense scene that they form."""
 
+import re
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,9 +11,10 @@ from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.text_tables import NamedColumns, Rows, decode, read_table
 from vbbench.files.dataset_checks import CELLS_PER_ROW, FEW_CELLS
 from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.parsing.column_names import split_cells
 from vbbench.scene import Scene
 
-NOUNS = ("frame", "time", "id", "x", "y")
+NOUNS = ("frame", "time", "id", "film", "x", "y")
 """What a header may name."""
 
 
@@ -34,7 +36,7 @@ def read_text(path: Path) -> bytes:
     return content
 
 
-def read_rows(path: Path, names: Sequence[str]) -> NamedColumns:
+def read_rows(path: Path, names: Sequence[str], content: bytes | None = None) -> NamedColumns:
     """Columns of numbers without a header, separated by white space or commas; every row has exactly ``names``.
 
     Raises
@@ -42,28 +44,29 @@ def read_rows(path: Path, names: Sequence[str]) -> NamedColumns:
     FileError
         If there is no row, or at the first line with other columns or without finite numbers.
     """
-    content = read_text(path).replace(b",", b" ")
-    table = read_table(path, content, layout=" ".join(names))
+    table = read_table(path, read_text(path) if content is None else content, layout=" ".join(names))
     if not len(table):
         raise FileError(path, "is empty: it holds no row of numbers")
     return table
 
 
 def count_columns(line: str) -> int:
-    """Number of columns of a line, separated by white space or commas."""
-    return len(line.replace(",", " ").split())
+    """Number of columns of a line."""
+    return len(split_cells(line))
 
 
 def read_homography(path: Path) -> FloatArray:
-    """Read a [3, 3] homography: three rows of three numbers.
+    """Read a [3, 3] homography: three rows of three numbers, or all in one row, with brackets or without.
 
     Raises
     ------
     FileError
         If the shape differs, a number is bad, or the matrix is singular.
     """
-    names = ("h1", "h2", "h3")
-    rows = read_rows(path, names)
+    names, text = ("h1", "h2", "h3"), re.sub(rb"[\[\](),; \t]+", b" ", read_text(path)).strip()
+    if len(words := text.split()) == len(names) ** 2 != len(text.partition(b"\n")[0].split()) * len(names):
+        text = b"\n".join(b" ".join(words[row : row + 3]) for row in (0, 3, 6))
+    rows = read_rows(path, names, text)
     matrix = rows.stacked(*names)
     if len(matrix) != 3:
         raise FileError(path, f"a homography has 3 rows of 3 numbers, not {len(matrix)}", int(rows.lines[-1]))
@@ -91,6 +94,8 @@ EVENLY = 1.05
 """Factor up to which speeds may vary more with another reading than as given: a wrong ``dt`` leaves this as it is."""
 FEWEST_STEPS = 3
 """Steps from which another reading of a homography is judged."""
+EVENLY_SWAPPED, MANY_POINTS = 0.85, 100
+"""Factor below which speeds vary less with swapped columns, and places from which this is judged."""
 
 FARTHEST = 1e6
 """How far from the origin, in m along either axis, a person may walk."""
@@ -192,6 +197,8 @@ def check_speed(path: Path, scene: Scene, frame_step: int = 1, homography: Float
 def check_homography(path: Path, time: FloatArray, person: FloatArray, points: FloatArray, matrix: FloatArray) -> None:
     """Raise FileError if walking is plausible only without the homography, or with its inverse or transpose.
 
+    Warn if it is more even with the two columns of places swapped.
+
     Parameters
     ----------
     path : the file of the points.
@@ -207,6 +214,10 @@ def check_homography(path: Path, time: FloatArray, person: FloatArray, points: F
     walks["none"] = _walk(time, person, points)
     best = min(walks, key=lambda name: (not walks[name][0], walks[name][2]))
     (given, fast, uneven), (fits, speed, varies) = walks[""], walks[best]
+    swapped, _, evenly = _walk(time, person, to_ground(points[:, ::-1], matrix))
+    if given and swapped and len(points) >= MANY_POINTS and evenly < EVENLY_SWAPPED * uneven:
+        problem = f"speeds of a person vary by {uneven:.1%}, and by {evenly:.1%} with the columns of places swapped"
+        warnings.warn(VbbenchWarning(f"{path}: {problem}: does the homography want (row, column)?"), stacklevel=4)
     if given or not fits or varies > EVENLY * uneven:
         return
     if best == "none":
@@ -217,13 +228,17 @@ def check_homography(path: Path, time: FloatArray, person: FloatArray, points: F
 
 
 def _walk(time: FloatArray, person: FloatArray, places: FloatArray) -> tuple[bool, float, float]:
-    """Whether walking is plausible, its median speed in m/s, and the variation of speeds from step to step."""
+    """Whether walking is plausible, its median speed in m/s, and by what share a person's speed varies (median)."""
+    order = np.lexsort((time, person))
     speeds = steps_of_people(time, person, places, per_time=True)
     if len(speeds) < FEWEST_STEPS or not np.isfinite(places).all():
         return False, np.inf, np.inf
+    walker = person[order][1:][(np.diff(person[order]) == 0) & (np.diff(time[order]) > 0)]
+    parts = np.split(speeds, np.flatnonzero(np.diff(walker)) + 1)
+    varies = [float(np.median(np.abs(one / np.median(one) - 1.0))) for one in parts if np.median(one) > 0.0]
     speed, spread = float(np.median(speeds)), np.ptp(np.percentile(places, (5, 95), axis=0), axis=0).max()
-    varies = float(np.median(np.abs(speeds - speed))) / max(speed, 1e-12)
-    return bool(SPEED_RANGE[0] <= speed <= SPEED_RANGE[1] and spread <= LARGEST_SCENE), speed, varies
+    fits = SPEED_RANGE[0] <= speed <= SPEED_RANGE[1] and spread <= LARGEST_SCENE
+    return bool(fits), speed, float(np.median(varies or [0.0]))
 
 
 def steps_of_people(time: FloatArray, person: FloatArray, places: FloatArray, *, per_time: bool = False) -> FloatArray:
