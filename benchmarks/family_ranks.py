@@ -102,7 +102,7 @@ class Solved:
         key = dataset.folder, protocol
         if key not in self._cells:
             solvers = [variant.solver for variant in self.variants.values()]
-            self._cells[key] = Making().cells_in_parallel(dataset, solvers, protocol)
+            self._cells[key] = Making().cells(dataset, solvers, [protocol])
         return errors_of(self._cells[key], metric)
 
 

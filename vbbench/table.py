@@ -12,9 +12,13 @@ import textwrap
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 from vbbench.errors import one_line
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 Write = Callable[[str], str]
 
@@ -86,6 +90,18 @@ def csv_text(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
             ["" if cell is None or (isinstance(cell, float) and math.isnan(cell)) else cell for cell in row]
         )
     return text.getvalue()
+
+
+def environment(folder: Path) -> "Environment":
+    """The Jinja templates of a folder: a name that is not given is an error, and what is put into HTML is escaped."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+
+    look: dict[str, Any] = {
+        "trim_blocks": True,
+        "lstrip_blocks": True,
+        "autoescape": select_autoescape(("html", "svg")),
+    }
+    return Environment(loader=FileSystemLoader(folder), undefined=StrictUndefined, **look)  # noqa: S701
 
 
 def decimals(values: Sequence[float]) -> int:

@@ -90,7 +90,7 @@ def test_a_simulated_crowd_stands_in_for_a_missing_recording(no_data: Path, tmp_
     found = study.measure(tmp_path / "out", Making())
     own = found.recordings["shibuya02"]
     assert own["simulated"]
-    assert own["title"] == "Simulated crowd of 40 people, lifted like shibuya02"
+    assert own["title"] == "Simulated crowd, lifted like shibuya02"
     assert found.name("shibuya02") == "shibuya02 (simulated)"
     report = study.report(found)
     assert "**`shibuya02` is a stand-in**" in report.markdown

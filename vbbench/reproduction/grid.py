@@ -7,7 +7,7 @@ CroHD is, takes its place under its own name (docs/heads.md).
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product, starmap
 from pathlib import Path
 from typing import Any
@@ -18,11 +18,11 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.folders.locks import loose_files
-from vbbench.generation import generate, generate_partitioned, write_dataset
+from vbbench.generation import generate_partitioned, write_dataset
 from vbbench.generation.generator import Generator, Options, Plan, Simulation
 from vbbench.generation.planning import planned
 from vbbench.parallel.partitions import merge
-from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
+from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.report import Report
@@ -48,17 +48,13 @@ class Cell:
     dataset: Dataset
     protocol: str
     solver: str
+    submission: Path
     score: Score
 
     @property
     def summaries(self) -> Mapping[str, Summary]:
         """Figures by metric."""
         return self.score.summaries
-
-    @property
-    def submission(self) -> Path:
-        """The submission's folder, next to the dataset's."""
-        return submission_folder(self.dataset, self.solver, self.protocol)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,10 +76,9 @@ class Making:
         VbbenchError
             If ``folder`` holds another dataset, or as `vbbench.generation.datasets.generate` does.
         """
-        if not self.overwrite and (folder / INFO_FILE).is_file():
-            return _existing(folder, planned(split, options))
-        if self.scheduler is None:
-            return generate(split, folder, options, jobs=self.jobs, overwrite=self.overwrite)
+        plan = planned(split, options)
+        if self.scheduler is None or (not self.overwrite and (folder / INFO_FILE).is_file()):
+            return self.planned(plan, folder)
         generate_partitioned(split, folder, options, scheduler=self.scheduler, overwrite=self.overwrite)
         return Dataset(merge(folder))
 
@@ -91,7 +86,10 @@ class Making:
         """As `dataset`, of a plan that no command can make; a cluster does not make it either."""
         if self.overwrite or not (folder / INFO_FILE).is_file():
             return write_dataset(plan, folder, jobs=self.jobs, overwrite=self.overwrite)
-        return _existing(folder, plan)
+        there, wanted = DatasetInfo.read(folder).id, plan.info.id
+        if there != wanted:
+            raise VbbenchError(f"{folder} is dataset {there}, wanted is {wanted}; {OTHERWISE}")
+        return Dataset(folder)
 
     def submission(self, dataset: Dataset, solver: str, protocol: str, folder: Path) -> Path:
         """The submission in ``folder``, solved unless it exists for the same dataset, solver, version and protocol.
@@ -103,34 +101,28 @@ class Making:
         VbbenchError
             If ``folder`` holds another submission, or as `vbbench.solving.submissions.solve` does.
         """
-        if not self.overwrite and (folder / SUBMISSION_FILE).is_file():
-            return _existing_submission(dataset, solver, protocol, folder)
-        where: dict[str, Any] = {"scheduler": self.scheduler, "overwrite": self.overwrite}
-        made = solve(dataset, solver, protocol, folder, jobs=self.jobs, **where)
-        return made if self.scheduler is None else merge(folder)
+        if self.overwrite or not (folder / SUBMISSION_FILE).is_file():
+            where: dict[str, Any] = {"scheduler": self.scheduler, "overwrite": self.overwrite}
+            made = solve(dataset, solver, protocol, folder, jobs=self.jobs, **where)
+            return made if self.scheduler is None else merge(folder)
+        info = SubmissionInfo.read(folder)
+        there = f"{info.solver} {info.version}, {info.protocol}, dataset {info.dataset}"
+        wanted = f"{solver} {solver_version(solver)}, {protocol}, dataset {dataset.info.id}"
+        if there != wanted:
+            raise VbbenchError(f"{folder} is of {there}; wanted is {wanted}; {OTHERWISE}")
+        return folder
 
     def cell(self, dataset: Dataset, solver: str, protocol: str, at: Any = None) -> Cell:
-        """One solver's cell."""
-        folder = submission_folder(dataset, solver, protocol)
-        scored = score(self.submission(dataset, solver, protocol, folder), dataset.folder)
-        return Cell(at=at, dataset=dataset, protocol=protocol, solver=solver, score=scored)
+        """One solver's cell; its submission lies next to the dataset's folder."""
+        folder = dataset.folder.with_name(f"{protocol}-{solver.replace(':', '-')}")
+        made = self.submission(dataset, solver, protocol, folder)
+        scored = score(made, dataset.folder)
+        return Cell(at=at, dataset=dataset, protocol=protocol, solver=solver, submission=made, score=scored)
 
     def cells(self, dataset: Dataset, solvers: Iterable[str], protocols: Iterable[str], at: Any = None) -> list[Cell]:
         """The cells of every protocol and solver on one dataset."""
         pairs = product(dict.fromkeys(protocols), dict.fromkeys(solvers))
         return [self.cell(dataset, solver, protocol, at) for protocol, solver in pairs]
-
-    def cells_in_parallel(self, dataset: Dataset, solvers: Sequence[str], protocol: str) -> list[Cell]:
-        """The cells of many solvers under one protocol; a process solves the dataset with one solver at a time."""
-        alone = replace(self, jobs=1, scheduler=None)
-        calls = [(alone, dataset, solver, protocol) for solver in solvers]
-        label = f"{dataset.info.split} {dataset.info.dt:g} s {protocol}"
-        return list(each(_quiet_cell, calls, self.jobs, label, "solver"))
-
-
-def submission_folder(dataset: Dataset, solver: str, protocol: str) -> Path:
-    """Where a study keeps a solver's submission: next to the dataset's folder."""
-    return dataset.folder.with_name(f"{protocol}-{solver.replace(':', '-')}")
 
 
 def each(
@@ -141,27 +133,6 @@ def each(
         for one in starmap(function, calls) if jobs == 1 else in_parallel(function, calls, jobs):
             yield one
             bar.update()
-
-
-def _quiet_cell(making: Making, dataset: Dataset, solver: str, protocol: str) -> Cell:
-    with without_bars():
-        return making.cell(dataset, solver, protocol)
-
-
-def _existing(folder: Path, plan: Plan) -> Dataset:
-    there, wanted = DatasetInfo.read(folder).id, plan.info.id
-    if there != wanted:
-        raise VbbenchError(f"{folder} is dataset {there}, wanted is {wanted}; {OTHERWISE}")
-    return Dataset(folder)
-
-
-def _existing_submission(dataset: Dataset, solver: str, protocol: str, folder: Path) -> Path:
-    info = SubmissionInfo.read(folder)
-    there = f"{info.solver} {info.version}, {info.protocol}, dataset {info.dataset}"
-    wanted = f"{solver} {solver_version(solver)}, {protocol}, dataset {dataset.info.id}"
-    if there != wanted:
-        raise VbbenchError(f"{folder} is of {there}; wanted is {wanted}; {OTHERWISE}")
-    return folder
 
 
 def rows_at(rows: Iterable[Row], **at: Any) -> list[Row]:
@@ -268,10 +239,6 @@ class SimulatedRecording:
 
     people: int
     every: int
-
-    def title(self, split: str) -> str:
-        """What takes the place of ``split``."""
-        return f"Simulated crowd of {self.people} people, lifted like {split}"
 
 
 SCENARIO = "shibuya"

@@ -2,6 +2,11 @@
 
 Poses from static points at every distance, next to the errors of view birdification. An estimate gets the direction of
 its translation from pixels and the length from truth.
+
+Coordinates are those of the first camera, (right, down, forward) in m. The second stands at the centre c and is turned
+by R: a point x of the first is R(x − c) for the second. The length of c is not observable from pixels. OpenCV's answer
+is the five-point method of Nistér (2004) within RANSAC: the essential matrix of the best sample of five points, which
+no other point corrects.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,20 +19,164 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 from scipy.optimize import isotonic_regression
+from scipy.spatial.transform import Rotation
 
-from vbbench.camera import camera_to_dict
-from vbbench.errors import SourceMissingError, VbbenchError
+from vbbench.camera import PerspectiveCamera, camera_to_dict
+from vbbench.errors import SourceMissingError, VbbenchError, needs_extra
 from vbbench.generation.footage import FOOTAGE, FootageOptions
 from vbbench.generation.generator import Observer, Options
-from vbbench.geometry import FloatArray
+from vbbench.geometry import BoolArray, FloatArray
 from vbbench.paper import the_paper
 from vbbench.parsing.json_text import finite_or_none
 from vbbench.pictures.plotting import style
 from vbbench.reproduction.agreement import Estimate
 from vbbench.reproduction.grid import Cell, Making, Study, check_every, check_grid, each, stride_of
 from vbbench.reproduction.report import Report, paragraphs
-from vbbench.reproduction.two_views import Setting, check_opencv, draw_views, five_point
 from vbbench.table import Table
+
+MOST_ROUNDS = 2000
+"""After so many draws for a point without one that is seen, there is none."""
+FEWEST = 5
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setting:
+    """What is drawn. The numbers are the paper's; what else a reading of its text must fix comes first.
+
+    Parameters
+    ----------
+    camera : both cameras.
+    voxel : sides in m to the right, down and forward; the paper does not state which of its lengths is which.
+    points : of a trial.
+    rotation, translation : bounds in rad and m.
+    noise : on every coordinate of a projection, uniform up to ± so many px.
+    """
+
+    camera: PerspectiveCamera = field(default_factory=PerspectiveCamera)
+    voxel: tuple[float, float, float] = (20.0, 5.0, 10.0)
+    points: int = the_paper().keypoints.points
+    rotation: float = the_paper().keypoints.rotation
+    translation: float = the_paper().keypoints.translation
+    noise: float = the_paper().keypoints.noise
+
+
+class Poses(NamedTuple):
+    """Poses of the second cameras of N trials: R [N, 3, 3], and directions of c [N, 3], 0 without an answer."""
+
+    rotation: FloatArray
+    direction: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Views:
+    """N trials at one distance.
+
+    Parameters
+    ----------
+    camera : both cameras.
+    rotation : [N, 3, 3] R of the second camera.
+    centre : [N, 3] c of the second camera, in m.
+    first, second : [N, P, 2] projections in px.
+    """
+
+    camera: PerspectiveCamera
+    rotation: FloatArray
+    centre: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+    @property
+    def lengths(self) -> FloatArray:
+        """[N] distance between the cameras, in m."""
+        return np.asarray(np.linalg.norm(self.centre, axis=-1))
+
+    def translation_errors(self, poses: Poses) -> FloatArray:
+        """[N] in m, where translations are as long as they truly are."""
+        return np.asarray(np.linalg.norm(self.lengths[:, None] * poses.direction - self.centre, axis=-1))
+
+    def rotation_errors(self, poses: Poses) -> FloatArray:
+        """[N] angles in rad between estimated and true rotations."""
+        return np.asarray(Rotation.from_matrix(poses.rotation @ self.rotation.transpose(0, 2, 1)).magnitude())
+
+
+def draw_views(setting: Setting, distance: float, trials: int, seed: int) -> Views:
+    """Draw trials whose voxel begins at a distance in m: points until so many are seen by both cameras.
+
+    Points and motions do not depend on the noise.
+
+    Raises
+    ------
+    VbbenchError
+        If the cameras do not see the voxel.
+    """
+    random = np.random.default_rng([seed, round(1000.0 * distance)])
+    rotation, centre = _motions(setting, trials, random)
+    first, second = np.full((2, trials, setting.points, 2), np.nan)
+    missing = np.ones((trials, setting.points), bool)
+    middle = np.array([0.0, 0.0, distance + 0.5 * setting.voxel[2]])
+    for _ in range(MOST_ROUNDS):
+        trial, point = np.nonzero(missing)
+        places = middle + random.uniform(-0.5, 0.5, (len(trial), 3)) * setting.voxel
+        turned = np.einsum("nij,nj->ni", rotation[trial], places - centre[trial])
+        both = np.stack([places, turned])
+        seen = both @ setting.camera.intrinsics.T
+        projected = seen[..., :2] / seen[..., 2:]
+        counts = _both_see(setting.camera, both, projected)
+        kept = trial[counts], point[counts]
+        first[kept], second[kept] = projected[:, counts]
+        missing[kept] = False
+        if not missing.any():
+            break
+    else:
+        raise VbbenchError(f"the camera does not see the voxel at {distance:g} m; give one with a wider field of view")
+    noise = setting.noise * random.uniform(-1.0, 1.0, (2, *first.shape))
+    first, second = first + noise[0], second + noise[1]
+    return Views(camera=setting.camera, rotation=rotation, centre=centre, first=first, second=second)
+
+
+def _motions(setting: Setting, trials: int, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Rotations [N, 3, 3] and centres [N, 3] of the second camera, which moves on the ground plane, as people do."""
+    share = random.uniform(0.0, 1.0, (2, trials))
+    axis, direction = random.normal(size=(2, trials, 3))
+    axis[:, ::2] = 0.0
+    direction[:, 1] = 0.0
+    axis /= np.linalg.norm(axis, axis=-1, keepdims=True)
+    direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+    rotation = Rotation.from_rotvec(axis * (setting.rotation * share[0])[:, None]).as_matrix()
+    return rotation, direction * (setting.translation * share[1])[:, None]
+
+
+def _both_see(camera: PerspectiveCamera, points: FloatArray, projected: FloatArray) -> BoolArray:
+    """[M] which points both cameras see, by coordinates [2, M, 3] for both cameras, and pixels [2, M, 2]."""
+    inside = np.all((projected >= 0.0) & (projected < camera.picture_size), axis=-1)
+    return np.asarray((inside & (points[..., 2] > 0.0)).all(axis=0))
+
+
+def opencv() -> Any:
+    """The module; raises MissingExtraError if it is not installed."""
+    with needs_extra("render", "the five-point method"):
+        import cv2
+    return cv2
+
+
+def five_point(views: Views, seed: int) -> Poses:
+    """The pose of every trial; without an answer, one that has not moved."""
+    cv2 = opencv()
+    cv2.setRNGSeed(seed % 2**31)
+    trials = len(views.centre)
+    rotation, direction = np.tile(np.eye(3), (trials, 1, 1)), np.zeros((trials, 3))
+    camera = views.camera.intrinsics
+    for trial, pair in enumerate(zip(views.first, views.second, strict=True)):
+        if len(pair[0]) < FEWEST:
+            continue
+        matrix, agree = cv2.findEssentialMat(*pair, camera)
+        if matrix is None:
+            continue
+        # A sample may have several matrices, one below the other.
+        found = cv2.recoverPose(matrix[:3], *pair, camera, mask=agree)
+        rotation[trial], direction[trial] = found[1], -(found[1].T @ found[2])[:, 0]
+    return Poses(rotation, direction)
+
 
 GOOD, LOST = 0.1, 1.0
 """In m, what is taken for the paper's "good"; in rad, a larger error is of another of the four poses of a matrix."""
@@ -94,17 +243,10 @@ def paper_lines() -> list[Line]:
     ]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Keypoints:
-    """The results.
+class Keypoints(NamedTuple):
+    """The results: errors [D, N] in m and rad of trials at distances [D] in m, how many OpenCV did not answer.
 
-    Parameters
-    ----------
-    distances : [D] in m.
-    translation, rotation : [D, N] errors of trials at every distance, in m and rad.
-    unanswered : trials without an answer of OpenCV.
-    lines : errors of view birdification: the paper's, then ours.
-    missing : what of ours could not be measured, and why.
+    Lines are errors of view birdification, the paper's, then ours; missing is what could not be measured, and why.
     """
 
     distances: FloatArray
@@ -160,14 +302,10 @@ class KeypointsStudy(Study):
         yield KITTI, FOOTAGE, Options(source=self.kitti, footage=FootageOptions(poses=self.poses))
 
     def check(self) -> None:
-        """Raise VbbenchError if distances, trials or a solver are invalid, or OpenCV is missing."""
-        if len(self.distances) < 2 or not np.all(np.diff([0.0, *self.distances]) > 0.0):
-            raise VbbenchError("distances are two or more lengths above 0 m, ascending")
-        if self.trials < 2:
-            raise VbbenchError(f"trials must be 2 or more at each distance, not {self.trials}")
+        """Raise VbbenchError if a solver is invalid or OpenCV is missing."""
         check_every(self.every)
         check_grid(self.solvers, self.protocols)
-        check_opencv()
+        opencv()
 
     def measure(self, out: Path, making: Making) -> Keypoints:
         """Datasets of every split and tier of the people, and all trials."""

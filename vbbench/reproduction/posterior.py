@@ -2,6 +2,10 @@
 
 The paper draws posteriors over ten frames for few and for more people, walking parallel and crossing, and states that
 tails are heavier with few people, and that posteriors are sharper where people walk in diverse directions.
+
+The observer counts as one of the walkers. With the directions α of everybody who moves, the **spread of directions** is
+1 − |mean of exp(iα)|: 0 where all go one way, near 1 where as many come as go. The **spread of lines** is
+1 − |mean of exp(2iα)|: 0 also where people walk along one line in opposite ways, greater where paths cross.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -18,30 +22,147 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from vbbench.errors import VbbenchError
-from vbbench.estimate import FrameEstimate
 from vbbench.files.dataset import Dataset
 from vbbench.generation.generator import Options
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.plotting import style
 from vbbench.protocol import START_FRAMES, get_protocol
 from vbbench.registry import load, make_solver
-from vbbench.reproduction.agreement import Estimate
+from vbbench.reproduction.agreement import LEVEL, SEED, Errors, Estimate, spearman
 from vbbench.reproduction.density import GridDensity, find_density
 from vbbench.reproduction.grid import Making, Study, check_every, each, stride_of
 from vbbench.reproduction.report import Report, paragraphs
-from vbbench.reproduction.walking import (
-    WINDOW,
-    Columns,
-    Example,
-    FrameSample,
-    pick_examples,
-    walking_of,
-)
 from vbbench.scoring.block_bootstrap import Timeline
 from vbbench.sequence import Sequence
-from vbbench.solver import FrameSolver, PosePosterior
+from vbbench.solver import PosePosterior
 from vbbench.solving.runner import frames_of, reveal
 from vbbench.table import Table
+
+STANDING = 0.3
+"""In m/s; a slower person has no direction."""
+WINDOW = 10
+"""Frames of an example."""
+FEW, MORE = 3, (5, 12)
+"""People seen in the paper's sparse example, and in the crowded one; with more no picture shows them apart."""
+RESAMPLES = 400
+
+Columns = Mapping[str, Any]
+"""Arrays [F] by name, of the same frames."""
+
+
+def walking_of(dataset: Dataset) -> dict[str, Any]:
+    """How people truly walk in the frames [F] of all sequences, from the third on.
+
+    Columns are sequence and frame, the people seen, and the spreads of directions and of lines, NaN where they are of
+    nobody.
+    """
+    found = []
+    for sequence in dataset.sequences():
+        truth, observed = dataset.truth(sequence), sequence.observed
+        people = np.where(observed[..., None], truth.positions, np.nan)
+        places = truth.poses[:, None, :2]
+        velocity = np.diff(np.concatenate([people, places], axis=1), axis=0)[START_FRAMES - 1 :] / dataset.info.dt
+        spread, lines = spreads(velocity)
+        frames = np.arange(START_FRAMES, sequence.frames)
+        numbers = np.full(len(frames), sequence.index), frames, observed[START_FRAMES:].sum(axis=1)
+        found.append((*numbers, spread, lines))
+    names = ("sequence", "frame", "people", "spread", "lines")
+    return {name: np.concatenate(parts) for name, parts in zip(names, zip(*found, strict=True), strict=True)}
+
+
+def spreads(velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Spreads of directions and of lines, [F] each, of velocities [F, K, 2] in m/s, NaN = not known."""
+    speed, angle = np.hypot(velocity[..., 0], velocity[..., 1]), np.arctan2(velocity[..., 1], velocity[..., 0])
+    angle = np.where(speed >= STANDING, angle, np.nan)
+    return directional_spread(angle), directional_spread(2.0 * angle)
+
+
+def directional_spread(angle: FloatArray) -> FloatArray:
+    """1 − |mean of exp(iα)| [F] of angles α [F, K] in rad, NaN = none."""
+    known = ~np.isnan(angle)
+    count = known.sum(axis=-1)
+    total = np.abs(np.where(known, np.exp(1j * angle), 0.0).sum(axis=-1))
+    return np.where(count > 0, 1.0 - total / np.maximum(count, 1), np.nan)
+
+
+class Example(NamedTuple):
+    """Ten frames of a sequence, what they are an example of, and means over them."""
+
+    title: str
+    sequence: int
+    first: int
+    people: float
+    spread: float
+    lines: float
+
+    @property
+    def frames(self) -> range:
+        """The frames' numbers."""
+        return range(self.first, self.first + WINDOW)
+
+
+def pick_examples(walk: Columns) -> list[Example]:
+    """Few and more people, each parallel and crossing, of all stretches of `WINDOW` frames; none where there is none.
+
+    Few: at least `FEW` people in every frame, and never more than the sparsest such stretch has at most. More: as many
+    as `MORE` says in every frame. Parallel: the least spread of directions. Crossing: the greatest product of the
+    spreads of directions and of lines. Of equals, the first.
+    """
+    sequence, people, spread = walk["sequence"], walk["people"], walk["spread"]
+    stretches = [
+        slice(begin, begin + WINDOW)
+        for begin in range(len(sequence) - WINDOW + 1)
+        if sequence[begin] == sequence[begin + WINDOW - 1] and not np.isnan(spread[begin : begin + WINDOW]).any()
+    ]
+    most = {one.start: int(people[one].max()) for one in stretches}
+    sparse = min((most[one.start] for one in stretches if people[one].min() >= FEW), default=FEW)
+    kinds = {
+        f"{FEW if sparse == FEW else f'{FEW} to {sparse}'} people": (FEW, sparse),
+        f"{MORE[0]} to {MORE[1]} people": MORE,
+    }
+    orders: dict[str, Callable[[slice], float]] = {
+        "parallel": lambda one: round(float(np.mean(spread[one])), 9),
+        "crossing": lambda one: -round(float(np.mean(spread[one])) * float(np.mean(walk["lines"][one])), 9),
+    }
+    found = []
+    for title, (low, high) in kinds.items():
+        fitting = [one for one in stretches if people[one].min() >= low and most[one.start] <= high]
+        for how, order in orders.items() if fitting else ():
+            best = min(fitting, key=order)
+            means = (float(np.mean(walk[name][best])) for name in ("people", "spread", "lines"))
+            found.append(Example(f"{title}, {how}", int(sequence[best.start]), int(walk["frame"][best.start]), *means))
+    return found
+
+
+class FrameSample(NamedTuple):
+    """Frames [F] of sequences [N] on a timeline: the sequence of each, ascending."""
+
+    sequence: IntArray
+    timeline: Timeline
+
+    def rank_correlation(self, one: FloatArray, other: FloatArray) -> Estimate:
+        """Spearman's ρ of columns [F] with its interval; frames with a NaN are removed.
+
+        Intervals are quantiles over a bootstrap of blocks of time as long as the first column stays equal, in which
+        sequences are drawn with all of their frames.
+        """
+        there, size = ~np.isnan(one), len(self.timeline.middle)
+        number = np.bincount(self.sequence[there], minlength=size)
+        mean = np.bincount(self.sequence[there], one[there], size) / np.maximum(number, 1)
+        filled = np.where(number > 0, mean, mean[number > 0].mean())
+        times = Errors(values=filled[None], timeline=self.timeline).counts(RESAMPLES, SEED).astype(np.int64)
+        known = there & ~np.isnan(other)
+        pair = np.stack([one[known], other[known]])
+        drawn = np.array([correlation(*np.repeat(pair, row, axis=1)) for row in times[:, self.sequence[known]]])
+        drawn = drawn[~np.isnan(drawn)]
+        low, high = np.quantile(drawn, LEVEL).tolist() if len(drawn) else (np.nan, np.nan)
+        return Estimate(correlation(*pair), low, high)
+
+
+def correlation(one: FloatArray, other: FloatArray) -> float:
+    """Spearman's ρ of columns [F]; NaN where either does not vary."""
+    return float(spearman(one[None], other[None])[0])
+
 
 SOLVER = "vb-sf"
 """The solver, whose class names in ``readings`` that of the paper's text."""
@@ -90,10 +211,6 @@ class Instant(NamedTuple):
     places: FloatArray
     probabilities: FloatArray
     error: float
-
-    def row(self, sequence: int) -> tuple[float, ...]:
-        """Sequence, frame and `FIGURES`."""
-        return (sequence, self.frame, self.density.entropy, self.place.entropy, *self.place.tails(), self.error)
 
 
 class ShownExample(NamedTuple):
@@ -225,24 +342,19 @@ class PosteriorStudy(Study):
 
 def _columns(dataset: Dataset, solver: str, jobs: int) -> dict[str, Any]:
     """Sequence, frame and `FIGURES` [F] of all sequences."""
-    rows = np.array(_measured(dataset, solver, jobs), dtype=np.float64).reshape(-1, 2 + len(FIGURES)).T
+    calls = [(dataset, solver, first, min(first + PART, len(dataset))) for first in range(0, len(dataset), PART)]
+    parts = each(posterior_rows, calls, jobs, f"posteriors of {solver.rpartition(':')[2]}", "part")
+    rows = np.array([row for part in parts for row in part], dtype=np.float64).reshape(-1, 2 + len(FIGURES)).T
     sequence, frame = rows[:2].astype(np.int64)
     return {"sequence": sequence, "frame": frame, **dict(zip(FIGURES, rows[2:], strict=True))}
-
-
-def _measured(dataset: Dataset, solver: str, jobs: int) -> list[tuple[float, ...]]:
-    """`posterior_rows` of all sequences, in their order."""
-    calls = [(dataset, solver, first, min(first + PART, len(dataset))) for first in range(0, len(dataset), PART)]
-    label = f"posteriors of {solver.rpartition(':')[2]}"
-    return [row for part in each(posterior_rows, calls, jobs, label, "part") for row in part]
 
 
 def posterior_rows(dataset: Dataset, solver: str, first: int, last: int) -> list[tuple[float, ...]]:
     """Sequence, frame and `FIGURES` of the frames of sequences first ≤ index < last."""
     return [
-        instant.row(sequence.index)
+        (sequence.index, one.frame, one.density.entropy, one.place.entropy, *one.place.tails(), one.error)
         for sequence in dataset.sequences(first, last)
-        for instant in instants(dataset, sequence, solver)
+        for one in instants(dataset, sequence, solver)
     ]
 
 
@@ -254,41 +366,28 @@ def instants(dataset: Dataset, sequence: Sequence, solver: str, only: range | No
     VbbenchError
         If the solver reports none.
     """
-    source = _made(solver)
+    source: Any = make_solver(solver)
     if not isinstance(source, PosePosterior):
-        raise VbbenchError(f"solver '{solver}' has no pose_energy and so no posterior; try vb-sf")
-    poses = dataset.truth(sequence).poses
-    for frame, answer in _answers(dataset, sequence, source):
-        if answer.fallback or answer.pose_covariance is None or (only is not None and frame not in only):
+        raise VbbenchError(f"solver '{solver}' has no pose_energy of each frame and so no posterior; try vb-sf")
+    truth = dataset.truth(sequence)
+    given = get_protocol(PROTOCOL).select_given(sequence.given)
+    source.start(dataset.problem(sequence, covariances=True))
+    for shown in frames_of(sequence, given, reveal(given, sequence.observed, truth)):
+        frame, answer = shown.index, source.step(shown)
+        if frame < START_FRAMES or answer.fallback or answer.pose_covariance is None:
+            continue
+        if only is not None and frame not in only:
             continue
         energy = one_turn(source.pose_energy, answer.pose[2])
         density = find_density(energy, answer.pose, answer.pose_covariance)
         place = density.marginal().finer()
-        error = float(np.hypot(*(answer.pose - poses[frame])[:2]))
+        error = float(np.hypot(*(answer.pose - truth.poses[frame])[:2]))
         yield Instant(frame, density, place, *source.ray_posterior(SAMPLES, SPACING), error)
 
 
 def one_turn(energy: Callable[[FloatArray], FloatArray], yaw: float) -> Callable[[FloatArray], FloatArray]:
     """The energy of poses [N, 3] within half a turn of ``yaw``, inf beyond, so that no pose counts twice."""
     return lambda poses: np.where(np.abs(poses[:, 2] - yaw) <= np.pi, energy(poses), np.inf)
-
-
-def _made(solver: str) -> FrameSolver:
-    made = make_solver(solver)
-    if not isinstance(made, FrameSolver):
-        raise VbbenchError(f"solver '{solver}' answers for whole sequences; a posterior of each frame needs vb-sf")
-    return made
-
-
-def _answers(dataset: Dataset, sequence: Sequence, solver: FrameSolver) -> Iterator[tuple[int, FrameEstimate]]:
-    """The solver's answers from the third frame on."""
-    given = get_protocol(PROTOCOL).select_given(sequence.given)
-    known = reveal(given, sequence.observed, dataset.truth(sequence))
-    solver.start(dataset.problem(sequence, covariances=True))
-    for shown in frames_of(sequence, given, known):
-        answer = solver.step(shown)
-        if shown.index >= START_FRAMES:
-            yield shown.index, answer
 
 
 def _shown(dataset: Dataset, example: Example) -> ShownExample:

@@ -8,12 +8,12 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
 from vbbench.errors import VbbenchError
-from vbbench.generation.generator import Generator, Options
+from vbbench.generation.generator import Options
 from vbbench.generation.planning import thinned
 from vbbench.paper import BEST, HEADLINE, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.registry import load
@@ -34,14 +34,6 @@ FACT = (
     f"{LABEL}: mean over sequences / over frames. Last column: geometric mean over splits of the same by the paper's. "
     f"Scaled: to [−{HALF_WIDTH:g}, {HALF_WIDTH:g}] m, in metres of the scaled field."
 )
-
-
-@runtime_checkable
-class ScalableGenerator(Generator, Protocol):
-    """The maker of a split whose recordings can be scaled."""
-
-    def scaled(self, half_width: float) -> Generator:
-        """The same split within ±``half_width`` m."""
 
 
 def all_readings() -> list[Row]:
@@ -90,7 +82,7 @@ class ReadingsStudy(Study):
         sequences, readings = {}, [{**one, "figures": {}} for one in all_readings()]
         for split, height_std, scaled in itertools.product(self.splits, (SIGMA_H, 0.0), (False, True)):
             generator = load("generator", split)
-            if scaled and not isinstance(generator, ScalableGenerator):
+            if scaled and not hasattr(generator, "scaled"):
                 raise VbbenchError(f"split {split} is another package's and cannot be scaled; remove it")
             options = Options(height_std=height_std, seed=self.seed)
             plan = (generator.scaled(HALF_WIDTH) if scaled else generator).plan(options)

@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from jinja2 import Environment
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.parsing.json_text import without_nan
 from vbbench.pictures.plotting import save_picture
 from vbbench.scoring.scorecard import Summary
-from vbbench.table import Table, rewritten
+from vbbench.table import Table, environment, rewritten
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,14 +89,7 @@ def shown(report: Report, paths: Sequence[Path], *, as_json: bool = False) -> st
 @cache
 def templates() -> Environment:
     """Templates next to this file: the page, and the studies' paragraphs."""
-    loader = PackageLoader("vbbench.reproduction", "templates")
-    found = Environment(
-        loader=loader,
-        autoescape=select_autoescape(("html",)),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    found = environment(Path(__file__).with_name("templates"))
     found.filters["marked"] = _marked
     return found
 

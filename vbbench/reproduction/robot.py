@@ -4,13 +4,10 @@ Recordings: a simulated robot that sees all around, as JRDB's does, whose true p
 odometry is measured, too; KITTI's car; and JRDB. Solvers: `vb-sf` with nothing expected of the observer, as in the
 paper, and one that models real cameras, by the camera alone and with odometry.
 
-Drift is measured as KITTI's odometry benchmark does (Geiger, Lenz, Urtasun, CVPR 2012; ``evaluate_odometry`` of its
-devkit, there with 100 to 800 m): from every frame i to the first frame j by which the camera has gone L m along the
-true path, with places x, yaws ψ, estimates ^ and truth *,
+Drift is that of KITTI's odometry benchmark, from every frame i to the first frame j by which the camera has gone L m
+along the true path, with places x, yaws ψ, estimates ^ and truth *:
 
     shift = ‖(x_j − x_i)^ − (x_j − x_i)*‖ / L, in the axes of frame i;   turn = |wrap((ψ_j − ψ_i)^ − (ψ_j − ψ_i)*)| / L.
-
-Where the map lies, and how it is turned, does not count.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,7 +21,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullFormatter
 
-from vbbench.camera import Camera
 from vbbench.errors import SourceMissingError, VbbenchError
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
@@ -59,10 +55,6 @@ TABLE_LENGTHS = (5.0, 10.0, 20.0, 40.0)
 """m of the table's columns."""
 PLACES = ("dx_rel", "dx")
 """Metrics of people's places: as seen from the camera, and on the map."""
-JRDB_MISSING = (
-    "jrdb is missing: everybody downloads it for themselves, from jrdb.erc.monash.edu. `vbbench reproduce figure-robot "
-    "--jrdb FOLDER --bags FOLDER` measures it; rosbags hold how the robot moved"
-)
 
 
 class Entrant(NamedTuple):
@@ -95,7 +87,6 @@ class Recording(NamedTuple):
     split: str
     options: Options
     reference: str
-    about: str
     other: Options | None = None
 
 
@@ -109,13 +100,13 @@ class Drift(NamedTuple):
     @property
     def values(self) -> dict[str, float | int | None]:
         """Its figures, with ``None`` for those of no segment."""
+        figures = (
+            [self.shift.mean(), *np.quantile(self.shift, (0.25, 0.5, 0.75)), self.turn.mean()]
+            if len(self.shift)
+            else [None] * 5
+        )
         names = ("mean", "quartile", "median", "upper_quartile", "turn_mean")
-        figures: dict[str, float | None] = dict.fromkeys(names)
-        if len(self.shift):
-            quantiles = np.quantile(self.shift, (0.25, 0.5, 0.75)).tolist()
-            means = float(self.shift.mean()), float(self.turn.mean())
-            figures = dict(zip(names, (means[0], *quantiles, means[1]), strict=True))
-        return {"length": self.length, "segments": len(self.shift), **figures}
+        return {"length": self.length, "segments": len(self.shift), **dict(zip(names, figures, strict=True))}
 
 
 def distances(poses: FloatArray) -> FloatArray:
@@ -255,7 +246,7 @@ class RobotStudy(Study):
     def recordings(self) -> list[Recording]:
         """Those that are measured, if their files are here."""
         simulated = Options(
-            camera=robot_camera(),
+            camera=load("generator", "jrdb").camera,
             tier=TIER,
             observer="robot",
             detector=False,
@@ -270,35 +261,9 @@ class RobotStudy(Study):
         other = None if poses is None else replace(kitti, footage=FootageOptions(longest=LONGEST))
         jrdb = Options(source=self.jrdb, footage=FootageOptions(longest=LONGEST, bags=self.bags))
         found = [
-            Recording(
-                name="simulated",
-                title="A simulated robot in a hall",
-                split="sim",
-                options=simulated,
-                reference="odometry of wheels and gyro, filtered",
-                about="The true way is known; wheels slip by 1 % of the speed and 5 % of the turning rate, and spin at "
-                "times. Odometry is what an extended Kalman filter makes of wheels and gyro.",
-            ),
-            Recording(
-                name="kitti",
-                title="KITTI's car",
-                split="kitti",
-                options=kitti,
-                reference="GPS and IMU against stereo SLAM",
-                other=other,
-                about="KITTI has no odometry. Truth is what keeps parked cars in place better, GPS and IMU or, where "
-                "poses are named, stereo SLAM; how far the two drift apart bounds what can be measured. The model of "
-                f"real cameras in `{SOLVER}` was fitted on recordings 0015, 0017 and 0019.",
-            ),
-            Recording(
-                name="jrdb",
-                title="JRDB's robot",
-                split="jrdb",
-                options=jrdb,
-                reference="odometry of the wheels alone",
-                about="Truth is what an extended Kalman filter makes of wheels and gyro, with its own error of "
-                "about 1 % of the way; odometry comes from the same wheels, so that its drift shows turns alone.",
-            ),
+            Recording("simulated", "A simulated robot", "sim", simulated, "odometry of wheels and gyro, filtered"),
+            Recording("kitti", "KITTI's car", "kitti", kitti, "GPS and IMU against stereo SLAM", other),
+            Recording("jrdb", "JRDB's robot", "jrdb", jrdb, "odometry of the wheels alone"),
         ]
         return found if self.jrdb is not None else found[:2]
 
@@ -311,7 +276,7 @@ class RobotStudy(Study):
             except SourceMissingError as error:
                 found.missing.append(f"{recording.name} is missing: {error}")
         if self.jrdb is None:
-            found.missing.append(JRDB_MISSING)
+            found.missing.extend(paragraphs("jrdb_missing"))
         return found
 
     def _course(self, recording: Recording, out: Path, making: Making) -> Course:
@@ -370,12 +335,6 @@ class RobotStudy(Study):
         )
 
 
-def robot_camera() -> Camera:
-    """JRDB's, which split `jrdb` has."""
-    camera: Camera = load("generator", "jrdb").camera
-    return camera
-
-
 def _table(course: Course) -> Table:
     gone = course.metres[course.metres >= 1.0]
     stands = len(course.metres) - len(gone)
@@ -384,7 +343,7 @@ def _table(course: Course) -> Table:
     figures = [f"drift over {length:g} m" for length in TABLE_LENGTHS]
     return Table(
         title=f"{course.recording.title}: {ways}{standing}",
-        facts=[course.recording.about],
+        facts=paragraphs(f"robot_{course.recording.name}", solver=SOLVER),
         head=["way", "protocol", *figures, "turned over 10 m", *(METRICS[name].label for name in PLACES)],
         rows=list(map(_line, course.paths)),
         names=2,

@@ -1,10 +1,11 @@
-"""The paper's Tables 2 and 3: every solver on its recordings, with heights known and unknown, under both protocols.
+"""The paper's Tables 2, 3 and 4: solvers on its recordings, with heights known and unknown, and on its street.
 
 The paper gives its means over frames; Table 2 is of Hotel, ETH and Students, Table 3 of two recordings of Shibuya.
-Where a recording is missing, a simulated one may take its place, under its own name.
+Where a recording is missing, a simulated one may take its place, under its own name. Table 4 is of split `street` with
+centre lines drawn by hand, with jitter, and with boxes of a tracker by the paper's rule of tracks.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
@@ -14,25 +15,11 @@ import numpy as np
 
 from vbbench.errors import SourceMissingError, VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.generation.generator import Generator, Options
+from vbbench.generation.generator import Generator, Options, Simulation
 from vbbench.paper import BEST, COLUMNS, HEADLINE, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.registry import load
-from vbbench.reproduction.grid import (
-    STAND_INS,
-    Cell,
-    Making,
-    Row,
-    SimulatedRecording,
-    Study,
-    check_every,
-    check_grid,
-    check_splits,
-    how_to_get,
-    record_crowd,
-    row_at,
-    rows_at,
-    stride_of,
-)
+from vbbench.reproduction import grid
+from vbbench.reproduction.grid import Cell, Making, Row, SimulatedRecording, Study
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import Summary
@@ -94,7 +81,7 @@ class SolverTableStudy(Study):
     every: int | None = None
     seed: int = 0
     source: Path | None = None
-    stand_ins: Mapping[str, SimulatedRecording] = field(default_factory=lambda: STAND_INS)
+    stand_ins: Mapping[str, SimulatedRecording] = field(default_factory=lambda: grid.STAND_INS)
 
     @property
     def name(self) -> str:
@@ -105,9 +92,9 @@ class SolverTableStudy(Study):
         """Raise VbbenchError if a split is not of the table, or a solver, protocol or ``every`` is invalid."""
         if not self.sigmas:
             raise VbbenchError("nothing to measure: name a σ_h")
-        check_splits(self.splits, SPLITS[self.table], f"split of the paper's Table {self.table}")
-        check_every(1 if self.every is None else self.every)
-        check_grid(self.solvers, self.protocols)
+        grid.check_splits(self.splits, SPLITS[self.table], f"split of the paper's Table {self.table}")
+        grid.check_every(1 if self.every is None else self.every)
+        grid.check_grid(self.solvers, self.protocols)
 
     def measure(self, out: Path, making: Making) -> SolverTable:
         """A dataset for each split and σ_h; recordings that are missing are simulated, or omitted."""
@@ -121,11 +108,11 @@ class SolverTableStudy(Study):
             except SourceMissingError:
                 if self.source is not None:
                     raise
-                found.missing[split] = f"`{split}` is not here: {how_to_get(split)} gets it."
+                found.missing[split] = f"`{split}` is not here: {grid.how_to_get(split)} gets it."
                 continue
             generator: Generator = load("generator", split)
             found.recordings[split] = {
-                "title": self.stand_ins[split].title(split) if simulated else generator.card.title,
+                "title": f"Simulated crowd, lifted like {split}" if simulated else generator.card.title,
                 "simulated": simulated,
                 "sequences": len(dataset),
                 "caution": dataset.info.caution,
@@ -137,15 +124,17 @@ class SolverTableStudy(Study):
 
     def _dataset(self, split: str, sigma_h: float, out: Path, making: Making) -> tuple[Dataset, bool]:
         """The dataset at one σ_h (m), and whether it is of a stand-in."""
-        options = Options(height_std=sigma_h, seed=self.seed, stride=stride_of(self.every or 1), source=self.source)
+        options = Options(
+            height_std=sigma_h, seed=self.seed, stride=grid.stride_of(self.every or 1), source=self.source
+        )
         try:
             return making.dataset(split, out / f"{split}-sigma-{sigma_h:g}" / "dataset", options), False
         except SourceMissingError:
             stand_in = self.stand_ins.get(split)
             if stand_in is None or self.source is not None:
                 raise
-        recording = record_crowd(stand_in, out / f"{split}-simulated", self.seed, making)
-        options = replace(options, source=recording, stride=stride_of(self.every or stand_in.every))
+        recording = grid.record_crowd(stand_in, out / f"{split}-simulated", self.seed, making)
+        options = replace(options, source=recording, stride=grid.stride_of(self.every or stand_in.every))
         return making.dataset(split, out / f"{split}-simulated-sigma-{sigma_h:g}" / "dataset", options), True
 
     def report(self, found: SolverTable) -> Report:
@@ -180,24 +169,21 @@ class SolverTableStudy(Study):
         rows = []
         for solver in self.solvers:
             own = [
-                row_at(found.rows, protocol=protocol, split=split, sigma_h=SIGMA_H, solver=solver)
+                grid.row_at(found.rows, protocol=protocol, split=split, sigma_h=SIGMA_H, solver=solver)
                 for protocol, split in combinations
             ]
             cells = [
                 _with_ratio(_size(row["figures"][HEADLINE].frame_mean), row["times_the_paper"][HEADLINE]) for row in own
             ]
             ratios = {
-                protocol: [row["times_the_paper"][HEADLINE] for row in rows_at(own, protocol=protocol)]
+                protocol: [row["times_the_paper"][HEADLINE] for row in grid.rows_at(own, protocol=protocol)]
                 for protocol in self.protocols
             }
-            times = [_ratio(float(np.exp(np.mean(np.log(one))))) for one in ratios.values()]
+            times = [_size(float(np.exp(np.mean(np.log(one)))), 2) for one in ratios.values()]
             rows.append([f"`{solver}`", COUNTERPARTS.get(solver, BEST), *cells, *times])
         return Table(
             title=f"{_DX} at a glance, σ_h = {SIGMA_H:g} m",
-            facts=[
-                f"{METRICS[HEADLINE].label}, mean over frames (in brackets: divided by the paper's). Last columns: "
-                "geometric mean of these ratios over the recordings."
-            ],
+            facts=paragraphs("at_a_glance", label=METRICS[HEADLINE].label),
             head=[
                 "solver",
                 "compared with",
@@ -241,7 +227,10 @@ def _over_frames(found: SolverTable, split: str) -> Table:
         title=f"{found.name(split)}, the paper's way: mean ± standard deviation over frames",
         facts=[f"{own['title']}; {own['sequences']} sequences. In brackets: divided by the paper's.", *caution],
         head=["protocol", "σ_h (m)", "solver", *_LABELS],
-        rows=[*paper, *([*_names(row), *map(_frames, *_figures(row))] for row in rows_at(found.rows, split=split))],
+        rows=[
+            *paper,
+            *([*_names(row), *map(_frames, *_figures(row))] for row in grid.rows_at(found.rows, split=split)),
+        ],
         names=3,
     )
 
@@ -259,19 +248,157 @@ def _frames(own: Summary, times: float) -> str:
     return _with_ratio(f"{_size(own.frame_mean)} ± {_size(own.frame_std)}", times)
 
 
-def _size(value: float) -> str:
-    """Four decimals; two digits of what is smaller than 0.001."""
-    return f"{value:.4f}" if value >= 0.001 else _two_digits(value)
-
-
 def _with_ratio(text: str, ratio: float) -> str:
-    return f"{text} ({_ratio(ratio)})" if _ratio(ratio) else text
+    return f"{text} ({shown})" if (shown := _size(ratio, 2)) else text
 
 
-def _ratio(value: float) -> str:
-    """Two decimals; two digits of what is smaller than 0.1; nothing where the paper has no figure."""
-    return "" if np.isnan(value) else f"{value:.2f}" if value >= 0.1 else _two_digits(value)
-
-
-def _two_digits(value: float) -> str:
+def _size(value: float, decimals: int = 4) -> str:
+    """So many decimals; two digits of what is smaller than 10 units of the last; nothing of NaN."""
+    if np.isnan(value):
+        return ""
+    if value >= 10.0 ** (1 - decimals):
+        return f"{value:.{decimals}f}"
     return "< 0.00001" if value < 1e-5 else np.format_float_positional(value, 2, fractional=False, trim="-")
+
+
+SPLIT = "street"
+LEAST_TRACK = 4
+"""The paper keeps who is tracked in more than three frames."""
+KEPT = f"tracked-{LEAST_TRACK}"
+"""Boxes of the tracker by the paper's rule."""
+
+
+class Table4(NamedTuple):
+    """Number of sequences, what each input is, and a row for each protocol, input and solver."""
+
+    sequences: int
+    inputs: list[Row]
+    rows: list[Row]
+
+    def figures(self, protocol: str, solver: str, source: str) -> dict[str, Summary]:
+        """Metric → summary of one row."""
+        found: dict[str, Summary] = grid.row_at(self.rows, protocol=protocol, solver=solver, input=source)["figures"]
+        return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table4Study(Study):
+    """Every solver under both protocols on every input.
+
+    Parameters
+    ----------
+    solvers : registered names or ``module:attribute``.
+    jitter : standard deviations in px of column, top and bottom of centre lines.
+    sequences : of each input; ``None`` for as many as the scenario has.
+    seed : of the datasets.
+    """
+
+    name = "table4"
+    solvers: Sequence[str] = ("vb-cv", "vb-sf", "vb-sf-literal", "map-causal")
+    jitter: Sequence[float] = (0.0, 1.0, 2.0, 4.0)
+    sequences: int | None = None
+    seed: int = 0
+
+    def check(self) -> None:
+        """Raise VbbenchError if a solver is invalid."""
+        grid.check_grid(self.solvers, PROTOCOLS)
+
+    @property
+    def lines(self) -> dict[str, float]:
+        """Jitter in px of each input of centre lines."""
+        return {f"cline-{jitter:g}px": jitter for jitter in self.jitter}
+
+    def measure(self, out: Path, making: Making) -> Table4:
+        """A dataset for each input."""
+        simulation = None if self.sequences is None else Simulation(sequences=self.sequences)
+        plain = Options(seed=self.seed, simulation=simulation)
+        least_tracks = {**dict.fromkeys(self.lines), KEPT: LEAST_TRACK}
+        inputs: list[Row] = [
+            {"kind": name.partition("-")[0], "jitter": self.lines.get(name, 0.0), "least_track": least, "name": name}
+            for name, least in least_tracks.items()
+        ]
+        datasets = {}
+        for one in inputs:
+            folder = out / str(one["name"]) / "dataset"
+            options = replace(plain, tier="tracked", least_track=one["least_track"])
+            if one["kind"] == "cline":
+                options = replace(plain, tier="noisy", noise=one["jitter"]) if one["jitter"] else plain
+            datasets[one["name"]] = making.dataset(SPLIT, folder, options)
+        rows = [
+            {
+                "protocol": protocol,
+                "solver": cell.solver,
+                "input": name,
+                "figures": {metric: cell.summaries[metric] for metric in COLUMNS},
+            }
+            for protocol, (name, dataset) in product(PROTOCOLS, datasets.items())
+            for cell in making.cells(dataset, self.solvers, [protocol])
+        ]
+        return Table4(len(datasets[KEPT]), inputs, rows)
+
+    def report(self, found: Table4) -> Report:
+        """The rows of both protocols, and their ratios."""
+        names = {"cline": "ideal", "tracked": "tracked"}
+        rows = {name: the_paper().select(SPLIT, tier) for name, tier in names.items()}
+        paper = {name: {metric: row.figures[metric] for metric in COLUMNS} for name, (row,) in rows.items()}
+        paper["ratio"] = {metric: paper["tracked"][metric] / paper["cline"][metric] for metric in COLUMNS}
+        ratios = [*self._ratios(found)]
+        return Report(
+            name=self.name,
+            title=f"Table 4: split {SPLIT}, seed {self.seed}, {found.sequences} sequences",
+            facts=paragraphs("table4", least=LEAST_TRACK),
+            tables=[
+                *(self._errors(found, protocol, paper) for protocol in PROTOCOLS),
+                _ratio_table(ratios, paper["ratio"]),
+            ],
+            values={
+                "sequences": found.sequences,
+                "seed": self.seed,
+                "paper": paper,
+                "inputs": found.inputs,
+                "rows": found.rows,
+                "ratios": ratios,
+            },
+        )
+
+    def _errors(self, found: Table4, protocol: str, paper: dict[str, dict[str, float]]) -> Table:
+        labels = {name: f"cline, {px:g} px" if px else "cline, exact" for name, px in self.lines.items()}
+        labels[KEPT] = f"tracked, {LEAST_TRACK} frames or more"
+        head = ["solver", "input", *(METRICS[metric].label for metric in COLUMNS)]
+        rows = [["the paper", name, *(f"{paper[name][m]:.3f}" for m in COLUMNS)] for name in ("cline", "tracked")]
+        rows += [
+            [f"`{row['solver']}`", labels[row["input"]], *map(_cell, row["figures"].values())]
+            for row in grid.rows_at(found.rows, protocol=protocol)
+        ]
+        return Table(title=f"Errors, {protocol}", head=head, rows=rows, names=2)
+
+    def _ratios(self, found: Table4) -> Iterator[Row]:
+        """Of every protocol, solver and jitter, metric by metric."""
+        for protocol, solver, (line, jitter) in product(PROTOCOLS, dict.fromkeys(self.solvers), self.lines.items()):
+            below = found.figures(protocol, solver, line)
+            times = {
+                metric: {
+                    "sequences": own.mean / below[metric].mean,
+                    "frames": own.frame_mean / below[metric].frame_mean,
+                }
+                for metric, own in found.figures(protocol, solver, KEPT).items()
+            }
+            yield {"protocol": protocol, "solver": solver, "jitter": jitter, "tracked": times}
+
+
+def _cell(own: Summary) -> str:
+    places = 4 if own.mean < 0.1 else 3 if own.mean < 1.0 else 2
+    return f"{own.mean:.{places}f} ({own.frame_mean:.{places}f} ± {own.frame_std:.{places}f})"
+
+
+def _ratio_table(ratios: Sequence[Row], paper: dict[str, float]) -> Table:
+    rows = [["the paper", "", "by hand", *(f"{value:.2f}" for value in paper.values())]]
+    for one in ratios:
+        cells = [
+            " / ".join(f"{value:.2f}" if value < 10.0 else f"{value:.0f}" for value in own.values())
+            for own in one["tracked"].values()
+        ]
+        jitter = f"{one['jitter']:g} px" if one["jitter"] else "exact"
+        rows.append([f"`{one['solver']}`", one["protocol"], jitter, *cells])
+    head = ["solver", "protocol", "cline", *(METRICS[metric].symbol for metric in COLUMNS)]
+    return Table(title="The ratio of the two rows", facts=paragraphs("table4_ratios"), head=head, rows=rows, names=3)

@@ -8,7 +8,7 @@ import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields, replace
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -25,9 +25,8 @@ from vbbench.reproduction.readings import ReadingsStudy
 from vbbench.reproduction.report import templates, write_report
 from vbbench.reproduction.robot import RobotStudy
 from vbbench.reproduction.sigma import SigmaStudy
-from vbbench.reproduction.solver_tables import SolverTableStudy
+from vbbench.reproduction.solver_tables import SolverTableStudy, Table4Study
 from vbbench.reproduction.table1 import Table1Study
-from vbbench.reproduction.table4 import Table4Study
 from vbbench.reproduction.trajectories import TrajectoriesStudy
 from vbbench.reproduction.transfer import TransferStudy
 from vbbench.version import __version__
@@ -35,7 +34,7 @@ from vbbench.version import __version__
 PAGE = "index.html"
 DONE = "done.json"
 """In a study's folder: what was measured, how long that took, and the report without its pictures."""
-PACKAGES = ("numpy", "scipy", "pyarrow", "matplotlib", "opencv-python-headless")
+PACKAGES = ("numpy", "scipy", "pyarrow", "matplotlib")
 """Packages whose versions the page states."""
 ALL = "all"
 """Stands for every study of the paper, of parts of the recordings, within half an hour."""
@@ -154,7 +153,7 @@ def _made_or_kept(name: str, study: Study, folder: Path, making: Making) -> dict
 
 def as_page(studies: Sequence[Mapping[str, Any]], out: Path) -> str:
     """One page of HTML that needs no other file: contents, a section a study with its pictures, versions and times."""
-    packages = [f"{name} {found}" for name in PACKAGES if (found := _version(name))]
+    packages = [f"{name} {version(name)}" for name in PACKAGES]
     return (
         templates()
         .get_template("page.html")
@@ -167,10 +166,3 @@ def as_page(studies: Sequence[Mapping[str, Any]], out: Path) -> str:
             minutes=sum(one.get("seconds", 0.0) for one in studies) / 60,
         )
     )
-
-
-def _version(package: str) -> str:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return ""

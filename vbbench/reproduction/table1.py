@@ -3,7 +3,6 @@
 People are counted from a split's plan: no dataset is made, and boxes only where nothing else shows who is seen.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -84,12 +83,11 @@ def count_people(plan: Plan) -> Tally:
 
 
 class Printed(NamedTuple):
-    """What the paper prints, "–" for what it does not: sequences, mean frames, and people; as text and as numbers."""
+    """What the paper prints, "–" for what it does not: sequences, mean frames, and people."""
 
     sequences: str
     frames: str
     people: str
-    bounds: tuple[float, float, float]
 
 
 class Counted(NamedTuple):
@@ -107,20 +105,12 @@ class Counted(NamedTuple):
     simulated: bool = False
     tally: Tally | None = None
 
-    @property
-    def missing(self) -> str:
-        """How the source is got."""
-        return how_to_get(self.split)
-
 
 def all_rows() -> list[Counted]:
     """Every row, in the order of the paper."""
     paper = the_paper()
-    printed = {
-        split: Printed(str(row.sequences), row.frames, row.people, row.bounds) for split, row in paper.table1.items()
-    }
-    game, people = paper.photorealistic, float(paper.photorealistic.people)
-    printed["game"] = Printed("–", str(game.frames), str(game.people), (people, math.nan, people))
+    printed = {split: Printed(str(row.sequences), row.frames, row.people) for split, row in paper.table1.items()}
+    printed["game"] = Printed("–", str(paper.photorealistic.frames), str(paper.photorealistic.people))
     rows = []
     for split, (title, of, counted) in _ROWS.items():
         rows.append(Counted(split, title, printed[of], counted, _differs(split)))
@@ -211,7 +201,7 @@ def _lines(row: Counted) -> list[list[str]]:
     tally = row.tally
     paper = [row.title, "the paper", row.printed.sequences, row.printed.frames, row.printed.people, "", "", ""]
     if tally is None:
-        return [paper, ["", f"missing: {row.missing}", *[""] * 6]]
+        return [paper, ["", f"missing: {how_to_get(row.split)}", *[""] * 6]]
     frames, span = f"{tally.row['mean_frames']:.2f}", f"{tally.spans.mean():.2f}"
     counts = [_three(tally.people(row.counted)), row.counted, _three(tally.seen), _three(tally.passing)]
     shown = frames if span == frames else f"{frames} ({span})"
@@ -223,16 +213,16 @@ def _three(counts: IntArray) -> str:
 
 
 def _values(row: Counted) -> dict[str, Any]:
-    printed, tally = row.printed, row.tally
+    tally = row.tally
     values: dict[str, Any] = {
         "split": row.split,
         "title": row.title,
         "simulated": row.simulated,
-        "paper": {"sequences": printed.sequences, "frames": printed.frames, "people": printed.people},
+        "paper": row.printed._asdict(),
         "counted": row.counted,
     }
     if tally is None:
-        return values | {"missing": row.missing.replace("`", "")}
+        return values | {"missing": how_to_get(row.split).replace("`", "")}
     people = tally.people(row.counted)
     bounds = {"least": int(people.min()), "mean": float(people.mean()), "most": int(people.max())}
     return values | {"ours": tally.row, "people": bounds}

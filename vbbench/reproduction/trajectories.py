@@ -19,16 +19,8 @@ from vbbench.paper import COLUMNS
 from vbbench.pictures.plotting import style
 from vbbench.pictures.replay import Replay, load_replay
 from vbbench.registry import registered
-from vbbench.reproduction.grid import (
-    STAND_INS,
-    Making,
-    Study,
-    check_grid,
-    check_splits,
-    how_to_get,
-    plan_if_here,
-    stand_in_plan,
-)
+from vbbench.reproduction import grid
+from vbbench.reproduction.grid import Making, Study
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.scoring.metrics import METRICS
 from vbbench.table import Table
@@ -107,39 +99,29 @@ class TrajectoriesStudy(Study):
     nuscenes: Path | None = None
     seed: int = 0
 
-    @property
-    def solver(self) -> str:
-        """Whose answers are drawn."""
-        return self.solvers[0]
-
-    @property
-    def protocol(self) -> str:
-        """The protocol of its answers."""
-        return self.protocols[0]
-
     def check(self) -> None:
         """Raise VbbenchError if a split, the solver or the protocol is unknown."""
-        check_grid(self.solvers, self.protocols)
+        grid.check_grid(self.solvers, self.protocols)
         if len(self.solvers) + len(self.protocols) > 2:
             raise VbbenchError("a sheet shows one solver under one protocol; name one each")
-        check_splits(self.splits or shown_splits(), shown_splits(), "split with an example")
+        grid.check_splits(self.splits or shown_splits(), shown_splits(), "split with an example")
 
     def measure(self, out: Path, making: Making) -> Trajectories:
         """Choose and solve a sequence of each split."""
         found = Trajectories([], {})
         folders = {name: getattr(self, name) for name in ("kitti", "jrdb", "motsynth", "argoverse2", "nuscenes")}
         for split in self.splits or shown_splits():
-            name, folder, plan = split, out / split, plan_if_here(split, folders.get(split), self.seed)
+            name, folder, plan = split, out / split, grid.plan_if_here(split, folders.get(split), self.seed)
             if plan is None:
-                found.missing[split] = how_to_get(split)
-                if split not in STAND_INS:
+                found.missing[split] = grid.how_to_get(split)
+                if split not in grid.STAND_INS:
                     continue
                 name, folder = f"like {split}, simulated", out / f"like-{split}"
-                plan = stand_in_plan(split, folder, self.seed, making)
+                plan = grid.stand_in_plan(split, folder, self.seed, making)
             number = typical_sequence(plan)
             dataset = making.planned(single(plan, number), folder / "dataset")
-            protocol = self.protocol if dataset.info.truth == "whole" else "cold-start"
-            cell = making.cell(dataset, self.solver, protocol)
+            protocol = self.protocols[0] if dataset.info.truth == "whole" else "cold-start"
+            cell = making.cell(dataset, self.solvers[0], protocol)
             means = {metric: float(own.mean) for metric, own in cell.summaries.items() if np.isfinite(own.mean)}
             found.examples.append(Example(name, number, protocol, load_replay(dataset, 0, [cell.submission]), means))
         if not found.examples:
@@ -150,7 +132,7 @@ class TrajectoriesStudy(Study):
 
     def report(self, found: Trajectories) -> Report:
         """A row an example, and what is missing; the picture has a map of each."""
-        facts = {"solver": self.solver, "protocol": self.protocol, "seed": self.seed}
+        facts = {"solver": self.solvers[0], "protocol": self.protocols[0], "seed": self.seed}
         table = Table(
             facts=paragraphs("trajectories", candidates=CANDIDATES, **facts),
             head=["split", "sequence", "frames", "seconds", "people", *(METRICS[name].label for name in COLUMNS)],
@@ -190,7 +172,7 @@ class TrajectoriesStudy(Study):
         left = _LEFT / width
         title = "Where people and observer walk, and where the solver says: an example of every split"
         style.write_heading(sheet, _LEFT, title)
-        handles = _legend(f"{self.solver} ({self.protocol})")
+        handles = _legend(f"{self.solvers[0]} ({self.protocols[0]})")
         look: dict[str, Any] = {"frameon": False, "fontsize": style.TEXT_SIZE, "borderpad": 0.0, "borderaxespad": 0.0}
         look |= {"loc": "upper left", "bbox_to_anchor": (left, 1.0 - 0.48 / height), "ncols": len(handles)}
         sheet.legend(handles=handles, **look)
@@ -204,7 +186,7 @@ class TrajectoriesStudy(Study):
         left, top = panel[0] / width, (panel[1] + panel[3]) / height
         sheet.text(left, top + 0.27 / height, one.name, fontsize=10.0, weight="bold", color=style.INK)
         counts = f"{one.values['people']} people, {one.values['frames']} frames"
-        counts += f", {one.protocol}" if one.protocol != self.protocol else ""
+        counts += f", {one.protocol}" if one.protocol != self.protocols[0] else ""
         sheet.text(left, top + 0.09 / height, counts, fontsize=style.TEXT_SIZE, color=style.TRUTH)
         # Where only places relative to the camera are known, Δx̃.
         shown = [name for name in ("dx", "dt") if name in one.errors] or [n for n in ("dx_rel",) if n in one.errors]
@@ -214,12 +196,7 @@ class TrajectoriesStudy(Study):
 
 
 def typical_sequence(plan: Plan) -> int:
-    """The number of the sequence nearest to the middle of its split.
-
-    Of the sequences whose observer gets as far from its start as half of them do, or farther, it is the one whose
-    frames and people come nearest to the split's medians: |ln(T/median T)| + |ln(K/median K)| is least, T being its
-    frames and K the mean number of people seen in a frame. Of equal ones the first is taken.
-    """
+    """The number of the first sequence with the most ordinary length and number of people, as the report defines it."""
     numbers = np.unique(np.linspace(0, len(plan) - 1, min(len(plan), CANDIDATES)).round().astype(int))
     built = [plan.build(int(number)) for number in numbers]
     people = [data.sequence.observed.sum(axis=1).mean() for data in built]

@@ -24,7 +24,7 @@ from vbbench.pictures.plotting import style
 from vbbench.registry import load
 from vbbench.reproduction.agreement import LEVEL, Errors, Estimate, agreement, halves, separated
 from vbbench.reproduction.grid import Cell, Making, Study, check_grid
-from vbbench.reproduction.report import Report
+from vbbench.reproduction.report import Report, paragraphs
 from vbbench.reproduction.variants import Variant, registered_variants
 from vbbench.scene import Scene
 from vbbench.scoring.metrics import METRICS
@@ -122,7 +122,7 @@ class TransferStudy(Study):
             split, options = self._people(every, out)
             made = making.dataset(split, out / f"{TIER}-{every}" / "dataset", options)
             for protocol in self.protocols:
-                cells = [making.cells_in_parallel(dataset, solvers, protocol) for dataset in (made, real)]
+                cells = [making.cells(dataset, solvers, [protocol]) for dataset in (made, real)]
                 for metric in ("dx", "dt"):
                     own, theirs = (errors_of(one, metric) for one in cells)
                     found.append(Comparison(every, protocol, metric, own, theirs, agreement(own, theirs, feet)))
@@ -144,10 +144,7 @@ class TransferStudy(Study):
         """How equally they rank, a row a case, and below every variant's errors."""
         ranks = Table(
             title="How equally they rank",
-            facts=[
-                "In brackets: 95 % intervals by blocks of time of both datasets. "
-                "KITTI's halves: Spearman of its odd runs with its even ones."
-            ],
+            facts=paragraphs("transfer_ranks"),
             head=[
                 "",
                 *(title for title, _ in TARGETS.values()),

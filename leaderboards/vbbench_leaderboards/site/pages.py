@@ -11,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+from jinja2 import Environment
 
 from vbbench import __version__
 from vbbench.errors import FileError
@@ -24,6 +24,7 @@ from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.registry import registered
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import known
+from vbbench.table import environment
 from vbbench.version import INSTALL
 from vbbench_leaderboards.results import boards as listed
 from vbbench_leaderboards.results import ranking
@@ -61,13 +62,7 @@ def render(template: str, **values: Any) -> str:
 
 @cache
 def _environment() -> Environment:
-    made = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=select_autoescape(("html", "svg")),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    made = environment(TEMPLATES)
     for name in ("figure", "figure_decimals", "padding", "percent", "signed", "decimals", "with_code"):
         made.filters[name] = getattr(words, name)
     made.filters["quote"] = lambda text: quote(text, safe="")

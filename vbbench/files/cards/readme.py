@@ -2,15 +2,17 @@
 
 from collections.abc import Mapping
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import yaml
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from jinja2 import Environment
 
 from vbbench.files.cards.origin import OWN, citations, hub_identifier, licence_address, said_licence
 from vbbench.files.cards.subject import Subject
 from vbbench.files.dataset_info import DatasetInfo, given_noise, summary
 from vbbench.files.generate_command import generate_command
+from vbbench.table import environment
 from vbbench.version import __version__
 
 FENCE = "---"
@@ -58,13 +60,7 @@ def _config(table: str) -> dict[str, Any]:
 
 @cache
 def _environment() -> Environment:
-    found = Environment(
-        loader=PackageLoader("vbbench.files", "cards"),
-        autoescape=select_autoescape(("html",)),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    found = environment(Path(__file__).parent)
     found.filters["full"] = lambda text: f"{text.removesuffix('.')}."
     return found
 

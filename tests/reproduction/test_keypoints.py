@@ -11,8 +11,17 @@ from vbbench.camera import PerspectiveCamera, make_camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
-from vbbench.reproduction.keypoints import DISTANCES, Curve, KeypointsStudy, paper_lines
-from vbbench.reproduction.two_views import Poses, Setting, Views, draw_views, five_point
+from vbbench.reproduction.keypoints import (
+    DISTANCES,
+    Curve,
+    KeypointsStudy,
+    Poses,
+    Setting,
+    Views,
+    draw_views,
+    five_point,
+    paper_lines,
+)
 
 PLAIN = Setting()
 EXACT = replace(PLAIN, noise=0.0)
