@@ -174,6 +174,25 @@ def test_a_yaw_without_a_unit_is_in_degrees_where_motion_shows_it(tmp_path):
     assert "is read as yaw in degrees" in found.notes[0]
 
 
+@pytest.mark.parametrize(("bend", "read_as"), [(1.57, "heading clockwise from y"), (0.0, "")])
+def test_a_compass_heading_is_told_by_a_path_that_bends(tmp_path, bend, read_as):
+    places, yaw = drive(bend)
+    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], np.degrees(0.5 * np.pi - yaw)])
+    np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,heading_deg", comments="")
+    found = ground_poses(read_trajectory(tmp_path / "t.txt"))
+    same_motion(found.poses, places, yaw if bend else yaw + 0.5 * np.pi)
+    assert [f"is read as {read_as}" in note for note in found.notes] == [True] * bool(bend)
+
+
+def test_a_yaw_aside_of_the_way_is_not_taken_for_degrees(tmp_path):
+    places, yaw = drive(0.5)
+    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], yaw + 1.57])
+    np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
+    found = ground_poses(read_trajectory(tmp_path / "t.txt"))
+    same_motion(found.poses, places, yaw + 1.57)
+    assert not found.notes
+
+
 def test_places_alone_give_the_yaw_of_their_path_or_none(tmp_path):
     path, (places, yaw) = tmp_path / "t.txt", drive(1.0, still=10)
     path.write_text("".join(f"{0.1 * n} {x} {y}\n" for n, (x, y, _) in enumerate(places)))

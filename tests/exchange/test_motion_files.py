@@ -360,3 +360,28 @@ def test_a_small_yaw_in_degrees_is_named(tmp_path):
     rows = np.column_stack([0.1 * np.arange(len(walk.poses)), walk.poses[:, :2], np.degrees(walk.poses[:, 2])])
     np.savetxt(folder / "odometry.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
     assert any("read as yaw in degrees" in note for note in read(folder).notes)
+
+
+def test_odometry_that_was_reset_has_no_motion_there(folder, walk):
+    def reset(rows):
+        rows[30:, 1:3] -= rows[30, 1:3]
+        return rows
+
+    wanted = read(written(folder, walk, lambda rows: rows)).footage.odometry.motions
+    recording = read(written(folder, walk, reset))
+    found = recording.footage.odometry.motions
+    assert np.flatnonzero(np.isnan(found[:, 0])).tolist() == [0, 30]
+    np.testing.assert_allclose(np.delete(found, [0, 30], axis=0), np.delete(wanted, [0, 30], axis=0), atol=1e-6)
+    assert re.search(r"odometry.txt, line 31: the pose leaps by [\d.]+ m .* one of 1 leaps", recording.notes[0])
+    again = np.array([0.05, *[0] * 7])
+    with pytest.raises(FileError, match=r"line 61: the clock goes back by 5\.85 s; of two recordings keep one"):
+        read(written(folder, walk, lambda rows: np.concatenate([rows, rows + again])))
+
+
+def test_turns_of_a_mirrored_world_are_not_late(tmp_path):
+    walk = turning(0.0)
+    poses = np.column_stack([0.1 * walk.poses[:, :2], 0.3 * np.sin(2.0 * walk.dt * np.arange(60))])
+    boxes = walk.camera.project(world_to_relative(walk.people, poses), np.full((60, 4), 1.72))
+    folder = write_folder(tmp_path / "sway", walk := replace(walk, poses=poses, boxes=rectangles(boxes)))
+    with pytest.raises(FileError, match="the other way"):
+        read(written(folder, walk, lambda rows: rows * np.array([1, 1, -1, 1, 1, 1, -1, 1])))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError
-from vbbench.exchange.trajectory import DEGREES, MATRIX, XYZW, Trajectory
+from vbbench.exchange.trajectory import COMPASS, DEGREES, MATRIX, XYZW, Trajectory
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 
 Axes = Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"]
@@ -88,14 +88,13 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     usual = readings[0].order
     fitting = [one for one in readings if (one.fits if axes is None else one.upright)]
     starts = {order for order in orders if np.allclose(orders[order][0], np.eye(3), atol=1e-3)}
-    fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.heading)]
-    degrees = next((one for one in fitting if one.order == DEGREES and one.axes == readings[0].axes), None)
-    if degrees and degrees.heading and degrees.heading.real < (readings[0].heading or 0.0).real + _UNUSUAL:
-        degrees = None
+    fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.way)]
+    plain = readings[0].way
+    angles = [one for one in fitting if one.order in (DEGREES, COMPASS) and one.axes == readings[0].axes]
+    angles = [one for one in angles if one.way.real >= plain.real + _UNUSUAL and abs(one.way) > abs(plain)]
+    angle = max(angles, key=lambda one: abs(one.way), default=None)
     unusual = {order: -0.01 if order in starts else _UNUSUAL * (order != usual) for order in orders}
-    found = degrees or min(
-        fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None
-    )
+    found = angle or min(fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None)
     if axes is None:
         _refuse_inverse(trajectory, found)
     if found is None:
@@ -109,7 +108,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
         notes.append(f"{name} is read as {found.order}, which its motion fits")
     if axes is not None and found.climb > _CLIMB:
         notes.append(f"{name}: in the axes of '{axes}' {found.climb:.0%} of the way leads up or down: is it '{axes}'?")
-    aside = phase(found.heading or 1.0)
+    aside = phase(found.way or 1.0)
     if still and _BEND < abs(aside) <= _AHEAD:
         way = (
             f"its rotation never changes, and its path leads {np.degrees(abs(aside)):.0f}° to a side of where it looks"
@@ -143,6 +142,11 @@ class _Reading:
     spin: float
 
     @property
+    def way(self) -> complex:
+        """The ``heading``, 0 of a body that stands."""
+        return self.heading or 0j
+
+    @property
     def upright(self) -> bool:
         """Whether the body's lean stays that of a camera that looks ahead."""
         return bool(self.lean.max() < _STEEPEST)
@@ -172,7 +176,7 @@ class _Reading:
     @property
     def cost(self) -> float:
         """Misfit: 0 for an upright body that moves forward and rotates about the vertical."""
-        aside = 0.0 if self.heading is None else 1.0 - self.heading.real
+        aside = 0.0 if self.heading is None else 1.0 - self.way.real
         return (
             aside
             + float(np.mean(1.0 - np.cos(self.lean)))

@@ -24,7 +24,8 @@ TUM = "timestamp tx ty tz qx qy qz qw"
 _TUM = "time:timestamp x:tx y:ty z:tz qx qy qz qw"
 _WANTED = "name columns time, x, y, and qx, qy, qz, qw or yaw"
 XYZW, WXYZ, MATRIX, YAW, DEGREES = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw", "yaw in degrees"
-"""Orders in which rotations stand in columns."""
+COMPASS = "heading clockwise from y"
+"""Orders in which rotations stand in columns, and what an angle may be."""
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _NOUNS = ("frame", "time", "nanoseconds", "x", "y", "z", *_QUATERNION, "yaw")
 _STATED = re.compile(r"axes: (\w+)|x forward, z up")
@@ -180,7 +181,7 @@ def _rotations(table: NamedColumns) -> dict[str, FloatArray]:
         yaw, named = table.scaled("yaw"), bool(table.unit("yaw"))
         far = (np.abs(yaw) > _MOST_RADIANS) & (not named)
         table.refuse(far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
-        turned = {YAW: yaw} | ({} if named else {DEGREES: np.radians(yaw)})
+        turned = {YAW: yaw, COMPASS: 0.5 * np.pi - yaw} | ({} if named else {DEGREES: np.radians(yaw)})
         return {order: Rotation.from_euler("z", angle[:, None]).as_matrix() for order, angle in turned.items()}
     quaternions = table.stacked(*_QUATERNION) if "qw" in table else np.zeros((len(table), 4))
     length = np.linalg.norm(quaternions, axis=-1)

@@ -13,6 +13,7 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.errors import FileError
 from vbbench.exchange.axes import ground_poses, off_course
+from vbbench.exchange.box_rows import MOST_BACK
 from vbbench.exchange.own.camera_file import OdometryFacts
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.trajectory import Trajectory, read_trajectory
@@ -39,6 +40,8 @@ SAME_TIME = 1e-3
 """In s: clocks that differ by less agree."""
 FASTEST, LEAP = 60.0, 5.0
 """In m/s and m: no camera is faster, but for the noise of a place."""
+LEAST_LEAP, FREE, USUALLY = np.array([0.5, 0.35]), np.array([3.0, 2.0]), 0.9
+"""In m and rad, and per second: a reset shows beyond these and four times the speed of this share of lines."""
 BEYOND = 0.5
 """In frames: how far before the first pose and after the last the camera is taken to move on as it did."""
 
@@ -73,6 +76,9 @@ def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple
     if motion.stated is not None:
         covariances = _composed(motion.times, motion.poses, motion.stated, timeline.times)
     covariances = facts.camera_covariances(body[:, 2], covariances)
+    for row in motion.leaps:
+        before, after = timeline.times[:-1] + SAME_TIME, timeline.times[1:] - SAME_TIME
+        motions[1:][(after > motion.times[row - 1]) & (before < motion.times[row])] = np.nan
     measured = np.isfinite(motions[1:, 0]) & np.isfinite(covariances[1:]).all(axis=(1, 2))
     motions[1:][~measured], covariances[1:][~measured] = np.nan, np.nan
     if not measured.any():
@@ -107,10 +113,14 @@ def _reach(times: FloatArray, timeline: Timeline) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class _Motion:
-    """Poses [N, 3] of a body at the ``times`` [N] in s, with stated covariances [N, 3, 3]; see `Grounded`."""
+    """Poses [N, 3] of a body at the ``times`` [N] in s, with stated covariances [N, 3, 3]; see `Grounded`.
+
+    ``leaps`` are the rows to which it leaps, as where odometry was reset.
+    """
 
     times: FloatArray
     poses: FloatArray
+    leaps: IntArray
     stated: FloatArray | None
     from_path: bool
     notes: tuple[str, ...]
@@ -122,6 +132,11 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
     trajectory = _in_order(replace(trajectory, times=times))
     grounded = ground_poses(trajectory, facts.axes)
     _refuse_leaps(trajectory, grounded.poses, timeline)
+    leaps = _leaps(np.asarray(trajectory.times), grounded.poses)
+    if len(leaps):
+        moved = float(np.hypot(*(grounded.poses[leaps[0]] - grounded.poses[leaps[0] - 1])[:2]))
+        where = f"{path.name}, {trajectory.place(leaps[0])}: the pose leaps by {moved:.3g} m from the line before"
+        notes = (*notes, f"{where}, one of {len(leaps)} leaps: was odometry reset? Motions over them do not count")
     share, angle = off_course(facts.of_camera(grounded.poses))
     if share > OFF_COURSE:
         side = "left" if angle > 0.0 else "right"
@@ -131,6 +146,7 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
     return _Motion(
         times=np.asarray(trajectory.times),
         poses=grounded.poses,
+        leaps=leaps,
         stated=_stated(trajectory),
         from_path=grounded.from_path,
         notes=(*grounded.notes, *notes),
@@ -187,6 +203,15 @@ def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline)
             raise trajectory.fault(int(later[row]), problem)
 
 
+def _leaps(times: FloatArray, poses: FloatArray) -> IntArray:
+    """Rows to which poses [N, 3] go on by far more than they do in most lines."""
+    moves = np.diff(poses, axis=0)
+    moved = np.column_stack([np.hypot(moves[:, 0], moves[:, 1]), np.abs(wrap_angle(moves[:, 2]))])
+    passed = np.diff(times)[:, None]
+    usual = np.quantile(moved / passed, USUALLY, axis=0) if len(moved) else 0.0
+    return 1 + np.flatnonzero((moved > LEAST_LEAP + (FREE + 4.0 * usual) * passed).any(axis=1))
+
+
 def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Camera) -> tuple[str, ...]:
     """A note if boxes [T, K, 3] do not show the turns of the camera's ``motions`` [T, 3] since the frame before.
 
@@ -232,12 +257,19 @@ def _turns_late(turns: FloatArray, frame: IntArray, seen: FloatArray) -> int:
         if np.isfinite(pairs).sum() >= 0.5 * np.isfinite(shown).sum():
             off[late] = float(np.nanmean(pairs))
     best = min(off, key=lambda late: off[late], default=0)
-    return best if off.get(best, 0.0) < MUCH_LESS * off.get(0, 0.0) - LEAST_TURN else 0
+    mirrored = float(np.nanmean(np.abs(shown + turns)))  # as of a left-handed world
+    return (
+        best if off.get(best, 0.0) < mirrored and off.get(best, 0.0) < MUCH_LESS * off.get(0, 0.0) - LEAST_TURN else 0
+    )
 
 
 def _in_order(trajectory: Trajectory) -> Trajectory:
     """The rows by ascending time."""
     times = np.asarray(trajectory.times)
+    back = times[:-1] - times[1:]
+    if 0 < (back > LONGEST_HOLE).sum() <= MOST_BACK:
+        problem = f"the clock goes back by {back.max():.4g} s; of two recordings keep one"
+        raise trajectory.fault(int(back.argmax()) + 1, problem)
     trajectory = trajectory.select(np.argsort(times, kind="stable"))
     times = np.asarray(trajectory.times)
     again = np.append(False, np.diff(times) == 0.0)
