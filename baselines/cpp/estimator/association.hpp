@@ -55,11 +55,10 @@ class Association {
   static double surprise(const Window& window, const Person& person, const Model& model) {
     const int last = person.frames() - 1;
     double sum = 0.0;
-    person_rows(person, window.frames, window.calibration, model.people,
-                [&](const Row& row) {
+    person_rows(person, window.frames, window.calibration, model.people, RowVisitor([&](const Row& row) {
                   if (row.cue >= 0) sum += row.e * row.e;
                   if (row.walk) sum += row.e * row.e / (model.people.walk.sigma * model.people.walk.sigma);
-                },
+                }),
                 {last, last});
     return sum;
   }
@@ -77,7 +76,7 @@ class Association {
     for (int round = 0; round < kRounds; ++round) {
       elimination_.reset(expected, alone, 0.0);
       const auto add = [&](const Row& row) { elimination_.add(row, nothing); };
-      person_rows(expected, window.frames, window.calibration, model.people, add);
+      person_rows(expected, window.frames, window.calibration, model.people, RowVisitor(add));
       own_rows(expected, model.people, add);
       elimination_.add_prior(expected, window.calibration, nothing);
       if (!elimination_.eliminate(nothing)) return 0.0;
@@ -100,8 +99,7 @@ class Association {
     int cues = 0;
     double e[3], same[3][3] = {}, other[3][3] = {}, by_place[3][2] = {}, by_height[3] = {};
     std::array<std::vector<double>, 3> spread;
-    person_rows(expected, window.frames, window.calibration, model.people,
-                [&](const Row& row) {
+    person_rows(expected, window.frames, window.calibration, model.people, RowVisitor([&](const Row& row) {
                   if (row.cue < 0) return;
                   e[cues] = row.e;
                   std::vector<double>& g = spread[cues];
@@ -114,7 +112,7 @@ class Association {
                   by_height[cues] = row.by[kSlotHeight];
                   elimination_.whiten(g.data());
                   ++cues;
-                },
+                }),
                 {last, last});
     for (int a = 0; a < cues; ++a)
       for (int b = 0; b < cues; ++b) {

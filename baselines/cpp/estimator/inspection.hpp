@@ -92,7 +92,7 @@ inline DenseSystem dense_system(const Window& window, const Model& model) {
       row.each(person.first,
                [&](const Variable& v, double by) { out.jacobian[begin + columns.of(window, p, v)] += by; });
     };
-    person_rows(person, window.frames, window.calibration, model.people, add_row);
+    person_rows(person, window.frames, window.calibration, model.people, RowVisitor(add_row));
     own_rows(person, model.people, add_row);
     if (!person.prior.any) continue;
     double off[kPrior];

@@ -36,74 +36,15 @@ class Window {
   Trial trial;
 
   /// −ln of the posterior density, up to a constant.
-  double cost(const Model& model) {
-    double sum = 0.0;
-    for (const Person& person : people) {
-      CostSum of_person;
-      const auto add = [&](const Row& row) { of_person.add(row); };
-      person_rows(person, frames, calibration, model.people, add);
-      own_rows(person, model.people, add);
-      sum += of_person.sum() + Elimination::prior_cost(person, calibration);
-    }
-    return sum + camera_cost(model) + calibration_cost();
-  }
+  double cost(const Model& model);
 
   /// Minimises the cost in at most `rounds` steps, until the next gain is expected below `least`. Convergence is
   /// linear: the ratio of the last two gains predicts it. With an uncertain calibration, a step reuses the last
   /// factorisation while that converges.
-  Solution solve(const Model& model, int rounds, double least) {
-    Solution solution;
-    double damping = kDamping, last = least;
-    bool ready = false;                                    // factors and gradient
-    const bool uncertain = calibration.sway_std[0] > 0.0;  // of a known calibration, factors fit the next step less
-    for (int round = 0; round < rounds; ++round) {
-      const bool again = ready;
-      if (!ready && !linearise(model, damping)) {
-        damping = std::max(10.0 * damping, 1e-4);
-        continue;
-      }
-      solution.cost = cost_;
-      ++solution.steps;
-      save();
-      const bool short_enough = apply();
-      const bool prepared = uncertain && !again;  // for the next step
-      if (prepared) differentiate(model);
-      const double now = prepared ? cost_ : cost(model);
-      ready = false;
-      if (!std::isfinite(now) || now > solution.cost + 1e-9 || !short_enough) {
-        restore();
-        if (again) continue;
-        damping = std::max(10.0 * damping, 1e-4);
-        if (damping > 1e4) break;
-        continue;
-      }
-      const double gain = solution.cost - now;
-      solution.cost = now;
-      damping = std::max(0.1 * damping, kDamping);
-      if (gain < least || gain * gain < least * last) return solution;
-      ready = prepared || (again && gain < kSlow * last);
-      if (again && ready) differentiate(model);
-      last = gain;
-    }
-    solution.cost = cost(model);  // the posteriors of the modes are those of the solution
-    return solution;
-  }
+  Solution solve(const Model& model, int rounds, double least);
 
   /// Sum of squared innovations of a person's path in a frame, and how many of them the boxes decide (MacKay's γ).
-  std::array<double, 2> innovations(const Model& model, std::size_t p, int frame) {
-    std::array<double, 2> sum{};
-    const Person& person = people[p];
-    if (frame < person.first || frame > person.last() || !std::isfinite(damping_)) return sum;
-    eliminations_[p].invert(std::max(0, frame - person.first - kReach));
-    person_rows(person, frames, calibration, model.people,
-                [&](const Row& row) {
-                  if (!row.walk) return;
-                  sum[0] += row.w * row.e * row.e * person.variance;
-                  sum[1] += std::max(0.0, 1.0 - eliminations_[p].leverage(row));
-                },
-                {frame - person.first, frame - person.first, false});
-    return sum;
-  }
+  std::array<double, 2> innovations(const Model& model, std::size_t p, int frame);
 
   /// Computes `Node::growth`, w e² of the walk into each node, at the present state; nodes whose walk is marginalised
   /// keep theirs.
@@ -111,46 +52,16 @@ class Window {
     for (Person& person : people) {
       for (Node& node : person.nodes)
         if (!node.walk_absorbed) node.growth = 0.0;
-      person_rows(person, frames, calibration, model.people,
-                  [&](const Row& row) {
+      person_rows(person, frames, calibration, model.people, RowVisitor([&](const Row& row) {
                     if (row.walk) person.nodes[row.node].growth += row.w * row.e * row.e;
-                  },
+                  }),
                   {.boxes = false});
     }
   }
 
   /// Computes the leverage of each cue of a frame's boxes, w gᵀ H⁻¹ g over all unknowns, at the last linearisation;
   /// false if that failed.
-  bool weigh_learned(const Model& model, int frame) {
-    if (!std::isfinite(damping_)) return false;
-    const int size = layout_.size(), count = padded(3 * static_cast<int>(people.size()));
-    Matrix reduced(size, count);
-    std::vector<double> weights(count, 0.0);
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      Person& person = people[p];
-      if (frame < person.first || frame > person.last()) continue;
-      Node& node = person.nodes[frame - person.first];
-      node.leverage.fill(0.0);
-      person_rows(person, frames, calibration, model.people, [&](const Row& row) {
-        if (row.cue < 0 || person.first + row.node != frame) return;
-        weights[3 * p + row.cue] = row.w;
-        node.leverage[row.cue] = row.w * eliminations_[p].eliminated(row, reduced[0] + 3 * p + row.cue, count);
-      });
-    }
-    for (int g = 0; g < kGlobals; ++g)
-      if (!calibration.free[g]) std::fill_n(reduced[g], count, 0.0);
-    solve_lower(reduced_.factor(), size, reduced_.lines.cols(), reduced[0], count);
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      if (frame < people[p].first || frame > people[p].last()) continue;
-      Node& node = people[p].nodes[frame - people[p].first];
-      for (int cue = 0; cue < 3; ++cue)
-        for (int i = 0; i < size; ++i) {
-          const double x = reduced[i][3 * p + cue];
-          node.leverage[cue] += weights[3 * p + cue] * x * x;
-        }
-    }
-    return true;
-  }
+  bool weigh_learned(const Model& model, int frame);
 
   /// Covariances, given the poses that are held: of a frame's `pose` and its people's places (NaN where absent), and of
   /// the pose that is held `next`.
@@ -163,83 +74,10 @@ class Window {
 
   /// Computes the covariances of a frame, with the last linearisation if that is `fresh`: the step since then was
   /// small.
-  bool covariances(const Model& model, int frame, bool fresh, Covariances& out) {
-    if (!(fresh && damping_ <= kDamping) && !linearise(model, 0.0)) return false;
-    const int newest = static_cast<int>(frames.size()) - 1, next = std::min(kHeld, newest);
-    // Columns of the unknowns that are wanted: two poses, odometry, places; then U⁻ᵀ of these.
-    const int places = 8, count = padded(places + 2 * static_cast<int>(people.size()));
-    Matrix wanted(layout_.size(), count);
-    const auto want = [&](int unknown, int column) {
-      if (unknown >= 0) wanted[unknown][column] = 1.0;
-    };
-    for (int c = 0; c < 3; ++c) {
-      want(layout_.camera(kFrame * frame + c), c);
-      want(layout_.camera(kFrame * next + c), 3 + c);
-    }
-    for (int g = 0; g < 2; ++g) want(kOdometryScale + g, 6 + g);
-    out.places.assign(people.size(), {NAN, NAN, NAN});
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      const int node = frame - people[p].first;
-      if (node >= 0 && node < people[p].frames())
-        out.places[p] = eliminations_[p].place_covariance(node, wanted[0] + places + 2 * p, count);
-    }
-    for (int g = 0; g < kGlobals; ++g)
-      if (!calibration.free[g]) std::fill_n(wanted[g], count, 0.0);
-    solve_lower(reduced_.factor(), layout_.size(), reduced_.lines.cols(), wanted[0], count);
-    for (int i = 0; i < layout_.size(); ++i) {
-      const double* row = wanted[i];
-      for (int a = 0; a < 3; ++a)
-        for (int b = 0; b < 3; ++b) {
-          out.pose[a][b] += row[a] * row[b];
-          out.next[a][b] += row[3 + a] * row[3 + b];
-        }
-      for (int a = 0; a < 2; ++a)
-        for (int b = 0; b < 2; ++b) out.odometry[a][b] += row[6 + a] * row[6 + b];
-      for (std::size_t p = 0; p < people.size(); ++p) {
-        const double x = row[places + 2 * p], y = row[places + 2 * p + 1];
-        out.places[p][0] += x * x;
-        out.places[p][1] += x * y;
-        out.places[p][2] += y * y;
-      }
-    }
-    return true;
-  }
+  bool covariances(const Model& model, int frame, bool fresh, Covariances& out);
 
   /// Marginalises the oldest frame into priors of people and calibration.
-  void marginalise(const Model& model) {
-    mode_costs(frames, model.motion, trial, costs_);
-    if (costs_.size() > 1) {
-      Modes here{};
-      double least = 1e300, sum = 0.0;
-      for (int m = 0; m < kModes; ++m) least = std::min(least, costs_[0][m]);
-      for (int m = 0; m < kModes; ++m) sum += here[m] = mode_prior[m] * elementary::exp(least - costs_[0][m]);
-      Modes next{};
-      for (int from = 0; from < kModes; ++from)
-        for (int to = 0; to < kModes; ++to) next[to] += here[from] / sum * model.motion.transition[from][to];
-      mode_prior = next;
-    }
-    for (std::size_t p = people.size(); p-- > 0;) {
-      Person& person = people[p];
-      if (person.first > 0) {
-        --person.first;
-        continue;
-      }
-      absorb(person, model);
-      person.nodes.erase(person.nodes.begin());
-      bool known = false;
-      for (const Node& node : person.nodes) known = known || node.seen || node.given;
-      if (!known) {
-        retire(person);
-        people.erase(people.begin() + static_cast<std::ptrdiff_t>(p));
-      }
-    }
-    Frame& next = frames[1];
-    next.left = std::min(frames[0].left + 1, static_cast<int>(next.past.size()));
-    for (int j = next.left - 1; j > 0; --j) next.past[j] = frames[0].past[j - 1];
-    std::copy_n(frames[0].at.begin(), kPose, next.past[0].begin());
-    frames.erase(frames.begin());
-    held = kHeld;
-  }
+  void marginalise(const Model& model);
 
   /// Subtracts a velocity, in m per frame, from camera and people.
   void slow_down(const std::array<double, 2>& step) {
@@ -251,29 +89,7 @@ class Window {
   }
 
   /// Removes all frames but the newest, and people who are not in it; the calibration's information stays.
-  void restart() {
-    const int newest = static_cast<int>(frames.size()) - 1;
-    for (std::size_t p = people.size(); p-- > 0;) {
-      Person& person = people[p];
-      if (person.last() != newest) {
-        if (person.prior.any) retire(person);
-        people.erase(people.begin() + static_cast<std::ptrdiff_t>(p));
-        continue;
-      }
-      Node last = person.nodes.back();
-      last.walk_absorbed = false;
-      last.growth = 0.0;
-      last.box_absorbed.fill(false);
-      person.nodes.assign(1, last);
-      person.first = 0;
-      person.prior = MarginalPrior();
-    }
-    frames.erase(frames.begin(), frames.end() - 1);
-    frames.front().motion = Motion();
-    frames.front().left = 0;
-    posterior.clear();
-    held = 0;
-  }
+  void restart();
 
   /// Archives the state that remains between two solutions.
   template <class Archive>
@@ -292,80 +108,7 @@ class Window {
 
   /// Largest difference between the analytic gradient and finite differences of the cost, by kind of variable; for
   /// tests.
-  std::array<double, 5> gradient_errors(const Model& model) {
-    std::array<double, 5> worst{};
-    cost(model);
-    const auto partial = [&](double& value, double analytic, int kind, double h) {
-      const double keep = value;
-      value = keep + h;
-      const double up = cost(model);
-      value = keep - h;
-      const double down = cost(model);
-      value = keep;
-      const double error = std::abs((up - down) / (2 * h) - analytic) / (1.0 + std::abs(analytic));
-      if (error > worst[kind]) worst[kind] = error;
-    };
-    std::vector<std::vector<double>> path(people.size());
-    std::vector<double> height(people.size()), own(people.size()), camera(frames.size() * kFrame);
-    std::array<double, kGlobals> global{};
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      path[p].assign(2 * people[p].frames(), 0.0);
-      const auto add = [&](const Row& row) {
-        row.each(people[p].first, [&](const Variable& v, double by) {
-          const double g = row.w * row.e * by;
-          if (v.kind == Variable::kPath) path[p][v.index] += g;
-          if (v.kind == Variable::kHeight) height[p] += g;
-          if (v.kind == Variable::kOwn) own[p] += g;
-          if (v.kind == Variable::kShared) global[v.index] += g;
-          if (v.kind == Variable::kCamera) camera[v.index] += g;
-        });
-      };
-      person_rows(people[p], frames, calibration, model.people, add);
-      own_rows(people[p], model.people, add);
-      if (people[p].prior.any) {
-        double off[kPrior];
-        Elimination::prior_offsets(people[p], calibration, off);
-        for (int a = 0; a < kPrior; ++a) {
-          double g = -people[p].prior.vector[a];
-          for (int b = 0; b < kPrior; ++b) g += people[p].prior.information[a][b] * off[b];
-          if (a < kPriorPlaces) {
-            if (a < 2 * people[p].frames()) path[p][a] += g;
-          } else if (a == kPriorPlaces)
-            height[p] += g;
-          else if (a == kPriorPlaces + 1)
-            own[p] += g;
-          else
-            global[a - kPriorPlaces - 2] += g;
-        }
-      }
-    }
-    camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held, [&](const CameraRow& row) {
-      for (int k = 0; k < row.count; ++k) {
-        if (row.variables[k].kind == Variable::kCamera) camera[row.variables[k].index] += row.w * row.e * row.by[k];
-        if (row.variables[k].kind == Variable::kShared) global[row.variables[k].index] += row.w * row.e * row.by[k];
-      }
-    });
-    for (int a = 0; a < kGlobals; ++a)
-      if (calibration.free[a]) {
-        global[a] -= calibration.vector[a];
-        for (int b = 0; b < kGlobals; ++b)
-          if (calibration.free[b])
-            global[a] += calibration.information[a][b] * (calibration.at[b] - calibration.about[b]);
-      }
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      for (int i = 0; i < people[p].frames(); ++i)
-        for (int axis = 0; axis < 2; ++axis) partial(people[p].nodes[i].at[axis], path[p][2 * i + axis], 0, 1e-6);
-      partial(people[p].log_height, height[p], 1, 1e-6);
-      partial(people[p].own_edge, own[p], 2, 1e-6);
-    }
-    for (int g = 0; g < kGlobals; ++g)
-      if (calibration.free[g]) partial(calibration.at[g], global[g], 3, 1e-6);
-    for (std::size_t t = held; t < frames.size(); ++t)
-      if (!frames[t].given)
-        for (int c = 0; c < (calibration.sway_std[0] > 0 ? kFrame : kPose); ++c)
-          partial(frames[t].at[c], camera[t * kFrame + c], 4, 1e-6);
-    return worst;
-  }
+  std::array<double, 5> gradient_errors(const Model& model);
 
  private:
   /// The cost of motion modes, whose posteriors it computes, and of the camera's rows.
@@ -414,39 +157,7 @@ class Window {
 
   /// Builds the reduced system and the cost at the present state, and factorises it; false if it is not positive
   /// definite.
-  bool linearise(const Model& model, double damping) {
-    damping_ = INFINITY;
-    layout_.frames = static_cast<int>(frames.size());
-    layout_.held = held;
-    layout_.unknowns = calibration.sway_std[0] > 0.0 ? kFrame : kPose;
-    const int size = layout_.size();
-    reduced_.reset(size);
-    cost_ = camera_cost(model) + calibration_cost();
-    while (eliminations_.size() < people.size()) eliminations_.emplace_back();
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      Elimination& elimination = eliminations_[p];
-      elimination.reset(people[p], layout_, damping);
-      CostSum sum;
-      const auto add = [&](const Row& row) {
-        elimination.add(row, reduced_);
-        sum.add(row);
-      };
-      person_rows(people[p], frames, calibration, model.people, add);
-      own_rows(people[p], model.people, add);
-      cost_ += sum.sum() + Elimination::prior_cost(people[p], calibration);
-      elimination.add_prior(people[p], calibration, reduced_);
-      if (!elimination.eliminate(reduced_)) return false;
-    }
-    camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held,
-                [&](const CameraRow& row) { reduced_.add(row, layout_); });
-    add_calibration(true);
-    for (int g = 0; g < kGlobals; ++g)
-      if (!calibration.free[g]) reduced_.fix(g);
-    for (int i = 0; i < size; ++i) reduced_.hessian(i, i) += damping * std::abs(reduced_.hessian(i, i)) + 1e-9;
-    if (!reduced_.factorise()) return false;
-    damping_ = damping;
-    return true;
-  }
+  bool linearise(const Model& model, double damping);
 
   void add_calibration(bool hessian_too) {
     for (int a = 0; a < kGlobals; ++a) {
@@ -462,157 +173,16 @@ class Window {
   }
 
   /// The cost and the gradient at the present state, for another step with the factors of the last linearisation.
-  void differentiate(const Model& model) {
-    std::fill_n(reduced_.lines[0], reduced_.lines.cols(), 0.0);
-    cost_ = camera_cost(model) + calibration_cost();
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      Elimination& elimination = eliminations_[p];
-      elimination.clear_right();
-      CostSum sum;
-      const auto add = [&](const Row& row) {
-        elimination.add_right(row, reduced_);
-        sum.add(row);
-      };
-      person_rows(people[p], frames, calibration, model.people, add);
-      own_rows(people[p], model.people, add);
-      cost_ += sum.sum() + Elimination::prior_cost(people[p], calibration);
-      elimination.add_prior(people[p], calibration, reduced_, false);
-      elimination.reduce_right(reduced_);
-    }
-    camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held,
-                [&](const CameraRow& row) { reduced_.add(row, layout_, false); });
-    add_calibration(false);
-    for (int g = 0; g < kGlobals; ++g)
-      if (!calibration.free[g]) reduced_.gradient(g) = 0.0;
-  }
+  void differentiate(const Model& model);
 
   /// Takes the step of the linearised system. Returns whether it is within `kLongestStep`.
-  bool apply() {
-    step_.assign(reduced_.lines[0] + 1, reduced_.lines[0] + 1 + layout_.size());
-    solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
-    double longest = 0.0, longest_way = 0.0;
-    for (std::size_t p = 0; p < people.size(); ++p) {
-      Person& person = people[p];
-      eliminations_[p].back_substitute(step_, own_);
-      for (int i = 0; i < person.frames(); ++i)
-        for (int axis = 0; axis < 2; ++axis) {
-          person.nodes[i].at[axis] += own_[2 * i + axis];
-          longest_way = std::max(longest_way, std::abs(own_[2 * i + axis]));
-        }
-      person.log_height += own_[eliminations_[p].local - 2];
-      person.own_edge += own_[eliminations_[p].local - 1];
-    }
-    for (int t = held; t < layout_.frames; ++t) {
-      const double* step = &step_[layout_.camera(kFrame * t)];
-      longest = std::max(longest, elementary::hypot(step[0], step[1]));
-      for (int c = 0; c < layout_.unknowns; ++c) frames[t].at[c] += step[c];
-    }
-    for (int g = 0; g < kGlobals; ++g)
-      if (calibration.free[g]) calibration.at[g] += step_[g];
-    return longest <= kLongestStep && longest_way <= kLongestWay;
-  }
+  bool apply();
 
   /// Moves the information of the factors of node 0 into the person's marginal prior.
-  void absorb(Person& person, const Model& model) {
-    constexpr int kAll = 2 + kPrior;  // the place that leaves, then what the prior is about
-    static thread_local std::array<std::array<double, kAll>, kAll> h;
-    std::array<double, kAll> g{};
-    for (auto& row : h) row.fill(0.0);
-    const auto index = [&](const Variable& v) {
-      if (v.kind == Variable::kPath) return v.index;
-      if (v.kind == Variable::kHeight) return 2 + kPriorPlaces;
-      if (v.kind == Variable::kOwn) return 3 + kPriorPlaces;
-      if (v.kind == Variable::kShared && calibration.free[v.index]) return 4 + kPriorPlaces + v.index;
-      return -1;
-    };
-    const auto add = [&](const Row& row) {
-      int at[kSlots], count = 0;
-      double by[kSlots];
-      row.each(person.first, [&](const Variable& v, double value) {
-        const int i = index(v);
-        if (i < 0 || value == 0.0) return;
-        at[count] = i;
-        by[count++] = value;
-      });
-      for (int a = 0; a < count; ++a) {
-        g[at[a]] -= row.w * row.e * by[a];
-        for (int b = 0; b < count; ++b) h[at[a]][at[b]] += row.w * by[a] * by[b];
-      }
-    };
-    std::array<bool, 3> chained{};
-    person_rows(person, frames, calibration, model.people,
-                [&](const Row& row) {
-                  if (row.node > row.reach) return;
-                  add(row);
-                  if (row.cue >= 0 && row.node == 1) chained[row.cue] = true;
-                },
-                {0, kReach});
-    own_rows(person, model.people, add);
-    if (person.prior.any) {
-      double off[kPrior];
-      Elimination::prior_offsets(person, calibration, off);
-      for (int a = 0; a < kPrior; ++a) {
-        const int ia = a < kPriorPlaces ? a : a + 2;  // places 0 … kReach − 1 are nodes 0 … kReach − 1
-        double gradient = person.prior.vector[a];
-        for (int b = 0; b < kPrior; ++b) {
-          const int ib = b < kPriorPlaces ? b : b + 2;
-          gradient -= person.prior.information[a][b] * off[b];
-          h[ia][ib] += person.prior.information[a][b];
-        }
-        g[ia] += gradient;
-      }
-    }
-    // Schur complement on the place that leaves
-    const double a = h[0][0] + 1e-12, b = h[1][0], d = h[1][1] + 1e-12, det = a * d - b * b;
-    MarginalPrior prior;
-    prior.any = true;
-    for (int i = 0; i < kPrior; ++i) {
-      const double u = h[i + 2][0], v = h[i + 2][1];
-      const double cu = (d * u - b * v) / det, cv = (a * v - b * u) / det;
-      for (int j = 0; j < kPrior; ++j) prior.information[i][j] = h[i + 2][j + 2] - cu * h[j + 2][0] - cv * h[j + 2][1];
-      prior.vector[i] = g[i + 2] - cu * g[0] - cv * g[1];
-    }
-    for (int i = 0; i < kPrior; ++i)
-      for (int j = 0; j < i; ++j)
-        prior.information[i][j] = prior.information[j][i] = 0.5 * (prior.information[i][j] + prior.information[j][i]);
-    for (int i = 0; i < kPriorPlaces; ++i)
-      prior.about[i] = i / 2 + 1 < person.frames() ? person.nodes[i / 2 + 1].at[i % 2] : 0.0;
-    prior.about[kPriorPlaces] = person.log_height;
-    prior.about[kPriorPlaces + 1] = person.own_edge;
-    for (int i = 0; i < kGlobals; ++i) prior.about[kPriorPlaces + 2 + i] = calibration.at[i];
-    person.prior = prior;
-    // Factors that reach back to the node are in the prior now.
-    for (int i = 1; i <= kReach && i < person.frames(); ++i) person.nodes[i].walk_absorbed = true;
-    if (person.frames() > 1) person.nodes[1].box_absorbed = chained;
-  }
+  void absorb(Person& person, const Model& model);
 
   /// Adds the information of a person who leaves about the calibration.
-  void retire(const Person& person) {
-    const MarginalPrior& prior = person.prior;
-    constexpr int kOwn = kPriorPlaces + 2;
-    Matrix own(kOwn, padded(kOwn)), x(kOwn, kGlobals + 1);
-    for (int i = 0; i < kOwn; ++i) {
-      for (int j = 0; j < kOwn; ++j) own[i][j] = prior.information[i][j];
-      own[i][i] += 1e-6;
-      for (int c = 0; c < kGlobals; ++c) x[i][c] = prior.information[i][kOwn + c];
-      x[i][kGlobals] = prior.vector[i];
-    }
-    if (!cholesky(own[0], kOwn, own.cols())) return;
-    static_assert((kGlobals + 1) % kLane == 0);
-    solve_lower(own[0], kOwn, own.cols(), x[0], x.cols());
-    for (int a = 0; a < kGlobals; ++a) {
-      if (!calibration.free[a]) continue;
-      double vector = prior.vector[kOwn + a];
-      for (int i = 0; i < kOwn; ++i) vector -= x[i][a] * x[i][kGlobals];
-      for (int b = 0; b < kGlobals; ++b) {
-        double information = prior.information[kOwn + a][kOwn + b];
-        for (int i = 0; i < kOwn; ++i) information -= x[i][a] * x[i][b];
-        calibration.information[a][b] += information;
-        vector -= information * (calibration.about[b] - prior.about[kOwn + b]);
-      }
-      calibration.vector[a] += vector;
-    }
-  }
+  void retire(const Person& person);
 
   static constexpr double kDamping = 1e-8;  ///< of the diagonal, at least
   static constexpr double kSlow = 0.3;      ///< ratio of two gains above which the system is factorised again

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 
 #include "../state.hpp"
 #include "elementary.hpp"
@@ -228,6 +229,11 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
     }
   }
 }
+
+/// For callers that visit few rows: they share one copy of `person_rows`, which is compiled once.
+using RowVisitor = std::function<void(const Row&)>;
+extern template void person_rows(const Person&, const std::vector<Frame>&, const Calibration&, const PeopleModel&,
+                                 RowVisitor&&, Nodes);
 
 /// Visits the priors of a person's log height and own edge, which the marginal prior replaces once there is one.
 template <class Visit>
