@@ -25,6 +25,11 @@ WRONG: dict[str, tuple[Callable[[FloatArray], FloatArray], str, bool]] = {
     "4K": (lambda b: 3.0 * b, "boxes is outside the picture of 1280 x 720 px", True),
     "middles": (lambda b: b + 0.5 * b[:, [2, 3, 0, 1]] * [1, 1, 0, 0], "left and top the middle of boxes", False),
     "squeezed": (lambda b: b * [0.5, 640 / 720, 0.5, 640 / 720], "was squeezed", False),
+    "letterbox": (
+        lambda b: 0.5 * b + [0, 140, 0, 0],
+        "640 x 640 px with borders.* 140 from top.* by 0.5$",
+        False,
+    ),
     "heads": (lambda b: b * [1, 1, 0.35, 1 / 7], "over 0.75 times as wide as high", False),
     "high before wide": (lambda b: b[:, [0, 1, 3, 2]], "100% of boxes are wider than high", False),
     "full HD": (lambda b: 1.5 * b, "of a larger picture than 1280 x 720 px, .* horizon at row 5", False),

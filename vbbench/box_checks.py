@@ -18,6 +18,8 @@ MOST_WIDE, NEARLY_SQUARE, NARROW = 0.6, 0.75, 0.27
 """Shares: of boxes that may be wider than high, or than so much of it; and a width that is the least of a median."""
 SMALLER, LARGER, TILT = 0.8, 1.25, 0.07
 """Multiples of the camera's row at which boxes of another picture have the horizon, and rad by which it is off."""
+NETWORKS = (320, 384, 416, 480, 512, 576, 608, 640, 736, 768, 800, 896, 960, 1024, 1088, 1280, 1536)
+"""Sides in px of the square pictures that detectors see."""
 UNFILLED = 0.8
 """Boxes of a smaller picture reach no farther than this share of width and height."""
 HALF = 0.12
@@ -118,6 +120,8 @@ def _other_size(
     above_feet = camera.mount_height / height_mean * length
     found, wanted = float(np.median(row + 0.5 * length - above_feet)), float(np.median(level))
     tilt = (found - wanted) / camera.focal
+    if (border := _letterbox(boxes, reach, picture, found, wanted, 0.5 * TILT * camera.focal)) is not None:
+        return border
     larger = found > LARGER * wanted and tilt > TILT
     smaller = found < SMALLER * wanted and tilt < -TILT and (reach < np.multiply(UNFILLED, picture)).all()
     if not (larger or smaller):
@@ -129,6 +133,28 @@ def _other_size(
         f"{found:.0f}, the camera at row {wanted:.0f}: are width, height and pitch those of this picture?",
         False,
     )
+
+
+def _letterbox(
+    boxes: FloatArray, reach: FloatArray, picture: tuple[float, float], found: float, wanted: float, least: float
+) -> Misfit | None:
+    """Whether boxes are of a network's square picture with borders, which puts the horizon at the row ``found``.
+
+    The camera has it at the row ``wanted``; ``least`` is how far apart these rows must be.
+    """
+    fits = list[tuple[float, int, FloatArray, float]]()
+    for side in NETWORKS if abs(found - wanted) > least and np.isfinite(picture).all() else ():
+        share = side / max(picture)
+        border = 0.5 * (side - share * np.array(picture))
+        inside = (reach <= 1.05 * side - border).all() and np.quantile(boxes[:, 1], 0.02) >= border[1] - 0.05 * side
+        if inside and reach.max() > 0.7 * side:
+            fits.append((abs(found - share * wanted - border[1]), side, border, share))
+    off, side, border, share = min(fits, key=lambda one: one[0], default=(np.inf, 0, np.zeros(2), 0.0))
+    if off > 0.25 * abs(found - wanted):
+        return None
+    text = f"boxes seem to be of a picture of {side} x {side} px with borders, as networks see it"
+    back = f"subtract {border[0]:g} from left and {border[1]:g} from top, then divide all four by {share:.4g}"
+    return Misfit(f"{text}: to have px of {picture[0]:g} x {picture[1]:g}, {back}", False)
 
 
 def _lower_bound(share: float, count: int) -> float:

@@ -340,6 +340,7 @@ def test_archives_of_annotation_tools_are_read(tmp_path: Path) -> None:
     [
         (b"\x80\x04\x95", "a Python pickle"),
         (b"PAR1", "is Parquet; write CSV"),
+        (b"version https://git-lfs.github.com/spec/v1", "is a pointer of Git LFS; fetch the file itself"),
         (b"\x93NUMPY\x01", "an array of NumPy"),
         (b"<?xml version='1.0'?>", "is XML; export"),
         (b"\xd0\xcf\x11\xe0", "an Excel workbook"),
@@ -429,3 +430,10 @@ def test_shares_of_darknet_are_read(read: Read) -> None:
 def test_json_without_boxes_of_objects_says_what_to_write(read: Read, value: Any) -> None:
     with pytest.raises(FileError, match=r"no boxes as objects with bbox.*write CSV"):
         read("boxes.json", json.dumps(value))
+
+
+def test_a_label_in_a_list_is_the_class(read: Read) -> None:
+    box = {"type": "rectangle", "labels": ["Person"], "x": 100, "y": 90, "width": 40, "height": 90}
+    values = [{"id": 4, "sequence": [{**box, "frame": frame} for frame in FRAMES]}]
+    rows = read("studio.json", json.dumps(values))
+    assert rows.boxes[0].tolist() == [100.0, 90.0, 40.0, 90.0]

@@ -84,6 +84,7 @@ def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):
         ("pitch = 30", r"pitch must be -1\.2 to 1\.2 rad \(degrees x 0\.01745\), not 30"),
         ("focal = 84.9", r"\(often .* is it a field of view in degrees\? then fov = 84\.9"),
         ("[distortion]\nk7 = 1.0", "unknown key 'k7'"),
+        ("vfov = 54", "unknown key 'vfov'; fov is from left to right, vertical_fov from top to bottom.* of a diagonal"),
         ("[distortion]\nmodel = 'fisheye'\np1 = 0.1", "fisheye model has k1 to k4 only, not p1"),
         ("fov = 90", "focal and fov are the same quantity"),
         ("focal = 700\nvertical_fov = 90", "focal and vertical_fov are the same quantity"),
@@ -260,6 +261,11 @@ def test_the_frame_rate_of_seqinfo_counts_or_contradicts(tmp_path, walk, boxes):
     (tmp_path / "camera.toml").write_text(CAMERA_TOML)
     with pytest.raises(FileError, match=r"10 frames a second are given, .*seqinfo.ini says frameRate=29.97"):
         read(tmp_path)
+
+
+def test_a_frame_rate_as_time_of_a_frame_is_asked_about(folder):
+    (folder / "camera.toml").write_text(CAMERA_TOML.replace("fps = 10", "dt = 10"))
+    assert "a frame is said to last 10 s: is it the frame rate? Then write fps = 10" in read(folder).notes
 
 
 def test_boxes_without_ids_are_linked(folder, walk):

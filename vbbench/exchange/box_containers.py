@@ -33,6 +33,7 @@ _UNREAD = (
     (b"#ROSBAG", "is a ROS bag; write bag: before its name"),
     (b"- ", f"is YAML; {_CSV}"),
     (b"<", f"is {_XML}"),
+    (b"version https://git-lfs", "is a pointer of Git LFS; fetch the file itself with git lfs pull"),
     (b"\x89PNG", "is a picture; name the file of its boxes"),
     (b"\xff\xd8\xff", "is a picture; name the file of its boxes"),
     (b"%PDF", "is a PDF; name the file of boxes"),
@@ -234,8 +235,8 @@ def _flat(value: Mapping[str, Any]) -> dict[str, Any]:
             flat |= dict(zip(names, part, strict=True))
         elif isinstance(part, dict):
             flat |= {name if key == "attributes" else f"{key}.{name}": one for name, one in _flat(part).items()}
-        elif isinstance(part, str | int | float):
-            flat[key] = part
+        elif isinstance(part, str | int | float) or (isinstance(part, list) and [*map(type, part)] == [str]):
+            flat[key] = part[0] if isinstance(part, list) else part
     return flat
 
 

@@ -38,7 +38,7 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     "height": ("height h boxheight dy ysize", "l"),
     "class": (
         "class classid classidx classindex classno cls clsid clsidx category categoryid catid objectcategory "
-        "objectclass objecttype objecttypeid label labelid labelidx",
+        "objectclass objecttype objecttypeid label labels labelid labelidx",
         "type",
     ),
     "class_name": (
