@@ -256,17 +256,16 @@ def read_camera(path: Path, mount: Mapping[str, float | str] | None = None) -> O
 def make_own_camera(path: Path, table: Mapping[str, Any], text: str = "") -> OwnCamera:
     """The camera of the keys of a camera file; see `read_camera`."""
     if angle := next((name for name in table if "fov" in name and name not in vars(CameraFile)), ""):
-        known = (
-            "fov is from left to right, vertical_fov from top to bottom, in degrees; of a diagonal write focal in px"
-        )
-        raise FileError(path, f"camera: unknown key '{angle}'; {known}: half the diagonal / tan(half the angle)")
+        wanted = "fov is from left to right, vertical_fov from top to bottom, in degrees"
+        of_diagonal = "of a diagonal write focal = half of it in px / tan(half the angle)"
+        raise FileError(path, f"camera: unknown key '{angle}'; {wanted}; {of_diagonal}")
     facts = from_table(table, CameraFile, path, "camera")
     if facts.model == "equirectangular" and facts.height is None:
         facts = replace(facts, height=round(0.5 * facts.width))
     model = _model(path, facts.model)
     given = _perspective(path, facts) if facts.model == "perspective" else _other(path, facts)
     known = {one.name for one in fields(model)}
-    for name in given.keys() - known:
+    for name in sorted(given.keys() - known):
         raise FileError(path, f"camera model '{facts.model}' has no '{name}'; {suggestion(name, sorted(known))}")
     try:
         camera = make_camera(facts.model, **given)
