@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench_baselines.cascade.factors import CrowdGraph, Factors
+from vbbench_baselines.cascade import CrowdGraph, Factors
 from vbbench_baselines.common.bearings import Sightings
 from vbbench_baselines.common.motion import Spreads
 

@@ -13,7 +13,7 @@ import numpy as np
 from vbbench.geometry import IntArray, relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines._core import fit_pose, localise, measure
-from vbbench_baselines.cascade.factors import Factors
+from vbbench_baselines.cascade import Factors
 from vbbench_baselines.common.bearings import sight, usable
 from vbbench_baselines.common.cold_start import PEOPLE_SPEED
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift

@@ -21,7 +21,7 @@ from vbbench_baselines._core import (
     sample_rays,
     tabulate,
 )
-from vbbench_baselines.cascade.factors import CrowdGraph, nearest
+from vbbench_baselines.cascade import CrowdGraph, nearest
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk
 from vbbench_baselines.view_birdification import Answer, Birdifier, Task
 

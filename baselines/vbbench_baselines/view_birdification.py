@@ -20,7 +20,7 @@ from vbbench_baselines._core import (
     pose_covariance,
     position_covariances,
 )
-from vbbench_baselines.cascade.factors import VAGUE, Company, Factors, Heights, can_anchor, company, reanchor, select
+from vbbench_baselines.cascade import VAGUE, Company, Factors, Heights, can_anchor, company, reanchor, select
 from vbbench_baselines.common.bearings import sight, usable
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances

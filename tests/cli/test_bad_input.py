@@ -343,7 +343,7 @@ def test_a_failure_of_the_program_stays_one(monkeypatch: pytest.MonkeyPatch) -> 
     def broken() -> str:
         raise KeyError("a bug")
 
-    monkeypatch.setattr("vbbench.generation.catalogue.describe_splits", broken)
+    monkeypatch.setattr("vbbench.generation.generator.describe_splits", broken)
     with pytest.raises(KeyError):
         main(["splits"])
 

@@ -21,9 +21,8 @@ from tests.lib.make_dataset import Crowd, write_dataset
 from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
-from vbbench.files.cards.origin import Publisher
 from vbbench.files.cards.readme import hub_identifier, licence_address, size_category
-from vbbench.files.cards.subject import RELATIVE, table_meanings
+from vbbench.files.cards.subject import RELATIVE, Publisher, table_meanings
 from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_texts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import TABLES

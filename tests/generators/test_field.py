@@ -17,16 +17,16 @@ from vbbench.generation.tier import Sight, chosen_heights, chosen_tier, get_tier
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Truth
 from vbbench_generators.splits import sim
-from vbbench_generators.tiers.field.carriage import (
+from vbbench_generators.tiers.field.recipe import (
     Carriage,
     carry,
     cut_rows,
     draw_ground,
     drawn,
     frame,
+    get_field,
     whole_boxes,
 )
-from vbbench_generators.tiers.field.recipe import get_field
 
 RECIPE = get_field()
 SMALL = Simulation(sequences=2, people=(12,))

@@ -19,8 +19,7 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import world_to_relative
 from vbbench.pictures.backdrop import GROUND, SKY, Backdrop
-from vbbench.pictures.film.captions import TITLE_HEIGHT
-from vbbench.pictures.film.frames import Film
+from vbbench.pictures.film.frames import TITLE_HEIGHT, Film
 from vbbench.pictures.plotting.figure import plot_replay
 from vbbench.pictures.rendering import Backend, render_to_file
 from vbbench.pictures.replay import Replay, load_replay

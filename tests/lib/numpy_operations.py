@@ -6,7 +6,7 @@ from vbbench_baselines.former.operations import Array
 
 
 class NumpyOperations:
-    """See `vbbench_baselines.former.operations.Operations`."""
+    """See `vbbench_baselines.former.layers.Operations`."""
 
     where, exp, log, sqrt = staticmethod(np.where), staticmethod(np.exp), staticmethod(np.log), staticmethod(np.sqrt)
     asinh, tanh = staticmethod(np.arcsinh), staticmethod(np.tanh)

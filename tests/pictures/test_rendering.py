@@ -20,8 +20,7 @@ from vbbench.exchange.mot import import_mot
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.pictures.film.captions import TITLE_HEIGHT
-from vbbench.pictures.film.frames import Film
+from vbbench.pictures.film.frames import TITLE_HEIGHT, Film
 from vbbench.pictures.rendering import Backend, Rendered, render_to_file, scene_of
 from vbbench.pictures.replay import load_replay
 from vbbench.pictures.video import KEY_FILE, frame_name, write_mp4, write_png_folder

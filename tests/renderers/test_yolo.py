@@ -16,8 +16,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
-from vbbench_renderers.onnx_network import OnnxNetwork
-from vbbench_renderers.yolo import RT_DETR, YOLO5, YOLO8, YOLOX, letterboxed, parts_of, read_rows
+from vbbench_renderers.yolo import RT_DETR, YOLO5, YOLO8, YOLOX, OnnxNetwork, letterboxed, parts_of, read_rows
 
 BOXES = np.array([[20.0, 30.0, 8.0, 20.0], [44.0, 32.0, 10.0, 24.0], [44.5, 32.0, 10.0, 24.0]])
 SCORES = np.array([0.9, 0.6, 0.5])

@@ -218,7 +218,7 @@ def test_several_answers_and_one_with_faults_in_one_picture(folder: Path, answer
 
 
 def test_a_film_tells_the_caution_whole(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    captions = pytest.importorskip("vbbench.pictures.film.captions")
+    captions = pytest.importorskip("vbbench.pictures.film.frames")
     lines: list[str] = []
     monkeypatch.setattr(captions.paint, "draw_text", lambda _canvas, text, *_rest, **_look: lines.append(text))
     plain = captions.draw_legend(960, load_replay(Dataset(folder / "data"), SEQUENCE), 10.0)

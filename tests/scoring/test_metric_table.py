@@ -20,7 +20,7 @@ from vbbench.pictures.plotting import plot_sequence
 from vbbench.scoring import score
 from vbbench.scoring.comparison import compare
 from vbbench.scoring.metrics import METRICS, Metric, position_error, rotation_error
-from vbbench_leaderboards.results.forms import form_of
+from vbbench_leaderboards.results.sealed_json import form_of
 from vbbench_leaderboards.site.building import site_files
 from vbbench_leaderboards.site.pages import board_page
 

@@ -29,10 +29,10 @@ from vbbench.generation.generator import Options
 from vbbench.protocol import get_protocol
 from vbbench.solver import Problem
 from vbbench.solving import solve
-from vbbench.solving.isolation import messages, remote
+from vbbench.solving.isolation import remote, serving
 from vbbench.solving.isolation.confinement import folders_with, landlock_version, readable_paths
-from vbbench.solving.isolation.messages import MessageError, read_message, write_message
 from vbbench.solving.isolation.remote import IsolatedSolver
+from vbbench.solving.isolation.serving import MessageError, read_message, write_message
 from vbbench.solving.runner import run_sequence
 
 SECRET = b"truth"
@@ -86,7 +86,7 @@ def targets(place: Path, dataset: Dataset) -> Iterator[dict[str, Any]]:
     for name in ("answers of others", "drafts", "source files", "keys"):
         (place / files[name]).parent.mkdir(parents=True, exist_ok=True)
         (place / files[name]).write_text("secret")
-    bytecode = Path(messages.__file__).parent / "__pycache__"
+    bytecode = Path(serving.__file__).parent / "__pycache__"
     bytecode.mkdir(exist_ok=True)
     folders = {
         "bytecode of vbbench": bytecode,
@@ -242,7 +242,7 @@ def test_what_cannot_be_loaded_is_said(place: Path) -> None:
             pass
 
 
-ASKED = {"pose": (messages.FLOAT, (3,)), "fallback": (messages.BOOL, ())}
+ASKED = {"pose": (serving.FLOAT, (3,)), "fallback": (serving.BOOL, ())}
 
 
 def packed(facts: Any, body: bytes = b"") -> bytes:
@@ -290,7 +290,7 @@ def test_messages_come_as_they_were_sent() -> None:
         np.testing.assert_array_equal(got[name], array)
         assert got[name].dtype == array.dtype
         assert got[name].flags.aligned
-    odd = packed({"arrays": [["fallback", messages.BOOL, []]]}, b"\x07")
+    odd = packed({"arrays": [["fallback", serving.BOOL, []]]}, b"\x07")
     assert read_message(io.BytesIO(odd), ASKED)[1]["fallback"].tobytes() == b"\x01"
 
 

@@ -10,7 +10,7 @@ from vbbench.cli.terminal import say_warning
 
 def splits() -> None:
     """List every split: licence, citation, and whether its source files are on this machine."""
-    from vbbench.generation.catalogue import describe_splits
+    from vbbench.generation.generator import describe_splits
 
     print(describe_splits())
 
@@ -30,7 +30,7 @@ def fetch(names: tuple[str, ...], /) -> None:
     Args:
         names: Splits, such as hotel eth students.
     """
-    from vbbench.generation.catalogue import fetch_splits
+    from vbbench.generation.generator import fetch_splits
 
     for path in fetch_splits(names):
         print(path)
@@ -174,7 +174,7 @@ def verify(folder: Path, /, truth: Path | None = None) -> None:
 
 
 def _facts_of_publishers() -> dict[str, type]:
-    from vbbench.files.cards.origin import Publisher
+    from vbbench.files.cards.subject import Publisher
 
     return dict.fromkeys((field.name for field in fields(Publisher)), str)
 
@@ -194,7 +194,7 @@ def card(
             your own.
         overwrite: Replace its cards.
     """
-    from vbbench.files.cards.origin import Publisher
+    from vbbench.files.cards.subject import Publisher
     from vbbench.files.cards.writing import card_dataset
 
     for path in card_dataset(

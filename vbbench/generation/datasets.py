@@ -35,8 +35,7 @@ from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_see
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
 from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
-from vbbench.generation.planning import is_endless, planned
-from vbbench.generation.worlds import build_sequence
+from vbbench.generation.planning import build_sequence, is_endless, planned
 from vbbench.geometry import IntArray
 from vbbench.parallel.partitions import SCENES, Layout, write_layout, write_partition, write_partitions
 from vbbench.parallel.parts import Part, check_jobs, pack, part_name, write_in_parts

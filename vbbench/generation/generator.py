@@ -1,7 +1,9 @@
 """What a split's generator must offer, and what a user may ask of it. It registers under ``vbbench.generators``."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from typing import Annotated, Literal, Protocol, runtime_checkable
 
 from vbbench.camera import Camera
@@ -9,9 +11,10 @@ from vbbench.errors import VbbenchError, user_mistakes
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FootageOptions, Recordings
-from vbbench.generation.sources import Source
+from vbbench.generation.sources import Source, fetch, is_here
 from vbbench.geometry import BoolArray, IntArray
 from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
+from vbbench.registry import load, load_all
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 
@@ -199,3 +202,33 @@ class FootageGenerator(Generator, Protocol):
 
     def lay_out(self, found: Recordings, options: Options) -> FootagePlan:
         """The sequences of recordings that were read, by this split or by another caller."""
+
+
+def describe_splits() -> str:
+    """All splits as text, sorted by name."""
+    return "\n".join(_describe(generator.card) for _, generator in sorted(load_all("generator").items()))
+
+
+def fetch_splits(names: Sequence[str]) -> list[Path]:
+    """Download missing sources of splits; return the paths of all their sources."""
+    if not names:
+        raise VbbenchError("fetch what? name splits, such as hotel eth students; 'vbbench splits' lists them")
+    found: list[Generator] = [load("generator", name) for name in names]
+    wanted = {source.path: source for generator in found for source in generator.card.sources}
+    return fetch(list(wanted.values()))
+
+
+def _describe(card: Card) -> str:
+    here = sum(map(is_here, card.sources))
+    state = "files of your own, --source" if card.own_files else "no source files"
+    if card.sources:
+        state = f"source here ({here}/{len(card.sources)} files)"
+    if here < len(card.sources):
+        state = f"source missing: {here} of {len(card.sources)} files here; vbbench fetch {card.name}"
+    notes = {"licence": card.licence, "cite": card.citation, "caution": card.caution}
+    details = [
+        fill(f"{what}: {text}", 110, initial_indent="    ", subsequent_indent="      ")
+        for what, text in notes.items()
+        if text
+    ]
+    return "\n".join([f"{card.name}: {card.title} [{state}]", *details])

@@ -18,8 +18,7 @@ from vbbench.files.dataset import Dataset, problem_of
 from vbbench.files.sequence_tables import part_ranges
 from vbbench.generation.footage import FOOTAGE
 from vbbench.generation.generator import Options, Plan
-from vbbench.generation.planning import is_endless, planned
-from vbbench.generation.worlds import build_sequence
+from vbbench.generation.planning import build_sequence, is_endless, planned
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench.protocol import get_protocol
 from vbbench.sequence import NOBODY, Sequence, Truth

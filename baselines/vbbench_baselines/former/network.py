@@ -12,12 +12,19 @@ Positions are relative to the last pose: the answer is equivariant to people's o
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from vbbench_baselines.former.facts import observer_facts, person_facts, second_look
 from vbbench_baselines.former.heads import head_of
 from vbbench_baselines.former.layers import Network
 from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Weighing, fit, view, with_measured
-from vbbench_baselines.former.remembering import Found, memories, spreads, state_after
+from vbbench_baselines.former.remembering import (
+    Found,
+    memories,
+    observer_facts,
+    person_facts,
+    second_look,
+    spreads,
+    state_after,
+)
 from vbbench_baselines.former.scene import Scene, Sights, Told, foresee, rough_motion
 from vbbench_baselines.former.state import State
 

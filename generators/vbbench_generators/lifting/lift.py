@@ -1,27 +1,188 @@
 """Lifts the heads of a surveillance picture to the ground: finds the camera, and smooths the tracks."""
 
-from dataclasses import dataclass
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.scene import Scene
-from vbbench_generators.lifting.calibration import Calibration, FoundCamera, calibration_of
 from vbbench_generators.lifting.camera import GroundCamera, camera_of_homography, camera_of_plane
-from vbbench_generators.lifting.fitting import fit_plane
+from vbbench_generators.lifting.fitting import PlaneFit, fit_plane
 from vbbench_generators.lifting.focal_length import find_focal_length
 from vbbench_generators.lifting.heads import (
     HeadBoxes,
     Heads,
     LiftingSettings,
+    Method,
     SizePlane,
     box_sizes,
     lengthening,
     roundness,
     split_at_gaps,
 )
-from vbbench_generators.lifting.walking import smooth_tracks, walking_speed
+from vbbench_generators.lifting.walking import Smoothed, smooth_tracks, walking_speed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interval:
+    """A value and its 95 % interval; all three are equal if the value was given."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """A static camera above a crowd, calibrated from the heads in its picture.
+
+    Parameters
+    ----------
+    method : evidence for the focal length; ``homography``: the user gave the calibration.
+    pseudo_metric : whether scale and stretch are estimated from head sizes and walking.
+    focal : focal length in px.
+    tilt, roll : in rad; tilt is downwards, roll the clockwise rotation that levels the picture.
+    camera_height : above the ground, in m.
+    horizon : row in px, from the picture's top, where the horizon crosses the middle column.
+    stretch : g = f / cos θ in px; depths are proportional to it.
+    head_size, head_height : assumed size and height of heads in m; the size after any correction by the walking speed.
+    head_scatter : robust standard deviation of head sizes about their plane, relative to the size; ``None`` if unused.
+    roundness : share, 0 to 1, of a sphere's perspective elongation off the axis that was removed from the sizes.
+    size_plane : (a, b, c) of head sizes, in px, px per row and px per column; ``None`` if unused.
+    size_plane_covariance : [3, 3] of these three, from resampled tracks; ``None`` if unused.
+    walkers : number of people used as evidence.
+    walking_speed : median speed of walkers in m/s before any correction by it; ``None`` if nobody walks.
+    scale_applied : factor by which all lengths were multiplied to reach the recipe's walking speed; 1 if not asked.
+    smoothing_residual_m, smoothing_residual_px : root mean square of the smoother's corrections of tracks.
+    boxes, tracks : numbers after lifting, without boxes on or above the horizon; long gaps divide a track.
+    """
+
+    method: Method
+    pseudo_metric: bool
+    focal: Interval
+    tilt: Interval
+    roll: Interval
+    camera_height: Interval
+    horizon: Interval
+    stretch: Interval
+    head_size: float
+    head_height: float
+    head_scatter: float | None
+    roundness: float
+    size_plane: tuple[float, float, float] | None
+    size_plane_covariance: tuple[tuple[float, ...], ...] | None
+    walkers: int
+    walking_speed: float | None
+    scale_applied: float
+    smoothing_residual_m: float
+    smoothing_residual_px: float
+    boxes: int
+    tracks: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundCamera:
+    """A camera with samples of its posterior; other parameters as in `Calibration`.
+
+    Parameters
+    ----------
+    camera : the most probable camera.
+    others : cameras drawn from the posterior; empty if the camera was given.
+    fit : the fit of the head sizes; ``None`` if unused.
+    scale : factor by which all lengths were multiplied.
+    """
+
+    camera: GroundCamera
+    others: tuple[GroundCamera, ...]
+    method: Method
+    walkers: int
+    fit: PlaneFit | None
+    roundness: float = 0.0
+    scale: float = 1.0
+
+    def scaled(self, factor: float, head_height: float) -> "FoundCamera":
+        """The same in a world ``factor`` times as large, with heads at ``head_height`` m."""
+        camera = self.camera.scaled(factor, head_height)
+        others = tuple(other.scaled(factor, head_height) for other in self.others)
+        return replace(self, camera=camera, others=others, scale=self.scale * factor)
+
+
+def calibration_of(
+    found: FoundCamera, heads: Heads, smoothed: Smoothed, settings: LiftingSettings, middle: float, speed: float | None
+) -> Calibration:
+    """The calibration, with 95 % intervals from samples of the posterior.
+
+    Parameters
+    ----------
+    heads : the lifted heads.
+    middle : row in px of the picture's centre.
+    speed : median walking speed in m/s before ``found`` was scaled by it.
+    """
+
+    def interval(figure: Callable[[GroundCamera], float]) -> Interval:
+        value = float(figure(found.camera))
+        if not found.others:
+            return Interval(value=value, low=value, high=value)
+        low, high = np.quantile([figure(camera) for camera in found.others], [0.025, 0.975])
+        return Interval(value=value, low=float(low), high=float(high))
+
+    fit = found.fit
+    return Calibration(
+        method=found.method,
+        pseudo_metric=fit is not None,
+        focal=interval(lambda camera: camera.focal),
+        tilt=interval(lambda camera: camera.tilt),
+        roll=interval(lambda camera: camera.roll),
+        camera_height=interval(lambda camera: camera.height),
+        horizon=interval(lambda camera: middle + camera.horizon),
+        stretch=interval(lambda camera: camera.focal / np.cos(camera.tilt)),
+        head_size=settings.head_size * found.scale,
+        head_height=settings.head_height,
+        head_scatter=None if fit is None else fit.scatter,
+        roundness=found.roundness,
+        size_plane=None if fit is None else (fit.plane.a, fit.plane.b, fit.plane.c),
+        size_plane_covariance=None if fit is None else tuple(map(tuple, fit.covariance.tolist())),
+        walkers=found.walkers,
+        walking_speed=speed,
+        scale_applied=found.scale,
+        smoothing_residual_m=smoothed.residual_m,
+        smoothing_residual_px=smoothed.residual_px,
+        boxes=len(heads.x),
+        tracks=len(np.unique(heads.track)),
+    )
+
+
+_METHODS = {
+    "motion": "self-calibrated from head sizes and from how people walk",
+    "prior": "self-calibrated from head sizes, the lens by its prior",
+    "vanishing-point": "self-calibrated from head sizes and a vertical vanishing point",
+    "homography": "by the user's homography",
+}
+
+
+def describe_calibration(calibration: Calibration) -> dict[str, Any]:
+    """The calibration for ``dataset.json``, with a ``summary`` in words."""
+    c, degrees = calibration, math.degrees(1.0)
+    parts = [
+        f"camera height {_interval(c.camera_height, ' m', 2)}",
+        f"tilt {_interval(c.tilt, '°', 1, degrees)}",
+        f"horizon at row {_interval(c.horizon, ' px', 0)}",
+        f"focal length {_interval(c.focal, ' px', 0)}",
+        f"smoothing took off {c.smoothing_residual_m:.3f} m",
+    ]
+    kind = "pseudo-metric, " if c.pseudo_metric else ""
+    return {"summary": f"{kind}{_METHODS[c.method]}: {'; '.join(parts)}", **asdict(c)}
+
+
+def _interval(estimate: Interval, unit: str, digits: int, factor: float = 1.0) -> str:
+    """Text of a value with its 95 % interval, if it has one."""
+    value, low, high = (f"{factor * x:.{digits}f}" for x in (estimate.value, estimate.low, estimate.high))
+    return f"{value}{unit}" + ("" if estimate.low == estimate.high else f" ({low} to {high})")
+
 
 SEED = 20200830
 """Of the resampling: the same boxes give the same intervals."""

@@ -18,8 +18,8 @@ from vbbench.protocol import PROTOCOLS, Protocol, get_protocol
 from vbbench.registry import load, registered
 from vbbench.scoring.scored_rows import TruthRows, scored_rows
 from vbbench.sequence import NOBODY
-from vbbench_leaderboards.results.forms import FORMAT_VERSION
 from vbbench_leaderboards.results.sealed_json import (
+    FORMAT_VERSION,
     decode,
     encode,
     read_object,

@@ -26,8 +26,16 @@ from vbbench.protocol import get_protocol
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score
 from vbbench_leaderboards.results.dataset_record import BoardDataset, write_dataset
-from vbbench_leaderboards.results.forms import COUNTS, FORMAT_VERSION
-from vbbench_leaderboards.results.sealed_json import Values, decode, encode, read_object, sealed_text, whole_columns
+from vbbench_leaderboards.results.sealed_json import (
+    COUNTS,
+    FORMAT_VERSION,
+    Values,
+    decode,
+    encode,
+    read_object,
+    sealed_text,
+    whole_columns,
+)
 
 Delay = int | Literal["offline"]
 """Frames that an answer comes after its own frame; 0 = causal, `OFFLINE` = after the whole sequence."""

@@ -7,7 +7,7 @@ import pytest
 
 from vbbench.geometry import FloatArray, IntArray
 from vbbench_baselines._core import pass_messages, tabulate
-from vbbench_baselines.cascade.factors import CrowdGraph
+from vbbench_baselines.cascade import CrowdGraph
 
 FULL = [(i, j) for i in range(5) for j in range(i)]
 CHAIN = [(i, i + 1) for i in range(4)]

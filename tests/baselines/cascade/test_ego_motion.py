@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from vbbench.geometry import FloatArray, relative_to_world, world_to_relative, wrap_angle
 from vbbench_baselines._core import fit_pose, localise
-from vbbench_baselines.cascade.factors import Factors
+from vbbench_baselines.cascade import Factors
 
 
 def pose_energy(pose: FloatArray, *terms: Any) -> float:

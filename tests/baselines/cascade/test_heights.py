@@ -7,7 +7,7 @@ from tests.lib.solver_runs import CAMERAS, see, walk
 from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.sequence import Given
 from vbbench_baselines._core import measure
-from vbbench_baselines.cascade.factors import Heights
+from vbbench_baselines.cascade import Heights
 from vbbench_baselines.common.bearings import sight
 from vbbench_baselines.common.motion import History
 

@@ -12,7 +12,7 @@ from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Given
 from vbbench.solver import Frame, PosePosterior, Problem
 from vbbench_baselines._core import pose_energies, ray_beliefs
-from vbbench_baselines.cascade.factors import VAGUE, Factors
+from vbbench_baselines.cascade import VAGUE, Factors
 from vbbench_baselines.social_force_birdifier import PriorHeightsFreeObserver, SocialForceBirdifier
 
 SOFTNESS = 0.3

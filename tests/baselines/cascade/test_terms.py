@@ -20,7 +20,7 @@ from vbbench_baselines._core import (
     sample_rays,
     weigh,
 )
-from vbbench_baselines.cascade.factors import CrowdGraph, Factors, nearest, select
+from vbbench_baselines.cascade import CrowdGraph, Factors, nearest, select
 from vbbench_baselines.motion_models import SocialForceWalk, Walkers
 
 FULL = [(i, j) for i in range(5) for j in range(i)]

@@ -6,7 +6,7 @@ import pytest
 from tests.baselines.cascade.test_ego_motion import pose_energy, random_terms
 from vbbench.geometry import FloatArray
 from vbbench_baselines._core import fit_pose, localise, pose_covariance, position_covariances
-from vbbench_baselines.cascade.factors import Factors
+from vbbench_baselines.cascade import Factors
 
 
 def hessian(pose: FloatArray, terms: Factors, h: float = 1e-4) -> FloatArray:

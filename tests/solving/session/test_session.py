@@ -12,7 +12,7 @@ from vbbench.boxes import rectangles
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.geometry import FloatArray, pose_levers, world_to_relative
-from vbbench.solving.session.endless import SHOWN_AGAIN
+from vbbench.solving.session.session import SHOWN_AGAIN
 
 CAMERA = PanoramaCamera()
 DT = 0.1

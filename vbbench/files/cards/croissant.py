@@ -9,9 +9,8 @@ from typing import Any
 
 import pyarrow as pa
 
-from vbbench.files.cards.origin import Publisher, citations, licence_address, said_licence
 from vbbench.files.cards.readme import config_name, tags
-from vbbench.files.cards.subject import Subject
+from vbbench.files.cards.subject import Publisher, Subject, citations, licence_address, said_licence
 from vbbench.files.dataset_info import INFO_FILE
 
 CONFORMS_TO = ["http://mlcommons.org/croissant/1.0", "http://mlcommons.org/croissant/RAI/1.0"]

@@ -8,8 +8,7 @@ from typing import Any
 import yaml
 from jinja2 import Environment
 
-from vbbench.files.cards.origin import OWN, citations, hub_identifier, licence_address, said_licence
-from vbbench.files.cards.subject import Subject
+from vbbench.files.cards.subject import OWN, Subject, citations, hub_identifier, licence_address, said_licence
 from vbbench.files.dataset_info import DatasetInfo, given_noise, summary
 from vbbench.files.generate_command import generate_command
 from vbbench.table import environment

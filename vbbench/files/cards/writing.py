@@ -6,9 +6,8 @@ from typing import Any
 
 from vbbench.errors import FileError
 from vbbench.files.cards.croissant import croissant
-from vbbench.files.cards.origin import Publisher, origin_of
 from vbbench.files.cards.readme import FENCE, readme, statements
-from vbbench.files.cards.subject import Subject, digest_of, read_info_file, tables_here
+from vbbench.files.cards.subject import Publisher, Subject, digest_of, origin_of, read_info_file, tables_here
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically

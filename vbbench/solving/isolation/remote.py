@@ -24,7 +24,7 @@ from vbbench.geometry import FloatArray
 from vbbench.sequence import Given
 from vbbench.solver import Estimate, Frame, FrameEstimate, Problem
 from vbbench.solving.isolation.confinement import device_paths, landlock_version, readable_paths
-from vbbench.solving.isolation.messages import (
+from vbbench.solving.isolation.serving import (
     BOOL,
     FLOAT,
     TEXT_LIMIT,

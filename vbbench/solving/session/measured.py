@@ -179,7 +179,7 @@ def _check_tracks(tracks: list[Hashable]) -> None:
 
 
 class BoxWatch:
-    """Warns once of boxes that cannot be people in the camera's picture (`vbbench.box_checks`).
+    """Warns once of boxes that cannot be people in the camera's picture (`vbbench.boxes`).
 
     A bounded sample of all boxes is kept, and checked after 10, 20, 40, … boxes.
 

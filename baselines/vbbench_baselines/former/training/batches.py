@@ -1,10 +1,15 @@
 """Batches of windows as tensors: measurements, what each protocol gives, and the truth.
 
 A batch follows from its number. Other processes, if any, draw batches ahead of the training.
+
+Windows of a few people and frames, cut out of sequences and augmented at random.
+
+Augmentation alters the truth: speeds and smoothness of people and observer, yaw, and who is present when. Boxes keep
+their errors in direction and in the logarithm of the distance.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,10 +19,237 @@ from torch.utils.data import DataLoader
 
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS, START_FRAMES
-from vbbench_baselines.former.scene import UNKNOWN_STD, Sights
-from vbbench_baselines.former.training.crowds import Crowds
+from vbbench_baselines.former.scene import HIGHEST, LOWEST, UNKNOWN_STD, Sights
+from vbbench_baselines.former.training.crowds import Crowds, Watched
 from vbbench_baselines.former.training.recipe import Phase, Recipe, Size
-from vbbench_baselines.former.training.windows import Window, alter, cut
+
+LONGEST_STEP = 0.85
+"""In s: frames are removed as long as one then takes no longer."""
+LONGEST_FRAME = 0.9
+"""In s: how long a frame is at most when all walk more slowly than they did."""
+NEAREST = 0.4
+"""In m: whoever comes nearer is not seen."""
+STOP_TIME = 0.8
+"""In s, in which a person comes to a stop or sets off."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """A window of L frames and K people.
+
+    Parameters
+    ----------
+    positions : [L, K] true x + i·y in m; the place by the box where no person is (a false detection).
+    place, yaw : [L] of the camera, in m (complex) and rad, without jumps of 2π.
+    true : [L, K] whether a person is there.
+    seen : [L, K] whether there is a box.
+    error : [L, K] error of the box's direction, as a unit complex number.
+    height_error, foot_error : [L, K] errors of the box's two logarithms of the distance.
+    sights : measurements of boxes before augmentation.
+    dt, spread : see `vbbench_baselines.former.training.crowds.Watched`.
+    """
+
+    positions: NDArray[np.complex128]
+    place: NDArray[np.complex128]
+    yaw: NDArray[np.float64]
+    true: NDArray[np.bool_]
+    seen: NDArray[np.bool_]
+    error: NDArray[np.complex128]
+    height_error: NDArray[np.float64]
+    foot_error: NDArray[np.float64]
+    sights: Sights
+    dt: float
+    spread: float
+
+    @property
+    def relative(self) -> NDArray[np.complex128]:
+        """[L, K] people relative to the camera, forward + i·left in m."""
+        found: NDArray[np.complex128] = (self.positions - self.place[:, None]) * np.exp(-1j * self.yaw)[:, None]
+        return found
+
+    def shown(self) -> Sights:
+        """Measurements of boxes after augmentation: true values with the boxes' errors."""
+        relative = self.relative
+        distance = np.maximum(np.abs(relative), 1e-6)
+        range_of = np.log(distance)
+        ray = np.where(self.seen, relative / distance * self.error, 1.0)
+
+        def bounded(values: NDArray[np.float64]) -> NDArray[np.float32]:
+            return np.where(self.seen, np.clip(values, LOWEST, HIGHEST), 0.0).astype(np.float32)
+
+        return self.sights._replace(
+            seen=self.seen.astype(np.float32),
+            ray=ray.astype(np.complex64),
+            by_height=bounded(range_of + self.height_error),
+            by_feet=bounded(range_of + self.foot_error),
+            has_feet=self.sights.has_feet * self.seen,
+            cut=self.sights.cut * self.seen[..., None],
+        )
+
+
+def cut(rng: np.random.Generator, watched: Watched, phase: Phase, size: Size) -> Window | None:
+    """A random window of a sequence; ``None`` if that is too short, or shows nobody."""
+    total, frames = len(watched.poses), phase.frames
+    if total < frames:
+        return None
+    widest = max(1, min(round(LONGEST_STEP / watched.dt), (total - 1) // (frames - 1)))
+    likely = 1.0 / np.arange(1, widest + 1)
+    every = 1 + int(rng.choice(widest, p=likely / likely.sum()))
+    first = int(rng.integers(total - (frames - 1) * every))
+    part = slice(first, first + (frames - 1) * every + 1, every)
+    boxes = watched.sights.seen[part].sum(axis=0)
+    people = np.flatnonzero(boxes)
+    wanted = int(rng.integers(size.least, size.most + 1))
+    if not len(people):
+        return None
+    if wanted < len(people):
+        chances = boxes[people].astype(np.float64) ** 1.5
+        people = np.sort(rng.choice(people, wanted, replace=False, p=chances / chances.sum()))
+    poses = watched.poses[part].astype(np.float64)
+    place, yaw = poses[:, 0] + 1j * poses[:, 1], np.unwrap(poses[:, 2])
+    sights = Sights(*(values[part][:, people] for values in watched.sights))
+    positions = watched.positions[part][:, people].astype(np.complex128)
+    true, seen = ~np.isnan(positions), sights.seen > 0.5
+    by_box = place[:, None] + sights.ray * np.exp(sights.by_height + 1j * yaw[:, None])
+    window = Window(
+        positions=np.where(true, positions, by_box),
+        place=place,
+        yaw=yaw,
+        true=true,
+        seen=seen,
+        error=np.ones(true.shape, np.complex128),
+        height_error=np.zeros(true.shape),
+        foot_error=np.zeros(true.shape),
+        sights=sights,
+        dt=watched.dt * every,
+        spread=watched.spread,
+    )
+    relative = window.relative
+    distance = np.maximum(np.abs(relative), 1e-6)
+    return replace(
+        window,
+        error=sights.ray * (relative / distance).conj(),
+        height_error=sights.by_height - np.log(distance),
+        foot_error=sights.by_feet - np.log(distance),
+    )
+
+
+def alter(rng: np.random.Generator, window: Window) -> Window:
+    """The window with all augmentations."""
+    if rng.random() < 0.5:
+        window = replace(window, dt=min(window.dt * _between(rng, 0.6, 1.6), max(window.dt, LONGEST_FRAME)))
+    for change in (_stop_and_go, _stray, _look_about, _come_and_go, _mirror):
+        window = change(rng, window)
+    return replace(window, seen=window.seen & (np.abs(window.relative) > NEAREST))
+
+
+def _stop_and_go(rng: np.random.Generator, window: Window) -> Window:
+    """Some people, and sometimes the observer, stand, stop, set off or change their pace."""
+    chance, positions = rng.choice((0.0, 0.0, 0.1, 0.3)), window.positions.copy()
+    for person in range(positions.shape[1]):
+        if rng.random() < chance and window.true[:, person].all():
+            positions[:, person] = _paced(rng, window.dt, len(positions))(positions[:, person])
+    window = replace(window, positions=positions)
+    if rng.random() >= 0.12:
+        return window
+    again = _paced(rng, window.dt, len(positions))
+    return replace(window, place=again(window.place), yaw=again(window.yaw.astype(np.complex128)).real)
+
+
+def _paced(
+    rng: np.random.Generator, dt: float, frames: int
+) -> Callable[[NDArray[np.complex128]], NDArray[np.complex128]]:
+    """A function that resamples a path [L] at another pace, from a random frame on, until it, or throughout."""
+    pace, turn = rng.choice((0.0, 0.0, 0.3, 0.6, 1.3)), rng.integers(frames)
+    soon = np.clip((np.arange(frames) - turn) / max(1, round(STOP_TIME / dt)), 0.0, 1.0)
+    paces = 1.0 + (pace - 1.0) * soon
+    if rng.random() < 0.3:
+        paces = paces[::-1]
+    if rng.random() < 0.3:
+        paces = np.full(frames, pace)
+    at = np.clip(np.concatenate([[0.0], np.cumsum(paces[:-1])]), 0.0, frames - 1.0)
+    before = np.minimum(at.astype(np.int64), frames - 2)
+    share = at - before
+    return lambda way: way[before] * (1.0 - share) + way[before + 1] * share
+
+
+def _stray(rng: np.random.Generator, window: Window) -> Window:
+    """Perturb all paths: velocities wander, steps are uneven, gaits swing, by amounts drawn for the window."""
+    if rng.random() >= 0.8:
+        return window
+    frames, people = window.positions.shape
+    each = np.exp(0.5 * rng.standard_normal(people + 1)) * _between(rng, 0.02, 0.35)
+    if rng.random() < 0.3:
+        each = each * (rng.random(people + 1) < 0.4)
+    aside = np.cumsum(_wander(rng, frames, people + 1, window.dt, _between(rng, 0.25, 3.0)) * each, axis=0) * window.dt
+    if rng.random() < 0.5:
+        uneven = _between(rng, 0.003, 0.04) * np.exp(0.4 * rng.standard_normal(people + 1))
+        aside = aside + uneven * _gaussian(rng, (frames, people + 1))
+    if rng.random() < 0.3:
+        ways = np.gradient(np.concatenate([window.positions, window.place[:, None]], axis=1), axis=0)
+        swing, phase = rng.uniform(0.0, 0.05), rng.uniform(0.0, 2.0 * np.pi, people + 1)
+        beat = 2.0 * np.pi * rng.uniform(0.7, 1.1, people + 1) * window.dt * np.arange(frames)[:, None]
+        aside = aside + swing * np.sin(beat + phase) * 1j * ways / (np.abs(ways) + 0.05)
+    return replace(window, positions=window.positions + aside[:, :people], place=window.place + aside[:, people])
+
+
+def _look_about(rng: np.random.Generator, window: Window) -> Window:
+    """Add random turns to the yaw of the camera."""
+    if rng.random() >= 0.35:
+        return window
+    turns = _wander(rng, len(window.yaw), 1, window.dt, _between(rng, 0.4, 4.0))[:, 0].real
+    return replace(window, yaw=window.yaw + rng.uniform(0.0, 0.35) * turns)
+
+
+def _come_and_go(rng: np.random.Generator, window: Window) -> Window:
+    """Some tracks begin later or end earlier, boxes are missed, and sometimes nobody is seen for a while."""
+    seen = window.seen.copy()
+    frames, people = seen.shape
+    if rng.random() < 0.5:
+        for person in range(people):
+            if rng.random() < 0.35:
+                seen[: rng.integers(frames), person] = False
+            if rng.random() < 0.25:
+                seen[rng.integers(1, frames) :, person] = False
+    if rng.random() < 0.3:
+        seen &= rng.random(seen.shape) > rng.uniform(0.0, 0.15)
+    if rng.random() < 0.15:
+        blind = rng.integers(1, frames)
+        seen[blind : blind + rng.integers(1, frames)] = False
+    return replace(window, seen=seen)
+
+
+def _mirror(rng: np.random.Generator, window: Window) -> Window:
+    """Mirror the window: left becomes right."""
+    if rng.random() >= 0.5:
+        return window
+    return replace(
+        window,
+        positions=window.positions.conj(),
+        place=window.place.conj(),
+        yaw=-window.yaw,
+        error=window.error.conj(),
+    )
+
+
+def _between(rng: np.random.Generator, low: float, high: float) -> float:
+    """A number whose logarithm is uniform."""
+    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+
+def _gaussian(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.complex128]:
+    return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
+
+
+def _wander(rng: np.random.Generator, frames: int, count: int, dt: float, time: float) -> NDArray[np.complex128]:
+    """[L, N] complex Ornstein–Uhlenbeck processes; each part has variance 1 and the correlation time ``time`` in s."""
+    kept = np.exp(-dt / time)
+    found = np.empty((frames, count), np.complex128)
+    found[0] = _gaussian(rng, (count,))
+    for t in range(1, frames):
+        found[t] = kept * found[t - 1] + np.sqrt(1.0 - kept**2) * _gaussian(rng, (count,))
+    return found
+
 
 TRIES = 10_000
 """Windows that are tried for a batch before giving up: some sequences are too short."""

@@ -15,7 +15,7 @@ from vbbench.errors import FileError
 from vbbench.files.dataset import problem_of
 from vbbench.folders.replacing import replacing
 from vbbench.generation.generator import Plan
-from vbbench.generation.worlds import build_sequence
+from vbbench.generation.planning import build_sequence
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.registry import load
 from vbbench_baselines.former.scene import Sights, sights_of

@@ -59,7 +59,7 @@ class Errors(NamedTuple):
 
 
 class TensorOperations:
-    """See `vbbench_baselines.former.operations.Operations`."""
+    """See `vbbench_baselines.former.layers.Operations`."""
 
     where, exp, log, sqrt = (staticmethod(do) for do in (torch.where, torch.exp, torch.log, torch.sqrt))
     asinh, tanh, sigmoid = (staticmethod(do) for do in (torch.asinh, torch.tanh, torch.sigmoid))

@@ -17,8 +17,7 @@ from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.scene import Scene
 from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, are_results, read_tracked_boxes
-from vbbench_generators.footage.jrdb.motion import MeasuredMotion
-from vbbench_generators.footage.jrdb.stamps import RATE, Grid, Stamps
+from vbbench_generators.footage.jrdb.motion import RATE, Grid, MeasuredMotion, Stamps
 from vbbench_generators.footage.sequences import pictures_in
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow, read_found
 

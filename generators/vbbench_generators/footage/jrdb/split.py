@@ -24,14 +24,20 @@ from vbbench_generators.footage.jrdb.labels import (
     read_tracked_places,
 )
 from vbbench_generators.footage.jrdb.motion import (
+    CLOUDS,
+    PICTURES,
+    Grid,
     MeasuredMotion,
+    Stamps,
     follow_poses,
+    lay_out,
     measure_motion,
+    nominal_stamps,
     read_bag,
     read_odometry_file,
+    read_stamps,
 )
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
-from vbbench_generators.footage.jrdb.stamps import CLOUDS, PICTURES, Grid, Stamps, lay_out, nominal_stamps, read_stamps
 from vbbench_generators.footage.sequences import named
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import FoundTracks, file_for

@@ -9,8 +9,7 @@ from vbbench.camera import Camera
 from vbbench.generation.tier import Heights, Observations, Sight, Tier, Told
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import NOBODY
-from vbbench_generators.tiers.field.carriage import carry, cut_rows, drawn, frame, whole_boxes
-from vbbench_generators.tiers.field.recipe import FieldRecipe, get_field
+from vbbench_generators.tiers.field.recipe import FieldRecipe, carry, cut_rows, drawn, frame, get_field, whole_boxes
 from vbbench_generators.tiers.noise import Outline, Showing, see_figures
 from vbbench_generators.tiers.tracking.observing import finer, track_video
 from vbbench_generators.tiers.tracking.settings import get_tracking

@@ -8,9 +8,9 @@ import pytest
 
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
+from vbbench_baselines.former.training.batches import Window, alter, cut
 from vbbench_baselines.former.training.crowds import Crowds, Watched, make_crowds
 from vbbench_baselines.former.training.recipe import Phase, Recipe, Size, Stream, read_recipe
-from vbbench_baselines.former.training.windows import Window, alter, cut
 
 TINY = Recipe(
     seed=2,
