@@ -33,6 +33,7 @@ WRONG: dict[str, tuple[Callable[[FloatArray], FloatArray], str, bool]] = {
     "heads": (lambda b: b * [1, 1, 0.35, 1 / 7], "over 0.75 times as wide as high", False),
     "high before wide": (lambda b: b[:, [0, 1, 3, 2]], "100% of boxes are wider than high", False),
     "full HD": (lambda b: 1.5 * b, "of a larger picture than 1280 x 720 px, .* horizon at row 5", False),
+    "a third": (lambda b: b / 3.0, "fill only the upper left .* horizon at row 1.*camera at row 360", False),
     "VGA": (lambda b: 0.5 * b, "fill only the upper left .* horizon at row 1.*camera at row 360", False),
 }
 

@@ -150,7 +150,7 @@ def _letterbox(
         if inside and reach.max() > 0.7 * side:
             fits.append((abs(found - share * wanted - border[1]), side, border, share))
     off, side, border, share = min(fits, key=lambda one: one[0], default=(np.inf, 0, np.zeros(2), 0.0))
-    if off > 0.25 * abs(found - wanted):
+    if off > min(0.25 * abs(found - wanted), 0.025 * side):
         return None
     text = f"boxes seem to be of a picture of {side} x {side} px with borders, as networks see it"
     back = f"subtract {border[0]:g} from left and {border[1]:g} from top, then divide all four by {share:.4g}"

@@ -46,10 +46,17 @@ class Within:
 
 FRAME_TIME = Within(0.001, 60.0, "s", "the time of a frame")
 """How long a frame may last."""
+SLOW = 2.0
+"""Seconds a frame from which a frame rate may have been meant."""
 BODY_HEIGHT = Within(0.5, 2.5, "m")
 """How tall people may be on average."""
 Share = Annotated[float, Within(0.0, 1.0)]
 """A field from 0 to 1."""
+
+
+def notes_on_dt(dt: float) -> list[str]:
+    """A note if a frame is so long that ``dt`` may be a frame rate."""
+    return [f"a frame is said to last {dt:g} s: is it the frame rate? Then write fps = {dt:g}"] if dt >= SLOW else []
 
 
 def check_ranges(values: object) -> None:

@@ -245,6 +245,8 @@ WRONG_ODOMETRY = [
     (((0.1, 0.0, 0.0), np.ones(3)), r"not \[3\] and \[3\]"),
     (((0.1, np.nan, 0.0), SURE), "odometry must be finite"),
     (((0.1, 0.0, 0.0), np.zeros((3, 3))), "variances must be above 0"),
+    (((100.0, 0.0, 0.0), SURE), "moves the camera by 100 m and 0 rad in .* in m and rad"),
+    (((0.1, 0.0, -9.0), SURE), "moves the camera by 0.1 m and 2.72 rad in .* in m and rad"),
     (((0.1, 0.0, 0.0), np.diag([1.0, -1.0, 1.0])), "variances must be above 0"),
     (((0.1, 0.0, 0.0), np.eye(3) + np.eye(3, k=1)), "not symmetric positive semi-definite"),
     (((0.1, 0.0, 0.0), 3.0 * np.ones((3, 3)) - 2.0 * np.eye(3)), "not symmetric positive semi-definite"),
@@ -427,3 +429,14 @@ def test_observations_of_another_picture_are_a_warning() -> None:
         running.step_observations(enumerate(observations / [37.6, 4.8, 4.8]))
     with pytest.warns(VbbenchWarning, match="per cent of the picture"):
         running.step_observations(enumerate(observations / [37.6, 4.8, 4.8]))
+
+
+def test_times_in_milliseconds_and_a_rate_as_dt_are_warnings() -> None:
+    with pytest.warns(VbbenchWarning, match="a frame is said to last 10 s: is it the frame rate"):
+        Session(Watched(), CAMERA, 10.0)
+    session = Session(Watched(), CAMERA, 0.1)
+    session.step({1: BOX}, time=1000.0)
+    session.step({1: BOX}, time=1000.2)
+    with pytest.warns(VbbenchWarning, match=r"seen again after 100 s, 1000 frames: is the time in s\?"):
+        session.step({1: BOX}, time=1100.2)
+    session.step({1: BOX}, time=1200.2)

@@ -26,6 +26,7 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import LARGEST_ID, content_sha256
 from vbbench.generation.footage import Footage, Recordings
 from vbbench.geometry import BoolArray, FloatArray, IntArray, runs_of_true, shorter_way, world_to_relative
+from vbbench.parsing.numbers import notes_on_dt
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
@@ -33,8 +34,6 @@ from vbbench.sequence import NOBODY
 LONGEST_GAP, MOST_EMPTY = 1.0, 0.1
 """Seconds without a box, and the share of frames without one, from which a note says so."""
 
-SLOW = 2.0
-"""Seconds a frame from which a frame rate may have been meant."""
 LEAST_DEGREES = 0.1
 """A pitch that is larger, in rad, may be one in degrees."""
 
@@ -265,8 +264,7 @@ def read_recording(
     read = read_boxes(files.boxes, seconds, picture=own.facts.picture, person_class=person_class)
     rows, misfits = fitting(read, own)
     timeline, notes = rows.timeline, [*own.notes, *rows.timeline.notes, *rows.notes, *misfits]
-    if seconds is not None and seconds >= SLOW:
-        notes.append(f"a frame is said to last {seconds:g} s: is it the frame rate? Then write fps = {seconds:g}")
+    notes += notes_on_dt(seconds or 0.0)
     linked_here = not rows.linked
     if linked_here:
         rows, linking = _linked(rows, own)

@@ -62,6 +62,10 @@ class Columns:
         self._free += cleared
         return np.array(cleared, np.int64)
 
+    def know(self, tracks: Sequence[Hashable]) -> bool:
+        """Whether one of the tracks was seen before and has not been cleared."""
+        return any(track in self._of for track in tracks)
+
     def lack(self, tracks: Sequence[Hashable]) -> bool:
         """Whether the tracks need more columns than exist."""
         return self._lacking(tracks) > 0
@@ -111,6 +115,9 @@ TALLEST = 4.0
 
 SAMPLED, FIRST_LOOK = 512, 10
 """Boxes of a session of which a sample is kept, and after how many it is looked at first."""
+
+FASTEST, LEAP, QUICKEST, SWING = 60.0, 5.0, 10.0, 0.5
+"""In m/s, m, rad/s and rad: no camera is faster, but for noise."""
 
 LONGEST_BREAK = 3600.0
 """Seconds after which a session cannot go on."""
@@ -243,13 +250,13 @@ def check_in_picture(tracks: list[Hashable], observations: FloatArray, camera: C
         )
 
 
-def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
-    """One measured motion (forward, left, turn) in m and rad, and its covariance [3, 3].
+def read_odometry(measured: tuple[ArrayLike, ArrayLike], seconds: float) -> Odometry:
+    """One measured motion (forward, left, turn) in m and rad during ``seconds``, and its covariance [3, 3].
 
     Raises
     ------
     VbbenchError
-        If a number is not finite, or the covariance is not symmetric and positive.
+        If a number is not finite, no camera is so fast, or the covariance is not symmetric and positive.
     """
     wanted = "odometry must be a pair, a motion (forward, left, turn) and its covariance [3, 3]"
     try:
@@ -260,6 +267,10 @@ def read_odometry(measured: tuple[ArrayLike, ArrayLike]) -> Odometry:
         raise VbbenchError(f"{wanted}, not {list(moved.shape)} and {list(sigma.shape)}")
     if not (np.isfinite(moved).all() and np.isfinite(sigma).all()):
         raise VbbenchError("odometry must be finite; give None where nothing was measured")
+    way, turn = float(np.hypot(*moved[:2])), abs(float(wrap_angle(moved[2])))
+    if way > LEAP + FASTEST * seconds or turn > SWING + QUICKEST * seconds:
+        fast = f"odometry moves the camera by {way:.4g} m and {turn:.3g} rad in {seconds:g} s"
+        raise VbbenchError(f"{fast}; give the motion since the last frame, in m and rad")
     variances = sigma.diagonal()
     if not (variances > 0.0).all():
         raise VbbenchError(

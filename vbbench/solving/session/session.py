@@ -13,6 +13,7 @@ where pose 0 is that pose and Σ_0 its covariance: its error shifts and rotates 
 """
 
 import math
+import warnings
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 
@@ -21,10 +22,10 @@ from numpy.typing import ArrayLike
 
 from vbbench.boxes import observations_of, rectangles
 from vbbench.camera import Camera
-from vbbench.errors import VbbenchError, quoted, user_mistakes
+from vbbench.errors import VbbenchError, VbbenchWarning, quoted, user_mistakes
 from vbbench.estimate import LARGEST, FrameEstimate, copy_of, is_credible
 from vbbench.geometry import FloatArray, IntArray, place_levers, pose_levers, relative_to_world
-from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within
+from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, notes_on_dt
 from vbbench.registry import make_solver
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import Carrier, ForgettingSolver, Frame, FrameSolver, Problem, SequenceSolver
@@ -339,6 +340,8 @@ class Session:
                 box_edge=box_edge,
                 covariances=covariances,
             )
+        for note in notes_on_dt(dt):
+            warnings.warn(VbbenchWarning(note), stacklevel=2)
         self.camera = camera
         self._solver, self._problem, self._origin = _frame_solver(solver), problem, start
         self._patience = max(1, math.ceil(forget_after / dt))
@@ -350,6 +353,7 @@ class Session:
         self._run = EndlessRun(self._solver, self._problem, self._origin)
         self._clock, self._frame = FrameClock(dt=self._problem.dt), -1
         self._watch = BoxWatch(self.camera, self._problem.height_mean)
+        self._asked = False
 
     def step(
         self,
@@ -399,8 +403,15 @@ class Session:
     ) -> SessionAnswer:
         check_in_picture(tracks, observations, self.camera)
         passed, clock = self._clock.advanced(time)
+        seconds = passed * self._problem.dt
+        if passed >= max(2, self._patience) and self._columns.know(tracks) and not self._asked:
+            self._asked = True
+            again = f"the same people are seen again after {seconds:g} s, {passed} frames: is the time in s?"
+            warnings.warn(VbbenchWarning(again), stacklevel=3)
         passed = min(passed, self._patience)  # by then everybody is forgotten, and more frames would add nothing
-        moved = Odometry.unmeasured(passed) if odometry is None else shared_out(read_odometry(odometry), passed)
+        moved = (
+            Odometry.unmeasured(passed) if odometry is None else shared_out(read_odometry(odometry, seconds), passed)
+        )
         columns = self._columns_of(tracks, self._frame + passed)
         shown = np.full((self._columns.count, 3), np.nan)
         shown[columns] = observations
