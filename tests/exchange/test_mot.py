@@ -256,6 +256,8 @@ def test_another_file_is_another_dataset_and_the_same_file_the_same(dataset, fil
         ("sequence-000000.txt", "1,-1,1,1,20,60,1,-1,-1,-1\n", "line 1: id is -1: these are detections"),
         ("sequence-000000.txt", "1,1,1,1,2,6\n", "no track matches a person in 3 frames"),
         ("sequence-000000.txt", "", "no track matches a person in 3 frames"),
+        ("sequence-000000.csv", "frame,id,x1,y1,x2,y2\n", "no track matches a person in 3 frames"),
+        ("sequence-000000.json", "[]", "no track matches a person in 3 frames"),
         ("sequence-000900.txt", GOOD, "belongs to no sequence"),
         ("MOT17-02.txt", GOOD, "belongs to no sequence"),
         ("notes.md", "", "holds no tracks; files are called sequence-000000.txt"),

@@ -385,3 +385,20 @@ def test_turns_of_a_mirrored_world_are_not_late(tmp_path):
     folder = write_folder(tmp_path / "sway", walk := replace(walk, poses=poses, boxes=rectangles(boxes)))
     with pytest.raises(FileError, match="the other way"):
         read(written(folder, walk, lambda rows: rows * np.array([1, 1, -1, 1, 1, 1, -1, 1])))
+
+
+def test_people_may_have_times_in_ms_and_heights_in_cm_by_name(folder, walk):
+    write_tum(folder / "poses.txt", walk)
+    write_people(folder / "people.csv", walk)
+    wanted = read(folder).footage.scene
+    head, *rows = (folder / "people.csv").read_text().split()
+    assert head == "frame,id,x,y,height"
+    cells = [row.split(",") for row in rows]
+    lines = [f"{100 * int(frame)},{name},{x},{y},{100 * float(height)}" for frame, name, x, y, height in cells]
+    (folder / "people.csv").write_text("\n".join(["time,id,x,y,height_cm", *lines]))
+    found = read(folder).footage.scene
+    np.testing.assert_array_equal(found.positions, wanted.positions)
+    np.testing.assert_allclose(found.heights, wanted.heights)
+    (folder / "people.csv").write_text("\n".join(["time,id,x,y,height", *lines]))
+    with pytest.raises(FileError, match=r"people.csv, line 2: height is 1\d\d.*; heights of people are in m"):
+        read(folder)

@@ -333,6 +333,10 @@ MISREAD = {
     "degrees": ({"yaw": np.degrees}, "yaw seems to be in degrees: .*; write rad"),
     "degrees from 0 to 360": ({"yaw": lambda yaw: np.degrees(yaw) % 360.0}, "yaw seems to be in degrees"),
     "θ": ({"yaw": lambda yaw: np.pi / 2 - yaw}, "the paper's θ_z: .*; write yaw, which is π/2"),
+    "clockwise": ({"yaw": lambda yaw: -yaw}, "yaw seems to be clockwise: .*; write it counterclockwise"),
+    "from y": ({"yaw": lambda yaw: yaw - np.pi / 2}, "yaw seems to be counted from y: .*; write it from x"),
+    "feet": ({"place": lambda x, y: (x / 0.3048, y / 0.3048)}, "place of poses seems to be in feet: .*; write m"),
+    "mirrored": ({"place": lambda x, y: (x, -y)}, "place of people seems to be left-handed: .*; write −y in place"),
     "cm": ({"place": lambda x, y: (100 * x, 100 * y)}, "place of people seems to be in cm: .*; write m"),
     "swapped": ({"place": lambda x, y: (y, x)}, "place of poses seems to be y before x"),
 }

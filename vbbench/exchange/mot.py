@@ -18,7 +18,7 @@ from vbbench.boxes import observations_of, rectangles
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.box_rows import BoxRows, linked_rows, rows_of
-from vbbench.exchange.box_tables import UNLINKED, BoxTable
+from vbbench.exchange.box_tables import NOUNS, UNLINKED, BoxTable
 from vbbench.exchange.matching import (
     LEAST_FRAMES,
     LEAST_OVERLAP,
@@ -36,6 +36,7 @@ from vbbench.exchange.sequence_files import (
     sequence_info,
     sequence_name,
 )
+from vbbench.exchange.text_tables import decode, split_header
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import file_sha256
@@ -361,8 +362,8 @@ def _files(folder: Path, sequences: int) -> dict[int, Path]:
 
 def _tracks(path: Path, dataset: Dataset, number: int, person_class: str | None) -> BoxRows:
     """The boxes of a file, which may be empty."""
-    none = np.empty(0)
-    if not path.read_bytes().strip():
+    none, (body, *_) = np.empty(0), split_header(decode(path, path.read_bytes()), NOUNS)
+    if body.strip() in (b"", b"[]"):
         return rows_of(path, none.astype(np.int64), none.astype(np.int64), none.reshape(0, 4), none)
     picture, dt = dataset.camera(dataset.sequence(number)).picture_size, dataset.info.dt
     rows = read_boxes(path, dt, picture=picture, person_class=person_class)

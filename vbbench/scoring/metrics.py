@@ -23,10 +23,14 @@ Change = Callable[[FloatArray], FloatArray]
 YAWS: dict[str, tuple[str, Change]] = {
     "in degrees": ("rad", np.radians),
     "the paper's θ_z": ("yaw, which is π/2 − θ_z", lambda yaw: 0.5 * np.pi - yaw),
+    "clockwise": ("it counterclockwise, as −yaw", lambda yaw: -yaw),
+    "counted from y": ("it from x, as yaw + π/2", lambda yaw: yaw + 0.5 * np.pi),
 }
 PLACES: dict[str, tuple[str, Change]] = {
     "in cm": ("m", lambda places: 0.01 * places),
     "in mm": ("m", lambda places: 0.001 * places),
+    "in feet": ("m", lambda places: 0.3048 * places),
+    "left-handed": ("−y in place of y", lambda places: places * [1.0, -1.0]),
     "y before x": ("x before y", lambda places: places[:, ::-1]),
 }
 """What answers may be in place of what they should be, and how to read them so."""

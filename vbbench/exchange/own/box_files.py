@@ -123,10 +123,15 @@ def _goes_back(rows: OwnBoxes) -> list[str]:
 
 
 def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
-    """The frame of each row of a table of the same recording, −1 where there is none."""
+    """The frame of each row of a table of the same recording, −1 where there is none.
+
+    Times are in the unit of their name, or in whichever of s, ms, us and ns most frames have.
+    """
     if "frame" in table:
-        exact = timeline.frame_of_number(frame_numbers(table))
+        exact = [timeline.frame_of_number(frame_numbers(table))]
     else:
-        exact = timeline.frame_of_time(table.scaled("time"))
-    there = (exact == np.round(exact)) & (exact >= 0) & (exact < timeline.frames)
-    return np.where(there, exact, -1.0).astype(np.int64)
+        units = [1.0] if table.unit("time") else [1.0, 1e-3, 1e-6, 1e-9]
+        exact = [timeline.frame_of_time(table.scaled("time") * unit) for unit in units]
+    there = [(one == np.round(one)) & (one >= 0) & (one < timeline.frames) for one in exact]
+    frames = [np.where(known, one, -1.0).astype(np.int64) for known, one in zip(there, exact, strict=True)]
+    return max(frames, key=lambda one: len(np.unique(one)))

@@ -144,7 +144,8 @@ def read_people(
         )
     positions, heights = np.full((timeline.frames, len(people), 2), np.nan), np.full(len(people), np.nan)
     positions[frame[there], column] = places
-    stated = table.numbers("height")[there]
+    stated = table.scaled("height")[there]
+    table.select(there).refuse((stated < 0.3) | (stated > 3.0), "height is {0:g}; heights of people are in m", stated)
     heights[column[~np.isnan(stated)]] = stated[~np.isnan(stated)]
     left = len(frame) - len(there)
     if left:
