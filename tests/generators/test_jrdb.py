@@ -316,6 +316,8 @@ def test_the_samples_places_are_of_its_frames(sample: Path, recwarn: pytest.Warn
         (lambda v: v.update({"7": v["000000.pcd"]}), "key '7' of 'odometry' is not the name of a frame"),
         (lambda v: [one["orientation"].update(x=1.0, z=0.0, w=0.0) for one in v.values()], "is not upright"),
         (dict.clear, "has poses of 0 of the point clouds"),
+        (lambda v: [one["position"].update(x=1000.0 * one["position"]["x"]) for one in v.values()], "are in m"),
+        (lambda v: [one["orientation"].update(z=-one["orientation"]["z"]) for one in v.values()], "the other way"),
     ],
 )
 def test_what_odometry_cannot_hold(files: Files, root: Path, tmp_path: Path, change: Any, said: str) -> None:

@@ -382,6 +382,10 @@ def follow_poses(
     way : times [N] in s and poses [N, 3] (x, y, yaw) in m and rad.
     """
     when, twist = speeds_of(*way)
+    if (fastest := float(np.abs(twist).max())) > _FASTEST:
+        raise FileError(
+            path, f"the robot has {fastest:,.0f} m/s or rad/s; positions are in m, one for each point cloud"
+        )
     speed, turn = (Readings(times=when, values=values) for values in twist.T)
     _check_covers(BagReadings(path=path, speed=speed, turn=turn, gyro=None), times)
     seen = turning_by_people(times, places)
@@ -389,6 +393,10 @@ def follow_poses(
     if late is not None and abs(late) > MOST_LATE:
         problem = f"people turn around the robot {late:+.2f} s after its poses do; are poses those of the point clouds?"
         warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=2)
+    turned = None if seen is None else np.interp(seen.times, turn.times, turn.values)
+    if seen is not None and turned is not None and turned @ seen.values < -0.5 * turned @ turned:
+        problem = "people turn around the robot the other way than its poses do"
+        raise FileError(path, f"{problem}: y must point left, z up, and orientations turn the robot into the world")
     poses = np.stack([np.interp(times, way[0], column) for column in way[1].T], axis=-1)
     motion = filter_motion(times, speed, turn, None)
     kept = filter_motion(times[::every], speed, turn, None)
