@@ -203,7 +203,7 @@ class Surroundings:
 
     Parameters
     ----------
-    mesh : ground, façades, trees and furniture as one mesh.
+    mesh : ground, houses, trees and lamps as one mesh.
     textures : [L, S, S, 3] uint8 sRGB layers, which repeat.
     sky : light and air.
     """
@@ -211,3 +211,14 @@ class Surroundings:
     mesh: Mesh
     textures: NDArray[np.uint8]
     sky: Sky
+
+
+def srgb_to_linear(values: Float32) -> Float32:
+    """Linear values of sRGB values in 0 … 1 (IEC 61966-2-1)."""
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def linear_to_srgb(values: Float32) -> Float32:
+    """The inverse of `srgb_to_linear`."""
+    curve = 1.055 * np.maximum(values, 0.0) ** (1 / 2.4) - 0.055
+    return np.where(values <= 0.0031308, 12.92 * values, curve).astype(np.float32)

@@ -29,9 +29,9 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
-from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Surroundings, join_meshes
+from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Surroundings, join_meshes, linear_to_srgb
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.raster import linear_to_srgb, looks_of
+from vbbench_renderers.raster import looks_of
 from vbbench_renderers.surroundings import surroundings_of
 from vbbench_renderers.views import NEAR, assemble, eye_transform
 
@@ -48,7 +48,7 @@ class PyrenderRenderer:
     ----------
     scene : its people are drawn.
     seed : of looks and surroundings.
-    surroundings : draw façades, trees and furniture; otherwise ground and sky only.
+    surroundings : draw houses, trees and lamps; otherwise ground and sky only.
     """
 
     def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:

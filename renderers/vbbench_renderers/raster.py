@@ -13,7 +13,19 @@ from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
 from vbbench_renderers import _core
-from vbbench_renderers.meshes import Float32, Int32, Limbs, Mesh, Parts, Sky, Surroundings, join_parts, split_mesh
+from vbbench_renderers.meshes import (
+    Float32,
+    Int32,
+    Limbs,
+    Mesh,
+    Parts,
+    Sky,
+    Surroundings,
+    join_parts,
+    linear_to_srgb,
+    split_mesh,
+    srgb_to_linear,
+)
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.surroundings import surroundings_of
 from vbbench_renderers.views import Rays, assemble, camera_rays, drawn_natively, eye_transform
@@ -37,7 +49,7 @@ class RasterRenderer:
     ----------
     scene : its people are drawn.
     seed : of looks and surroundings.
-    surroundings : draw façades, trees and furniture; otherwise ground and sky only.
+    surroundings : draw houses, trees and lamps; otherwise ground and sky only.
     """
 
     def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
@@ -222,17 +234,6 @@ def build_textures(layers: NDArray[np.uint8]) -> Textures:
     first = np.cumsum([0, *(level.size // 3 for level in levels[:-1])])
     size = np.array([level.shape[1] for level in levels])
     return Textures(np.concatenate([level.reshape(-1, 3) for level in levels]), first, size, linear)
-
-
-def srgb_to_linear(values: Float32) -> Float32:
-    """Linear values of sRGB values in 0 … 1 (IEC 61966-2-1)."""
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-def linear_to_srgb(values: Float32) -> Float32:
-    """The inverse of `srgb_to_linear`."""
-    curve = 1.055 * np.maximum(values, 0.0) ** (1 / 2.4) - 0.055
-    return np.where(values <= 0.0031308, 12.92 * values, curve).astype(np.float32)
 
 
 def srgb_table() -> NDArray[np.uint8]:

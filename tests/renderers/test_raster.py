@@ -12,8 +12,8 @@ from vbbench.registry import registered
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
 from vbbench_renderers._core import shadow_heights
-from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, join_parts, split_mesh
-from vbbench_renderers.raster import Drawer, RasterRenderer, build_textures, linear_to_srgb, srgb_to_linear
+from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, join_parts, linear_to_srgb, split_mesh, srgb_to_linear
+from vbbench_renderers.raster import Drawer, RasterRenderer, build_textures
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
 
 AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)

@@ -15,6 +15,7 @@ of upright people of constant height.
 
 from dataclasses import dataclass, fields
 from enum import IntEnum
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -420,21 +421,6 @@ def pose_bones(moment: Moment, feet: Feet, style: Style) -> FloatArray:
     return bones
 
 
-def _turned(angle: FloatArray) -> FloatArray:
-    """Rotations [..., 3, 3] about the vertical."""
-    return _rotation(angle, 2)
-
-
-def _pitched(angle: FloatArray) -> FloatArray:
-    """Rotations [..., 3, 3] about the left; positive leans forward."""
-    return _rotation(angle, 1)
-
-
-def _rolled(angle: FloatArray) -> FloatArray:
-    """Rotations [..., 3, 3] about the front."""
-    return _rotation(angle, 0)
-
-
 def _rotation(angle: FloatArray, axis: int) -> FloatArray:
     """Rotations [..., 3, 3] about the ``axis``-th axis, from the next one to the one after that."""
     first, second = (axis + 1) % 3, (axis + 2) % 3
@@ -444,6 +430,10 @@ def _rotation(angle: FloatArray, axis: int) -> FloatArray:
     matrix[..., first, second] = -matrix[..., second, first]
     matrix[..., axis, axis] = 1.0
     return matrix
+
+
+_rolled, _pitched, _turned = (partial(_rotation, axis=axis) for axis in range(3))
+"""About the front, about the left, where positive leans forward, and about the vertical."""
 
 
 def _upright(axis: FloatArray, front: FloatArray) -> FloatArray:

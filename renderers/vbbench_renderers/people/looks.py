@@ -7,7 +7,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.parsing.toml_text import bundled_table
-from vbbench_renderers.meshes import Pattern
+from vbbench_renderers.meshes import Pattern, srgb_to_linear
 from vbbench_renderers.people.bodies import MID_TORSO, top_of
 from vbbench_renderers.people.gait import CHIN, FOREARM, SHIN, THIGH, UPPER_ARM, Bone
 
@@ -23,8 +23,7 @@ SHARES = _TABLE["shares"]
 
 def linear(code: str) -> FloatArray:
     """Linear RGB [3] of a colour written as six hexadecimal digits of sRGB (IEC 61966-2-1)."""
-    srgb = np.array([int(code[i : i + 2], 16) for i in (0, 2, 4)]) / 255.0
-    return np.asarray(np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4))
+    return srgb_to_linear(np.frombuffer(bytes.fromhex(code), np.uint8).astype(np.float32) / 255.0).astype(np.float64)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Surroundings: ground, houses, trees, street furniture and sky around the place where people walk."""
+"""Surroundings: ground, houses, trees, lamps and sky around the place where people walk."""
 
 import vbbench_renderers.required  # noqa: F401 (says what to install)
 from vbbench_renderers.surroundings.build import build_surroundings, plain_surroundings, surroundings_of, walking_area

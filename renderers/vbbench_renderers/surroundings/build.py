@@ -1,42 +1,36 @@
 """Everything around a walking area."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.meshes import Mesh, Sky, Surroundings, join_meshes
-from vbbench_renderers.surroundings.furniture import THINGS, tree
-from vbbench_renderers.surroundings.houses import house_meshes
+from vbbench_renderers.surroundings.furniture import lamp, tree
+from vbbench_renderers.surroundings.houses import house_mesh
 from vbbench_renderers.surroundings.shapes import place, turned
 from vbbench_renderers.surroundings.site import FAR_PAVEMENT, PAVEMENT, ROADWAY, TO_PARK, Area, Site, ground_mesh, plan
 from vbbench_renderers.surroundings.textures import textures
 
 MOST = 7
-"""The largest number of trees or things of one kind along one side."""
+"""The largest number of trees or lamps along one side."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Spot:
-    """The place of a thing of some kind, in m and rad; `size` is a tree's scale."""
+class Spot(NamedTuple):
+    """The place of a tree of that scale, or of a lamp if its size is 0, in m."""
 
-    kind: str
     u: float
     v: float
-    yaw: float = 0.0
-    size: float = 1.0
+    size: float = 0.0
 
 
 def _thing(site: Site, spot: Spot, rng: np.random.Generator) -> Mesh:
-    """A thing at its place in the site's frame."""
-    if spot.kind == "tree":
-        mesh = tree(spot.size, site.distance(spot.u, spot.v), rng)
-    else:
-        mesh = join_meshes(THINGS[spot.kind](rng))
-    return place(mesh, spot.u, spot.v, spot.yaw)
+    """A tree or a lamp at its place in the site's frame."""
+    mesh = tree(spot.size, site.distance(spot.u, spot.v), rng) if spot.size else lamp(rng)
+    return place(mesh, spot.u, spot.v)
 
 
 def _stations(low: float, high: float, gap: float, rng: np.random.Generator) -> Iterator[float]:
@@ -47,15 +41,12 @@ def _stations(low: float, high: float, gap: float, rng: np.random.Generator) -> 
 
 
 def _side(site: Site, side: int, rng: np.random.Generator) -> list[Spot]:
-    """Furniture along one of the long sides, with an avenue of trees if it is wide enough."""
-    sign, yaw = 1.0 - 2.0 * side, np.pi * side
-    wide = site.setbacks[side] > 7.0
-    spots: list[Spot] = []
-    for u in _stations(-site.long - 3.0, site.long + 3.0, 9.5, rng):
-        if wide:
-            spots.append(Spot(kind="tree", u=u, v=sign * (site.wide + 4.9), size=rng.uniform(0.85, 1.1)))
-        kind = "bench" if rng.random() < 0.7 else "lamp"
-        spots.append(Spot(kind=kind, u=u + 3.0, v=sign * (site.wide + 2.7), yaw=yaw))
+    """Lamps along one of the long sides, with an avenue of trees if it is wide enough."""
+    sign = 1.0 - 2.0 * side
+    stations = list(_stations(-site.long - 3.0, site.long + 3.0, 9.5, rng))
+    spots = [Spot(u + 3.0, sign * (site.wide + 2.7)) for u in stations[::2]]
+    if site.setbacks[side] > 7.0:
+        spots += [Spot(u, sign * (site.wide + 4.9), rng.uniform(0.85, 1.1)) for u in stations]
     return spots
 
 
@@ -64,28 +55,21 @@ def _street(site: Site, rng: np.random.Generator) -> list[Spot]:
     kerb, spots = site.long + PAVEMENT, list[Spot]()
     for v in _stations(-site.wide - 14.0, site.wide + 14.0, 11.0, rng):
         if not site.gap[0] - 2.0 < v < site.gap[1] + 2.0:
-            kind = "tree" if rng.random() < 0.6 else "lamp"
-            spots.append(Spot(kind=kind, u=kerb + ROADWAY + 1.3, v=v, size=rng.uniform(0.75, 0.95)))
+            spots.append(Spot(kerb + ROADWAY + 1.3, v, rng.uniform(0.75, 0.95) * (rng.random() < 0.6)))
     for away in (22.0, 34.0, 46.0):
         u = kerb + ROADWAY + FAR_PAVEMENT + away + rng.uniform(-2.0, 2.0)
-        spots += [
-            Spot(kind="tree", u=u, v=v, size=rng.uniform(0.8, 1.0)) for v in (site.gap[0] + 1.4, site.gap[1] - 1.4)
-        ]
+        spots += [Spot(u, v, rng.uniform(0.8, 1.0)) for v in (site.gap[0] + 1.4, site.gap[1] - 1.4)]
     return spots
 
 
 def _park(site: Site, rng: np.random.Generator) -> list[Spot]:
-    """The park: benches and lamps along its edge, and trees behind them."""
+    """The park: lamps along its edge, and trees behind them."""
     edge = -site.long - TO_PARK
-    spots: list[Spot] = []
-    for v in _stations(-site.wide - 2.0, site.wide + 2.0, 7.5, rng):
-        kind = "bench" if rng.random() < 0.6 else "lamp"
-        spots.append(Spot(kind=kind, u=edge + 0.5, v=v, yaw=0.5 * np.pi))
+    spots = [Spot(edge + 0.5, v) for v in _stations(-site.wide - 2.0, site.wide + 2.0, 15.0, rng)]
     for n in range(MOST):
         v = (n + rng.uniform(0.2, 0.8)) / MOST * 2.0 - 1.0
         away = rng.uniform(4.0, 12.0) if n % 2 else rng.uniform(14.0, 42.0)
-        size = rng.uniform(0.9, 1.35)
-        spots.append(Spot(kind="tree", u=edge - away, v=v * (site.wide + 5.0 + 0.3 * away), size=size))
+        spots.append(Spot(edge - away, v * (site.wide + 5.0 + 0.3 * away), rng.uniform(0.9, 1.35)))
     return spots
 
 
@@ -112,7 +96,7 @@ def surroundings_of(scene: Scene, seed: int, *, plain: bool) -> Surroundings:
 
 @lru_cache(maxsize=4)
 def build_surroundings(area: Area, seed: int) -> Surroundings:
-    """Ground, houses, trees and furniture around a walking area; the same for the same area and seed."""
+    """Ground, houses, trees and lamps around a walking area; the same for the same area and seed."""
     return _surroundings(area, seed, bare=False)
 
 
@@ -134,7 +118,8 @@ def _surroundings(area: Area, seed: int, *, bare: bool) -> Surroundings:
     if not bare:
         spots = [*_side(site, 0, streams[3]), *_side(site, 1, streams[3]), *_street(site, streams[3])]
         spots += _park(site, streams[3])
-        parts += [*house_meshes(site.plots, streams[2]), *(_thing(site, spot, streams[3]) for spot in spots)]
+        parts += [house_mesh(plot, streams[2]) for plot in site.plots]
+        parts += [_thing(site, spot, streams[3]) for spot in spots]
     middle = (0.5 * (area[0] + area[2]), 0.5 * (area[1] + area[3]))
     sun = turned(site.sun, turn)
     return Surroundings(mesh=place(join_meshes(parts), *middle, turn), textures=textures(), sky=late_morning(sun))

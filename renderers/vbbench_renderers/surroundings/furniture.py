@@ -1,6 +1,4 @@
-"""Street furniture and trees, each in its own frame: the front faces −y and the foot is at z = 0."""
-
-from collections.abc import Callable
+"""Lamps and trees, each in its own frame with its foot at z = 0."""
 
 import numpy as np
 
@@ -8,7 +6,6 @@ from vbbench.geometry import FloatArray
 from vbbench_renderers.meshes import Mesh, join_meshes
 from vbbench_renderers.surroundings.shapes import (
     STREET,
-    boxes,
     icosphere,
     one_of,
     smooth_mesh,
@@ -126,46 +123,13 @@ def _bough(start: FloatArray, end: FloatArray, size: float) -> Mesh:
 
 
 IRON = np.array([0.035, 0.04, 0.042])
-OAK = np.array([0.42, 0.27, 0.15])
 
 
-def lamp(rng: np.random.Generator) -> list[Mesh]:
+def lamp(rng: np.random.Generator) -> Mesh:
     """A lamp post about 4 m high with a lantern."""
     shades = np.array([[0.6], [1.0], [1.2], [1.0], [1.0], [1.0]])
     top = rng.uniform(3.4, 3.9)
     profile = [[0.13, 0.0], [0.13, 0.25], [0.075, 0.35], [0.07, 0.9], [0.045, 1.0], [0.04, top]]
     glass = tube([[0.06, top], [0.10, top + 0.03], [0.17, top + 0.45]], [0.75, 0.73, 0.62], sides=6)
     cap = tube([[0.21, top + 0.44], [0.20, top + 0.48], [0.06, top + 0.62], [0.02, top + 0.75]], IRON, sides=6)
-    return [tube(profile, IRON * shades, sides=7), glass, cap]
-
-
-def bench(rng: np.random.Generator) -> list[Mesh]:
-    """A wooden bench on iron legs, 1.8 m long."""
-    half, tint = 0.9, OAK * rng.uniform(0.8, 1.15)
-    rows = np.array([[-0.25, 0.42], [-0.09, 0.42], [0.07, 0.42], [0.28, 0.58], [0.32, 0.76]])
-    deep = np.array([[0.14, 0.035]] * 3 + [[0.03, 0.14]] * 2)
-    low, high = np.insert(rows, 0, -half, axis=1), np.insert(rows + deep, 0, half, axis=1)
-    wood: list[tuple[slice, tuple[str, ...]]] = [
-        (slice(0, 1), ("left", "right", "front", "top")),
-        (slice(1, 3), ("left", "right", "top")),
-        (slice(3, 5), ("left", "right", "front", "back", "top")),
-    ]
-    slats = [boxes(low[n], high[n], tint, faces=f, layer=Layer.WOOD, tile=TILE[Layer.WOOD]) for n, f in wood]
-    bars = np.array(
-        [[-0.24, 0.0, -0.19, 0.42], [-0.26, 0.37, 0.30, 0.415], [0.26, 0.0, 0.31, 0.6], [0.34, 0.55, 0.37, 0.9]]
-    )
-    legs = [
-        boxes(
-            np.insert(bars[:, :2], 0, x, axis=1), np.insert(bars[:, 2:], 0, x + 0.05, axis=1), IRON,
-            faces=("left", "right", "front", "back"),
-        )
-        for x in (-0.75, 0.70)
-    ]  # fmt: skip
-    return [*slats, *legs]
-
-
-THINGS: dict[str, Callable[[np.random.Generator], list[Mesh]]] = {
-    "lamp": lamp,
-    "bench": bench,
-}
-"""What can be placed, next to trees."""
+    return join_meshes([tube(profile, IRON * shades, sides=7), glass, cap])

@@ -1,4 +1,4 @@
-"""The place of everything by seed, and the ground under it: paving, roadways with kerbs, a park.
+"""The place of everything by seed, and the ground under it: paving, roadways between kerb stones, a park.
 
 The site has its own frame: the walking area is centred, u runs along its longer side and v across.
 Rows of houses line the long sides; a street crosses beyond the end at positive u and a park lies beyond the other.
@@ -10,7 +10,7 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_renderers.meshes import Mesh, join_meshes
-from vbbench_renderers.surroundings.shapes import quads, smooth_mesh
+from vbbench_renderers.surroundings.shapes import smooth_mesh
 from vbbench_renderers.surroundings.textures import TILE, Layer
 
 Area = tuple[float, float, float, float]
@@ -19,8 +19,6 @@ PAVEMENT, ROADWAY, FAR_PAVEMENT = 5.0, 7.0, 4.0
 """From the walking area to the crossing street, its width, and the way on to the houses behind it, in m."""
 TO_PARK = 3.0
 """From the walking area to the park, m."""
-KERB = 0.12
-"""How much lower than the pavement a roadway lies, m."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,15 +35,6 @@ class Plot:
     depth: float
     height: float
     distance: float
-
-    @property
-    def footprint(self) -> FloatArray:
-        """[4] lowest u and v, highest u and v."""
-        along = np.array([np.cos(self.yaw), np.sin(self.yaw)])
-        away = np.array([-along[1], along[0]])
-        corner = np.array([self.u, self.v])
-        ends = np.stack([corner, corner + self.width * along + self.depth * away])
-        return np.concatenate([ends.min(axis=0), ends.max(axis=0)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,15 +148,10 @@ def ground_mesh(site: Site, rng: np.random.Generator) -> Mesh:
     us, vs = ground_lines(site)
     corner_u, corner_v = np.meshgrid(us, vs, indexing="ij")
     middle = np.stack(np.meshgrid(0.5 * (us[1:] + us[:-1]), 0.5 * (vs[1:] + vs[:-1]), indexing="ij"), axis=2)
-    layers, depths = surface(site, middle[..., 0], middle[..., 1])
+    layers = surface(site, middle[..., 0], middle[..., 1])
     points = np.stack([corner_u, corner_v], axis=2)
-    tint = _tone(points.reshape(-1, 2), site.plots, rng).reshape(*points.shape[:2], 3)
-    parts = [
-        _part(points, tint, (layers == layer) & (depths == depth), Layer(layer), depth)
-        for layer in np.unique(layers)
-        for depth in np.unique(depths[layers == layer])
-    ]
-    return join_meshes([*parts, _kerbs(points, depths)])
+    tint = _tone(points.reshape(-1, 2), rng).reshape(*points.shape[:2], 3)
+    return join_meshes([_part(points, tint, layers == layer, Layer(layer)) for layer in np.unique(layers)])
 
 
 def ground_lines(site: Site) -> tuple[FloatArray, FloatArray]:
@@ -194,8 +178,8 @@ def _lines(half: float, cell: float, breaks: list[float]) -> FloatArray:
     return np.unique(lines)
 
 
-def surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Layer and height of the ground at cell centres."""
+def surface(site: Site, u: FloatArray, v: FloatArray) -> IntArray:
+    """Layer of the ground at cell centres."""
     street, end = site.long + PAVEMENT, site.long + PAVEMENT + ROADWAY
     low, high = site.gap[0] + 2.5, site.gap[1] - 2.5
     layers = np.full(u.shape, int(Layer.PAVING))
@@ -205,22 +189,21 @@ def surface(site: Site, u: FloatArray, v: FloatArray) -> tuple[IntArray, FloatAr
     onward = (u > end) & (v > low) & (v < high)
     kerb = ((u > street - 0.3) & (u < end + 0.3)) | ((u > end) & (v > low - 0.3) & (v < high + 0.3))
     layers[kerb] = Layer.ASHLAR
-    road = ((u > street) & (u < end)) | onward
-    layers[road] = Layer.ASPHALT
-    return layers, np.where(road, -KERB, 0.0)
+    layers[((u > street) & (u < end)) | onward] = Layer.ASPHALT
+    return layers
 
 
-def _tone(points: FloatArray, plots: tuple[Plot, ...], rng: np.random.Generator) -> FloatArray:
-    """[N, 3] factors of the texture at ground points [N, 2]: patches hide its repetition, houses darken it."""
+def _tone(points: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """[N, 3] factors of the texture at ground points [N, 2]: patches hide its repetition."""
     angles = rng.uniform(0.0, 2.0 * np.pi, 6)
     waves = rng.uniform(0.1, 0.7, (6, 1)) * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     patches = np.sin(points @ waves.T + rng.uniform(0.0, 2.0 * np.pi, 6))
     light = 0.92 + 0.022 * patches.sum(axis=1, keepdims=True)
     hue = 1.0 + 0.010 * patches[:, :3].sum(axis=1, keepdims=True) * np.array([1.0, 0.2, -1.0])
-    return np.asarray(light * hue * wall_shade(points, plots)[:, None])
+    return np.asarray(light * hue)
 
 
-def _part(points: FloatArray, tint: FloatArray, cells: BoolArray, layer: Layer, depth: float) -> Mesh:
+def _part(points: FloatArray, tint: FloatArray, cells: BoolArray, layer: Layer) -> Mesh:
     """The cells of one layer as a mesh of shared vertices."""
     rows, columns = np.nonzero(cells)
     width = points.shape[1]
@@ -229,38 +212,10 @@ def _part(points: FloatArray, tint: FloatArray, cells: BoolArray, layer: Layer, 
     used, triangles = np.unique(corners.reshape(-1, 3), return_inverse=True)
     flat = points.reshape(-1, 2)[used]
     return smooth_mesh(
-        np.column_stack([flat, np.full(len(flat), depth)]),
+        np.column_stack([flat, np.zeros(len(flat))]),
         np.broadcast_to([0.0, 0.0, 1.0], (len(flat), 3)),
         tint.reshape(-1, 3)[used],
         triangles.reshape(-1, 3),
         uv=flat / TILE[layer],
         layer=layer,
     )
-
-
-def _kerbs(points: FloatArray, depths: FloatArray) -> Mesh:
-    """Upright faces where neighbouring cells differ in height."""
-    faces = []
-    for axis in (0, 1):
-        step = np.diff(depths, axis=axis)
-        rows, columns = np.nonzero(step)
-        rows, columns = rows + (axis == 0), columns + (axis == 1)
-        start = points[rows, columns]
-        end = points[rows + (axis == 1), columns + (axis == 0)]
-        up = step[rows - (axis == 0), columns - (axis == 1)] > 0.0
-        flip = up if axis == 1 else ~up
-        left, right = np.where(flip[:, None], start, end), np.where(flip[:, None], end, start)
-        low, high = np.full((len(left), 1), -KERB), np.zeros((len(left), 1))
-        faces.append(np.stack([np.hstack([left, low]), np.hstack([right, low]), np.hstack([right, high]),
-                               np.hstack([left, high])], axis=1))  # fmt: skip
-    return quads(np.concatenate(faces), [0.55, 0.54, 0.52], layer=Layer.ASHLAR, tile=TILE[Layer.ASHLAR])
-
-
-def wall_shade(points: FloatArray, plots: tuple[Plot, ...]) -> FloatArray:
-    """[N] less light from the sky near the foot of houses: ambient occlusion at ground points [N, 2]."""
-    shade = np.ones(len(points))
-    for plot in plots:
-        rectangle = plot.footprint
-        outside = np.maximum(np.maximum(rectangle[:2] - points, points - rectangle[2:]), 0.0)
-        shade *= 1.0 - 0.38 * np.exp(-np.linalg.norm(outside, axis=1) / 0.9)
-    return np.maximum(shade, 0.35)

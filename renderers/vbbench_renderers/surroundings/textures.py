@@ -3,7 +3,6 @@
 Pictures of windows and of a door stand four to a layer, drawn upside down: row 0 is the foot.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vbbench.geometry import FloatArray, IntArray
+from vbbench_renderers.meshes import linear_to_srgb
 
 SIZE = 512
 """Width and height of a texture layer, px."""
@@ -48,11 +48,6 @@ def masonry(courses: int, stones: int, *, warp: FloatArray | float = 0.0) -> Mas
     number, in_stone = np.divmod(np.mod(column + np.roll(warp, 77) + 0.5 * wide * (course % 2), SIZE), wide)
     edge = np.minimum(np.minimum(in_course, tall - in_course), np.minimum(in_stone, wide - in_stone))
     return Masonry(stone=(course * stones + number).astype(np.int64), edge=edge, height=in_course / tall)
-
-
-def srgb(linear: FloatArray) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-    """Linear RGB in 0 … 1 as 8-bit sRGB (IEC 61966-2-1, approximated by the power 1/2.2)."""
-    return np.asarray(255.0 * np.clip(linear, 0.0, 1.0) ** (1.0 / 2.2) + 0.5).astype(np.uint8)
 
 
 HALF = SIZE // 2
@@ -127,23 +122,21 @@ def _bars(pane: FloatArray, colour: ArrayLike, *, rows: list[float]) -> None:
 
 Layer = IntEnum(
     "Layer",
-    "PAVING ASPHALT GRASS BRICK PLASTER ASHLAR ROOF LEAVES WOOD OPENINGS DISTANT",
+    "PAVING ASPHALT GRASS BRICK PLASTER ASHLAR ROOF LEAVES OPENINGS",
     start=0,
 )
 """The number of each texture layer."""
-TILE = dict(zip(Layer, (2.4, 3.0, 3.0, 2.0, 4.0, 2.4, 2.4, 1.2, 0.8), strict=False))
-"""Width of a layer in the world, m; the others hold pictures, four to a layer."""
+TILE = dict(zip(Layer, (2.4, 3.0, 3.0, 2.0, 4.0, 2.4, 2.4, 1.2), strict=False))
+"""Width of a layer in the world, m; the last one holds pictures, four to a layer."""
 
 
 @lru_cache(maxsize=1)
 def textures() -> NDArray[np.uint8]:
     """[L, S, S, 3] all layers; they are the same for every seed."""
-    painters: tuple[Callable[[np.random.Generator], FloatArray], ...]
-    painters = (
-        _paving, _asphalt, _grass, _brick, _plaster, _ashlar, _roof, _leaves, _wood, _openings, _distant
-    )  # fmt: skip
+    painters = (_paving, _asphalt, _grass, _brick, _plaster, _ashlar, _roof, _leaves, _openings)
     streams = (np.random.default_rng([2111, layer]) for layer in Layer)
-    stack = np.stack([srgb(paint(rng)) for paint, rng in zip(painters, streams, strict=True)])
+    linear = np.stack([paint(rng) for paint, rng in zip(painters, streams, strict=True)]).clip(0.0, 1.0)
+    stack = np.round(255.0 * linear_to_srgb(linear.astype(np.float32))).astype(np.uint8)
     stack.flags.writeable = False
     return stack
 
@@ -210,23 +203,3 @@ def _leaves(rng: np.random.Generator) -> FloatArray:
     light = np.clip(0.62 + 0.34 * (np.roll(cells, 3, axis=0) - 0.6 * cells) + 0.12 * cloudy(rng, 0.2), 0.12, 1.3)
     warm = 0.12 * cloudy(rng, 0.8)[..., None] * np.array([1.0, 0.4, 0.0])
     return np.asarray(light[..., None] * (0.75 + warm))
-
-
-def _wood(rng: np.random.Generator) -> FloatArray:
-    grain = cloudy(rng, 0.9)
-    grain = np.mean([np.roll(grain, 9 * shift, axis=1) for shift in range(10)], axis=0)
-    return _tinted(0.7 + 0.25 * grain + 0.04 * cloudy(rng, 0.2), [1.0, 0.92, 0.82])
-
-
-def _distant(rng: np.random.Generator) -> FloatArray:
-    """Four by four windows in a wall: a distant façade."""
-    picture = _tinted(0.84 + 0.03 * cloudy(rng, 1.0), [1.0, 1.0, 1.0])
-    for cell in range(16):
-        top, left = 128 * (cell // 4), 128 * (cell % 4)
-        picture[top + 36 : top + 98, left + 38 : left + 90] *= 1.12
-        tone = 0.10 + 0.10 * rng.random() ** 2
-        picture[top + 41 : top + 98, left + 42 : left + 86] = np.array([0.8, 0.95, 1.1]) * tone
-        picture[top + 41 : top + 98, left + 62 : left + 66] = 0.72
-        picture[top + 74 : top + 77, left + 42 : left + 86] = 0.72
-        picture[top + 34 : top + 38, left + 34 : left + 94] *= 0.75
-    return picture
