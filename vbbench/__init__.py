@@ -56,58 +56,35 @@ _OLDER_PATHS = {
 }
 """Older import paths of modules that have moved since they were published."""
 
-__all__ = [
-    "Dataset",
-    "EquirectangularCamera",
-    "Estimate",
-    "ForgettingSolver",
-    "Frame",
-    "FrameEstimate",
-    "FrameSolver",
-    "Given",
-    "OdometryFacts",
-    "PanoramaCamera",
-    "PerspectiveCamera",
-    "PosePosterior",
-    "Problem",
-    "Scene",
-    "Sequence",
-    "SequenceSolver",
-    "Session",
-    "SessionAnswer",
-    "Truth",
-    "VbbenchError",
-    "__version__",
-    "compare",
-    "generate",
-    "parts",
-    "score",
-    "solve",
-]
+__all__ = [*_HOMES]
 
 if TYPE_CHECKING:
-    from vbbench.camera import EquirectangularCamera, PanoramaCamera, PerspectiveCamera
-    from vbbench.errors import VbbenchError
-    from vbbench.estimate import Estimate, FrameEstimate
-    from vbbench.exchange.own.camera_file import OdometryFacts
-    from vbbench.files.dataset import Dataset
-    from vbbench.generation import generate
-    from vbbench.scene import Scene
-    from vbbench.scoring import score
-    from vbbench.scoring.comparison import compare
-    from vbbench.sequence import Given, Sequence, Truth
-    from vbbench.solver import (
-        ForgettingSolver,
-        Frame,
-        FrameSolver,
-        PosePosterior,
-        Problem,
-        SequenceSolver,
-    )
-    from vbbench.solving import solve
-    from vbbench.solving.session import Session, SessionAnswer
-    from vbbench.training import parts
-    from vbbench.version import __version__
+    from vbbench.camera import EquirectangularCamera as EquirectangularCamera
+    from vbbench.camera import PanoramaCamera as PanoramaCamera
+    from vbbench.camera import PerspectiveCamera as PerspectiveCamera
+    from vbbench.errors import VbbenchError as VbbenchError
+    from vbbench.estimate import Estimate as Estimate
+    from vbbench.estimate import FrameEstimate as FrameEstimate
+    from vbbench.exchange.own.camera_file import OdometryFacts as OdometryFacts
+    from vbbench.files.dataset import Dataset as Dataset
+    from vbbench.generation import generate as generate
+    from vbbench.scene import Scene as Scene
+    from vbbench.scoring import score as score
+    from vbbench.scoring.comparison import compare as compare
+    from vbbench.sequence import Given as Given
+    from vbbench.sequence import Sequence as Sequence
+    from vbbench.sequence import Truth as Truth
+    from vbbench.solver import ForgettingSolver as ForgettingSolver
+    from vbbench.solver import Frame as Frame
+    from vbbench.solver import FrameSolver as FrameSolver
+    from vbbench.solver import PosePosterior as PosePosterior
+    from vbbench.solver import Problem as Problem
+    from vbbench.solver import SequenceSolver as SequenceSolver
+    from vbbench.solving import solve as solve
+    from vbbench.solving.session import Session as Session
+    from vbbench.solving.session import SessionAnswer as SessionAnswer
+    from vbbench.training import parts as parts
+    from vbbench.version import __version__ as __version__
 
 
 def lazy_names(package: str, homes: Mapping[str, str]) -> Callable[[str], Any]:

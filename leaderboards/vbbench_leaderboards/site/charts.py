@@ -12,10 +12,6 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.solver_colours import ON_DARK, ON_LIGHT, solver_number
 from vbbench_leaderboards.site.words import Term
 
-LEAST_CONTRAST = 3.0
-"""Of a mark on paper (WCAG 2.2, 1.4.11)."""
-
-_DARKER = 0.98
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _HEAVY_TAILED = 20.0
 """Largest over smallest value from which a logarithmic axis is drawn."""
@@ -251,30 +247,7 @@ def colour_number(solver: str) -> int:
 
 def colours_css() -> str:
     """The style sheet of all solvers' colours, on white and on dark paper."""
-    pairs = zip(map(_for_paper, ON_LIGHT), ON_DARK, strict=True)
+    pairs = zip(ON_LIGHT, ON_DARK, strict=True)
     colours = "".join(f"  --solver-{n}: light-dark({light}, {dark});\n" for n, (light, dark) in enumerate(pairs, 1))
     classes = "".join(f".c{n} {{ --c: var(--solver-{n}); }}\n" for n in range(1, len(ON_LIGHT) + 1))
     return f"/* Written by site/charts.py. */\n:root {{\n{colours}}}\n{classes}"
-
-
-def contrast(one: str, other: str) -> float:
-    """How many times as light the lighter colour is (WCAG 2.2); colours are ``#rrggbb``."""
-    low, high = sorted((_luminance(one), _luminance(other)))
-    return (high + 0.05) / (low + 0.05)
-
-
-def _for_paper(colour: str) -> str:
-    """The colour, darker by as little as makes it stand out from white."""
-    while contrast(colour, "#ffffff") < LEAST_CONTRAST:
-        colour = "#" + "".join(f"{int(part * _DARKER):02x}" for part in _parts(colour))
-    return colour
-
-
-def _luminance(colour: str) -> float:
-    shares = [part / 255 for part in _parts(colour)]
-    linear = [share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4 for share in shares]
-    return sum(weight * part for weight, part in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
-
-
-def _parts(colour: str) -> tuple[int, ...]:
-    return tuple(int(colour[n : n + 2], 16) for n in (1, 3, 5))

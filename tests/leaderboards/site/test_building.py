@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from tests.lib.board_results import BOARD, record_of, result
+from tests.lib.colours import contrast
 from tests.lib.made_results import BOARDS, KITTI_CAUTION, SOLVERS, made_results
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
@@ -20,7 +21,6 @@ from vbbench_leaderboards.results.ranking import rank_apart
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site import words
 from vbbench_leaderboards.site.building import MARKER, build, site_files
-from vbbench_leaderboards.site.charts import contrast
 from vbbench_leaderboards.site.pages import Site
 from vbbench_leaderboards.site.words import is_web_address, provided
 
