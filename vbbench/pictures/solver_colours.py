@@ -1,6 +1,6 @@
 """One colour per solver, the same in every picture and on every page, whatever is shown with it.
 
-Those for white have a contrast of 3 to it, as marks need (WCAG 2.2, 1.4.11). The nearest two of the bundled solvers stay
+Those for white have a contrast of 3 to it (WCAG 2.2, 1.4.11). The nearest two of the bundled solvers stay
 apart for readers who see no red, no green or no blue (by 0.06 of OKLab on white and 0.09 on dark paper, after Machado
 et al., IEEE TVCG 15, 2009), and all from the grey of truth.
 """
