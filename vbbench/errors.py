@@ -91,10 +91,7 @@ class MissingExtraError(VbbenchError):
 def needs_extra(extra: str, purpose: str) -> Iterator[None]:
     """For imports of packages that only ``vbbench[extra]`` installs; ``purpose`` begins the message.
 
-    Raises
-    ------
-    MissingExtraError
-        If a package is not installed; says what to install.
+    Raises MissingExtraError if a package is not installed; says what to install.
     """
     try:
         yield

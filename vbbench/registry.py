@@ -38,12 +38,8 @@ def registered(kind: Kind) -> dict[str, EntryPoint]:
 def load(kind: Kind, name: str) -> Any:
     """Import what is registered as ``name``, or ``module:attribute``.
 
-    Raises
-    ------
-    UnknownNameError
-        If nothing has this name; the nearest one is suggested.
-    VbbenchError
-        If its import fails or the attribute is missing.
+    Raises UnknownNameError if nothing has this name; the nearest one is suggested; VbbenchError if its import fails or
+    the attribute is missing.
     """
     if ":" in name and name not in registered(kind):
         return _import(kind, name, name)
@@ -53,10 +49,7 @@ def load(kind: Kind, name: str) -> Any:
 def load_registered(kind: Kind, name: str) -> Any:
     """As `load`, but never a module that ``name`` names: for names that are read from strangers' files.
 
-    Raises
-    ------
-    UnknownNameError, VbbenchError
-        As of `load`.
+    Raises UnknownNameError, VbbenchError as of `load`.
     """
     points = registered(kind)
     if name not in points:

@@ -55,10 +55,7 @@ class Problem:
     box_edge : near edge of the source of boxes: distance in m from a person's axis to the plane in which top and bottom
         of the box lie; .45 for projections of cuboids. ``None`` = not known.
 
-    Raises
-    ------
-    ValueError
-        If ``carried_by`` is none of these, or ``box_edge`` outside its range.
+    Raises ValueError if ``carried_by`` is none of these, or ``box_edge`` outside its range.
     """
 
     camera: Camera

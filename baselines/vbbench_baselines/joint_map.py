@@ -28,10 +28,7 @@ class MapCausal:
     constants : numbers of ``constants.hpp``, or ``size`` (frames of the window), ``rounds`` (most steps of a solution),
         ``least`` (decrease of the cost in nats below which it stops).
 
-    Raises
-    ------
-    VbbenchError
-        If no constant has such a name, or a number is not possible.
+    Raises VbbenchError if no constant has such a name, or a number is not possible.
     """
 
     facts: ClassVar[Mapping[str, str]] = DEVELOPED

@@ -27,10 +27,7 @@ class Crowd:
     goals : [K, G, 2] in m, the goals of each person in turn; people stay at the last one.
     groups : [K] group number, −1 for people who walk alone; by default, all do.
 
-    Raises
-    ------
-    ValueError
-        If a shape does not fit, a number is not finite, a speed is negative or there is no goal.
+    Raises ValueError if a shape does not fit, a number is not finite, a speed is negative or there is no goal.
     """
 
     positions: FloatArray
@@ -212,10 +209,7 @@ def simulate(
     -------
     [T, K, 2] positions in m.
 
-    Raises
-    ------
-    ValueError
-        If a number is out of range.
+    Raises ValueError if a number is out of range.
     """
     return simulate_many([crowd], model, frames=frames, dt=dt, substeps=substeps, walls=walls, threads=threads)[0]
 

@@ -74,10 +74,7 @@ def make_demo(out: Path | str, *, full: bool = False, jobs: int = 1) -> str:
 def _demo_folder(out: Path) -> Iterator[None]:
     """The folder of a demo, locked; its page says that it was interrupted until it is written.
 
-    Raises
-    ------
-    VbbenchError
-        If the folder is in use and holds no demo.
+    Raises VbbenchError if the folder is in use and holds no demo.
     """
     if not is_unused(out):
         check_free(out, PAGE, "demo", overwrite=True)

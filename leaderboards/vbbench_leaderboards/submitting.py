@@ -53,11 +53,8 @@ def add(
     ----------
     about : facts of the row (`About`) that replace or complete what the submission declares.
 
-    Raises
-    ------
-    VbbenchError
-        If the submission has faults, belongs to another dataset than its board, already exists, or its name is not
-        valid for a file; or if its row would lack a fact that every row must have.
+    Raises VbbenchError if the submission has faults, belongs to another dataset than its board, already exists, or its
+    name is not valid for a file; or if its row would lack a fact that every row must have.
     """
     challenge = challenge_folder_of(results)
     if challenge is not None:
@@ -115,10 +112,7 @@ def _check_sums(dataset: Dataset) -> None:
 def copy_template(out: Path | str) -> list[Path]:
     """Copy the template into the folder ``out``, created if necessary; return the paths of the copies.
 
-    Raises
-    ------
-    VbbenchError
-        If ``out`` is a file, a dataset or a submission, or holds a changed file of the template.
+    Raises VbbenchError if ``out`` is a file, a dataset or a submission, or holds a changed file of the template.
     """
     out = Path(out)
     texts = {path.name: path.read_text("utf-8") for path in sorted(TEMPLATE.iterdir()) if path.is_file()}
@@ -176,10 +170,7 @@ def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int
     name : what the solver is called on the board; by default the attribute's name.
     jobs : processes.
 
-    Raises
-    ------
-    VbbenchError
-        If the board is not published, or this machine makes another dataset.
+    Raises VbbenchError if the board is not published, or this machine makes another dataset.
     """
     wanted, name = parse_board(board), name or solver.rpartition(":")[2]
     _check_declared(solver)

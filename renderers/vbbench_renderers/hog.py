@@ -25,10 +25,7 @@ _SIDES, _ABOVE = 16.0 / 64.0, 16.0 / 128.0
 class HogDetector:
     """Finds upright people, at all scales.
 
-    Raises
-    ------
-    VbbenchError
-        If this OpenCV does not have it.
+    Raises VbbenchError if this OpenCV does not have it.
     """
 
     def __init__(self) -> None:

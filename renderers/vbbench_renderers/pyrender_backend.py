@@ -199,10 +199,7 @@ class _OlderNumpy:
 def load_pyrender() -> Any:
     """The module `pyrender`, ready for off-screen use.
 
-    Raises
-    ------
-    VbbenchError
-        If it is not installed or finds no OpenGL.
+    Raises VbbenchError if it is not installed or finds no OpenGL.
     """
     if "pyrender" not in sys.modules:
         with needs_extra("pyrender", "backend 'pyrender'"), off_screen():
@@ -216,10 +213,7 @@ def load_pyrender() -> Any:
 def open_off_screen(width: int, height: int) -> Any:
     """A `pyrender.OffscreenRenderer`.
 
-    Raises
-    ------
-    VbbenchError
-        If no context can be made.
+    Raises VbbenchError if no context can be made.
     """
     pyrender = load_pyrender()
     with off_screen() as platform:

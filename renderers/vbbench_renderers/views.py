@@ -65,10 +65,7 @@ class Rays(NamedTuple):
 def camera_rays(camera: Camera) -> Rays:
     """The rays of a camera's picture.
 
-    Raises
-    ------
-    VbbenchError
-        If it is neither a pinhole nor an upright cylinder.
+    Raises VbbenchError if it is neither a pinhole nor an upright cylinder.
     """
     width, height = camera.picture_size
     u = np.arange(width, dtype=np.float64) + 0.5

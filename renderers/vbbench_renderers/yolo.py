@@ -28,10 +28,7 @@ class OnnxNetwork:
     ----------
     path : the ONNX file.
 
-    Raises
-    ------
-    VbbenchError
-        If ONNX Runtime is not installed, the file is missing or no network, or it takes something else.
+    Raises VbbenchError if ONNX Runtime is not installed, the file is missing or no network, or it takes something else.
     """
 
     def __init__(self, path: Path) -> None:
@@ -78,10 +75,7 @@ class OnnxNetwork:
     def run(self, pictures: NDArray[np.float32]) -> dict[str, FloatArray]:
         """The outputs by name for one picture [1, 3, H, W].
 
-        Raises
-        ------
-        FileError
-            If the network cannot be run on such a picture.
+        Raises FileError if the network cannot be run on such a picture.
         """
         height, width = pictures.shape[2:]
         given: dict[str, Any] = {self._name: pictures.astype(self._type, copy=False)}
@@ -158,10 +152,7 @@ RF_DETR = replace(RT_DETR, name="RF-DETR", mean=(0.485, 0.456, 0.406), std=(0.22
 def rows_of(path: Path, outputs: dict[str, FloatArray]) -> FloatArray:
     """The one table [A, B] in a network's outputs, of which those of transformers are joined.
 
-    Raises
-    ------
-    FileError
-        If there is no such table, or more than one.
+    Raises FileError if there is no such table, or more than one.
     """
     if outputs.keys() == _D_FINE and outputs["boxes"].ndim == 3:
         return np.column_stack([outputs[name][0] for name in ("boxes", "scores", "labels")])
@@ -178,10 +169,7 @@ def rows_of(path: Path, outputs: dict[str, FloatArray]) -> FloatArray:
 def recognise(path: Path, outputs: dict[str, FloatArray], size: Size, network: OnnxNetwork) -> Layout:
     """The layout of a network, from its outputs for any picture of ``size``.
 
-    Raises
-    ------
-    FileError
-        If the network is of none of the families.
+    Raises FileError if the network is of none of the families.
     """
     task = network.metadata.get("task", TASKS[0])
     if task not in TASKS:
@@ -206,10 +194,7 @@ def recognise(path: Path, outputs: dict[str, FloatArray], size: Size, network: O
 def read_rows(path: Path, rows: FloatArray, layout: Layout, size: Size, person: int) -> tuple[FloatArray, FloatArray]:
     """Boxes [N, 4] (centre column, centre row, width, height) in px of the network, and scores [N] of people.
 
-    Raises
-    ------
-    FileError
-        If the output has no such class, scores that are none, or boxes that are not in px.
+    Raises FileError if the output has no such class, scores that are none, or boxes that are not in px.
     """
     shape, rows = [1, *rows.shape], rows.T if layout is YOLO8 else rows
     if layout.scores == "number":
@@ -310,10 +295,7 @@ class YoloDetector:
     ----------
     weights : an ONNX file of one of the families of `vbbench_renderers.yolo`.
 
-    Raises
-    ------
-    VbbenchError
-        If no file is named, or it is not such a network.
+    Raises VbbenchError if no file is named, or it is not such a network.
     """
 
     def __init__(self, weights: Path | None = None) -> None:

@@ -41,10 +41,7 @@ def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) 
     out, options : as in `vbbench.birdify.birdify.birdify`.
     topics : vision_msgs/Detection2DArray, nav_msgs/Odometry and sensor_msgs/CameraInfo.
 
-    Raises
-    ------
-    VbbenchError
-        If the bag cannot be read, a topic is missing, or as `birdify` raises it.
+    Raises VbbenchError if the bag cannot be read, a topic is missing, or as `birdify` raises it.
     """
     out = Path(out)
     check_free(out, REPORT, "folder that birdify made", bool(options.get("overwrite")))
@@ -58,10 +55,7 @@ def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) 
 def files_from_bag(path: Path, topics: BagTopics, folder: Path) -> RecordingFiles:
     """Write a bag's messages to files in a folder, which is created once the bag is open.
 
-    Raises
-    ------
-    VbbenchError
-        If the bag cannot be read, or a topic is missing.
+    Raises VbbenchError if the bag cannot be read, or a topic is missing.
     """
     with open_bag(path, "reading a bag (bag:DIR)") as bag:
         folder.mkdir(parents=True, exist_ok=True)

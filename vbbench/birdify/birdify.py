@@ -121,10 +121,8 @@ def birdify(
     overwrite : whether to replace a folder that birdify made.
     announce : called with a line for each stage.
 
-    Raises
-    ------
-    VbbenchError
-        If a file cannot be used, ``dt`` lies outside its range, the solver is unknown or fails, or ``out`` exists.
+    Raises VbbenchError if a file cannot be used, ``dt`` lies outside its range, the solver is unknown or fails, or
+    ``out`` exists.
     """
     out, camera, solving = Path(out), find_camera(Path(camera)), make_solver(solver)
     if dt is not None:
@@ -159,10 +157,7 @@ def birdify(
 def named_files(boxes: Path | str, camera: Path | str, odometry: Path | str | None) -> RecordingFiles:
     """The files of a recording from the user's paths; a folder stands for the boxes or the camera in it.
 
-    Raises
-    ------
-    FileError
-        If boxes or odometry are missing.
+    Raises FileError if boxes or odometry are missing.
     """
     found = boxes_in(Path(boxes)) or Path(boxes)
     moved = None if odometry is None else Path(odometry)
@@ -175,10 +170,7 @@ def named_files(boxes: Path | str, camera: Path | str, odometry: Path | str | No
 def with_axes(files: RecordingFiles, axes: Axes | None) -> RecordingFiles:
     """The files with odometry in ``axes``; ``None``: those of the camera file, or those that fit the motion.
 
-    Raises
-    ------
-    VbbenchError
-        If there are no such axes, or no odometry.
+    Raises VbbenchError if there are no such axes, or no odometry.
     """
     if axes is not None and (files.odometry is None or axes not in AXES):
         wanted = f"{axes} cannot be; {suggestion(axes, AXES)}" if files.odometry else "there is no odometry"

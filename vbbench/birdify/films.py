@@ -54,10 +54,8 @@ def birdify_film(
     detection : options of detection and tracking.
     out, odometry, odometry_axes, solver, film, mount, overwrite, announce : as in `vbbench.birdify.birdify.birdify`.
 
-    Raises
-    ------
-    VbbenchError
-        If the film cannot be read or has another size than the camera, nobody is found, or `birdify` raises it.
+    Raises VbbenchError if the film cannot be read or has another size than the camera, nobody is found, or `birdify`
+    raises it.
     """
     out, shot, own = Path(out), open_film(Path(path)), read_camera(find_camera(Path(camera)), mount)
     load("solver", solver)  # nobody waits for boxes to hear that its name is wrong

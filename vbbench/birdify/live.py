@@ -36,10 +36,7 @@ def show_live(recording: OwnRecording, solver: str, out: Path | None = None) -> 
     -------
     The number of frames.
 
-    Raises
-    ------
-    VbbenchError
-        If rerun is not installed, there is no display and no ``out``, or the solver fails.
+    Raises VbbenchError if rerun is not installed, there is no display and no ``out``, or the solver fails.
     """
     footage, begin, path = recording.footage, monotonic(), []
     with _stream(recording, out) as stream:

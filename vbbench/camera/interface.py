@@ -109,12 +109,7 @@ _LATER = ("pitch", "roll", "vertical_focal")
 def make_camera(kind: str, **parameters: Any) -> Camera:
     """A camera of a registered model.
 
-    Raises
-    ------
-    UnknownNameError
-        If no model is called so.
-    VbbenchError
-        If a parameter is unknown, or a value is not valid.
+    Raises UnknownNameError if no model is called so; VbbenchError if a parameter is unknown, or a value is not valid.
     """
     model = load_registered("camera", kind)
     try:
@@ -135,9 +130,6 @@ def camera_to_dict(camera: Camera) -> dict[str, Any]:
 def camera_from_dict(values: dict[str, Any]) -> Camera:
     """The camera that `camera_to_dict` wrote.
 
-    Raises
-    ------
-    VbbenchError
-        As of `make_camera`.
+    Raises VbbenchError as of `make_camera`.
     """
     return make_camera(str(values.get("kind", "")), **{name: value for name, value in values.items() if name != "kind"})

@@ -102,12 +102,7 @@ class _Parser(argparse.ArgumentParser):
 def parse(commands: Mapping[str, Callable[..., Any]], arguments: Sequence[str]) -> Callable[[], Any]:
     """The call for ``arguments``: the name of one of ``commands``, then its arguments and options.
 
-    Raises
-    ------
-    VbbenchError
-        If they are invalid; the message is one line.
-    SystemExit
-        If they request help, which is printed.
+    Raises VbbenchError if they are invalid; the message is one line; SystemExit if they request help, which is printed.
     """
     name, *given = arguments
     function = commands[name]

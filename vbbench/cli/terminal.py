@@ -28,10 +28,7 @@ def guarded_streams() -> Iterator[None]:
 
     Output that fails on stderr is dropped, so that no work stops because a progress bar cannot be drawn.
 
-    Raises
-    ------
-    OutputLost
-        Inside the block, if stdout fails.
+    Raises OutputLost inside the block, if stdout fails.
     """
     out, err = _Guarded(_ready(sys.stdout)), _Guarded(_ready(sys.stderr), silent=True)
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

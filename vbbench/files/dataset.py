@@ -38,10 +38,8 @@ class Dataset:
     folder : the dataset folder.
     truth : folder with the truth tables, if they are in another one.
 
-    Raises
-    ------
-    FileError
-        If a table is missing or has another size than ``dataset.json`` states, or ``truth`` has other hashes.
+    Raises FileError if a table is missing or has another size than ``dataset.json`` states, or ``truth`` has other
+    hashes.
     """
 
     def __init__(self, folder: Path | str, truth: Path | str | None = None) -> None:
@@ -98,10 +96,7 @@ class Dataset:
         ----------
         table : one of ``info.tables``, for example ``observations`` or ``truth/poses``.
 
-        Raises
-        ------
-        VbbenchError
-            If there is no such table, the truth is withheld, or pandas is not installed.
+        Raises VbbenchError if there is no such table, the truth is withheld, or pandas is not installed.
         """
         with needs_extra("pandas", "Dataset.to_pandas"):
             import pandas
@@ -166,10 +161,7 @@ class Dataset:
     def truth(self, sequence: Sequence) -> Truth:
         """Truth in the sequence's world; NaN for tracks of false alarms, and for all people if only poses are known.
 
-        Raises
-        ------
-        VbbenchError
-            If the truth is withheld, or has only positions relative to the camera.
+        Raises VbbenchError if the truth is withheld, or has only positions relative to the camera.
         """
         self._require_truth()
         if self.info.truth == "relative":

@@ -160,10 +160,7 @@ class DatasetInfo:
     def read(folder: Path) -> "DatasetInfo":
         """Read ``dataset.json`` of a dataset folder.
 
-        Raises
-        ------
-        FileError
-            If it is missing, damaged, of another format version, or edited by hand; the key is named.
+        Raises FileError if it is missing, damaged, of another format version, or edited by hand; the key is named.
         """
         finish_swaps(folder)
         refuse_partitioned(folder, INFO_FILE)

@@ -75,11 +75,8 @@ class SequenceTable:
     bound : limit of the rows of an untrusted table, whose footer is then checked; ``None`` for a table of a dataset,
         whose bytes `vbbench verify` checks.
 
-    Raises
-    ------
-    FileError
-        If the file is missing, is not a Parquet file, lacks a column or has it twice, has one without numbers, or more
-        rows than it can have.
+    Raises FileError if the file is missing, is not a Parquet file, lacks a column or has it twice, has one without
+    numbers, or more rows than it can have.
     """
 
     def __init__(
@@ -306,10 +303,7 @@ def sequence_of(path_of: PathOf, facts: dict[str, Any], boxes: Rows, given: Rows
     facts : its row of ``sequences``.
     boxes, given, moved : its rows of ``observations``, ``given`` and ``odometry``, if there is that table.
 
-    Raises
-    ------
-    FileError
-        If the rows contradict one another.
+    Raises FileError if the rows contradict one another.
     """
     tracks, column = np.unique(boxes["track"], return_inverse=True)
     shape = (int(facts["frames"]), len(tracks))

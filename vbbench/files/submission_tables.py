@@ -101,10 +101,8 @@ def read_csv_rows(
     -------
     The rows whose ids could be read (0 for a value that could not), or ``None`` without a usable header.
 
-    Raises
-    ------
-    FileError
-        If reading stops early: there are too many rows, a line is too long, or a quotation mark is not closed.
+    Raises FileError if reading stops early: there are too many rows, a line is too long, or a quotation mark is not
+    closed.
     """
     header = _header(path)
     wanted = [*wanted, *(name for name in optional if name in header)]
@@ -233,10 +231,7 @@ def _value(name: str, text: str) -> float | int | bool | None:
 def answer_rows(sequence: Sequence, protocol: Protocol, estimate: Estimate, covariance: bool) -> dict[str, Columns]:
     """The columns of ``poses`` and ``positions``, and of ``heights`` if reported; with ``covariance`` covariances, too.
 
-    Raises
-    ------
-    VbbenchError
-        If covariances are wanted and not reported.
+    Raises VbbenchError if covariances are wanted and not reported.
     """
     if covariance and estimate.pose_covariances is None and estimate.position_covariances is None:
         raise VbbenchError("the solver reports no covariances; remove `covariance`")
@@ -292,10 +287,7 @@ def _upper_triangle(table: str, covariances: FloatArray) -> dict[str, FloatArray
 def info_of_answer(dataset: Dataset, submission: Path | str) -> SubmissionInfo:
     """The declared facts of a submission to ``dataset``.
 
-    Raises
-    ------
-    VbbenchError
-        If it cannot be read, or answers another dataset.
+    Raises VbbenchError if it cannot be read, or answers another dataset.
     """
     info = SubmissionInfo.read(submission)
     if info.dataset != dataset.info.id:
@@ -306,10 +298,7 @@ def info_of_answer(dataset: Dataset, submission: Path | str) -> SubmissionInfo:
 class SubmittedEstimates:
     """The folder of a submission to ``dataset``, read a sequence at a time; only scoring checks every row.
 
-    Raises
-    ------
-    VbbenchError
-        If it cannot be read, or answers another dataset.
+    Raises VbbenchError if it cannot be read, or answers another dataset.
     """
 
     def __init__(self, dataset: Dataset, submission: Path | str) -> None:

@@ -23,10 +23,7 @@ SAME_PLACE = 1e-9
 def verify(folder: Path | str, truth: Path | str | None = None) -> str:
     """Verify a dataset folder; returns a line with the checks.
 
-    Raises
-    ------
-    FileError
-        At the first table whose checksum differs, or whose rows are inconsistent.
+    Raises FileError at the first table whose checksum differs, or whose rows are inconsistent.
     """
     dataset = Dataset(folder, truth)
     checked = list(_check_sums(dataset))

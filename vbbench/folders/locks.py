@@ -42,12 +42,8 @@ def locked(folder: Path | str, out: Path | str | None = None) -> Iterator[None]:
     ----------
     out : the folder's name in messages; by default its own path.
 
-    Raises
-    ------
-    BusyError
-        If another command holds the lock, or one on another computer did not release it.
-    FileError
-        If nothing can be written there.
+    Raises BusyError if another command holds the lock, or one on another computer did not release it; FileError if
+    nothing can be written there.
     """
     path, shown = Path(folder) / LOCK, Path(out or folder)
     made = [place for place in (path.parent, *path.parent.parents) if not os.path.lexists(place)]

@@ -29,10 +29,7 @@ def replacing(path: Path | str, suffix: str = "") -> Iterator[Path]:
     ----------
     suffix : ending of the temporary name, for writers that depend on it.
 
-    Raises
-    ------
-    FileError
-        If nothing can be written there, or the disk is full; an earlier file is intact.
+    Raises FileError if nothing can be written there, or the disk is full; an earlier file is intact.
     """
     path = Path(path)
     with plain_errors(path):

@@ -58,10 +58,7 @@ def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
     ----------
     carried : names in the old folder to move to the new one, unless it has them itself.
 
-    Raises
-    ------
-    FileError
-        If a folder cannot be renamed; nothing is changed.
+    Raises FileError if a folder cannot be renamed; nothing is changed.
     """
     write_text_atomically(work / JOURNAL, json.dumps({"carried": sorted(carried)}) + "\n")
     _flush(work)

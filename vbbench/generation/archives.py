@@ -54,10 +54,8 @@ class Archive:
     def read(self, name: str) -> bytes:
         """The content of a member.
 
-        Raises
-        ------
-        FileError
-            If it is larger, or packed tighter, than `limits` allow, packed by an unusual method, or damaged.
+        Raises FileError if it is larger, or packed tighter, than `limits` allow, packed by an unusual method, or
+        damaged.
         """
         info = self._zip.getinfo(name)
         if info.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):

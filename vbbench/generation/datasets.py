@@ -169,10 +169,8 @@ def generate(
     The same call continues interrupted work. With ``withhold_truth`` the truth tables and the seed are written to the
     folder ``<out>.truth``.
 
-    Raises
-    ------
-    VbbenchError
-        If the split is unknown, its sources are missing or wrong, or ``out`` exists and may not be replaced.
+    Raises VbbenchError if the split is unknown, its sources are missing or wrong, or ``out`` exists and may not be
+    replaced.
     """
     check_jobs(jobs)
     out = Path(out)
@@ -328,10 +326,7 @@ def stream(
     stop : the sequence to stop before; ``None`` for none.
     shard, shards : this worker's number, from 0, and the number of workers that share the stream without overlap.
 
-    Raises
-    ------
-    VbbenchError
-        If the split or an option is wrong, or there is no such shard.
+    Raises VbbenchError if the split or an option is wrong, or there is no such shard.
     """
     if not 0 <= shard < shards:
         raise VbbenchError(f"shard {shard} of {shards}: shards are numbered from 0 to one less than their number")

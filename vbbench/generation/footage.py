@@ -197,10 +197,7 @@ class FootageOptions:
     cyclists : whether people on bicycles count, too (split kitti).
     interpolated : whether boxes between key frames count, too (split jrdb).
 
-    Raises
-    ------
-    VbbenchError
-        If a number lies outside its range.
+    Raises VbbenchError if a number lies outside its range.
     """
 
     sequences: tuple[str, ...] | None = None

@@ -74,10 +74,7 @@ class Options:
     simulation : what is asked of a simulated crowd; ``None`` for the split's own.
     footage : what is asked of footage; ``None`` for the split's own.
 
-    Raises
-    ------
-    VbbenchError
-        If a number lies outside its range, or a choice is unknown.
+    Raises VbbenchError if a number lies outside its range, or a choice is unknown.
     """
 
     camera: Camera | None = None

@@ -80,10 +80,7 @@ class WrittenOptions:
         split : what the options are for.
         source, homography : as in `Options`.
 
-        Raises
-        ------
-        VbbenchError
-            If the split is unknown, or a value is none of its option.
+        Raises VbbenchError if the split is unknown, or a value is none of its option.
         """
         generator = load("generator", split)
         is_footage = isinstance(generator, FootageGenerator)
@@ -143,11 +140,8 @@ def read_options(words: Sequence[str], split: str, *, seed: int | None = None) -
     split : what they are for.
     seed : in place of the file's; that of a dataset may be withheld.
 
-    Raises
-    ------
-    VbbenchError
-        If there is a second file, one is not valid or of another split, its seed is withheld and none is given, or a
-        word names no option or has another type.
+    Raises VbbenchError if there is a second file, one is not valid or of another split, its seed is withheld and none
+    is given, or a word names no option or has another type.
     """
     places = [word for word in words if not re.match(r"[\w-]+=", word)]
     if len(places) > 1:
@@ -199,10 +193,7 @@ def parse_count(text: str) -> int:
 def parse_people(text: str) -> tuple[int, ...]:
     """Numbers of people from ``K``, ``A:B`` (both ends included) or ``A:B:STEP``.
 
-    Raises
-    ------
-    VbbenchError
-        If it is none of these, or no crowd.
+    Raises VbbenchError if it is none of these, or no crowd.
     """
     form = re.fullmatch(r"([0-9]{1,9})(?::([0-9]{1,9})(?::([0-9]{1,9}))?)?", text)
     first, last, step = (int(form[1]), int(form[2] or form[1]), int(form[3] or 1)) if form else (0, 0, 1)

@@ -82,10 +82,7 @@ class ThinnedSized(Thinned):
 def thinned(plan: Plan, stride: int | None) -> Plan:
     """A plan of every ``stride``-th sequence; the plan itself without a stride, or with one of 1.
 
-    Raises
-    ------
-    VbbenchError
-        If it is footage, whose runs are few and long.
+    Raises VbbenchError if it is footage, whose runs are few and long.
     """
     if stride is None or stride == 1:
         return plan
@@ -124,10 +121,7 @@ def single(plan: Plan, number: int) -> Plan:
 def planned(split: str, options: Options) -> Plan:
     """The plan of a split with these options.
 
-    Raises
-    ------
-    VbbenchError
-        If the split or an option is wrong, its sources are missing or wrong, or there is no sequence.
+    Raises VbbenchError if the split or an option is wrong, its sources are missing or wrong, or there is no sequence.
     """
     generator: Generator = load("generator", split)
     plan = thinned(generator.plan(options), options.stride)

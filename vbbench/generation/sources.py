@@ -165,14 +165,9 @@ def is_here(source: Source) -> bool:
 def locate(sources: Sequence[Source], explicit: Path | None = None, *, split: str = "SPLIT") -> list[Path]:
     """The files of ``sources``, in order, each with its checksum verified.
 
-    Raises
-    ------
-    SourceMissingError
-        If any is missing; says how ``vbbench fetch`` gets them, and what to do without a network.
-    FileError
-        If a file has the wrong checksum.
-    VbbenchError
-        If ``explicit`` does not exist, or is a single file where several are needed.
+    Raises SourceMissingError if any is missing; says how ``vbbench fetch`` gets them, and what to do without a network;
+    FileError if a file has the wrong checksum; VbbenchError if ``explicit`` does not exist, or is a single file where
+    several are needed.
     """
     if explicit is not None and not explicit.exists():
         raise VbbenchError(f"{explicit}: there is no such file or folder")
@@ -194,10 +189,8 @@ def locate(sources: Sequence[Source], explicit: Path | None = None, *, split: st
 def fetch(sources: Iterable[Source]) -> list[Path]:
     """Download missing files to ``data_folder()``; a file gets its name only when its checksum has been verified.
 
-    Raises
-    ------
-    VbbenchError
-        At the first file that cannot be downloaded; names file and address, and says what to do without a network.
+    Raises VbbenchError at the first file that cannot be downloaded; names file and address, and says what to do without
+    a network.
     """
     return [_find_verified(source) or _download(source) for source in sources]
 

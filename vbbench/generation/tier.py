@@ -142,30 +142,21 @@ class Tier:
     def annotated(self) -> "Tier":
         """The same with boxes as people draw them, in place of a detector's.
 
-        Raises
-        ------
-        VbbenchError
-            If the tier has no detector that can be turned off.
+        Raises VbbenchError if the tier has no detector that can be turned off.
         """
         raise VbbenchError(f"tier '{self.name}' has no detector that can be turned off; remove `detector`")
 
     def noised(self, std: float) -> "Tier":  # noqa: ARG002
         """The same with noise of ``std`` px.
 
-        Raises
-        ------
-        VbbenchError
-            If the tier has no noise whose size can be chosen.
+        Raises VbbenchError if the tier has no noise whose size can be chosen.
         """
         raise VbbenchError(f"tier '{self.name}' has no noise whose size can be chosen; remove `noise`")
 
     def lasting(self, frames: int) -> "Tier":  # noqa: ARG002
         """The same without tracks of fewer than so many frames.
 
-        Raises
-        ------
-        VbbenchError
-            If the tier has no tracks.
+        Raises VbbenchError if the tier has no tracks.
         """
         raise VbbenchError(f"tier '{self.name}' has no tracks that could be too short; remove `least_track`")
 
@@ -177,12 +168,8 @@ class Tier:
 def get_tier(name: str) -> Tier:
     """The tier that is registered as ``name``.
 
-    Raises
-    ------
-    UnknownNameError
-        If no tier is called so; the nearest name is suggested.
-    VbbenchError
-        If it is broken, not a `Tier`, or registered under a name that is not its own.
+    Raises UnknownNameError if no tier is called so; the nearest name is suggested; VbbenchError if it is broken, not a
+    `Tier`, or registered under a name that is not its own.
     """
     found = load_registered("tier", name)
     if not isinstance(found, Tier):

@@ -187,11 +187,8 @@ def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool 
     ----------
     overwrite : replace the dataset or submission that is in ``out``, and the truth next to it.
 
-    Raises
-    ------
-    VbbenchError
-        If ``folder`` is not partitioned, one of its files is missing or damaged, or ``out`` or the truth next to it
-        exists and may not be replaced.
+    Raises VbbenchError if ``folder`` is not partitioned, one of its files is missing or damaged, or ``out`` or the
+    truth next to it exists and may not be replaced.
     """
     folder = Path(folder)
     target = folder if out is None else Path(out)

@@ -25,13 +25,8 @@ def read_json(path: Path, *, finite: bool = True, largest: int = LARGEST_FILE) -
     finite : refuse numbers that JSON does not have: NaN, Infinity, and what is too large to be a float.
     largest : bytes of the largest file that is read.
 
-    Raises
-    ------
-    ValueError
-        If the file is not UTF-8, not JSON, larger or deeper than anything sensible, or an object has a key twice; the
-        message is one short line.
-    OSError
-        If it cannot be read.
+    Raises ValueError if the file is not UTF-8, not JSON, larger or deeper than anything sensible, or an object has a
+    key twice; the message is one short line; OSError if it cannot be read.
     """
     size = path.stat().st_size
     if size > largest:
@@ -54,10 +49,7 @@ def read_object(path: Path, advice: str, **bounds: Any) -> dict[str, Any]:
     ----------
     advice : what to do where it is missing or damaged.
 
-    Raises
-    ------
-    FileError
-        If it is missing, cannot be read (`read_json`), or is not an object.
+    Raises FileError if it is missing, cannot be read (`read_json`), or is not an object.
     """
     if not path.is_file():
         raise FileError(path, f"the file is missing; {advice}")
@@ -73,10 +65,7 @@ def read_object(path: Path, advice: str, **bounds: Any) -> dict[str, Any]:
 def canonical_digest(values: dict[str, Any]) -> str:
     """SHA-256, in hex, of the canonical text: keys sorted, no spaces, numbers as Python prints them, UTF-8.
 
-    Raises
-    ------
-    ValueError
-        If a number is not finite.
+    Raises ValueError if a number is not finite.
     """
     text = json.dumps(values, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()

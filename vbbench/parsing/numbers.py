@@ -62,10 +62,8 @@ def notes_on_dt(dt: float) -> list[str]:
 def check_ranges(values: object) -> None:
     """Check every number of a dataclass against the `Within` in its annotation, in tuples as well, and every choice.
 
-    Raises
-    ------
-    ValueError
-        At the first number that lies outside, or word that is not one of a ``Literal``; the nearest is suggested.
+    Raises ValueError at the first number that lies outside, or word that is not one of a ``Literal``; the nearest is
+    suggested.
     """
     kind: Any = type(values)
     for name, hint in _hints(kind).items():
@@ -121,10 +119,7 @@ def parse_number(text: str) -> float | None:
 def finite_number(path: Path, line: int | None, name: str, cell: str) -> float:
     """The number in the cell of a file's column ``name``.
 
-    Raises
-    ------
-    FileError
-        With the line, if there is none, or it is not finite.
+    Raises FileError with the line, if there is none, or it is not finite.
     """
     value = parse_number(cell)
     if value is None:

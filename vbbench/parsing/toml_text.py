@@ -51,11 +51,8 @@ def read_toml(path: Path, kind: type[T], where: str) -> T:
     A field that is a dataclass is a table, one that is a tuple of dataclasses an array of tables, and one that is a
     ``Mapping`` a table with any keys; other lists become tuples.
 
-    Raises
-    ------
-    FileError
-        If the file is missing or not TOML, a key is unknown (the nearest is suggested), missing, of another type, or
-        has a value outside its range.
+    Raises FileError if the file is missing or not TOML, a key is unknown (the nearest is suggested), missing, of
+    another type, or has a value outside its range.
     """
     return from_table(toml_table(path), kind, path, where)
 
@@ -122,10 +119,7 @@ def _options(hint: Any) -> list[Any]:
 def toml_table(path: Path) -> dict[str, Any]:
     """The keys of a TOML file.
 
-    Raises
-    ------
-    FileError
-        If it is missing or not TOML, or larger than a file of settings.
+    Raises FileError if it is missing or not TOML, or larger than a file of settings.
     """
     try:
         with path.open("rb") as file:

@@ -76,10 +76,7 @@ class Backdrop:
     def picture(self, frame: int) -> NDArray[np.uint8]:
         """[height, width, 3] sRGB: the camera's picture of a frame, or the plain ground.
 
-        Raises
-        ------
-        FileError
-            If the file is no picture.
+        Raises FileError if the file is no picture.
         """
         recorded = self.recorded(frame)
         return self.plain.copy() if recorded is None else recorded

@@ -49,10 +49,7 @@ class Film:
     def pictures(self) -> Iterator[NDArray[np.uint8]]:
         """All pictures [H, W, 3] (sRGB), one by one.
 
-        Raises
-        ------
-        FileError
-            If one cannot be read, or has another size than the first.
+        Raises FileError if one cannot be read, or has another size than the first.
         """
         for shown, picture in self._files() if self.files else self._video():
             if picture.shape != (self.height, self.width, 3):
@@ -99,10 +96,7 @@ class Film:
 def open_film(path: Path) -> Film:
     """A video, or a folder of pictures.
 
-    Raises
-    ------
-    FileError
-        If it is missing, holds no pictures, or cannot be read.
+    Raises FileError if it is missing, holds no pictures, or cannot be read.
     """
     if path.is_dir():
         return _open_folder(path)

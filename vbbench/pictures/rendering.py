@@ -74,10 +74,7 @@ class Renderer(Protocol):
         pose : [3] (x, y, yaw) in m and rad.
         observer : id of the person who carries the camera, who is not drawn.
 
-        Raises
-        ------
-        VbbenchError
-            If the scene has no such frame or observer, or the camera cannot be rendered.
+        Raises VbbenchError if the scene has no such frame or observer, or the camera cannot be rendered.
         """
 
     def close(self) -> None:
@@ -90,10 +87,7 @@ class RendererFactory(Protocol):
     def __call__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> Renderer:
         """A renderer of one scene; looks and surroundings follow from the seed.
 
-        Raises
-        ------
-        VbbenchError
-            If it does not work on this machine; the message says what to install.
+        Raises VbbenchError if it does not work on this machine; the message says what to install.
         """
 
 
@@ -125,10 +119,7 @@ def silent(_text: str) -> None:
 def open_renderer(backend: Backend, scene: Scene, announce: Callable[[str], object] = silent) -> Iterator[Renderer]:
     """A renderer of one scene, closed at the end; ``announce`` is called once with a line that names it.
 
-    Raises
-    ------
-    VbbenchError
-        If there is no such backend, it cannot work on this machine, or the seed is negative.
+    Raises VbbenchError if there is no such backend, it cannot work on this machine, or the seed is negative.
     """
     if backend.seed < 0:
         raise VbbenchError(f"seed must be at least 0, not {backend.seed}")
@@ -145,10 +136,7 @@ def pictures(
 ) -> Iterator[Picture]:
     """What the observer really sees in the ``wanted`` frames (``None``: in all), each rendered when it is needed.
 
-    Raises
-    ------
-    VbbenchError
-        If the truth is withheld.
+    Raises VbbenchError if the truth is withheld.
     """
     poses, camera = dataset.world(sequence).poses_in_scene(dataset.truth(sequence).poses), dataset.camera(sequence)
     for frame in range(sequence.frames) if wanted is None else wanted:
@@ -163,10 +151,7 @@ def bearer(sequence: Sequence) -> int | None:
 def scene_of(dataset: Dataset, number: int) -> Scene:
     """A scene of a dataset with everybody in it, from its truth, in the scene's own world.
 
-    Raises
-    ------
-    VbbenchError
-        If the truth is withheld, or less is known than where camera and people are.
+    Raises VbbenchError if the truth is withheld, or less is known than where camera and people are.
     """
     if dataset.info.truth != "whole":
         lacking = "where people really are" if dataset.info.truth == "poses" else "where the camera really is"
@@ -239,11 +224,8 @@ def render_to_file(
     -------
     ``out``.
 
-    Raises
-    ------
-    VbbenchError
-        If there is no such sequence, backend or codec, a renderer lacks truth, the submission answers another
-        dataset, or ``out`` cannot be written.
+    Raises VbbenchError if there is no such sequence, backend or codec, a renderer lacks truth, the submission answers
+    another dataset, or ``out`` cannot be written.
     """
     from vbbench.pictures.film.frames import Film
     from vbbench.pictures.replay import load_replay

@@ -82,10 +82,7 @@ class Replay:
     def with_answer(self, solver: str, protocol: str, estimate: Estimate, name: str = "") -> "Replay":
         """The same with one answer more, with its errors if the truth is available; ``name``, if not the solver's.
 
-        Raises
-        ------
-        VbbenchError
-            If there is no such protocol, or the estimate has another shape than the sequence.
+        Raises VbbenchError if there is no such protocol, or the estimate has another shape than the sequence.
         """
         sequence, rules = self.sequence, get_protocol(protocol)
         found, wanted = list(estimate.positions.shape), [*sequence.observed.shape, 2]
@@ -287,10 +284,7 @@ def _known_truth(dataset: Dataset, sequence: Sequence, around: FloatArray | None
 def load_replay(dataset: Dataset, index: int, submissions: Several[Path | str] = ()) -> Replay:
     """Read a sequence, and the answers of submissions to it.
 
-    Raises
-    ------
-    VbbenchError
-        If there is no such sequence, or a submission cannot be read or answers another dataset.
+    Raises VbbenchError if there is no such sequence, or a submission cannot be read or answers another dataset.
     """
     sequence = dataset.sequence(index)
     opened = [SubmittedEstimates(dataset, folder) for folder in submissions]

@@ -42,10 +42,7 @@ def write_mp4(
     codec : ``None`` for the first of H.264, VP9 and MPEG-4 that this OpenCV can write.
     done : called after every frame.
 
-    Raises
-    ------
-    VbbenchError
-        If the codec is not available, or the file cannot be written.
+    Raises VbbenchError if the codec is not available, or the file cannot be written.
     """
     if not (np.isfinite(fps) and 0.0 < fps <= 1000.0):
         raise VbbenchError(f"fps must be above 0 and at most 1000, not {fps:g}")
@@ -77,10 +74,7 @@ def write_png_folder(folder: Path, frames: Frames, count: int, key: str, done: C
     key : identifies the film; the same key must mean the same pictures.
     done : called for every frame, new or existing.
 
-    Raises
-    ------
-    FileError
-        If the folder is a file, or holds something other than frames.
+    Raises FileError if the folder is a file, or holds something other than frames.
     """
     if folder.exists() and not folder.is_dir():
         raise FileError(folder, "is a file; name a folder for frames, or a file that ends in .mp4")

@@ -229,10 +229,7 @@ class Realism:
 def measure_realism(dataset: Dataset, references: Sequence[str] = REFERENCES) -> Realism:
     """Measure how the people of a dataset walk, and those of the recorded splits whose sources are available.
 
-    Raises
-    ------
-    VbbenchError
-        If the dataset's truth is withheld.
+    Raises VbbenchError if the dataset's truth is withheld.
     """
     columns = {f"this: {dataset.info.split}": walking_statistics(dataset_scenes(dataset))}
     remarks, missing = [], []
@@ -250,10 +247,7 @@ def measure_realism(dataset: Dataset, references: Sequence[str] = REFERENCES) ->
 def dataset_scenes(dataset: Dataset) -> Iterator[Scene]:
     """The scenes that a dataset's sequences are taken from, each once, a few in memory at a time.
 
-    Raises
-    ------
-    VbbenchError
-        If the truth is withheld, or less is known than where people really are.
+    Raises VbbenchError if the truth is withheld, or less is known than where people really are.
     """
     if dataset.info.truth != "whole":
         raise VbbenchError(f"{dataset.folder}: true positions were never measured, and so walking has no statistics")

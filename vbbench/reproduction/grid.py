@@ -71,10 +71,7 @@ class Making:
     def dataset(self, split: str, folder: Path, options: Options) -> Dataset:
         """The dataset in ``folder``, generated unless it exists with the id that these options give.
 
-        Raises
-        ------
-        VbbenchError
-            If ``folder`` holds another dataset, or as `vbbench.generation.datasets.generate` does.
+        Raises VbbenchError if ``folder`` holds another dataset, or as `vbbench.generation.datasets.generate` does.
         """
         plan = planned(split, options)
         if self.scheduler is None or (not self.overwrite and (folder / INFO_FILE).is_file()):
@@ -96,10 +93,7 @@ class Making:
 
         Changed code of a solver is not noticed if its version stays the same: overwrite then.
 
-        Raises
-        ------
-        VbbenchError
-            If ``folder`` holds another submission, or as `vbbench.solving.submissions.solve` does.
+        Raises VbbenchError if ``folder`` holds another submission, or as `vbbench.solving.submissions.solve` does.
         """
         if self.overwrite or not (folder / SUBMISSION_FILE).is_file():
             where: dict[str, Any] = {"scheduler": self.scheduler, "overwrite": self.overwrite}
@@ -174,10 +168,8 @@ class Study(ABC):
     def run(self, out: Path | str, making: Making = Making()) -> Report:
         """The report, measured in the folder ``out``.
 
-        Raises
-        ------
-        VbbenchError
-            If the study is invalid, a source cannot be read, or another dataset or submission is in the way.
+        Raises VbbenchError if the study is invalid, a source cannot be read, or another dataset or submission is in the
+        way.
         """
         self.check()
         with loose_files(Path(out)):

@@ -104,10 +104,7 @@ def draw_views(setting: Setting, distance: float, trials: int, seed: int) -> Vie
 
     Points and motions do not depend on the noise.
 
-    Raises
-    ------
-    VbbenchError
-        If the cameras do not see the voxel.
+    Raises VbbenchError if the cameras do not see the voxel.
     """
     random = np.random.default_rng([seed, round(1000.0 * distance)])
     rotation, centre = _motions(setting, trials, random)

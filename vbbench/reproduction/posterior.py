@@ -361,10 +361,7 @@ def posterior_rows(dataset: Dataset, solver: str, first: int, last: int) -> list
 def instants(dataset: Dataset, sequence: Sequence, solver: str, only: range | None = None) -> Iterator[Instant]:
     """The posteriors in the frames of a sequence, or in some ``only``, in which two people or more help.
 
-    Raises
-    ------
-    VbbenchError
-        If the solver reports none.
+    Raises VbbenchError if the solver reports none.
     """
     source: Any = make_solver(solver)
     if not isinstance(source, PosePosterior):

@@ -66,10 +66,7 @@ def all_studies() -> dict[str, Any]:
 def chosen_studies(names: Sequence[str], options: Mapping[str, Any]) -> dict[str, Study]:
     """The studies of these names, each with those of the options that it has.
 
-    Raises
-    ------
-    VbbenchError
-        If a name is unknown, there is none, or no study has an option.
+    Raises VbbenchError if a name is unknown, there is none, or no study has an option.
     """
     known = all_studies()
     if not names:
@@ -102,10 +99,7 @@ def reproduce_all(studies: Mapping[str, Study], out: Path | str, making: Making)
     A study that is done is kept, unless ``making`` overwrites, or part of it waits for a source. If one cannot be made
     because its source is missing, a warning and the page say so, and the others are made.
 
-    Raises
-    ------
-    VbbenchError
-        If another command writes there.
+    Raises VbbenchError if another command writes there.
     """
     out, found = Path(out), []
     with loose_files(out), progress_bar(len(studies), "reproduce all", unit="study") as bar:

@@ -195,10 +195,7 @@ class CheckedSubmission:
 
         With ``only`` a sequence, its rows alone are read and checked.
 
-        Raises
-        ------
-        SubmissionError
-            After the last row, if there was any fault.
+        Raises SubmissionError after the last row, if there was any fault.
         """
         for rows in scored_rows(self.dataset, self.protocol, only):
             scored = rows if self.truth is None else rows.where(self.truth.persons(rows) != NOBODY)
@@ -314,10 +311,7 @@ class Checked:
 def check_submission(submission: Path | str, dataset: Dataset) -> Checked:
     """Check a submission without truth; rows of false alarms, which are never scored, are then required as well.
 
-    Raises
-    ------
-    SubmissionError
-        With every fault, if there is any.
+    Raises SubmissionError with every fault, if there is any.
     """
     checked = CheckedSubmission(Path(submission), dataset, None)
     parts = [

@@ -119,11 +119,8 @@ def score_several(
 ) -> SideBySide:
     """Score submission folders against the dataset that all of them answer; parameters as in `score`.
 
-    Raises
-    ------
-    VbbenchError
-        If no submission can be scored, with every fault of each; if they answer different datasets, or were made under
-        different protocols, or the truth is not available.
+    Raises VbbenchError if no submission can be scored, with every fault of each; if they answer different datasets, or
+    were made under different protocols, or the truth is not available.
     """
     scores: dict[Path, Score] = {}
     refused: dict[Path, SubmissionError] = {}
@@ -252,12 +249,8 @@ class Comparison:
 def compare(a: Path | str, b: Path | str, dataset: Path | str, truth: Path | str | None = None) -> Comparison:
     """Compare two submission folders, sequence by sequence.
 
-    Raises
-    ------
-    SubmissionError
-        If one of them has faults.
-    VbbenchError
-        If they were made under different protocols, or the truth is not available.
+    Raises SubmissionError if one of them has faults; VbbenchError if they were made under different protocols, or the
+    truth is not available.
     """
     one, two = score(a, dataset, truth), score(b, dataset, truth)
     if one.protocol.name != two.protocol.name:

@@ -78,12 +78,8 @@ def errors_in_time(submission: Path | str, dataset: Dataset, only: int | None = 
     dataset : its dataset, with truth.
     only : number of a single sequence, whose rows alone are then read and checked.
 
-    Raises
-    ------
-    SubmissionError
-        With every fault of the submission.
-    VbbenchError
-        If there is no such sequence, no truth, or nothing to score.
+    Raises SubmissionError with every fault of the submission; VbbenchError if there is no such sequence, no truth, or
+    nothing to score.
     """
     if only is not None:
         dataset.sequence(only)
@@ -323,12 +319,8 @@ def error_tables(
     only : number of a single sequence.
     metrics : keys of `METRICS`; by default Δx̃, Δx, Δr and Δt, as far as they are known.
 
-    Raises
-    ------
-    SubmissionError
-        With every fault of the first submission that has one.
-    VbbenchError
-        If a submission answers another dataset, there is no such sequence or metric, no truth, or nothing to score.
+    Raises SubmissionError with every fault of the first submission that has one; VbbenchError if a submission answers
+    another dataset, there is no such sequence or metric, no truth, or nothing to score.
     """
     if not submissions:
         raise VbbenchError("name at least one submission")

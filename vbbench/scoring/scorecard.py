@@ -353,10 +353,7 @@ class Score:
     def to_pandas(self) -> "pandas.DataFrame":
         """Figures of each sequence, as in `to_csv`, indexed by the sequence's number; needs the extra ``pandas``.
 
-        Raises
-        ------
-        MissingExtraError
-            If pandas is not installed.
+        Raises MissingExtraError if pandas is not installed.
         """
         with needs_extra("pandas", "Score.to_pandas"):
             import pandas

@@ -234,10 +234,7 @@ class _Paths(NamedTuple):
 class TruthRows:
     """The truth tables of a dataset, opened for scoring.
 
-    Raises
-    ------
-    VbbenchError
-        If the truth is withheld.
+    Raises VbbenchError if the truth is withheld.
     """
 
     def __init__(self, dataset: Dataset) -> None:

@@ -70,10 +70,7 @@ def run_sequence(
     ----------
     truth : needed if the protocol reveals past frames; only these reach the solver.
 
-    Raises
-    ------
-    VbbenchError
-        If the solver has neither ``step`` nor ``solve``, or a scored answer is missing or not credible.
+    Raises VbbenchError if the solver has neither ``step`` nor ``solve``, or a scored answer is missing or not credible.
     """
     given = protocol.select_given(sequence.given)
     if protocol.needs_truth and truth is None:

@@ -39,10 +39,7 @@ FACTS = ("authors", "code", "trained_on", "tuned_on")
 def declared_facts(solver: str) -> dict[str, str]:
     """The attribute ``facts`` of the class called ``solver``, by key; facts of vbbench's own classes are not inherited.
 
-    Raises
-    ------
-    VbbenchError
-        If it is not a mapping of these keys to text, or the solver cannot be imported.
+    Raises VbbenchError if it is not a mapping of these keys to text, or the solver cannot be imported.
     """
     found = own_words(load("solver", solver), "facts")
     sound = isinstance(found, Mapping) and all(isinstance(text, str) for text in found.values())
@@ -81,11 +78,8 @@ def solve(
         random order: information from one sequence is then of no use in another (`separate_groups`).
     covariance : also write the covariances of poses and positions.
 
-    Raises
-    ------
-    VbbenchError
-        If a name is unknown, truth is needed but withheld, covariances are requested from a solver that reports none,
-        or ``out`` already exists.
+    Raises VbbenchError if a name is unknown, truth is needed but withheld, covariances are requested from a solver that
+    reports none, or ``out`` already exists.
     """
     check_jobs(jobs)
     out, rules = Path(out), get_protocol(protocol)

@@ -56,10 +56,8 @@ class FolderSamples:
     protocol : what is given.
     local : whether every sample's world begins at its first pose (`vbbench.training.samples.sample_of`).
 
-    Raises
-    ------
-    VbbenchError
-        If the folder is no dataset, there is no such sequence, or ``frames`` or ``step`` is less than 1.
+    Raises VbbenchError if the folder is no dataset, there is no such sequence, or ``frames`` or ``step`` is less than
+    1.
     """
 
     def __init__(
@@ -168,10 +166,7 @@ class GeneratedSamples:
     frames : length of the window that is drawn from each longer sequence; ``None`` for whole sequences.
     protocol, local : as of `FolderSamples`.
 
-    Raises
-    ------
-    VbbenchError
-        If split or options are wrong, it is footage, or ``stop`` or ``frames`` is less than 1.
+    Raises VbbenchError if split or options are wrong, it is footage, or ``stop`` or ``frames`` is less than 1.
     """
 
     def __init__(

@@ -155,10 +155,7 @@ def parts(dataset: Dataset | Path | str, by: By | None = None, *, test: str | No
         0 tests, 1 validates, every other one trains. ``None``: ``seed`` for simulated splits, ``time`` for others.
     test : for ``recording``: the name of the recording that tests.
 
-    Raises
-    ------
-    VbbenchError
-        If the rule cannot be applied to this dataset, or there is no recording of that name.
+    Raises VbbenchError if the rule cannot be applied to this dataset, or there is no recording of that name.
     """
     dataset = dataset if isinstance(dataset, Dataset) else Dataset(dataset)
     chosen = by or ("seed" if is_simulated(dataset.info) else "time")

@@ -72,10 +72,7 @@ class SampleStream(IterableDataset[Tensors]):
     first : how many samples of this rank to skip, such as those that an earlier run had: whole batches.
     rank, world_size : this process among those of distributed training.
 
-    Raises
-    ------
-    VbbenchError
-        If ``first`` is no number of whole batches, or there is no such rank.
+    Raises VbbenchError if ``first`` is no number of whole batches, or there is no such rank.
     """
 
     def __init__(
@@ -166,10 +163,7 @@ class Feed:
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on where another feed was.
 
-        Raises
-        ------
-        VbbenchError
-            If that had another order: number of samples, size of batches, seed, or number of ranks.
+        Raises VbbenchError if that had another order: number of samples, size of batches, seed, or number of ranks.
         """
         if state["order"] != self._order.facts:
             raise VbbenchError(f"this feed is in the order {self._order.facts}, and cannot go on with {state['order']}")

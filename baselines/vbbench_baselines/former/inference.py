@@ -88,10 +88,7 @@ def nothing_remembered(people: int) -> Remembered:
 class Inference:
     """The compiled network with these weights, immutable; see `vbbench_baselines.former.network.Birdifier`.
 
-    Raises
-    ------
-    VbbenchError
-        If the weights are not those of a network, see `layers.shapes`.
+    Raises VbbenchError if the weights are not those of a network, see `layers.shapes`.
     """
 
     def __init__(self, weights: Weights, heads: bool = True) -> None:

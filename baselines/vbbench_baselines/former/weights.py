@@ -47,10 +47,7 @@ def bundled_weights(solver: str) -> Weights:
 def read_weights(path: Path) -> Weights:
     """The weights of a file, float32 and read-only, whose recipe is next to it.
 
-    Raises
-    ------
-    FileError
-        If there are none, they are not those of the recipe, or their shapes are not the network's.
+    Raises FileError if there are none, they are not those of the recipe, or their shapes are not the network's.
     """
     recipe = read_toml(path.with_suffix(".toml"), Recipe, "recipe")
     try:

@@ -149,10 +149,7 @@ def scenario_names() -> list[str]:
 def get_scenario(name: str) -> Scenario:
     """The scenario ``name``, or the one in the file of that path.
 
-    Raises
-    ------
-    UnknownNameError
-        If there is neither; the nearest name is suggested.
+    Raises UnknownNameError if there is neither; the nearest name is suggested.
     """
     if name in scenario_names():
         return read_bundled("vbbench_generators", f"scenarios/{name}.toml", Scenario, "scenario")
@@ -179,10 +176,7 @@ STUCK_TIME, STUCK_SPEED = 2.0, 0.1
 def draw_crowd(scenario: Scenario, people: int, model: Model, rng: np.random.Generator) -> Crowd:
     """A crowd of K people at the scenario's start, walking at their desired speeds.
 
-    Raises
-    ------
-    VbbenchError
-        If there is no room for them.
+    Raises VbbenchError if there is no room for them.
     """
     speeds = draw_speeds(scenario, people, rng)
     flows = [scenario.flow[person % len(scenario.flow)] for person in range(people)]
@@ -274,10 +268,7 @@ def draw_scene(
     camera, height : the observer's camera, and the height in m of people for the test of what it sees.
     rng : the sequence's random numbers.
 
-    Raises
-    ------
-    VbbenchError
-        If no such scene was found, or there is no room for the crowd.
+    Raises VbbenchError if no such scene was found, or there is no room for the crowd.
     """
     model = Model()
     for _ in range(ATTEMPTS):

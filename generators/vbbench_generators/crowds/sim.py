@@ -211,10 +211,7 @@ def plan_simulation(
     tier : the corruption of exact boxes.
     definition : further entries of the dataset's definition.
 
-    Raises
-    ------
-    VbbenchError
-        If an option is not for this split, or out of the scenario's range.
+    Raises VbbenchError if an option is not for this split, or out of the scenario's range.
     """
     if options.source is not None or options.dt is not None or options.homography is not None:
         raise VbbenchError(f"{card.name} has no source: remove `source`, `dt` and `homography`")

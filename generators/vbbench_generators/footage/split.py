@@ -58,19 +58,13 @@ class FootageSplit(ABC):
     def recordings(self, options: Options) -> Recordings:
         """Read the chosen recordings.
 
-        Raises
-        ------
-        VbbenchError
-            If a file is missing or invalid, or a name is unknown.
+        Raises VbbenchError if a file is missing or invalid, or a name is unknown.
         """
 
     def plan(self, options: Options) -> FootageSequences:
         """Read the recordings and lay out the sequences.
 
-        Raises
-        ------
-        VbbenchError
-            If an option is set that the split does not read, or there is nothing to read.
+        Raises VbbenchError if an option is set that the split does not read, or there is nothing to read.
         """
         self._refuse_others(options)
         return self.lay_out(self.recordings(options), options)

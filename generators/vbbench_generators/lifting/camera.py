@@ -91,10 +91,7 @@ def camera_of_homography(
     centre : [2] of the picture, in px.
     seen : [2] a point in px that shows some of the ground.
 
-    Raises
-    ------
-    ValueError
-        If no camera with square pixels and a centred principal point has this homography.
+    Raises ValueError if no camera with square pixels and a centred principal point has this homography.
     """
     shift = np.array([[1.0, 0.0, -centre[0]], [0.0, 1.0, -centre[1]], [0.0, 0.0, 1.0]])
     columns = shift @ np.linalg.inv(homography)

@@ -52,10 +52,7 @@ def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: Int
     pair : [N] numbers of groups within one person, over which noise is averaged to separate u from e.
     starts : [K] first row of each person.
 
-    Raises
-    ------
-    PlaneError
-        If the heads lie on one line.
+    Raises PlaneError if the heads lie on one line.
     """
     person = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(size)]))
     floor = 0.05 * float(np.median(size))
@@ -86,10 +83,7 @@ def _robust_std(residual: FloatArray) -> float:
 def solve(normal: FloatArray, right: FloatArray) -> FloatArray:
     """Solution of the normal equations.
 
-    Raises
-    ------
-    PlaneError
-        If they are singular.
+    Raises PlaneError if they are singular.
     """
     spread = np.sqrt(np.diag(normal))
     if not spread.all() or np.linalg.cond(normal / np.outer(spread, spread)) > 1e10:
@@ -162,10 +156,7 @@ def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, se
     level : whether c is 0.
     resamples, seed : number of resamplings of tracks for the covariance, and their seed.
 
-    Raises
-    ------
-    PlaneError
-        If there are too few tracks, or sizes do not grow downwards significantly.
+    Raises PlaneError if there are too few tracks, or sizes do not grow downwards significantly.
     """
     x, nu, track = heads.x, heads.nu, heads.track
     starts = np.flatnonzero(np.r_[True, track[1:] != track[:-1]])

@@ -56,10 +56,7 @@ def stretch(plane: SizePlane, focal: float) -> float:
 def find_focal_length(fit: PlaneFit, heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FocalLengths:
     """Estimate the focal length by the evidence that ``settings`` name, or by the prior if too few people walk.
 
-    Raises
-    ------
-    ValueError
-        If the vertical vanishing point is not below the picture's centre, opposite the horizon.
+    Raises ValueError if the vertical vanishing point is not below the picture's centre, opposite the horizon.
     """
     if settings.vertical_vanishing_point is not None:
         return _by_vanishing_point(fit, np.array(settings.vertical_vanishing_point) - boxes.centre)

@@ -215,10 +215,7 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
     settings : the recipe's table ``[lifting]``.
     homography : [3, 3] from px to metres on the ground; without it, the camera is found from the heads.
 
-    Raises
-    ------
-    VbbenchError
-        If the heads, or the homography, do not determine the camera.
+    Raises VbbenchError if the heads, or the homography, do not determine the camera.
     """
     if not len(boxes):
         raise VbbenchError(f"{boxes.name}: no head box to lift")

@@ -132,10 +132,7 @@ def load_scenes(
 ) -> Loaded:
     """The scenes of a split, read by the reader of its recipe's format; the other parameters are as in `Wishes`.
 
-    Raises
-    ------
-    VbbenchError
-        If a file is missing or bad, or an option does not fit the split.
+    Raises VbbenchError if a file is missing or bad, or an option does not fit the split.
     """
     wishes = Wishes(source=source, seed=seed, dt=dt, homography=homography)
     return _load_own(recipe, wishes) if recipe.reads_own_file else get_reader(recipe.format).load(recipe, wishes)
@@ -144,12 +141,8 @@ def load_scenes(
 def get_reader(name: str) -> Reader:
     """The reader of a format.
 
-    Raises
-    ------
-    UnknownNameError
-        If there is none; the nearest name is suggested.
-    VbbenchError
-        If its plugin cannot be loaded.
+    Raises UnknownNameError if there is none; the nearest name is suggested; VbbenchError if its plugin cannot be
+    loaded.
     """
     found: Reader = load_registered("reader", name)
     return found
@@ -158,10 +151,7 @@ def get_reader(name: str) -> Reader:
 def detect_format(path: Path) -> str:
     """The format of a user's own file, by the line that names its columns, or else the first row.
 
-    Raises
-    ------
-    FileError
-        If no reader recognises it.
+    Raises FileError if no reader recognises it.
     """
     body, header, number = split_header(read_text(path), NOUNS)
     line = " ".join(header.names) if header else body.partition(b"\n")[0].decode().strip()

@@ -195,10 +195,7 @@ def recipe_names() -> list[str]:
 def get_recipe(name: str) -> Recipe:
     """The recipe of the split ``name``.
 
-    Raises
-    ------
-    UnknownNameError
-        If there is none; the nearest name is suggested.
+    Raises UnknownNameError if there is none; the nearest name is suggested.
     """
     if name not in recipe_names():
         raise UnknownNameError("recipe", name, recipe_names())

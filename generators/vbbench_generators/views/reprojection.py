@@ -116,10 +116,7 @@ def plan_reprojection(
 
     ``calibration`` is the entry of `DatasetInfo` about the camera that recorded the scenes.
 
-    Raises
-    ------
-    VbbenchError
-        If an option is not for this split.
+    Raises VbbenchError if an option is not for this split.
     """
     if options.simulation is not None:
         raise VbbenchError(

@@ -180,10 +180,7 @@ def get_vehicle() -> VehicleModel:
 def observer_definition(options: Options, look: Look) -> dict[str, Any]:
     """The parameters of a camera's path, as JSON: part of a dataset's definition and id.
 
-    Raises
-    ------
-    VbbenchError
-        If a vehicle or a robot has another ``look`` than ahead.
+    Raises VbbenchError if a vehicle or a robot has another ``look`` than ahead.
     """
     if options.observer == "walker":
         return look_definition(look)

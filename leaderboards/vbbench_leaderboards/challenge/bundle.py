@@ -48,11 +48,8 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bo
     archive : also write it into ``out.zip``.
     codabench : also write ``out.codabench.zip``, to be uploaded there; it holds the truth.
 
-    Raises
-    ------
-    VbbenchError
-        If the secret set is missing, damaged or gives anything away, ``challenge.toml`` has texts of the template, or
-        ``out`` exists and is not a bundle.
+    Raises VbbenchError if the secret set is missing, damaged or gives anything away, ``challenge.toml`` has texts of
+    the template, or ``out`` exists and is not a bundle.
     """
     organiser = Organiser(folder)
     dataset, challenge = organiser.dataset, organiser.challenge
@@ -93,10 +90,7 @@ def _rendered(organiser: Organiser, templates: dict[str, str]) -> dict[str, str]
 def check_for_participant(submission: Path, folder: Path) -> str:
     """Check a submission against a participants' bundle, without truth; return what was found, for people.
 
-    Raises
-    ------
-    VbbenchError
-        With every fault, if there is any.
+    Raises VbbenchError with every fault, if there is any.
     """
     challenge = read_challenge(folder)
     checked = check(challenge, submission, Dataset(folder / DATA))

@@ -133,10 +133,7 @@ class Organiser:
     def dataset(self) -> Dataset:
         """The secret set, its truth compared with the published hashes.
 
-        Raises
-        ------
-        VbbenchError
-            If it is missing, is not withheld, or is another one than that of ``challenge.toml``.
+        Raises VbbenchError if it is missing, is not withheld, or is another one than that of ``challenge.toml``.
         """
         if not (self.data / INFO_FILE).is_file():
             raise FileError(self.data, "the secret set is missing; make it with 'vbbench challenge generate'")
@@ -209,10 +206,7 @@ def start(folder: Path) -> Path:
 def generate(folder: Path, make: Callable[[list[str]], object]) -> Path:
     """Make the secret set of a challenge by a ``vbbench`` that ``make`` runs with such words; return its folder.
 
-    Raises
-    ------
-    FileError
-        If it exists, or the options in ``challenge.toml`` are not valid.
+    Raises FileError if it exists, or the options in ``challenge.toml`` are not valid.
     """
     organiser = Organiser(folder)
     wanted = organiser.challenge.data
@@ -233,10 +227,7 @@ def parts_of(dataset: Dataset, public_share: float) -> dict[Part, IntArray]:
     Groups of sequences are put in order by HMAC-SHA256 of their scene and first frame, with the secret seed as the key;
     the first groups, up to the share of sequences that is nearest to ``public_share``, are public.
 
-    Raises
-    ------
-    VbbenchError
-        If the seed can be guessed, or all sequences belong together.
+    Raises VbbenchError if the seed can be guessed, or all sequences belong together.
     """
     seed = read_seed(dataset.truth_folder / SEED_FILE)
     if seed.bit_length() <= GUESSABLE_BITS:

@@ -104,10 +104,7 @@ def status_text(organiser: Organiser, moment: datetime) -> str:
 def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
     """Write the page of the challenge in ``folder`` into ``out``; return the path of the page.
 
-    Raises
-    ------
-    VbbenchError
-        If ``out`` exists and is not a site, or the challenge cannot be read.
+    Raises VbbenchError if ``out`` exists and is not a site, or the challenge cannot be read.
     """
     organiser = Organiser(folder)
     challenge, dataset, entries = organiser.challenge, organiser.dataset, organiser.entries

@@ -83,11 +83,8 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
     moment : when it was handed in.
     about : facts of the team's row (`About`) that replace or complete what the submission declares.
 
-    Raises
-    ------
-    VbbenchError
-        If it is refused: the team is unknown, no phase is open, the team has used up its submissions, the submission
-        has faults, answers something else, or repeats what another team handed in.
+    Raises VbbenchError if it is refused: the team is unknown, no phase is open, the team has used up its submissions,
+    the submission has faults, answers something else, or repeats what another team handed in.
     """
     organiser = Organiser(folder)
     if team != BASELINE:
@@ -190,10 +187,8 @@ def _positions(submission: Path, dataset: Dataset) -> FloatArray:
 def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
     """Check all that can be checked without truth: what `vbbench check` does, and the challenge's own demands.
 
-    Raises
-    ------
-    VbbenchError
-        If it answers another dataset, or another protocol, or has faults; every fault of its rows is listed.
+    Raises VbbenchError if it answers another dataset, or another protocol, or has faults; every fault of its rows is
+    listed.
     """
     info, name, refuses = SubmissionInfo.read(submission), challenge.name, challenge.missing_rows == "refuse"
     if info.dataset != dataset.info.id:
@@ -225,11 +220,8 @@ def result_of(organiser: Organiser, entry: Entry, submission: Path, part: Part) 
 def close(folder: Path, moment: datetime) -> str:
     """Score the last submission of each team in the hidden phase on the hidden part; return the standings as text.
 
-    Raises
-    ------
-    VbbenchError
-        If the challenge has no hidden phase, it has not closed, nobody handed anything in, or what was handed in is not
-        what is kept.
+    Raises VbbenchError if the challenge has no hidden phase, it has not closed, nobody handed anything in, or what was
+    handed in is not what is kept.
     """
     organiser = Organiser(folder)
     name, phase = organiser.challenge.name, organiser.challenge.hidden_phase
@@ -254,10 +246,7 @@ def close(folder: Path, moment: datetime) -> str:
 def _copied(submission: Path, place: Path) -> Iterator[WorkFolder]:
     """The files of a submission in the folder ``new`` of the work on ``place``: what is checked is what is kept.
 
-    Raises
-    ------
-    VbbenchError
-        If one of them is a link or no plain file: links could lead to the truth; or if it is too large.
+    Raises VbbenchError if one of them is a link or no plain file: links could lead to the truth; or if it is too large.
     """
     if not submission.is_dir():
         raise FileError(submission, "is not a folder; unpack the submission")

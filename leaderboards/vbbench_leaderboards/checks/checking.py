@@ -54,10 +54,7 @@ def check(
     work : work folder of ``rerun``; results whose submission is there, or is named, are scored again.
     datasets, submissions : more folders to score again with.
 
-    Raises
-    ------
-    ResultsError
-        With every fault of every file.
+    Raises ResultsError with every fault of every file.
     """
     unusable: list[FileError] = []
     records = read_datasets(results, unusable=unusable)

@@ -116,10 +116,8 @@ class Rerun:
     ) -> Iterator[Outcome]:
         """Outcome of every dataset record and every result; without names those of all that is published.
 
-        Raises
-        ------
-        VbbenchError
-            If a name is unknown, or the sources of a named split are missing; others are omitted with a message.
+        Raises VbbenchError if a name is unknown, or the sources of a named split are missing; others are omitted with a
+        message.
         """
         chosen, sources = [*(solvers or bundled_solvers())], chosen_sources(splits, tiers)
         for name in chosen:

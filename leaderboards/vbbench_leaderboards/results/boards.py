@@ -125,10 +125,7 @@ def chosen_sources(splits: Sequence[str] = (), tiers: Sequence[str] = ()) -> tup
 
     `REAL` stands for the `REAL_FAMILIES`, published or not. Footage has no other tier than its own.
 
-    Raises
-    ------
-    VbbenchError
-        If a split is unknown, or no board is published on what is named, and one of both is not named.
+    Raises VbbenchError if a split is unknown, or no board is published on what is named, and one of both is not named.
     """
     splits = [one for split in splits for one in (REAL_FAMILIES if split == REAL else (split,))]
     for split in splits:

@@ -124,10 +124,7 @@ def record_path(split: str, tier: str) -> Path:
 def read_dataset(path: Path) -> BoardDataset:
     """Read a record.
 
-    Raises
-    ------
-    FileError
-        If it is of another form or was changed by hand.
+    Raises FileError if it is of another form or was changed by hand.
     """
     values = read_object(path, "dataset")
     scored = {

@@ -33,10 +33,7 @@ def published_results() -> Path:
 def published_dataset(split: str, tier: str) -> str | None:
     """The id of the dataset that vbbench publishes results on; ``None`` if it has no boards of the split and tier.
 
-    Raises
-    ------
-    FileError
-        If its record cannot be used.
+    Raises FileError if its record cannot be used.
     """
     path = published_results() / record_path(split, tier)
     return _id_of(path) if path.is_file() else None
@@ -82,11 +79,8 @@ def read_results(*folders: Path, records: Records | None = None, unusable: list[
     unusable : takes what is wrong with each file that is omitted. Results whose record is there and cannot be used
         are omitted with it.
 
-    Raises
-    ------
-    FileError
-        Without ``unusable``: if a file cannot be used, lies where it does not belong, or is made on another dataset
-        than its board's.
+    Raises FileError without ``unusable``: if a file cannot be used, lies where it does not belong, or is made on
+    another dataset than its board's.
     """
     if records is None:
         records = read_datasets(*folders, unusable=unusable)
@@ -109,11 +103,8 @@ def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Re
     ----------
     unusable : takes what is wrong with each file that is omitted.
 
-    Raises
-    ------
-    FileError
-        Without ``unusable``: if a file cannot be used, lies where it does not belong, or two folders hold different
-        datasets.
+    Raises FileError without ``unusable``: if a file cannot be used, lies where it does not belong, or two folders hold
+    different datasets.
     """
     records: dict[tuple[str, str], BoardDataset] = {}
     for folder in folders:

@@ -110,10 +110,7 @@ class About:
     def of(info: SubmissionInfo, **given: Any) -> "About":
         """What a submission declares, with what is ``given`` in its place; the day is today unless it is given.
 
-        Raises
-        ------
-        VbbenchError
-            If something that every row must declare is missing, or the address or the day is none.
+        Raises VbbenchError if something that every row must declare is missing, or the address or the day is none.
         """
         facts: dict[str, Any] = {"date": f"{datetime.date.today()}"}
         facts |= {field.name: getattr(info, field.name) for field in fields(About) if hasattr(info, field.name)}
@@ -319,10 +316,7 @@ class Result:
 def read_result(path: Path) -> Result:
     """Read a result file.
 
-    Raises
-    ------
-    FileError
-        If it is of another form, was changed by hand, or was scored under another version of its protocol.
+    Raises FileError if it is of another form, was changed by hand, or was scored under another version of its protocol.
     """
     values = read_object(path, "result")
     protocol = values["protocol"].partition("/")[0]
@@ -364,10 +358,7 @@ def write_result(result: Result, results: Path, record: BoardDataset | None = No
     ----------
     record : of the board's dataset, written first where the folder has none: no result is without its record.
 
-    Raises
-    ------
-    FileError
-        If the result is of another form; nothing is written then.
+    Raises FileError if the result is of another form; nothing is written then.
     """
     path = results / result.path
     if path.is_file():

@@ -323,10 +323,8 @@ Kind = Literal["result", "dataset"]
 def read_object(path: Path, kind: Kind) -> Values:
     """The object in a JSON file that has the form of its ``kind`` and the digest of its values.
 
-    Raises
-    ------
-    FileError
-        If it is missing, damaged, or is of another form; the first fault is named with its place in the file.
+    Raises FileError if it is missing, damaged, or is of another form; the first fault is named with its place in the
+    file.
     """
     try:
         values = read_json(path)
@@ -349,10 +347,7 @@ def read_object(path: Path, kind: Kind) -> Values:
 def sealed_text(values: Values, path: Path, kind: Kind) -> str:
     """The text of the file ``path`` that holds ``values`` and their digest.
 
-    Raises
-    ------
-    FileError
-        If they are of another form.
+    Raises FileError if they are of another form.
     """
     sealed = {**values, "digest": digest(values)}
     _check(json.loads(json.dumps(sealed)), kind, path)
@@ -375,10 +370,7 @@ def encode(columns: Mapping[str, Any]) -> Block:
 def decode(block: Block) -> dict[str, FloatArray]:
     """Columns by name, as `encode` took them.
 
-    Raises
-    ------
-    ValueError
-        If the data is damaged, or does not hold as many numbers as it declares.
+    Raises ValueError if the data is damaged, or does not hold as many numbers as it declares.
     """
     table = np.frombuffer(_planes(block), np.uint8).reshape(_WIDTH, -1).T.copy().view("<f4")
     columns = table.reshape(len(block["columns"]), block["rows"]).astype(np.float64)
@@ -390,10 +382,8 @@ def whole_columns(
 ) -> dict[str, IntArray]:
     """The columns of those names as whole numbers.
 
-    Raises
-    ------
-    FileError
-        If one holds anything but whole numbers from 0 on; ``place`` is where in the file ``path`` they stand.
+    Raises FileError if one holds anything but whole numbers from 0 on; ``place`` is where in the file ``path`` they
+    stand.
     """
     for name in names:
         values = columns[name]

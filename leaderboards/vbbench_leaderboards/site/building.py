@@ -34,10 +34,7 @@ def build(out: Path, *results: Path, films: Films | None = None, docs: str = "")
     films : which sequences can be played; ``None`` for none.
     docs : address of the documentation, to which the page leads; "" if it does not.
 
-    Raises
-    ------
-    VbbenchError
-        If ``out`` exists and is not a site, or if there are no usable results.
+    Raises VbbenchError if ``out`` exists and is not a site, or if there are no usable results.
     """
     with WorkFolder(out, partial(check_site, out)) as work:
         unusable: list[FileError] = []

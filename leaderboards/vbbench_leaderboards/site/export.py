@@ -187,10 +187,7 @@ def table_address(board: Board, form: Format) -> str:
 def exported_boards(results: Boards, records: Records, keys: Sequence[str] = ()) -> list[ExportedBoard]:
     """The boards called ``keys`` (``SPLIT/PROTOCOL-TIER``) in that order; all without any.
 
-    Raises
-    ------
-    UnknownNameError
-        If a board is none of those with results.
+    Raises UnknownNameError if a board is none of those with results.
     """
     known = {board.key: board for board in results}
     for key in keys:

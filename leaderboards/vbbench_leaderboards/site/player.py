@@ -105,10 +105,7 @@ def write_player(site: Path, results: Boards, films: Films | None) -> dict[Board
     -------
     The boards that can be played, each with its solvers.
 
-    Raises
-    ------
-    VbbenchError
-        If what lies in the work folder is not what the results are of, or cannot be read.
+    Raises VbbenchError if what lies in the work folder is not what the results are of, or cannot be read.
     """
     if films is None or films.sequences < 1:
         return {}
@@ -267,10 +264,7 @@ def make_pictures(dataset: Dataset, split: str, chosen: Iterable[int], work: Pat
     backend : who renders them; ``None`` for small copies of those that the camera took. Frames without one have a
         plain ground; sequences without any have no pictures.
 
-    Raises
-    ------
-    VbbenchError
-        If the truth is withheld, the backend cannot work here, or a file is no picture.
+    Raises VbbenchError if the truth is withheld, the backend cannot work here, or a file is no picture.
     """
     for number in chosen:
         folder, sequence = picture_folder(work, split, number), dataset.sequence(number)

@@ -272,10 +272,7 @@ class Feet:
 def moment_at(paths: Paths, frame: float) -> Moment:
     """People's positions at a frame; between two frames only those of people present at both.
 
-    Raises
-    ------
-    VbbenchError
-        If the scene has no such frame.
+    Raises VbbenchError if the scene has no such frame.
     """
     if not 0 <= frame < len(paths.first_row):
         raise VbbenchError(f"the scene has no frame {frame:g}; its frames are 0 to {len(paths.first_row) - 1}")

@@ -39,10 +39,7 @@ class Publisher:
     contact : address for questions and corrections.
     licence, citation : licence and citation of the publisher's own recording.
 
-    Raises
-    ------
-    VbbenchError
-        If a text is empty or not printable, or the day or the address is invalid.
+    Raises VbbenchError if a text is empty or not printable, or the day or the address is invalid.
     """
 
     creator: str | None = None
@@ -110,10 +107,7 @@ def _registered_card(split: str) -> Any:
 def said_licence(origin: Origin, publisher: Publisher) -> str:
     """The licence in words: that of the sources, or the publisher's for an own recording.
 
-    Raises
-    ------
-    VbbenchError
-        If the publisher states another licence than that of the sources.
+    Raises VbbenchError if the publisher states another licence than that of the sources.
     """
     if publisher.licence is not None and not origin.is_own:
         raise VbbenchError(f"the licence is that of the sources, {quoted(str(origin.licence))}; remove yours")

@@ -50,10 +50,7 @@ def write_cards(folder: Path, publisher: Publisher | None = None) -> list[Path]:
 def card_dataset(folder: Path | str, publisher: Publisher | None = None, *, overwrite: bool = False) -> list[Path]:
     """Write the cards of an existing dataset; see `write_cards`.
 
-    Raises
-    ------
-    FileError
-        If there is no dataset, or it has a card already and ``overwrite`` is not set.
+    Raises FileError if there is no dataset, or it has a card already and ``overwrite`` is not set.
     """
     folder = Path(folder)
     DatasetInfo.read(folder)
@@ -68,10 +65,7 @@ def check_cards(folder: Path, info: DatasetInfo) -> str:
 
     The prose of a card may be edited. Its names of the dataset and of the tables, and their SHA-256, are checked.
 
-    Raises
-    ------
-    FileError
-        If a card is that of another dataset, or damaged.
+    Raises FileError if a card is that of another dataset, or damaged.
     """
     readme, described = folder / README, folder / CROISSANT
     if not (readme.is_file() or described.is_file()):

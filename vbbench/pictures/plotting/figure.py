@@ -275,10 +275,7 @@ def plot_sequence(
     solver : name to show on the picture.
     protocol : what the solver was given; that is marked, and not counted in the errors of the frame.
 
-    Raises
-    ------
-    VbbenchError
-        If there is no such sequence, frame or protocol, or the estimate has another shape.
+    Raises VbbenchError if there is no such sequence, frame or protocol, or the estimate has another shape.
     """
     replay = load_replay(dataset, index)
     if estimate is not None:
@@ -347,10 +344,7 @@ def plot_to_file(
     Of one answer it is the picture of `plot_sequence`, of several that of `plot_answers`. An answer with faults is
     drawn as far as it goes, and its faults stand on the picture.
 
-    Raises
-    ------
-    VbbenchError
-        If a submission cannot be read or answers another dataset, besides what `plot_sequence` raises.
+    Raises VbbenchError if a submission cannot be read or answers another dataset, besides what `plot_sequence` raises.
     """
     check_ending(out)
     replay = load_replay(dataset, index, submissions)

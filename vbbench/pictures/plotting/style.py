@@ -251,10 +251,7 @@ _TEXT_AS_TEXT = {"pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "vb
 def save_picture(figure: Figure, path: Path | str) -> None:
     """Write a figure as PNG, PDF or SVG, as its name ends; the file is there whole or not at all.
 
-    Raises
-    ------
-    FileError
-        If the name ends in something else.
+    Raises FileError if the name ends in something else.
     """
     path = Path(path)
     check_ending(path)

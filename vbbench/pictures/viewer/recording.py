@@ -206,11 +206,8 @@ def record_to_file(
     -------
     The file.
 
-    Raises
-    ------
-    VbbenchError
-        If rerun is not installed, there is no such sequence or backend, a submission answers another dataset,
-        a renderer lacks truth or is named with ``footage``, or ``out`` is not an ``.rrd`` file.
+    Raises VbbenchError if rerun is not installed, there is no such sequence or backend, a submission answers another
+    dataset, a renderer lacks truth or is named with ``footage``, or ``out`` is not an ``.rrd`` file.
     """
     package = rerun()
     if footage and backend is not None:

@@ -17,10 +17,7 @@ from vbbench.errors import needs_extra
 def rerun(purpose: str = "vbbench view") -> Any:
     """The package; ``purpose`` begins the message where it is missing.
 
-    Raises
-    ------
-    MissingExtraError
-        If it is not installed.
+    Raises MissingExtraError if it is not installed.
     """
     with needs_extra("viewer", purpose):
         import rerun as package

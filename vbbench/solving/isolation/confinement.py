@@ -208,10 +208,7 @@ def restrict(readable: Iterable[str], writable: Iterable[str]) -> None:
     As far as the kernel supports it, TCP and access to the memory of other processes and signals to them are denied
     too. Child processes inherit all of this.
 
-    Raises
-    ------
-    OSError
-        If the kernel refuses.
+    Raises OSError if the kernel refuses.
     """
     found = landlock_version()
     handled = next(rights for since, rights in sorted(RIGHTS.items(), reverse=True) if since <= found)

@@ -72,12 +72,8 @@ def read_message(pipe: IO[bytes], expected: Shapes | None = None) -> tuple[dict[
     ----------
     expected : the accepted arrays, any of which may be missing; ``None`` trusts the other side.
 
-    Raises
-    ------
-    ClosedError
-        If the other side has closed the pipe.
-    MessageError
-        If the bytes are not a message, or it has unexpected arrays.
+    Raises ClosedError if the other side has closed the pipe; MessageError if the bytes are not a message, or it has
+    unexpected arrays.
     """
     (length,) = struct.unpack("<I", _read(pipe, 4))
     if expected is not None and length > HEADER_LIMIT:

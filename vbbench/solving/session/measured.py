@@ -131,10 +131,7 @@ def read_boxes(boxes: OfTracks, names: tuple[str, ...]) -> tuple[list[Hashable],
     boxes : numbers of each track.
     names : names of the numbers; those after the second are sizes.
 
-    Raises
-    ------
-    VbbenchError
-        If a track comes twice, or its numbers are not finite, or a size is not above 0.
+    Raises VbbenchError if a track comes twice, or its numbers are not finite, or a size is not above 0.
     """
     try:
         pairs = list(boxes.items() if isinstance(boxes, Mapping) else boxes)
@@ -253,10 +250,8 @@ def check_in_picture(tracks: list[Hashable], observations: FloatArray, camera: C
 def read_odometry(measured: tuple[ArrayLike, ArrayLike], seconds: float) -> Odometry:
     """One measured motion (forward, left, turn) in m and rad during ``seconds``, and its covariance [3, 3].
 
-    Raises
-    ------
-    VbbenchError
-        If a number is not finite, no camera is so fast, or the covariance is not symmetric and positive.
+    Raises VbbenchError if a number is not finite, no camera is so fast, or the covariance is not symmetric and
+    positive.
     """
     wanted = "odometry must be a pair, a motion (forward, left, turn) and its covariance [3, 3]"
     try:
@@ -323,10 +318,7 @@ class FrameClock:
     def advanced(self, time: float | None) -> tuple[int, "FrameClock"]:
         """The number of frames, at least 1, from the last stamp to ``time`` in s, and the clock then; ``None`` means 1.
 
-        Raises
-        ------
-        VbbenchError
-            If the stamp is not finite, not later than the last one, far too early, or an hour later.
+        Raises VbbenchError if the stamp is not finite, not later than the last one, far too early, or an hour later.
         """
         if time is None:
             return 1, replace(self, last=None if self.last is None else self.last + self.dt)

@@ -111,10 +111,8 @@ class EndlessRun:
         observations : [K, 3] boxes (u, v, l) in px, NaN = none.
         odometry : of the frames since the last answer. All but the last one were missed: they show nobody.
 
-        Raises
-        ------
-        VbbenchError
-            If the solver fails. It is restarted without these frames; if it fails again, from the last pose alone.
+        Raises VbbenchError if the solver fails. It is restarted without these frames; if it fails again, from the last
+        pose alone.
         """
         past, starts = self._past, self._must_start
         try:
@@ -277,10 +275,7 @@ class Session:
     forget_after : seconds out of sight after which a track is forgotten.
     people : initial number of columns of the solver's arrays; more are added when needed.
 
-    Raises
-    ------
-    VbbenchError
-        If a number lies outside its range, or the solver is unknown or solves whole sequences only.
+    Raises VbbenchError if a number lies outside its range, or the solver is unknown or solves whole sequences only.
     """
 
     def __init__(
@@ -373,10 +368,7 @@ class Session:
         time : time of the frame, in s of any clock. Missed frames since the last one are then added, without boxes. By
             default, a frame is ``dt`` later than the one before.
 
-        Raises
-        ------
-        VbbenchError
-            If an argument is not valid, or the solver fails.
+        Raises VbbenchError if an argument is not valid, or the solver fails.
         """
         tracks, sides = read_boxes(boxes, ("left", "top", "width", "height"))
         self._watch.see(sides)

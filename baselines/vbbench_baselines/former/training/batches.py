@@ -312,10 +312,7 @@ def batch_of(
     filled : whether arrays are padded to the greatest number of people of the size, so that all batches of a size have
         the same shape.
 
-    Raises
-    ------
-    VbbenchError
-        If no stream has sequences that long.
+    Raises VbbenchError if no stream has sequences that long.
     """
     windows: list[Window] = []
     for _ in range(TRIES):

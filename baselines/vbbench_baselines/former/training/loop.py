@@ -227,10 +227,7 @@ class Training:
     def resume(self, checkpoint: Path) -> None:
         """Go on from a checkpoint.
 
-        Raises
-        ------
-        FileError
-            If it cannot be read.
+        Raises FileError if it cannot be read.
         """
         try:
             state = torch.load(checkpoint, weights_only=True, map_location=self.device)

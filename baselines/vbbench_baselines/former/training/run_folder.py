@@ -68,11 +68,8 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
     device : see `vbbench_baselines.former.training.loop.Training`.
     jobs : see there; as many processes make the crowds. −1 for one per core.
 
-    Raises
-    ------
-    VbbenchError
-        If the folder is not of this training, a file in it is damaged, the device cannot be used, or there cannot be so
-        many processes.
+    Raises VbbenchError if the folder is not of this training, a file in it is damaged, the device cannot be used, or
+    there cannot be so many processes.
     """
     _check_device(device)
     recipe, jobs = asked.recipe.shortened(asked.part), processes_of(jobs)

@@ -165,12 +165,8 @@ class BagReadings:
 def read_bag(path: Path) -> BagReadings:
     """Read wheels and gyro of one ROS 1 bag.
 
-    Raises
-    ------
-    MissingExtraError
-        If the package rosbags is not installed.
-    FileError
-        If it is no bag, is empty, has no wheel odometry, or its clock jumps.
+    Raises MissingExtraError if the package rosbags is not installed; FileError if it is no bag, is empty, has no wheel
+    odometry, or its clock jumps.
     """
     wheels, imu = _messages(path)
     if not wheels.rows:

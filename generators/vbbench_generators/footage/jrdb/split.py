@@ -200,12 +200,7 @@ def _labels(one: Found) -> tuple[PictureLabels, PlaceLabels]:
 def find_recordings(source: Path | None) -> list[Found]:
     """The recordings in a folder or a file, by name.
 
-    Raises
-    ------
-    SourceMissingError
-        If no folder is named.
-    VbbenchError
-        If it holds none.
+    Raises SourceMissingError if no folder is named; VbbenchError if it holds none.
     """
     if source is None:
         wanted = (

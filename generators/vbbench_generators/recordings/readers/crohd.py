@@ -72,12 +72,8 @@ def find_recording(name: str, archive: Source, explicit: Path | None, *, split: 
         published archive; or an archive, with any checksum.
     split : name of the split, for messages.
 
-    Raises
-    ------
-    SourceMissingError
-        If ``explicit`` is ``None`` and the archive is not in the data folders.
-    VbbenchError
-        If there is no such recording, more than one, or its files cannot be read.
+    Raises SourceMissingError if ``explicit`` is ``None`` and the archive is not in the data folders; VbbenchError if
+    there is no such recording, more than one, or its files cannot be read.
     """
     if explicit is None:
         (path,) = locate([archive], split=split)
@@ -143,11 +139,8 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
     Frame rate, length and size are those of ``seqinfo.ini``. Other rows (statues, ignored regions, people on vehicles,
     hidden heads) are skipped once they parse as numbers.
 
-    Raises
-    ------
-    FileError
-        With file and line, if a row has not 9 numbers; if a head has an invalid frame or id, an empty box, or a second
-        box in a frame. Also if there are too few heads, or too many.
+    Raises FileError with file and line, if a row has not 9 numbers; if a head has an invalid frame or id, an empty box,
+    or a second box in a frame. Also if there are too few heads, or too many.
     """
     info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
     table = read_box_text(files.boxes.path, files.boxes.content, layout=NINE)

@@ -48,10 +48,7 @@ def read_trajnet(
     frame_step : frame numbers between rows of a person; ``None`` takes the commonest.
     homography : [3, 3] from x, y to metres; ``None`` if they are metres.
 
-    Raises
-    ------
-    FileError
-        With file and line, if a row or a track is bad.
+    Raises FileError with file and line, if a row or a track is bad.
     """
     content = read_text(path)
     named = split_header(content, NOUNS)[1] is not None
@@ -127,10 +124,7 @@ def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scen
     dt : seconds between rows of a person.
     frame_step : video frames between rows of a person; ``None`` takes the commonest.
 
-    Raises
-    ------
-    FileError
-        With file and line, if a row or a track is bad.
+    Raises FileError with file and line, if a row or a track is bad.
     """
     table = read_rows(path, OBSMAT)
     frame, person, points = table.numbers("frame"), table.numbers("id"), table.stacked("x", "y")

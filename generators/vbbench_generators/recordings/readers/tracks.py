@@ -21,10 +21,7 @@ NOUNS = ("frame", "time", "id", "film", "x", "y")
 def read_text(path: Path) -> bytes:
     """The text of a file in UTF-8, whatever its encoding and line ends.
 
-    Raises
-    ------
-    FileError
-        If it cannot be read or is no text.
+    Raises FileError if it cannot be read or is no text.
     """
     try:
         content = decode(path, path.read_bytes())
@@ -39,10 +36,7 @@ def read_text(path: Path) -> bytes:
 def read_rows(path: Path, names: Sequence[str], content: bytes | None = None) -> NamedColumns:
     """Columns of numbers without a header, separated by white space or commas; every row has exactly ``names``.
 
-    Raises
-    ------
-    FileError
-        If there is no row, or at the first line with other columns or without finite numbers.
+    Raises FileError if there is no row, or at the first line with other columns or without finite numbers.
     """
     table = read_table(path, read_text(path) if content is None else content, layout=" ".join(names))
     if not len(table):
@@ -58,10 +52,7 @@ def count_columns(line: str) -> int:
 def read_homography(path: Path) -> FloatArray:
     """Read a [3, 3] homography: three rows of three numbers, or all in one row, with brackets or without.
 
-    Raises
-    ------
-    FileError
-        If the shape differs, a number is bad, or the matrix is singular.
+    Raises FileError if the shape differs, a number is bad, or the matrix is singular.
     """
     names, text = ("h1", "h2", "h3"), re.sub(rb"[\[\](),; \t]+", b" ", read_text(path)).strip()
     if len(words := text.split()) == len(names) ** 2 != len(text.partition(b"\n")[0].split()) * len(names):
@@ -280,10 +271,7 @@ def scene_of_rows(
     dt, frame_step : seconds and frame numbers between rows of a person; ``None``: the commonest step.
     homography : [3, 3] from the positions to metres; ``None`` if they are metres.
 
-    Raises
-    ------
-    FileError
-        If a check of this module fails; an implausible walking speed is a warning only.
+    Raises FileError if a check of this module fails; an implausible walking speed is a warning only.
     """
     frames, ids = check_integers(path, "frame", frame, lines), check_integers(path, "id", person, lines)
     step = frame_step or commonest_step(frames, ids)

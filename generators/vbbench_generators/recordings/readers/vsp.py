@@ -83,10 +83,7 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
     homography : [3, 3] from pixels (origin at the frame's centre, y up) to metres.
     curve : interpolation between key points, in metres and video frames.
 
-    Raises
-    ------
-    FileError
-        With file and line, if the annotation is bad or cut short.
+    Raises FileError with file and line, if the annotation is bad or cut short.
     """
     people = read_key_points(path)
     _check_samples(path, people, frame_step)
@@ -112,10 +109,7 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
 def read_key_points(path: Path) -> list[KeyPoints]:
     """The key points of every person, in file order.
 
-    Raises
-    ------
-    FileError
-        With file and line, if the annotation is bad or cut short.
+    Raises FileError with file and line, if the annotation is bad or cut short.
     """
     stripped = ((number, line.strip()) for number, line in enumerate(read_text(path).decode().split("\n"), 1))
     lines = [(number, line) for number, line in stripped if line and not line.startswith("#")]
