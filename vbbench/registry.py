@@ -102,5 +102,9 @@ def _import(kind: Kind, name: str, value: str) -> Any:
     except MissingExtraError:
         raise
     except Exception as error:
-        raise VbbenchError(f"{kind} '{name}' ({value}) cannot be imported: {type(error).__name__}: {error}") from error
+        of = "" if name == value else f" ({value})"
+        file = module.partition(".")[0]
+        absent = isinstance(error, ModuleNotFoundError) and error.name == file
+        way = f"; run in the folder of {file}.py" if absent else ""
+        raise VbbenchError(f"{kind} '{name}'{of} cannot be imported: {type(error).__name__}: {error}{way}") from error
     return found

@@ -5,6 +5,8 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import is_unused, write_text_atomically
@@ -60,7 +62,7 @@ def make_demo(out: Path | str, *, full: bool = False, jobs: int = 1) -> str:
         results = _results(dataset, out, [(one, protocol) for protocol in protocols for one in solvers], jobs)
         rows = [_row(one, words, [results[one, protocol] for protocol in protocols]) for one, words in solvers.items()]
         head = ["solver", "what it is", *(f"Δx, {name} (m)" for name in protocols), "ms per frame"]
-        shown = _shown_sequence(dataset)
+        shown = _shown_sequence(dataset, results[SHOWN, FEW[0]])
         board = Board(split=SPLIT, protocol=FEW[0], tier=TIER)
         plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
         build(out / "site", out / "results", films=Films(work=out))
@@ -85,11 +87,13 @@ def _demo_folder(out: Path) -> Iterator[None]:
         yield
 
 
-def _shown_sequence(dataset: Dataset) -> int:
-    """The number of the sequence that is shown: of those of about median length, the one with the most people."""
-    frames, people = dataset.rows["frames"], dataset.rows["people"]
-    typical = abs(frames - sorted(frames)[len(frames) // 2]) <= 2
-    return int((people * typical).argmax())
+def _shown_sequence(dataset: Dataset, result: Result) -> int:
+    """The number of the sequence that is shown: of the third with the most usual Δx, the one with the most people."""
+    scored = result.per_sequence
+    errors = scored.figures["dx"]
+    usual = np.argsort(np.abs(errors - np.nanmedian(errors)), kind="stable")[: max(1, len(errors) // 3)]
+    numbers = scored.sequence[usual]
+    return int(numbers[dataset.rows["people"][numbers].argmax()])
 
 
 def _results(dataset: Dataset, out: Path, calls: list[tuple[str, str]], jobs: int) -> dict[tuple[str, str], Result]:

@@ -5,7 +5,7 @@ import os
 import re
 import subprocess
 import sys
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from functools import cache, partial
 from importlib.metadata import EntryPoint
 from io import StringIO
@@ -128,6 +128,9 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["leaderboard", "add", "nowhere"], "--dataset"),
         (["fetch", "hotle"], "no split is called 'hotle'; did you mean 'hotel'"),
         (["fetch"], "name splits"),
+        (["fetch", "eth", "--source", "x"], "'fetch' has no options; remove --source"),
+        (["birdify", "boxes.csv", "-camera", "camera.toml"], "called '-camera'; did you mean '--camera'?"),
+        (["birdify", "--example", "--film=yes"], "--film takes no value; write --film alone"),
     ],
 )
 def test_a_mistake_is_one_line_on_stderr_and_status_2(
@@ -143,6 +146,20 @@ def test_a_mistake_is_one_line_on_stderr_and_status_2(
     assert message in err
     assert len(err.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_exchanged_folders_are_named(capsys: pytest.CaptureFixture[str], dataset: Path, submission: Path) -> None:
+    status, _, err = run(capsys, "score", dataset, "--dataset", submission)
+    assert (status, "no dataset here, but a submission" in err) == (2, True)
+    status, _, err = run(capsys, "score", dataset, "--dataset", dataset)
+    assert (status, "this folder is a dataset; name that of the answers" in err) == (2, True)
+
+
+@pytest.mark.parametrize("name", ["generate", ""])
+def test_help_fits_a_narrow_terminal(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with patch.dict(os.environ, COLUMNS="60"), suppress(SystemExit):
+        main([*name.split(), "--help"])
+    assert max(map(len, capsys.readouterr().out.splitlines())) <= 60
 
 
 @cache

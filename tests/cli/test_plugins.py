@@ -54,6 +54,7 @@ def test_a_command_of_another_package_runs_and_its_status_counts(
     [
         ("nowhere:TOOLS", "broken", "command 'broken' (nowhere:TOOLS) cannot be imported"),
         (f"{__name__}:NOTHING", "broken", "cannot be imported"),
+        ("nowhere:TOOLS", "broken", "; run in the folder of nowhere.py"),
         (f"{__name__}:greet", "broken", "commands 'broken' are skipped: it is not a dict"),
         (f"{__name__}:TOOLS", "score", "commands 'score' are skipped: its name is a command of vbbench"),
     ],

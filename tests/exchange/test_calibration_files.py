@@ -193,8 +193,10 @@ def test_what_is_of_no_known_lens_or_not_of_the_whole_picture_is_refused(text, p
 
 
 def test_the_mount_height_is_asked_for_and_never_contradicts(tmp_path):
-    with pytest.raises(FileError, match=r"mount_height is missing: .*--mount-height"):
+    with pytest.raises(FileError, match=r"mount_height is missing: give it with --mount-height"):
         read(tmp_path, OPENCV, {})
+    with pytest.raises(FileError, match=r"exchanged\?"):
+        read(tmp_path, "1,7,602.5,170.2,31.0,88.4,1,-1,-1,-1\n", {})
     with pytest.raises(FileError, match=r"says mount_height = 1\.5, and --mount-height 2; keep one"):
         read(tmp_path, TOML, {"mount_height": 2.0})
     found = read(tmp_path, TOML.replace("mount_height = 1.5\n", ""), {"mount_height": 1.5, "pitch": -0.1})

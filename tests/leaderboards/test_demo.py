@@ -3,11 +3,13 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vbbench.errors import VbbenchError
 from vbbench_leaderboards import demo
 from vbbench_leaderboards.results.boards import bundled_solvers
+from vbbench_leaderboards.results.folder import read_results
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +36,16 @@ def test_the_page_refers_to_files_that_are_there(made: tuple[Path, str]) -> None
     assert shown is not None
     clip = made[0] / "site" / "data" / "player" / "demo" / demo.TIER / f"{shown[2]}.js"
     assert clip.is_file()
+
+
+def test_the_sequence_shown_is_a_usual_one_with_many_people(made: tuple[Path, str]) -> None:
+    page = (made[0] / "index.html").read_text("utf-8")
+    shown = int(re.findall(r"play\?sequence=(\d+)", page)[0])
+    (board,) = [rows for key, rows in read_results(made[0] / "results").items() if key.protocol == "sequential"]
+    (result,) = [row for row in board if row.solver == demo.SHOWN]
+    scored = result.per_sequence
+    far = np.abs(scored.figures["dx"] - np.nanmedian(scored.figures["dx"]))
+    assert (far < far[scored.sequence == shown]).sum() < max(1, len(far) // 3)
 
 
 def test_it_can_be_made_again_in_its_own_folder_and_in_no_other(made: tuple[Path, str], tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from vbbench.cli import birdify, data, evaluation, exchange, reproduce, views
-from vbbench.cli.parsing import columns, first_sentence, in_options, parse
+from vbbench.cli.parsing import columns, first_sentence, in_options, parse, wrapped
 from vbbench.cli.terminal import OutputLost, check_arguments, guarded_streams, plain_output, say, say_warning
 from vbbench.errors import FileError, UnknownNameError, VbbenchError, VbbenchWarning, one_line
 from vbbench.version import __version__
@@ -177,7 +177,7 @@ def _overview(commands: Mapping[str, Callable[..., Any]]) -> str:
         else:
             heading = _HEADINGS.get(function.__module__, "other commands")
             sections.setdefault(heading, {})[first] = first_sentence(function)
-    lines = ["usage: vbbench COMMAND ...", "", *DESCRIPTION]
+    lines = ["usage: vbbench COMMAND ...", "", *map(wrapped, DESCRIPTION)]
     for heading, entries in sections.items():
         lines += ["", f"{heading}:", *_rows(entries)] if entries else []
     return "\n".join(lines)

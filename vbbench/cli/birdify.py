@@ -86,6 +86,7 @@ def birdify(
     from vbbench.birdify.birdify import birdify as make
     from vbbench.birdify.birdify import is_film
     from vbbench.errors import VbbenchError
+    from vbbench.exchange.box_containers import holds_pictures
 
     if example or recording is None:
         _example(recording, example, out, solver=solver, film=film, overwrite=overwrite, announce=announce)
@@ -97,7 +98,7 @@ def birdify(
     if given and not filmed:
         raise VbbenchError(f"--{next(iter(given))} is for films, and {recording} is a file of boxes; remove it")
     for name in ("dt", "person_class"):
-        if filmed and getattr(reading, name) is not None:
+        if filmed and (recording.is_file() or holds_pictures(recording)) and getattr(reading, name) is not None:
             advice = f"write dt or fps in {reading.camera} if its own is wrong" if name == "dt" else "remove it"
             raise VbbenchError(f"--{name.replace('_', '-')} is for boxes, and {recording} is a film; {advice}")
     reading.check(recording, bag)

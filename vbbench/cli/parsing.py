@@ -8,6 +8,7 @@ import argparse
 import inspect
 import re
 import shutil
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import partial
@@ -155,6 +156,12 @@ def columns() -> int:
     return max(60, min(shutil.get_terminal_size().columns, 120))
 
 
+def wrapped(text: str) -> str:
+    """The text with each paragraph filled to the width of the terminal; indented ones stay."""
+    paragraphs = text.split("\n\n")
+    return "\n\n".join(each if "\n " in f"\n{each}" else textwrap.fill(each, columns()) for each in paragraphs)
+
+
 def _sections(documented: Any) -> tuple[str, dict[str, str]]:
     """The text of a docstring before ``Args:``, and that of each parameter."""
     head, _, rest = (inspect.getdoc(documented) or "").partition("\nArgs:\n")
@@ -203,7 +210,10 @@ def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parame
         if each.required:
             usage.append(f"{each.option} {metavar}")
     groups["options"].add_argument("-h", "--help", action="help", help="show this and exit")
-    parser.usage, parser.description = " ".join([*usage, "[options]"]), _sections(function)[0].replace("%", "%%")
+    parser.usage, parser.description = (
+        " ".join([*usage, "[options]"]),
+        wrapped(_sections(function)[0]).replace("%", "%%"),
+    )
     return parser
 
 
@@ -215,18 +225,27 @@ def _spelled(
     known = [*(each.option for each in parameters), *(each.opposite for each in parameters if each.kind is bool)]
     known.append("--help")
     listed = [each.option for each in parameters]
+    flags = {option for each in parameters if each.kind is bool for option in (each.option, each.opposite)} | {"--help"}
     words = iter(given)
     for argument in words:
+        if re.match("-[a-z]{2}", argument):
+            raise UnknownNameError(
+                f"option of '{name}'", argument.partition("=")[0], [*listed, *further_options(function)]
+            )
         if not argument.startswith("--") or argument == "--":
             yield argument
             continue
         option, equals, value = argument.partition("=")
         option = option.replace("_", "-")
         if option in known:
+            if equals and option in flags:
+                raise VbbenchError(f"{option} takes no value; write {option} alone")
             yield f"{option}{equals}{value}"
             continue
         further = further_options(function)
         if option not in further:
+            if not (listed or further):
+                raise VbbenchError(f"'{name}' has no options; remove {argument}")
             raise UnknownNameError(f"option of '{name}'", argument.partition("=")[0], [*listed, *further])
         parameter, written, kind, flag = further[option]
         text = flag or (value if equals else next(words, "--"))

@@ -166,6 +166,8 @@ class DatasetInfo:
         refuse_partitioned(folder, INFO_FILE)
         path = folder / INFO_FILE
         if not path.is_file():
+            if (folder / "submission.json").is_file():
+                raise FileError(folder, "no dataset here, but a submission; name the folder of its dataset")
             raise FileError(path, "no dataset here; make one with 'vbbench generate SPLIT --out DIR'")
         values = _checked(path)
         digest, written_id = values.pop("digest", None), values["id"]

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, SubmissionError, is_printable, one_line, quoted
+from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.tables import FALLBACK, Columns, TableWriter, WholeWriter, to_arrow
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing
@@ -209,7 +210,10 @@ class SubmissionWriter(WholeWriter):
 
 def _read_object(path: Path, faults: Faults) -> dict[str, Any] | None:
     if not path.is_file():
-        faults.add(f"{SUBMISSION_FILE}: the file is missing; write one with the keys solver, dataset and protocol")
+        remedy = "write one with the keys solver, dataset and protocol"
+        if (path.parent / INFO_FILE).is_file():
+            remedy = "this folder is a dataset; name that of the answers"
+        faults.add(f"{SUBMISSION_FILE}: the file is missing; {remedy}")
         return None
     try:
         values = read_json(path, finite=False)

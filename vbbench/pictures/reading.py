@@ -116,7 +116,10 @@ def open_film(path: Path) -> Film:
 def _open_folder(folder: Path) -> Film:
     files = sorted((file for file in folder.iterdir() if file.suffix.lower() in ENDINGS), key=_natural)
     if not files:
-        raise FileError(folder, f"holds no pictures; wanted: {', '.join(ENDINGS)}, YOLO's labels, or one file of boxes")
+        raise FileError(
+            folder,
+            f"holds no pictures; wanted: {', '.join(ENDINGS)}, YOLO's labels, or one file of boxes, in it",
+        )
     height, width = _read_picture(files[0]).shape[:2]
     return Film(path=folder, files=tuple(files), width=width, height=height, frames=len(files), fps=None)
 

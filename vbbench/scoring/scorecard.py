@@ -419,7 +419,9 @@ def interval_note(timeline: Timeline, blocks: float) -> str:
     frames = f"{timeline.total:.0f} frames, the longest sequence {timeline.longest:.0f}"
     count = f"{blocks:.1f} blocks of {timeline.total / blocks:.0f} frames"
     if not is_enough(blocks, np.array(len(timeline.middle))):
-        return f"No intervals: {len(timeline.middle)} sequences in {count} are too few for honest ones ({frames})."
+        return (
+            f"No intervals: {len(timeline.middle)} scored sequences ({count}) are too few for honest ones ({frames})."
+        )
     return f"Intervals: block bootstrap over time, {count} ({frames})."
 
 

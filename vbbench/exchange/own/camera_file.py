@@ -228,6 +228,7 @@ def read_camera(path: Path, mount: Mapping[str, float | str] | None = None) -> O
     mount : keys that the file lacks: ``mount_height``, ``pitch``, ``carried_by``.
     """
     table, text = read_calibration(path), ""
+    calibrated = table is not None
     if table is None:
         try:
             table, text = toml_table(path), path.read_text("utf-8-sig")
@@ -235,15 +236,15 @@ def read_camera(path: Path, mount: Mapping[str, float | str] | None = None) -> O
             if path.suffix.lower() == ".toml":
                 raise
             known = "other than TOML, calibrations of ROS, Kalibr, OpenCV and COLMAP are read"
-            raise FileError(path, f"{error.problem}; {known}", error.line) from error
+            raise FileError(path, f"{error.problem}; {known}; were camera and boxes exchanged?", error.line) from error
     for name, value in (mount or {}).items():
         if table.setdefault(name, value) != value:
             given = value if isinstance(value, str) else f"{value:g}"
             raise FileError(path, f"says {name} = {table[name]}, and --{name.replace('_', '-')} {given}; keep one")
         text = f"{name} = {json.dumps(value)}  # given with this file\n{text}" if text else ""
     if "mount_height" not in table:
-        problem = "mount_height is missing: write how high the camera is over the ground in m, or give --mount-height"
-        raise FileError(path, problem)
+        way = "give it with" if calibrated else "write how high the camera is over the ground in m, or give"
+        raise FileError(path, f"mount_height is missing: {way} --mount-height")
     if isinstance(bent := table.pop("distortion", None), Mapping):
         try:
             bent = distortion_keys(bent)

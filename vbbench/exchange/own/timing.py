@@ -77,7 +77,7 @@ def number_frames(rows: Rows, numbers: FloatArray, dt: float | None, base: int) 
     rows.refuse(wrong, "frame {0:.10g} is not a whole number from 0 on", numbers)
     if dt is None:
         problem = "its frames are numbered, and no file says how long one lasts"
-        raise FileError(rows.path, f"{problem}: write dt or fps in camera.toml, or --dt")
+        raise FileError(rows.path, f"{problem}: give --dt, or write dt or fps in camera.toml")
     different = np.unique(numbers)
     _check_gaps(rows, numbers, different, dt)
     different = different.astype(np.int64)

@@ -888,7 +888,7 @@
   const choices = (name, pairs) => `<select data-${name}>${pairs.map(([value, text]) => `<option value="${value}">${text}</option>`).join("")}</select>`;
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
-    ["w", "the moments that tell most"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
+    ["w", "the moments of the largest errors"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
     ["a", "see all estimates of the frame"], ["f", "follow the camera"],
     ["l", "loop"], ["t", "trails"], ["e", "error lines"], ["i", "ids"], ["m", "smooth motion between frames"],
     ["[ ]", "previous or next person"], ["?", "this help"],
@@ -938,8 +938,8 @@
       </div>
       <div class="player-over-time">
         <label class="player-metric">Over time ${choices("metric", [["dx", "Δx, people, m"], ["dt", "Δt, camera, m"], ["dr", "Δr, camera, rad"]])}</label>
-        ${button("telling", "Go to the moment that tells most, and on to the next", `<span class="player-tip">▼</span> Moments`)}
-        <span class="player-key">▼ tells most; grey and ticks: given</span>
+        ${button("telling", "Go to the moment of the largest error, and on to the next", `<span class="player-tip">▼</span> Moments`)}
+        <span class="player-key">▼ largest error; grey and ticks: given</span>
         <span class="player-pair" data-pair></span>
         <canvas class="player-strip" data-strip role="img" aria-label="Error over time, a line a solver"></canvas>
       </div>
