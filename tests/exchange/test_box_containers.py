@@ -437,3 +437,11 @@ def test_a_label_in_a_list_is_the_class(read: Read) -> None:
     values = [{"id": 4, "sequence": [{**box, "frame": frame} for frame in FRAMES]}]
     rows = read("studio.json", json.dumps(values))
     assert rows.boxes[0].tolist() == [100.0, 90.0, 40.0, 90.0]
+
+
+def test_boxes_of_ultralytics_are_dicts_in_a_cell(read: Read) -> None:
+    box = "\"{'x1': 100.5, 'y1': 90.0, 'x2': 140.5, 'y2': 180.0}\""
+    rows = read(
+        "df.csv", "frame,name,class,confidence,box,track_id\n" + f"0,person,0,0.9,{box},4\n1,person,0,0.9,{box},4\n"
+    )
+    assert rows.boxes.tolist() == [[100.5, 90.0, 40.0, 90.0]] * 2

@@ -44,7 +44,7 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
             "frame 1e\\+15 is 1e\\+14 s after the one before, 1; split",
         ),
         (
-            HEAD + "".join(f"{10**18 + n * 10**8},1,2,3,4,50\n" for n in range(12)),
+            HEAD + "".join(f"{10**8 + n * 10**6},1,2,3,4,50\n" for n in range(12)),
             3,
             "are these time stamps\\? Then name the column time_ms or time_ns",
         ),
@@ -216,6 +216,17 @@ def test_a_visibility_that_is_zero_throughout_is_not_known(tmp_path):
     rows = read_boxes(path, 0.1)
     assert len(rows) == 12
     assert np.isnan(rows.visible).all()
+
+
+@pytest.mark.parametrize(("first", "step"), [(17 * 10**17, 10**8), (17 * 10**11, 100), (17 * 10**8, 1)])
+@pytest.mark.parametrize("suffix", ["csv", "txt"])
+def test_frames_that_are_time_stamps_are_times(tmp_path, first, step, suffix):
+    path = tmp_path / f"boxes.{suffix}"
+    head = HEAD if suffix == "csv" else ""
+    path.write_text(head + "".join(f"{first + n * step},1,2,3,4,50\n" for n in range(12)))
+    rows = read_boxes(path, 1.0 if step == 1 else 0.1)
+    assert rows.frame.tolist() == list(range(12))
+    assert rows.timeline.times[0] == 17e8
 
 
 @pytest.mark.parametrize("name", ["video", "sequence", "source_id", "view"])

@@ -103,6 +103,7 @@ SIDES = {
 }
 """What four numbers in one column or list are, by its names."""
 _FOUR = re.compile(rb"[\"']?[\[(]" + rb"[\s,]+".join([rb"\s*([-+.\deE]+)"] * 4) + rb"\s*[\])][\"']?")
+_KEYED = re.compile(rb"\{" + rb", ".join(b"'%s': ([^,}]+)" % name for name in (b"x1", b"y1", b"x2", b"y2")) + rb"\}")
 _SIDES = (
     ("left", "right", "u", "width"),
     ("top", "bottom", "v", "height"),
@@ -111,7 +112,7 @@ _SIZES = ("left", "top", "width", "height")
 FEWEST_HIDDEN = 10
 """Where most of so many boxes have visibility 0, and others 1, it is not known; as many show their third column."""
 LEAST_STAMP = 1e9
-"""Names of pictures from this number on are time stamps, in s, ms, us or ns since 1970."""
+"""Numbers of frames and pictures from this one on are time stamps, in s, ms, us or ns since 1970."""
 FEW_CLASSES, LAST_CLASS = 5, 100.0
 """As few whole numbers, up to this, are of a class."""
 _DIGITS, _ENDING = re.compile(r"\d+"), re.compile(r"(\.rf\.\w+)?\.\w*$")
@@ -162,6 +163,9 @@ def read_box_text(
         worded = [place for place, cell in enumerate(cells) if parse_number(cell) is None]
         known = ((names, names.index("class")) for names in map(str.split, _WORDED) if len(names) == len(cells))
         one = next((names for names, place in known if worded == [place]), [])
+        if not one and worded and worded[-1] > 5 and cells[worded[-1]]:
+            problem = f"its first line has {quoted(cells[worded[-1]])} in column {worded[-1] + 1}"
+            raise ValueError(f"{problem}; write what its columns are above it, such as frame,id,left,top,width,height")
         return " ".join(name if name in NOUNS else f"({name})" for name in one) or layout
 
     table = read_table(path, _four_columns(content), NOUNS, layout=layout_of, required=_SIZES)
@@ -172,8 +176,10 @@ def read_box_text(
 
 
 def _four_columns(content: bytes) -> bytes:
-    """A text with four columns in place of one of lists, ``bbox`` with ``"[1, 2, 3, 4]"``, as pandas writes it."""
+    """A text with four columns in place of one of lists or dicts, ``bbox`` with ``"[1, 2, 3, 4]"``, as of pandas."""
     head, _, body = content.partition(b"\n")
+    if _KEYED.search(body, 0, 1000):
+        head, body = re.sub(rb"\bbox\b", b"xyxy", head), _KEYED.sub(rb"[\1, \2, \3, \4]", body)
     found = _FOUR.search(body, 0, 1000)
     if not found:
         return content
@@ -207,7 +213,7 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
         boxes = np.stack([across[0], down[0], across[1], down[1]], axis=-1)
     if not SHARES.intersection(table.unit(noun) for names in _SIDES for noun in names):
         boxes -= [base, base, 0.0, 0.0]
-    stamps = table.scaled("time") if "frame" not in table else _stamps_of_pictures(table)
+    stamps = table.scaled("time") if "frame" not in table else _stamps_of_frames(table)
     frame = frame_numbers(table) if stamps is None else stamps
     scores = table.scaled("score")
     if scores[scores < 0.0].tolist() == [UNLINKED] * int((scores < 0.0).sum()):
@@ -229,20 +235,18 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
     )
 
 
-def _stamps_of_pictures(table: NamedColumns) -> FloatArray | None:
-    """[N] time stamps in s from names of pictures, as in ROS and EuRoC; ``None`` for other names."""
+def _stamps_of_frames(table: NamedColumns) -> FloatArray | None:
+    """[N] time stamps in s from numbers of frames or names of pictures, as in ROS and EuRoC; ``None`` for others."""
 
     def stamp(name: str) -> float:
         return parse_number(re.sub(r"\.[A-Za-z]\w*$", "", name.rpartition("/")[2])) or 0.0
 
-    if table["frame"].dtype.kind in "if" or stamp(str(table["frame"][0])) < LEAST_STAMP:
-        return None
     names, inverse = np.unique(table["frame"], return_inverse=True)
-    found = list(map(stamp, names.tolist()))
-    if min(found) < LEAST_STAMP:
+    found = names.astype(np.float64) if names.dtype.kind in "if" else np.array(list(map(stamp, names.tolist())))
+    if not found.min() >= LEAST_STAMP:
         return None
-    unit = next(unit for unit, most in ((1.0, 1e11), (1e-3, 1e14), (1e-6, 1e17), (1e-9, np.inf)) if max(found) < most)
-    return unit * np.array(found)[inverse]
+    unit = next(unit for unit, most in ((1.0, 1e11), (1e-3, 1e14), (1e-6, 1e17), (1e-9, np.inf)) if found.max() < most)
+    return np.asarray(unit * found[inverse])
 
 
 def frame_numbers(table: NamedColumns) -> FloatArray:
@@ -340,7 +344,8 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
     elif not flags and (visible > 1.0).any() and (visible == np.round(visible)).all():
         visible = np.full(len(table), float(UNLINKED))
     counts = flags and ((scores == 1.0).any() or (visible != UNLINKED).any())
-    frame = frame_numbers(table)
+    stamps = _stamps_of_frames(table)
+    frame = frame_numbers(table) if stamps is None else stamps
     if table["id"].dtype.kind not in "if":
         table.numbers("id")  # raises at the first one that is a word
     return BoxTable(
@@ -353,7 +358,7 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
         visible=np.where(visible == UNLINKED, np.nan, visible),
         ignored=np.asarray((scores == 0.0) & counts | (visible == 0.0)),
         base=1,
-        timed=bool((frame != np.round(frame)).any()),
+        timed=stamps is not None or bool((frame != np.round(frame)).any()),
     )
 
 

@@ -209,6 +209,8 @@ def read_table(
         body, sample = body.replace(b",", b"."), sample.replace(",", ".")
     elif b'"' in body:
         body = _QUOTED_COMMA.sub(rb"\1.\2", body)
+    if header is None and sample.endswith((",", ";")):
+        body, sample = re.sub(rb"[,;][ \t]*(?=\n|$)", b"", body), sample[:-1]
     cells = split_cells(sample) if sample else []
     if header is not None:
         refuse_doubtful(path, header, first - 1, repeated)

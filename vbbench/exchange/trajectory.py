@@ -107,17 +107,12 @@ def read_trajectory(path: Path) -> Trajectory:
 
 
 def _plain(content: bytes) -> bytes:
-    """The text with # before comments, and names without the path of a message before them.
-
-    Cells may be separated by tabs, and lines may end with a comma, as those of VINS.
-    """
+    """The text with # before comments, blanks for tabs, and names without the path of a message before them."""
     head, rest = content[:_HEAD], content[_HEAD:]
     head = re.sub(rb"[/\w.]*\b(?=(?:position|orientation)[./])|\b(?:field|pose)\.|\(body.*", b"", head)
     content = re.sub(rb"(?m)^[ \t]*%", b"#", head + rest)
     if b"," not in content and b";" not in content:
         content = content.replace(b"\t", b" ")
-    if re.match(rb"(?:[ \t]*(?:#.*)?\n)*[ \t]*[-+.\d].*[,;][ \t]*(?:\n|$)", content):
-        content = re.sub(rb"[,;][ \t]*(?=\n|$)", b"", content)
     return content
 
 
