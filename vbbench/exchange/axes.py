@@ -143,7 +143,7 @@ class _Reading:
 
     @property
     def way(self) -> complex:
-        """The ``heading``, 0 of a body that stands."""
+        """The ``heading``; 0 if the body stands."""
         return self.heading or 0j
 
     @property

@@ -808,7 +808,7 @@ class Estimator {
     return {frame.at[0], frame.at[1], frame.at[2]};
   }
 
-  /// Covariance of a point or pose at (x, y) by an error of `pose` with the covariance `c`, on which it depends.
+  /// The covariance `c` of `pose`, propagated to a point or pose at (x, y) that moves rigidly with it.
   static Spread carried(const Spread& c, const Pose& pose, double x, double y) {
     const double j[3][3] = {{1.0, 0.0, pose[1] - y}, {0.0, 1.0, x - pose[0]}, {0.0, 0.0, 1.0}};
     Spread half{}, out{};

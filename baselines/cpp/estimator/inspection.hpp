@@ -63,7 +63,7 @@ class DenseColumns {
   int globals_ = 0, frames_ = 0, size_ = 0;
 };
 
-/// ½ Σ w e² of the rows, and ½ xᵀ Λ x + gᵀ x of the Gaussian priors at the present state.
+/// The quadratic cost without elimination: ½ Σ w e² of the rows plus ½ xᵀ Λ x + gᵀ x of the Gaussian priors.
 struct DenseSystem {
   int size = 0;
   std::vector<double> residuals, weights, jacobian;  ///< [R], [R], [R][N]

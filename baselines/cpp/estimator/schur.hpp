@@ -458,7 +458,7 @@ class Elimination {
   }
   double* side(int i) { return i < local - 2 ? sides_[i].data() : own_sides_[i - local + 2]; }
 
-  /// Free frames of a node: first slot in its side, first column in the reduced system, and number of columns.
+  /// Free frames next to a node: their first slot in its row of B, first column in the reduced system, and columns.
   struct Span {
     int slot, column, count;
   };

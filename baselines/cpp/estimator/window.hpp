@@ -181,7 +181,7 @@ class Window {
   /// Moves the information of the factors of node 0 into the person's marginal prior.
   void absorb(Person& person, const Model& model);
 
-  /// Adds the information of a person who leaves about the calibration.
+  /// Adds to the calibration's prior the information that a person who leaves the window has about it.
   void retire(const Person& person);
 
   static constexpr double kDamping = 1e-8;  ///< of the diagonal, at least

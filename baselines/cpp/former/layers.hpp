@@ -86,7 +86,7 @@ class Linear {
   }
 
  private:
-  /// So many sums are taken at once, each in the order of k. Fewer columns are unrolled by g++ and not made vectors of.
+  /// Rows and columns of the block of sums computed at once, each in the order of k. g++ vectorises no fewer columns.
   static constexpr int kRows = 4, kColumns = 24;
 
   void block(const Rows& x, int first, int column, Rows& made) const {

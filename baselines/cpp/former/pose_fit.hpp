@@ -189,7 +189,8 @@ inline Motion solved(const Equations& equations, std::array<float, 3>& variances
           (xt * gx + yt * gy + tt * gt) * scale};
 }
 
-/// The motion after some steps, at least one, and the variances of its components without the factor of heads.
+/// The motion after `times` Gauss–Newton steps, at least one, and the `variances` of its components, for which the
+/// factor of the observer's head does not count.
 inline Motion fit(const std::vector<View>& views, const Weighing& weighing, Motion motion, int times,
                   std::array<float, 3>& variances) {
   const auto& inertia = weighing.inertia;

@@ -64,7 +64,7 @@ class Occlusion(Tier):
 
     @property
     def definition(self) -> dict[str, Any]:
-        """How people hide one another."""
+        """The model of how people hide one another, for ``dataset.json``."""
         return {"hiding": asdict(self.hiding)}
 
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:  # noqa: ARG002

@@ -222,12 +222,12 @@ class Challenge:
 
     @property
     def unpacking_lines(self) -> list[str]:
-        """From the archive to the folder in which the other lines run."""
+        """Shell lines that unpack the archive and change into its folder."""
         return [f"unzip {self.name}.zip", f"cd {self.name}"]
 
     @property
     def solving_lines(self) -> list[str]:
-        """From the unpacked bundle to a submission that is checked, with the template's solver."""
+        """Shell lines that solve the unpacked bundle with the template's solver and check the submission."""
         solve = f"vbbench solve ../data {_SOLVE} {self.protocol} --out answer"
         check = "vbbench challenge check answer --challenge .."
         return ["vbbench leaderboard template mine", "cd mine", solve, check]

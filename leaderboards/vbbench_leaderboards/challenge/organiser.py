@@ -80,7 +80,7 @@ class Entry:
 
 
 def read_log(folder: Path) -> list[Entry]:
-    """The entries, the first first; raises FileError at a line that is damaged, or after one changed or removed."""
+    """The entries in order; raises FileError at a damaged line, or where the line before is not the original."""
     path, entries, before = folder / LOG_FILE, list[Entry](), FIRST
     for number, line in enumerate(path.read_text("utf-8").splitlines() if path.is_file() else (), 1):
         try:

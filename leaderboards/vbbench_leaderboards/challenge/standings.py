@@ -71,7 +71,7 @@ def shown_standings(organiser: Organiser, moment: datetime) -> dict[Part, list[R
 
 
 def standings_text(organiser: Organiser, moment: datetime) -> str:
-    """The standings that may be shown, for people."""
+    """The standings that may be shown at a ``moment``, as text for a terminal."""
     blocks = []
     for part, rows in shown_standings(organiser, moment).items():
         if rows:

@@ -220,8 +220,8 @@ def result_of(organiser: Organiser, entry: Entry, submission: Path, part: Part) 
 def close(folder: Path, moment: datetime) -> str:
     """Score the last submission of each team in the hidden phase on the hidden part; return the standings as text.
 
-    Raises VbbenchError if the challenge has no hidden phase, it has not closed, nobody handed anything in, or what was
-    handed in is not what is kept.
+    Raises VbbenchError if the challenge has no hidden phase, it has not closed, nobody handed anything in, or a kept
+    submission was changed.
     """
     organiser = Organiser(folder)
     name, phase = organiser.challenge.name, organiser.challenge.hidden_phase

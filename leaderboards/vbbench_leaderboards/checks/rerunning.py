@@ -76,7 +76,7 @@ class Outcome:
 
     @property
     def is_drift(self) -> bool:
-        """Whether the file is now behind."""
+        """Whether the committed file differs from the one made again, and stays as it was."""
         return bool(self.found) and self.state != WRITTEN
 
     @property

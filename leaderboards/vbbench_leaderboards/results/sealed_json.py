@@ -355,7 +355,7 @@ def sealed_text(values: Values, path: Path, kind: Kind) -> str:
 
 
 def digest(values: Values) -> str:
-    """SHA-256 over the canonical text: no digest, keys sorted, no spaces, each block by what it unfolds to."""
+    """SHA-256 of the values as JSON with sorted keys and no spaces; packed blocks count by their numbers."""
     return canonical_digest({name: _unfolded(value) for name, value in values.items() if name != "digest"})
 
 

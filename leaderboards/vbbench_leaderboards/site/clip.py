@@ -100,7 +100,7 @@ def picture_of(camera: Camera) -> dict[str, Any]:
 def shown_truth(dataset: Dataset, sequence: Sequence) -> Truth:
     """What the player shows as true.
 
-    Where people's places are known from the camera only, that stands at the origin, in the truth as in every estimate.
+    Where people's places are known relative to the camera only, the camera stands at the origin of truth and estimates.
     """
     if dataset.info.truth != "relative":
         return dataset.truth(sequence)

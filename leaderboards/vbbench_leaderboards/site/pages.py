@@ -388,7 +388,7 @@ def _short(values: Iterable[float | None]) -> list[float | None]:
 
 
 def take_part_lines(site: Site) -> list[str]:
-    """From nothing to a solver of one's own on the board that the page opens with."""
+    """Shell lines from an empty folder to a solver of one's own on the board that the page opens with."""
     board = site.first
     own = [one for one in site.boards if (one.split, one.tier) == (board.split, board.tier)]
     sequential = next((one for one in own if one.protocol == HEADLINE_PROTOCOL), board)

@@ -12,7 +12,7 @@ from vbbench import Frame, FrameEstimate, Problem
 
 
 class MySolver:
-    """Made without arguments, used for many sequences: remember nothing of other ones."""
+    """It is made without arguments and solves many sequences; nothing of one may reach the next."""
 
     facts: ClassVar = {"authors": "your name", "trained_on": "nothing", "tuned_on": "nothing"}
     """The facts of its row on a leaderboard."""
@@ -59,7 +59,7 @@ class MySolver:
         return np.array([place.real, place.imag, turn])
 
     def learn_heights(self, observations: np.ndarray, pose: np.ndarray, positions: np.ndarray) -> None:
-        """Who is given with a box has a known height: boxes grow with it."""
+        """Measure people's heights: a box shows the height of a person whose place is given."""
         per_metre = self.camera.unproject(observations, np.ones(len(observations)))  # of a person 1 m tall
         height = np.hypot(*(positions - pose[:2]).T) / np.hypot(*per_metre.T)
         self.heights = np.where(np.isnan(height), self.heights, np.clip(height, 1.4, 2.0))

@@ -215,7 +215,7 @@ def _of_yaml(text: str) -> Mapping[str, Any]:
 
 
 def _of_xml(text: str) -> Mapping[str, Any]:
-    """OpenCV's FileStorage."""
+    """The quantities of a file that OpenCV's FileStorage wrote as XML."""
     if "<!" in text.replace("<!--", ""):
         raise ValueError("XML with declarations; OpenCV's has none")
     root = ElementTree.fromstring(text)  # noqa: S314, without declarations there is nothing to expand

@@ -180,7 +180,7 @@ def _solve(jacobian: FloatArray, off: FloatArray) -> FloatArray:
 
 
 def straight_rows(rows: Boxes, distortion: Distortion | None, intrinsics: FloatArray | None) -> tuple[Boxes, int]:
-    """The boxes as a pinhole sees them, without those that the lens shows nowhere there, and the number of these."""
+    """The boxes as a pinhole camera sees them, and the number of removed ones, which no pinhole camera sees."""
     if distortion is None or intrinsics is None:
         return rows, 0
     boxes = straighten_boxes(rows.boxes, distortion, intrinsics)

@@ -204,7 +204,7 @@ def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline)
 
 
 def _leaps(times: FloatArray, poses: FloatArray) -> IntArray:
-    """Rows to which poses [N, 3] go on by far more than they do in most lines."""
+    """Rows whose step from the pose before is far longer than most steps of the poses [N, 3]."""
     moves = np.diff(poses, axis=0)
     moved = np.column_stack([np.hypot(moves[:, 0], moves[:, 1]), np.abs(wrap_angle(moves[:, 2]))])
     passed = np.diff(times)[:, None]

@@ -69,8 +69,8 @@ struct Walk {
   }
 };
 
-/// A speed under its prior: `density`, and the weights of expectation maximisation in s²/m²; `walk` is that of the
-/// residual speed − `walking`, and `stand` that of each component of the velocity.
+/// The prior's density at a speed, and the weights (s²/m²) of a step of expectation maximisation: `walk` weighs the
+/// residual speed − `walking`, and `stand` each component of the velocity.
 struct Pace {
   double walk, stand, density;
 };

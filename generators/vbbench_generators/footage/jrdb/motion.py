@@ -65,7 +65,7 @@ class Grid:
 
     @property
     def seconds(self) -> float:
-        """Measured duration of a slot, in s."""
+        """Measured seconds from one slot of the grid to the next."""
         return float((self.times[-1] - self.times[0]) / max(len(self.times) - 1, 1))
 
     def slot_of(self, frames: IntArray) -> IntArray:
