@@ -10,8 +10,7 @@ from tests.lib.mot_text import read_mot
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.detection import Detections
 from vbbench.exchange.film_boxes import find_boxes, kept_detections, key_of
-from vbbench.pictures.reading import open_film
-from vbbench.pictures.video import write_mp4
+from vbbench.pictures.video import open_film, write_mp4
 
 FRAMES, WIDTH, HEIGHT = 12, 96, 64
 

@@ -13,8 +13,7 @@ from vbbench.errors import FileError
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.toml_text import read_toml
 from vbbench_generators.tiers.noise import Outline, see
-from vbbench_generators.tiers.tracking.detector import Visible, detect, log_odds
-from vbbench_generators.tiers.tracking.observing import track_people
+from vbbench_generators.tiers.tracking.observing import Visible, detect, log_odds, track_people
 from vbbench_generators.tiers.tracking.settings import DetectorModel, TrackingSettings, get_tracking
 from vbbench_generators.tiers.tracking.tracker import (
     CentredDetections,

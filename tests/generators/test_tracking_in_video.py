@@ -11,7 +11,7 @@ from vbbench.generation.tier import Observations, Sight, get_tier
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import Truth
 from vbbench_generators._core import remaining, worths
-from vbbench_generators.tiers.tracking.detector import carried, estimated_turns
+from vbbench_generators.tiers.tracking.observing import carried, estimated_turns
 from vbbench_generators.tiers.tracking.settings import get_tracking
 from vbbench_generators.tiers.tracking.tracker import CentredDetections, Tracker, from_centres
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vbbench_baselines.former.operations import Array
+from vbbench_baselines.former.state import Array
 
 
 class NumpyOperations:

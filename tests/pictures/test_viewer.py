@@ -293,6 +293,6 @@ def test_the_viewer_opens_where_there_is_a_display(tmp_path: Path, monkeypatch: 
     monkeypatch.setenv("CI", "true")
     assert open_viewer(tmp_path / "x.rrd") is Opened.NO_DISPLAY
     monkeypatch.delenv("CI")
-    monkeypatch.setattr("vbbench.pictures.viewer.rerun_sdk.viewer_program", lambda: None)
+    monkeypatch.setattr("vbbench.pictures.viewer.marks.viewer_program", lambda: None)
     assert open_viewer(tmp_path / "x.rrd") is Opened.NO_VIEWER
     assert len(started) == 1

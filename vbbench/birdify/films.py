@@ -13,8 +13,8 @@ from vbbench.exchange.film_boxes import FilmBoxes, find_boxes
 from vbbench.exchange.own.camera_file import OwnCamera, find_camera, read_camera
 from vbbench.files.dataset_info import Pictures
 from vbbench.folders.work_folder import check_free
-from vbbench.pictures.reading import Film, open_film
 from vbbench.pictures.rendering import silent
+from vbbench.pictures.video import Film, open_film
 from vbbench.registry import load
 
 

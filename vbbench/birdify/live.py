@@ -15,9 +15,8 @@ from vbbench.exchange.own.recording import OwnRecording
 from vbbench.files.dataset import problem_of
 from vbbench.folders.replacing import replacing
 from vbbench.geometry import FloatArray
-from vbbench.pictures.viewer.marks import outlines
+from vbbench.pictures.viewer.marks import Opened, can_open, outlines, rerun, strictly
 from vbbench.pictures.viewer.recording import SUFFIX
-from vbbench.pictures.viewer.rerun_sdk import Opened, can_open, rerun, strictly
 from vbbench.pictures.viewer.world import CONFIDENCE
 from vbbench.solving.session import Session, SessionAnswer
 from vbbench.solving.session.measured import far_outside

@@ -154,7 +154,7 @@ def info(
         print(summary_json(facts) if json else describe(facts))
         return
     from vbbench.files.dataset import Dataset
-    from vbbench.realism.report import describe_realism, measure_realism, plot_realism_to_file, realism_json
+    from vbbench.realism import describe_realism, measure_realism, plot_realism_to_file, realism_json
 
     report = measure_realism(Dataset(folder, truth))
     picture = plot_realism_to_file(report, plot or Path("realism.png"))

@@ -24,7 +24,7 @@ from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import next_to
 from vbbench.parallel.parts import progress_bar
-from vbbench.pictures.reading import Film
+from vbbench.pictures.video import Film
 from vbbench.registry import load
 from vbbench.solving.provenance import source_digest
 from vbbench.version import __version__

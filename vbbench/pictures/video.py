@@ -1,14 +1,20 @@
 """Writes the frames of a film: as an mp4 file, or a folder of PNG files that can be continued."""
 
+import math
 import os
+import re
+import warnings
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vbbench.errors import FileError, VbbenchError, needs_extra
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning, needs_extra
+from vbbench.files.dataset_info import Pictures
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import is_unused, replacing, write_bytes_atomically, write_text_atomically
 
@@ -128,3 +134,140 @@ def _open_writer(path: Path, fps: float, size: tuple[int, int], codec: Codec | N
     if codec:
         raise VbbenchError(f"this OpenCV cannot write {codec}; remove the codec, or name a folder for PNG files")
     raise VbbenchError(f"{path.parent}: no film can be written here; name a folder for PNG files instead")
+
+
+with needs_extra("render", "reading pictures and films"):
+    import cv2
+
+ENDINGS = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff", ".ppm")
+"""Of pictures in a folder."""
+FASTEST = 1000.0
+"""Frames a second above which a video does not know its own rate."""
+UNEVEN = 0.6
+"""Frames by which a picture may be early or late before the video's frame rate is doubted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """A video, or a folder of pictures in the order of their names.
+
+    Parameters
+    ----------
+    path : the file or folder.
+    files : [T] of a folder; none of a video.
+    width, height : of the pictures in px.
+    frames : number of pictures T; of a video, as it says.
+    fps : frames per second; ``None`` if that is not known.
+    """
+
+    path: Path
+    files: tuple[Path, ...]
+    width: int
+    height: int
+    frames: int
+    fps: float | None
+
+    def pictures(self) -> Iterator[NDArray[np.uint8]]:
+        """All pictures [H, W, 3] (sRGB), one by one.
+
+        Raises FileError if one cannot be read, or has another size than the first.
+        """
+        for shown, picture in self._files() if self.files else self._video():
+            if picture.shape != (self.height, self.width, 3):
+                size = f"{picture.shape[1]} x {picture.shape[0]} px"
+                raise FileError(shown, f"is {size}, the pictures before it {self.width} x {self.height}")
+            yield np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), np.uint8)
+
+    def numbered(self) -> Pictures | None:
+        """Where the pictures are, if they are files numbered one by one."""
+        found = [re.fullmatch(r"(.*?)([0-9]+)(\.[A-Za-z]+)", file.name) for file in self.files]
+        first = found[0] if found else None
+        if first is None:
+            return None
+        start, digits = int(first[2]), len(first[2])
+        names = (f"{first[1]}{start + n:0{digits}d}{first[3]}" for n in range(len(found)))
+        if any(file.name != name for file, name in zip(self.files, names, strict=True)):
+            return None
+        before = f"{self.path.resolve()}/{first[1]}".replace("{", "{{").replace("}", "}}")
+        return Pictures(pattern=f"{before}{{:0{digits}d}}{first[3]}", first=start, step=1)
+
+    def _files(self) -> Iterator[tuple[Path, NDArray[np.uint8]]]:
+        for file in self.files:
+            yield file, _read_picture(file)
+
+    def _video(self) -> Iterator[tuple[Path, NDArray[np.uint8]]]:
+        latest, count = 0.0, 0
+        with _opened(self.path) as video:
+            while True:
+                whole, picture = video.read()
+                if not whole:
+                    break
+                if self.fps is not None:
+                    off = video.get(cv2.CAP_PROP_POS_MSEC) * 1e-3 * self.fps - count
+                    latest = max(latest, off, key=abs)
+                count += 1
+                yield self.path, np.asarray(picture, np.uint8)
+        if count < self.frames - 1:
+            _warn(self.path, f"only {count} of {self.frames} frames can be read; the file seems to be cut short")
+        if abs(latest) > UNEVEN:
+            problem = f"a frame comes {latest:+.1f} frames from where {self.fps:.4g} frames a second would have it"
+            _warn(self.path, f"{problem}; make the rate constant first, for instance with ffmpeg -vsync cfr")
+
+
+def open_film(path: Path) -> Film:
+    """A video, or a folder of pictures.
+
+    Raises FileError if it is missing, holds no pictures, or cannot be read.
+    """
+    if path.is_dir():
+        return _open_folder(path)
+    if not path.is_file():
+        raise FileError(path, "there is no such film; name a video, or a folder of pictures")
+    with _opened(path) as video:
+        whole, picture = video.read()
+        if not whole:
+            raise FileError(path, "is no video that OpenCV can read; convert it to H.264, or to a folder of pictures")
+        count, fps = video.get(cv2.CAP_PROP_FRAME_COUNT), video.get(cv2.CAP_PROP_FPS)
+    height, width = picture.shape[:2]
+    known = math.isfinite(fps) and 0.0 < fps <= FASTEST
+    frames = int(count) if math.isfinite(count) and count > 0 else 0
+    return Film(path=path, files=(), width=width, height=height, frames=frames, fps=fps if known else None)
+
+
+def _open_folder(folder: Path) -> Film:
+    files = sorted((file for file in folder.iterdir() if file.suffix.lower() in ENDINGS), key=_natural)
+    if not files:
+        raise FileError(
+            folder,
+            f"holds no pictures; wanted: {', '.join(ENDINGS)}, YOLO's labels, or one file of boxes, in it",
+        )
+    height, width = _read_picture(files[0]).shape[:2]
+    return Film(path=folder, files=tuple(files), width=width, height=height, frames=len(files), fps=None)
+
+
+def _natural(file: Path) -> list[tuple[int, str]]:
+    """Numbers in names count as numbers: 9.png comes before 10.png."""
+    return [(int(part), "") if part.isdecimal() else (-1, part) for part in re.split(r"([0-9]+)", file.name)]
+
+
+def _read_picture(file: Path) -> NDArray[np.uint8]:
+    picture = cv2.imdecode(np.fromfile(file, np.uint8), cv2.IMREAD_COLOR) if file.stat().st_size else None
+    if picture is None:
+        raise FileError(file, "is no picture that OpenCV can read")
+    return np.asarray(picture, np.uint8)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # what is wrong is said by us
+    level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+    video = cv2.VideoCapture(str(path))
+    try:
+        yield video
+    finally:
+        video.release()
+        cv2.utils.logging.setLogLevel(level)
+
+
+def _warn(path: Path, problem: str) -> None:
+    warnings.warn(VbbenchWarning(f"{path}: {problem}"), stacklevel=3)

@@ -2,20 +2,88 @@
 
 State and measurements are NumPy records, one a person. Their fields are those of `Walkers`, `Observer`, `Sights` and
 `Told`, and those of the structs of ``network.hpp``.
+
+Files of weights. Those of the package are in ``weights``, each with its recipe as TOML, which holds its SHA-256.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from hashlib import sha256
+from importlib.resources import as_file, files
+from io import BytesIO
+from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench.errors import FileError
+from vbbench.parsing.toml_text import read_toml
 from vbbench_baselines import _core
+from vbbench_baselines.former.layers import shapes
 from vbbench_baselines.former.network import Answer
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.scene import Sights, Told
 from vbbench_baselines.former.state import Observer, Walkers, nothing_seen
-from vbbench_baselines.former.weights import Weights
+
+Weights = Mapping[str, NDArray[np.float32]]
+
+_WHENCE = "put there what 'vbbench train vb-former' made, or install vbbench again where they came with it"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recipe:
+    """How weights were learned.
+
+    Parameters
+    ----------
+    sha256 : checksum of the file of weights.
+    pure : whether the network outputs the pose, and does not fit it.
+    training : further facts: data, steps, seeds, seconds.
+    """
+
+    sha256: str
+    pure: bool = False
+    training: Mapping[str, Any] = field(default_factory=dict)
+
+
+@cache
+def bundled_weights(solver: str) -> Weights:
+    """The weights that come with the package, of the solver ``vb-former`` or ``vb-former-pure``."""
+    with as_file(files(__package__).joinpath("weights")) as folder:
+        return read_weights(folder / f"{solver}.npz")
+
+
+def read_weights(path: Path) -> Weights:
+    """The weights of a file, float32 and read-only, whose recipe is next to it.
+
+    Raises FileError if there are none, they are not those of the recipe, or their shapes are not the network's.
+    """
+    recipe = read_toml(path.with_suffix(".toml"), Recipe, "recipe")
+    try:
+        packed = path.read_bytes()
+    except OSError as error:
+        raise FileError(path, f"the weights cannot be read; {_WHENCE}") from error
+    found = sha256(packed).hexdigest()
+    if found != recipe.sha256:
+        raise FileError(path, f"its SHA-256 is {found}, and its recipe says {recipe.sha256}; {_WHENCE}")
+    return _checked(path, packed, recipe.pure)
+
+
+def _checked(path: Path, packed: bytes, pure: bool) -> Weights:
+    """The arrays of a file; raises FileError if their names or shapes are not the network's."""
+    with np.load(BytesIO(packed), allow_pickle=False) as arrays:
+        weights = {name: arrays[name].astype(np.float32) for name in arrays.files}
+    wanted = shapes(pure)
+    for name in sorted(wanted.keys() | weights.keys()):
+        shape = weights[name].shape if name in weights else None
+        if shape != wanted.get(name):
+            raise FileError(path, f"'{name}' has the shape {shape}, and the network needs {wanted.get(name)}")
+    for array in weights.values():
+        array.flags.writeable = False
+    return weights
+
 
 Records = NDArray[Any]
 """An array of records."""

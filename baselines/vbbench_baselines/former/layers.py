@@ -5,8 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_baselines.former.operations import Array, Operations
-from vbbench_baselines.former.state import DOUBT, MEMORY, TRACES
+from vbbench_baselines.former.state import DOUBT, MEMORY, TRACES, Array, Operations
 
 Weights = Mapping[str, Array]
 WIDTH, HEADS, HIDDEN, BLOCKS = 48, 3, 96, 2

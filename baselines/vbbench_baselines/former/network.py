@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 from vbbench_baselines.former.heads import head_of
 from vbbench_baselines.former.layers import Network
-from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Weighing, fit, view, with_measured
 from vbbench_baselines.former.remembering import (
     Found,
@@ -26,7 +25,7 @@ from vbbench_baselines.former.remembering import (
     state_after,
 )
 from vbbench_baselines.former.scene import Scene, Sights, Told, foresee, rough_motion
-from vbbench_baselines.former.state import State
+from vbbench_baselines.former.state import Array, State
 
 FAR = 1e4
 """As good as infinite, for a logarithm."""

@@ -21,12 +21,11 @@ from vbbench_baselines.common.bearings import usable
 from vbbench_baselines.common.facts import SIMULATED
 from vbbench_baselines.common.motion import SMALLEST, SURE
 from vbbench_baselines.former.certainty import Certainty
-from vbbench_baselines.former.inference import Inference, Records, nothing_remembered
+from vbbench_baselines.former.inference import Inference, Records, Weights, bundled_weights, nothing_remembered
 from vbbench_baselines.former.network import Answer
-from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Measured, Motion
 from vbbench_baselines.former.scene import Sights, Told, sights_of
-from vbbench_baselines.former.weights import Weights, bundled_weights
+from vbbench_baselines.former.state import Array
 
 FEWEST = 2
 """With fewer people who are seen, and expected somewhere, what is expected of the observer decides."""

@@ -9,13 +9,12 @@ import pytest
 
 from tests.lib.solver_runs import CAMERAS, problem_of, see, walk
 from vbbench.errors import FileError
-from vbbench_baselines.former.inference import Inference, nothing_remembered
+from vbbench_baselines.former.inference import Inference, bundled_weights, nothing_remembered, read_weights
 from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Birdifier
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.scene import Sights, Told, sights_of
 from vbbench_baselines.former.state import nothing_seen
-from vbbench_baselines.former.weights import bundled_weights, read_weights
 
 ONE = np.float32(1.0)
 

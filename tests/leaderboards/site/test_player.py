@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from tests.generators.test_footage import FRAMES, made
-from tests.generators.test_footage_pictures import known_as, photographed
+from tests.generators.test_footage import FRAMES, known_as, made, photographed
 from tests.lib.answers import submit, true_answers
 from tests.lib.board_results import ABOUT
 from tests.lib.made_sequence import DT, MadeSequence, made_sequence
@@ -253,7 +252,7 @@ def test_another_dataset_than_the_results_are_of_is_refused(work: Path, results:
 
 
 __all__ = ["photographed"]
-WALKER = "tests.generators.test_footage_pictures:Walker"
+WALKER = "tests.generators.test_footage:Walker"
 
 
 @pytest.mark.slow

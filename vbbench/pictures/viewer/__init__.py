@@ -3,7 +3,7 @@
 Rerun (extra ``viewer``) is imported when a recording is made, not before.
 """
 
+from vbbench.pictures.viewer.marks import Opened, how_to_open, open_viewer
 from vbbench.pictures.viewer.recording import record_to_file
-from vbbench.pictures.viewer.rerun_sdk import Opened, how_to_open, open_viewer
 
 __all__ = ["Opened", "how_to_open", "open_viewer", "record_to_file"]

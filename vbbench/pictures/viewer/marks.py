@@ -4,16 +4,90 @@ Colours are RGBA, 0 to 255, for rerun's dark background. Each mark on the ground
 the map from above. Rerun's plane has rows downwards, so that the map shows world (x, y) at (x, −y).
 """
 
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vbbench.errors import needs_extra
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.pictures import people_colours as people
 from vbbench.pictures import solver_colours as solvers
 from vbbench.pictures.replay import Replay
+
+
+def rerun(purpose: str = "vbbench view") -> Any:
+    """The package; ``purpose`` begins the message where it is missing.
+
+    Raises MissingExtraError if it is not installed.
+    """
+    with needs_extra("viewer", purpose):
+        import rerun as package
+    return package
+
+
+@contextmanager
+def strictly() -> Iterator[None]:
+    """Inside, what rerun cannot record is an error; by default it omits such data and warns."""
+    from rerun import error_utils
+
+    before = error_utils.strict_mode()
+    error_utils.set_strict_mode(True)
+    try:
+        yield
+    finally:
+        error_utils.set_strict_mode(before)
+
+
+class Opened(Enum):
+    """The result of opening a recording in the viewer."""
+
+    SHOWN = "shown"
+    NO_DISPLAY = "there is no display here"
+    NO_VIEWER = "no program 'rerun' is found"
+
+
+def open_viewer(path: Path) -> Opened:
+    """Start the rerun viewer on a recording, and leave it running, if there are a display and a viewer."""
+    program, found = viewer_program(), can_open()
+    if found is Opened.SHOWN and program is not None:
+        silence = subprocess.DEVNULL
+        subprocess.Popen([program, str(path)], stdin=silence, stdout=silence, stderr=silence, start_new_session=True)
+    return found
+
+
+def can_open() -> Opened:
+    """What a viewer that is started now would be."""
+    if not _has_display():
+        return Opened.NO_DISPLAY
+    return Opened.SHOWN if viewer_program() else Opened.NO_VIEWER
+
+
+def viewer_program() -> str | None:
+    """The viewer that came with the SDK, else one on the path."""
+    return shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
+
+
+def how_to_open(path: Path) -> str:
+    """The command that opens a recording."""
+    return f"rerun {shlex.quote(str(path))}"
+
+
+def _has_display() -> bool:
+    if os.environ.get("CI"):
+        return False
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(n) for n in ("DISPLAY", "WAYLAND_DISPLAY"))
+
 
 Colours = NDArray[np.uint8]
 """[N, 4]"""
@@ -56,7 +130,7 @@ class Tape:
     """
 
     def __init__(self, stream: Any, frames: int, dt: float) -> None:
-        from vbbench.pictures.viewer.rerun_sdk import rerun
+        from vbbench.pictures.viewer.marks import rerun
 
         self.rr = rerun()
         self.stream, self.frames, self.dt = stream, frames, dt

@@ -17,8 +17,7 @@ from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.rendering import Backend, Picture, open_renderer, pictures, scene_of, silent
 from vbbench.pictures.replay import Answer, Replay, load_replay
 from vbbench.pictures.viewer import marks
-from vbbench.pictures.viewer.marks import MAP, WORLD, Ground, Tape
-from vbbench.pictures.viewer.rerun_sdk import rerun, strictly
+from vbbench.pictures.viewer.marks import MAP, WORLD, Ground, Tape, rerun, strictly
 from vbbench.pictures.viewer.world import CAMERA, ERRORS, record_estimate, record_world
 from vbbench.scoring.metrics import METRICS
 from vbbench.sequence import NOBODY, Given

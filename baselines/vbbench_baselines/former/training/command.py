@@ -38,8 +38,8 @@ def train_vb_former(
     if sequences is not None and sequences < 1:
         raise VbbenchError(f"--sequences is at least 1, not {sequences}")
     with needs_extra("torch", "training"):
+        from vbbench_baselines.former.training.loop import Asked, train
         from vbbench_baselines.former.training.recipe import read_recipe
-        from vbbench_baselines.former.training.run_folder import Asked, train
     asked = Asked(recipe=read_recipe(recipe), seed=seed, pure=pure, sequences=sequences, part=part)
     path = train(out, asked, crowds=crowds, device=device, jobs=jobs)
     sys.stderr.write(f"{path}\n")

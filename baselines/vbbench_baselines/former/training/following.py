@@ -12,10 +12,9 @@ from torch.nn import functional
 from vbbench.protocol import START_FRAMES
 from vbbench_baselines.former.certainty import NARROWEST, WIDEST
 from vbbench_baselines.former.network import Answer, Birdifier
-from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.scene import Sights, Told
-from vbbench_baselines.former.state import State, nothing_seen
+from vbbench_baselines.former.state import Array, State, nothing_seen
 from vbbench_baselines.former.training.batches import COLD_START, ONE_STEP, Batch
 
 SHARPNESS = 4.0

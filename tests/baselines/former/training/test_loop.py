@@ -13,17 +13,16 @@ from PIL import Image
 from tests.baselines.former.training.test_windows import TINY
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
+from vbbench_baselines.former.inference import read_weights
 from vbbench_baselines.former.solver import VbFormer
 from vbbench_baselines.former.training.crowds import Crowds, make_crowds
-from vbbench_baselines.former.weights import read_weights
 
 torch = pytest.importorskip("torch", reason="needs the extra torch")
 pytestmark = pytest.mark.extra
 
 from vbbench_baselines.former.training.batches import batch_of  # noqa: E402
-from vbbench_baselines.former.training.loop import Arrays, Training, held_out_batches  # noqa: E402
+from vbbench_baselines.former.training.loop import Arrays, Asked, Training, draw_curve, held_out_batches, train  # noqa: E402  # noqa: E402
 from vbbench_baselines.former.training.recipe import Phase  # noqa: E402
-from vbbench_baselines.former.training.run_folder import Asked, draw_curve, train  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -84,9 +83,7 @@ def test_stopped_or_with_more_processes_a_training_ends_with_the_same_weights(fo
 def test_the_curve_shows_the_whole_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Losses and held-out errors of every row, those before a stop included."""
     figures: list[Figure] = []
-    monkeypatch.setattr(
-        "vbbench_baselines.former.training.run_folder.save_picture", lambda figure, _: figures.append(figure)
-    )
+    monkeypatch.setattr("vbbench_baselines.former.training.loop.save_picture", lambda figure, _: figures.append(figure))
     log = [
         {"windows": 100 * n, "seconds": 2.0 * n, "loss": 1.0 / n, "rollout people": 0.9 / n, "one-step people": 0.1}
         for n in range(1, 6)

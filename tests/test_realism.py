@@ -14,7 +14,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray
-from vbbench.realism.report import (
+from vbbench.realism import (
     Walking,
     dataset_scenes,
     describe_realism,

@@ -1,1 +1,0 @@
-"""How people walk in a crowd, in figures, so that simulated crowds can be compared with recorded ones."""
