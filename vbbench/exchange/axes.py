@@ -80,7 +80,9 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
         return _along_path(trajectory, axes, "there are no rotations")
     first = next(iter(orders.values()))
     still = axes is None and np.abs(first - first[0]).max() < 1e-6
-    if still and _bends(places):
+    far = np.diff(places[_corners(places, max(STEP, float(np.ptp(places, axis=0).max()) / 8.0))], axis=0)
+    ways = far / np.linalg.norm(far, axis=1, keepdims=True)
+    if still and (ways @ ways.T).min(initial=1.0) < np.cos(_BEND):  # more than noise of places bends a path
         return _along_path(trajectory, axes, "its rotation never changes, but its path bends")
     steps = _corners(places, STEP)
     kinds = _USUAL if axes is None else (axes,)
@@ -88,11 +90,11 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     usual = readings[0].order
     fitting = [one for one in readings if (one.fits if axes is None else one.upright)]
     starts = {order for order in orders if np.allclose(orders[order][0], np.eye(3), atol=1e-3)}
-    fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.way)]
-    plain = readings[0].way
-    angles = [one for one in fitting if one.order in (DEGREES, COMPASS) and one.axes == readings[0].axes]
-    angles = [one for one in angles if one.way.real >= plain.real + _UNUSUAL and abs(one.way) > abs(plain)]
-    angle = max(angles, key=lambda one: abs(one.way), default=None)
+    fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.heading)]
+    plain = readings[0].heading or 0j
+    angles = {one.heading or 0j: one for one in fitting if one.axes == readings[0].axes}
+    angles = {way: one for way, one in angles.items() if one.order in (DEGREES, COMPASS) and abs(way) > abs(plain)}
+    angle = angles.get(max((way for way in angles if way.real >= plain.real + _UNUSUAL), key=abs, default=0j))
     unusual = {order: -0.01 if order in starts else _UNUSUAL * (order != usual) for order in orders}
     found = angle or min(fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None)
     if axes is None:
@@ -108,7 +110,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
         notes.append(f"{name} is read as {found.order}, which its motion fits")
     if axes is not None and found.climb > _CLIMB:
         notes.append(f"{name}: in the axes of '{axes}' {found.climb:.0%} of the way leads up or down: is it '{axes}'?")
-    aside = phase(found.way or 1.0)
+    aside = phase(found.heading or 1.0)
     if still and _BEND < abs(aside) <= _AHEAD:
         way = (
             f"its rotation never changes, and its path leads {np.degrees(abs(aside)):.0f}° to a side of where it looks"
@@ -142,11 +144,6 @@ class _Reading:
     spin: float
 
     @property
-    def way(self) -> complex:
-        """The ``heading``; 0 if the body stands."""
-        return self.heading or 0j
-
-    @property
     def upright(self) -> bool:
         """Whether the body's lean stays that of a camera that looks ahead."""
         return bool(self.lean.max() < _STEEPEST)
@@ -176,7 +173,7 @@ class _Reading:
     @property
     def cost(self) -> float:
         """Misfit: 0 for an upright body that moves forward and rotates about the vertical."""
-        aside = 0.0 if self.heading is None else 1.0 - self.way.real
+        aside = 0.0 if self.heading is None else 1.0 - self.heading.real
         return (
             aside
             + float(np.mean(1.0 - np.cos(self.lean)))
@@ -290,13 +287,6 @@ def _corners(places: FloatArray, reach: float) -> IntArray:
         if dist(points[rows[-1]], point) >= reach:
             rows.append(row)
     return np.array(rows)
-
-
-def _bends(places: FloatArray) -> bool:
-    """Whether a path [N, 3] changes its direction by more than noise of its places does."""
-    moves = np.diff(places[_corners(places, max(STEP, float(np.ptp(places, axis=0).max()) / 8.0))], axis=0)
-    ways = moves / np.linalg.norm(moves, axis=1, keepdims=True)
-    return len(ways) > 1 and bool((ways @ ways.T).min() < np.cos(_BEND))
 
 
 def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:

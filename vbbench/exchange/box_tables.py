@@ -218,6 +218,8 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
     scores = table.scaled("score")
     if scores[scores < 0.0].tolist() == [UNLINKED] * int((scores < 0.0).sum()):
         scores[scores < 0.0] = np.nan
+    # Scores of 1 and 0 alone are marks of rows that count or not, as in ground truth.
+    flags = bool((scores == 1.0).any() and np.isin(scores[~np.isnan(scores)], (0.0, 1.0)).all())
     classes = _classes(table)
     if classes.dtype.kind in "if" and "class_name" in table and (table["class_name"] != "").any():
         classes = table["class_name"]
@@ -229,7 +231,7 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
         classes=classes,
         scores=scores,
         visible=table.numbers("visible"),
-        ignored=(table.numbers("ignored", 0.0) != 0.0) | (_are_flags(scores) & (scores == 0.0)),
+        ignored=(table.numbers("ignored", 0.0) != 0.0) | (flags & (scores == 0.0)),
         base=base,
         timed=stamps is not None,
     )
@@ -241,8 +243,11 @@ def _stamps_of_frames(table: NamedColumns) -> FloatArray | None:
     def stamp(name: str) -> float:
         return parse_number(re.sub(r"\.[A-Za-z]\w*$", "", name.rpartition("/")[2])) or 0.0
 
-    names, inverse = np.unique(table["frame"], return_inverse=True)
-    found = names.astype(np.float64) if names.dtype.kind in "if" else np.array(list(map(stamp, names.tolist())))
+    if (names := table["frame"]).dtype.kind in "if":
+        found, inverse = table.numbers("frame"), np.arange(len(names))
+    else:
+        names, inverse = np.unique(names, return_inverse=True)
+        found = np.array(list(map(stamp, names.tolist())))
     if not found.min() >= LEAST_STAMP:
         return None
     unit = next(unit for unit, most in ((1.0, 1e11), (1e-3, 1e14), (1e-6, 1e17), (1e-9, np.inf)) if found.max() < most)
@@ -310,11 +315,6 @@ def _classes(table: NamedColumns) -> NDArray[Any]:
         parse_number(cell) is not None for cell in np.unique(classes[:: 1 + len(classes) // _LOOKED_AT]).tolist()
     )
     return table.numbers("class", UNLINKED) if numbered and "class" in table else classes
-
-
-def _are_flags(scores: FloatArray) -> bool:
-    """Whether scores are marks of rows that count (1) or not (0), as in ground truth."""
-    return bool((scores == 1.0).any() and np.isin(scores[~np.isnan(scores)], (0.0, 1.0, UNLINKED)).all())
 
 
 def _mot_boxes(table: NamedColumns) -> BoxTable:

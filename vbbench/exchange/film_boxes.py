@@ -17,7 +17,6 @@ from typing import IO
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError, plain_errors
-from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.detection import NOBODY, Detections, Detector, TrackerFactory, make_detector, rows_of_tracks
 from vbbench.exchange.mot import write_mot
 from vbbench.files.tables import file_sha256
@@ -161,7 +160,9 @@ def find_boxes(
         _detect(film, finder, kept, period)
         linking, detections = factory(dt=1.0 / rate, period=period), sum(len(one.scores) for one in kept.found)
         found = [linking.step(one) for one in kept.found]
-        rows = _lasting(rows_of_tracks(np.arange(len(found)), found), every)
+        rows = rows_of_tracks(np.arange(len(found)), found)
+        _, column, count = np.unique(rows.track, return_inverse=True, return_counts=True)
+        rows = rows.select((count[column] >= FEWEST_BOXES) & (rows.frame % every == 0))
         if len(rows.frame):
             write_mot(out, rows)
         kept.remove()
@@ -190,9 +191,3 @@ def _detect(film: Film, finder: Detector, kept: KeptDetections, period: float | 
         for picture in islice(film.pictures(), len(kept.found), None):
             kept.add(finder.detect(picture, period))
             bar.update()
-
-
-def _lasting(rows: BoxRows, every: int) -> BoxRows:
-    """The boxes of every ``every``-th frame, without short tracks."""
-    _, column, count = np.unique(rows.track, return_inverse=True, return_counts=True)
-    return rows.select((count[column] >= FEWEST_BOXES) & (rows.frame % every == 0))

@@ -332,7 +332,8 @@ def draw_boxes(heads: Heads, noise: float, rng: np.random.Generator) -> FloatArr
     noise : root mean square of the relative errors of widths, and of heights.
     """
     keys = _keys(heads)
-    spread = noise * _raised()
+    part = np.arange(KEY_EVERY) / KEY_EVERY  # most boxes are means of two, whose error is smaller
+    spread = noise * float(1.0 / np.sqrt(np.mean(part**2 + (1.0 - part) ** 2)))
     errors = rng.standard_normal((len(keys), 5))
     factor = 1.0 + spread * (np.sqrt(CORRELATION) * errors[:, :1] + np.sqrt(1.0 - CORRELATION) * errors[:, 1:3])
     sizes = heads.sizes[keys] * np.maximum(factor, SMALLEST)
@@ -345,12 +346,6 @@ def _keys(heads: Heads) -> IntArray:
     begins = np.diff(heads.track, prepend=-1) != 0
     ends = np.append(begins[1:], True)
     return np.flatnonzero(begins | ends | (heads.frame % KEY_EVERY == 0))
-
-
-def _raised() -> float:
-    """Root mean square error of key boxes, divided by that of all boxes, most of which are means of two."""
-    part = np.arange(KEY_EVERY) / KEY_EVERY
-    return float(1.0 / np.sqrt(np.mean(part**2 + (1.0 - part) ** 2)))
 
 
 def _joined(heads: Heads, keys: IntArray, boxes: FloatArray) -> FloatArray:

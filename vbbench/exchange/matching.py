@@ -158,19 +158,14 @@ def frame_offset(
         kept = ~np.isnan(then)
         if kept.sum() < max(_FEWEST, 0.25 * len(row)):
             continue
-        gain, error = _mean_of_blocks((then - now)[kept], block[kept])
+        values, counts = (then - now)[kept], np.bincount(block[kept])
+        gain, used = float(values.mean()), max(int((counts > 0).sum()), 2)
+        sums = np.bincount(block[kept], values) - counts * gain
+        error = float(np.sqrt((sums**2).sum() * used / (used - 1.0)) / len(values))
         fit = float(then[kept].mean())
         if fit >= least and gain > max(_LEAST_GAIN, _SURE * error, best[0] if best else 0.0):
             best = gain, FrameOffset(later, fit, float(now[kept].mean()))
     return best[1] if best else None
-
-
-def _mean_of_blocks(values: FloatArray, block: IntArray) -> tuple[float, float]:
-    """The mean of ``values`` [N], and its standard error by their ``block`` [N]."""
-    mean, counts = float(values.mean()), np.bincount(block)
-    sums = np.bincount(block, values) - counts * mean
-    used = max(int((counts > 0).sum()), 2)
-    return mean, float(np.sqrt((sums**2).sum() * used / (used - 1.0)) / len(values))
 
 
 def in_columns(boxes: FloatArray) -> FloatArray:

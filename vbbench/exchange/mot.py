@@ -112,7 +112,10 @@ def export_mot(
     with loose_files(out):
         for one in chosen:
             name = sequence_name(one.index)
-            folder, tracks = out / name, _observed_rows(one)
+            folder, (frame, column) = out / name, np.nonzero(one.observed)
+            boxes = rectangles(one.observations[frame, column])
+            tracks = rows_of(Path(), frame, one.tracks[column], boxes, np.ones(len(frame)))
+            tracks = replace(tracks, visible=one.visible[frame, column])
             write_mot(folder / "gt" / "gt.txt", tracks)
             write_mot(folder / "det" / "det.txt", replace(tracks, track=np.full(len(tracks.frame), UNLINKED)))
             info = sequence_info(name, dataset.info.dt, one.frames, dataset.camera(one).picture_size, ".png")
@@ -120,13 +123,6 @@ def export_mot(
             if backend is not None:
                 _write_pictures(dataset, one, folder / "img1", backend, announce)
     return out
-
-
-def _observed_rows(sequence: Sequence) -> BoxRows:
-    frame, column = np.nonzero(sequence.observed)
-    boxes = rectangles(sequence.observations[frame, column])
-    rows = rows_of(Path(), frame, sequence.tracks[column], boxes, np.ones(len(frame)))
-    return replace(rows, visible=sequence.visible[frame, column])
 
 
 def _write_pictures(

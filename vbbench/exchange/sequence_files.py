@@ -104,17 +104,20 @@ def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> Sequence
     missing = next((key for key, text in stated.items() if not text), None)
     if whole and missing is not None:
         raise FileError(path, f"key '{missing}' is missing in its section [{SECTION}]")
-    rate = _frame_rate(path, stated["frameRate"]) if stated["frameRate"] else 0.0
+    rate = parse_number(stated["frameRate"] or "0")
+    if stated["frameRate"] and (rate is None or not 0.1 <= rate <= 1000.0):
+        problem = f"frameRate is {quoted(stated['frameRate'])}, not a number of pictures a second, 0.1 to 1000"
+        raise FileError(path, problem)
     size = (0, 0)
     if all(stated[key] for key in _SIZE):
         width, height = (_whole_number(path, key, stated[key], MOST_PIXELS) for key in _SIZE)
         size = width, height
     if not whole:
-        return SequenceInfo(rate=rate, size=size)
+        return SequenceInfo(rate=rate or 0.0, size=size)
     name, frames = stated["name"], _whole_number(path, "seqLength", stated["seqLength"], _MOST_FRAMES)
     if len(name) > _LONGEST_NAME or not name.isprintable():
         raise FileError(path, f"name is {quoted(name)}, not up to {_LONGEST_NAME} letters in one line")
-    return SequenceInfo(name, rate, frames, size)
+    return SequenceInfo(name, rate or 0.0, frames, size)
 
 
 def _whole_number(path: Path, key: str, text: str, most: int) -> int:
@@ -122,10 +125,3 @@ def _whole_number(path: Path, key: str, text: str, most: int) -> int:
     if not 1 <= count <= most:
         raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
     return count
-
-
-def _frame_rate(path: Path, text: str) -> float:
-    rate = parse_number(text)
-    if rate is None or not 0.1 <= rate <= 1000.0:
-        raise FileError(path, f"frameRate is {quoted(text)}, not a number of pictures a second, 0.1 to 1000")
-    return rate

@@ -217,7 +217,8 @@ def read_table(
         called = {noun: header.names[column] for noun, column in header.columns.items()}
         form = _Form(path, dict(header.columns), called, frozenset(required), mark, first, cells)
     else:
-        if sample and (not layout or (not any(map(_is_number, cells)) and re.search("[A-Za-z]", sample))):
+        wordy = all(parse_number(cell) is None for cell in cells) and re.search("[A-Za-z]", sample)
+        if sample and (not layout or wordy):
             known = ", ".join(nouns or re.findall(r"\w+", str(layout)))
             problem = f"its first line is {quoted(sample)}, which names no columns that are known: {known}"
             raise FileError(path, problem, first)
@@ -366,10 +367,6 @@ def split_header(
     return content[begin:], header, max(number, 1)
 
 
-def _is_number(cell: str) -> bool:
-    return parse_number(cell) is not None
-
-
 def _read_fast(body: bytes, form: _Form, width: int) -> Read | None:
     """The rows of a table whose lines all have the same columns, empty cells only where they may be; else ``None``."""
     if (form.span and not form.span[0] <= width <= form.span[1]) or b"0x" in body or b"0X" in body:
@@ -390,17 +387,13 @@ def _read_fast(body: bytes, form: _Form, width: int) -> Read | None:
         except pa.ArrowException:
             continue
         columns = {noun: _from_arrow(noun, table[name]) for name, noun in nouns.items()}
-        if any(_is_faulty(column, noun in form.required) for noun, column in columns.items()):
-            return None
+        for noun, column in columns.items():  # infinities, or empty cells where there must be none
+            empty = np.isnan(column) if column.dtype.kind == "f" else column == ""
+            infinite = column.dtype.kind == "f" and np.isinf(column).any()
+            if infinite or (noun in form.required and column.dtype.kind in "fU" and empty.any()):
+                return None
         return columns, np.arange(form.first, form.first + len(table))
     return None
-
-
-def _is_faulty(column: NDArray[Any], required: bool) -> bool:
-    """Whether a column has infinities, or empty cells where it must have none."""
-    if column.dtype.kind != "f":
-        return required and column.dtype.kind == "U" and bool((column == "").any())
-    return bool(np.isinf(column).any()) or (required and bool(np.isnan(column).any()))
 
 
 def _read_carefully(body: bytes, form: _Form, width: int) -> Read:

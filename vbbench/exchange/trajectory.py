@@ -82,7 +82,13 @@ def read_trajectory(path: Path) -> Trajectory:
     axes = [found[1] or "body" for found in map(_STATED.search, re.findall(r"(?m)^[ \t]*[#%].*$", head)) if found]
     nouns = (*_NOUNS, *MOTION_COVARIANCE)
     table = read_table(
-        path, _plain(content), _NOUNS, layout=_layout, required=nouns, usable=_is_header, repeated=("time", "frame")
+        path,
+        _plain(content),
+        _NOUNS,
+        layout=_layout,
+        required=nouns,
+        usable=lambda header, comment: _is_whole(header) if comment else bool(header.columns),
+        repeated=("time", "frame"),
     )
     if not len(table):
         raise FileError(path, f"holds no pose; write lines of '{TUM}'")
@@ -116,11 +122,6 @@ def _plain(content: bytes) -> bytes:
     return content
 
 
-def _is_header(header: Header, comment: bool) -> bool:
-    """Whether a line names columns: a first line at least one, a comment all columns of a trajectory."""
-    return _is_whole(header) if comment else bool(header.columns)
-
-
 def _is_whole(header: Header) -> bool:
     turned = sum(name in header for name in _QUATERNION)
     return ("time" in header or "frame" in header) and "x" in header and "y" in header and turned in (0, 4)
@@ -147,7 +148,8 @@ def _layout(row: list[str]) -> Layout:
     cells, count = "x0 x1 x2 x y0 y1 y2 y z0 z1 z2 z", len(row)
     known = ["time x y", "time x y z", _TUM, f"{_TUM} {' '.join(MOTION_COVARIANCE)}"]
     known += [f"{time}{cells}{last}" for time in ("", "time ") for last in ("", " (30) (31) (32) (33)")]
-    known += [" ".join([_TUM, *(f"({column})" for column in range(9, count + 1))])] if _is_turn(row[4:8]) else []
+    if abs(hypot(*(parse_number(cell) or 0.0 for cell in row[4:8])) - 1.0) < _UNIT_TOLERANCE:  # a quaternion
+        known.append(" ".join([_TUM, *(f"({column})" for column in range(9, count + 1))]))
     found = next((one for one in known if len(one.split()) == count), "")
     if row and parse_number(row[0]) is None:
         raise ValueError(f"its first line is {quoted(' '.join(row))}; {_WANTED}")
@@ -155,11 +157,6 @@ def _layout(row: list[str]) -> Layout:
         wanted = f"wanted 8 with spaces between: {TUM}"
         raise ValueError(f"{count} columns, {wanted}; or 3 x 4 matrices; or a first line of names")
     return found
-
-
-def _is_turn(cells: list[str]) -> bool:
-    """Whether four cells are a quaternion."""
-    return abs(hypot(*(parse_number(cell) or 0.0 for cell in cells)) - 1.0) < _UNIT_TOLERANCE
 
 
 def _rotations(table: NamedColumns) -> dict[str, FloatArray]:

@@ -20,7 +20,6 @@ from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import FloatArray, IntArray
-from vbbench.sequence import Sequence
 
 _HEADER = "# timestamp tx ty tz qx qy qz qw (body: x forward, z up; timestamp {})\n"
 _GRID_TOLERANCE = 0.05
@@ -125,21 +124,15 @@ def import_tum_folder(
     if not named:
         raise FileError(folder, f"holds no trajectory; files are called {sequence_name(0)}.txt and so on")
     paths = files_by_sequence(named, len(dataset))
-    poses = {number: _poses_of(path, dataset.sequence(number), dataset.info.dt) for number, path in paths.items()}
+    poses, dt = {number: import_tum(path, dataset.info.dt) for number, path in paths.items()}, dataset.info.dt
+    for number, (frames, _) in poses.items():
+        if frames[-1] > (last := dataset.sequence(number).frames - 1):
+            problem = f"has frame {frames[-1]}; sequence {number} ends with frame {last} ({last * dt:g} s)"
+            raise FileError(paths[number], problem)
     info = SubmissionInfo(solver=solver, dataset=dataset.info.id, protocol=protocol, failure_policy="hold")
     nobody: dict[str, Any] = {**dict.fromkeys(("frame", "track"), np.empty(0, int)), "x": np.empty(0), "y": np.empty(0)}
     with SubmissionWriter(out, info) as writer:
-        for number, (frames, (x, y, yaw)) in poses.items():
+        for number, (frames, found) in poses.items():
+            x, y, yaw = found.T
             writer.add(number, {"frame": frames, "x": x, "y": y, "yaw": yaw}, nobody)
     return Path(out)
-
-
-def _poses_of(path: Path, sequence: Sequence, dt: float) -> tuple[IntArray, FloatArray]:
-    """Frames [N], and x, y and yaw [3, N]."""
-    frames, poses = import_tum(path, dt)
-    if frames[-1] >= sequence.frames:
-        last = sequence.frames - 1
-        raise FileError(
-            path, f"has frame {frames[-1]}; sequence {sequence.index} ends with frame {last} ({last * dt:g} s)"
-        )
-    return frames, poses.T

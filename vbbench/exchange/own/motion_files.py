@@ -85,19 +85,11 @@ def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple
         frames = f"the boxes are from {timeline.times[0]:.10g} to {timeline.times[-1]:.10g} s"
         raise FileError(path, f"no frame has a motion: {frames}, {_reach(motion.times, timeline)}")
     missing = f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}"
-    missing += _shift(motion.times, timeline)
+    off = motion.times - timeline.times if len(motion.times) == timeline.frames else np.zeros(1)
+    if np.ptp(off) <= 0.1 * timeline.dt and abs(off[0]) >= 0.5 * timeline.dt:
+        when = f"{abs(off[0]):.4g} s {'later' if off[0] > 0.0 else 'earlier'}"
+        missing += f": it has as many poses as there are frames, each {when}: do both count from one number, 0 or 1?"
     return Odometry(motions=motions, covariances=covariances), (*motion.notes, *([] if measured.all() else [missing]))
-
-
-def _shift(times: FloatArray, timeline: Timeline) -> str:
-    """Text about a constant shift between poses and as many frames; empty without one."""
-    if len(times) != timeline.frames:
-        return ""
-    off = times - timeline.times
-    if np.ptp(off) > 0.1 * timeline.dt or abs(off[0]) < 0.5 * timeline.dt:
-        return ""
-    when = f"{abs(off[0]):.4g} s {'later' if off[0] > 0.0 else 'earlier'}"
-    return f": it has as many poses as there are frames, each {when}: do both count from one number, 0 or 1?"
 
 
 def _reach(times: FloatArray, timeline: Timeline) -> str:

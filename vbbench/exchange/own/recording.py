@@ -270,8 +270,13 @@ def read_recording(
     if linked_here:
         rows, linking = _linked(rows, own)
         notes.append(linking)
-    rows, straightening = _straight(rows, own)
-    notes += straightening
+    straight, unseen = straight_rows(rows, own.facts.distortion, own.camera.intrinsics)
+    if unseen > 0.5 * len(rows):
+        problem = f"[distortion] leaves {unseen} of {len(rows)} boxes without a place in the picture"
+        raise FileError(own.path, f"{problem}; are these its coefficients?")
+    if unseen:
+        notes.append(f"{unseen} of {len(rows)} boxes are dropped: the lens shows them too far from its axis")
+    rows = straight
     tracks, boxes, visible = _dense(rows, own)
     notes += gaps(~np.isnan(boxes[..., 2]), timeline.dt)
     scene, odometry = None, None
@@ -341,16 +346,6 @@ def _linked(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, str]:
         raise FileError(rows.path, f"{problem}; are frames close in time, and scores from 0 to 1?")
     people = len(np.unique(linked.track))
     return linked, f"boxes without ids: the tracker links {len(linked)} of {len(rows)} of them to {people} tracks"
-
-
-def _straight(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, list[str]]:
-    """The boxes without the lens's distortion."""
-    found, lost = straight_rows(rows, own.facts.distortion, own.camera.intrinsics)
-    if lost > 0.5 * len(rows):
-        problem = f"[distortion] leaves {lost} of {len(rows)} boxes without a place in the picture"
-        raise FileError(own.path, f"{problem}; are these its coefficients?")
-    far = f"{lost} of {len(rows)} boxes are dropped: the lens shows them too far from its axis"
-    return found, [far] if lost else []
 
 
 def _dense(rows: OwnBoxes, own: OwnCamera) -> tuple[IntArray, FloatArray, FloatArray]:
