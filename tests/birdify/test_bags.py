@@ -14,6 +14,7 @@ from tests.lib.ros_messages import Messages
 from vbbench.birdify.bags import BagTopics, birdify_bag
 from vbbench.cli import main
 from vbbench.errors import FileError
+from vbbench.exchange.bags import is_bag
 from vbbench.exchange.own.recording import files_in, read_recording
 
 pytestmark = [pytest.mark.extra("rosbags"), pytest.mark.filterwarnings("ignore::vbbench.errors.VbbenchWarning")]
@@ -168,6 +169,7 @@ def test_topics_that_are_missing_or_several_are_listed(tmp_path: Path, walk: Wal
         birdify_bag(path, tmp_path / "map", BagTopics(boxes="/people"), **mount)
     with pytest.raises(FileError, match=r"--camera names no topic of the bag: /info; .* it has /camera_info"):
         birdify_bag(path, tmp_path / "map", BagTopics(odometry="/odom", camera="/info"), **mount)
+    assert not (tmp_path / "map.from-bag").exists(), "nothing is half-written"
 
 
 def test_what_is_no_bag(tmp_path: Path) -> None:
@@ -177,6 +179,10 @@ def test_what_is_no_bag(tmp_path: Path) -> None:
     for path, kind in ((tmp_path / "no.bag", "1"), (tmp_path, "2")):
         with pytest.raises(FileError, match=f"is no whole ROS {kind} bag"):
             birdify_bag(path, tmp_path / "map", BagTopics())
+    (tmp_path / "walk.db3").touch()
+    assert is_bag(tmp_path / "walk.db3")
+    with pytest.raises(FileError, match=r"metadata.yaml is missing; 'ros2 bag reindex' writes it"):
+        birdify_bag(tmp_path / "walk.db3", tmp_path / "map", BagTopics())
 
 
 class Optical(Writing):

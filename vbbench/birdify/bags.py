@@ -58,13 +58,19 @@ def files_from_bag(path: Path, topics: BagTopics, folder: Path) -> RecordingFile
     Raises VbbenchError if the bag cannot be read, or a topic is missing.
     """
     with open_bag(path, "reading a bag (bag:DIR)") as bag:
-        folder.mkdir(parents=True, exist_ok=True)
-        boxes = _write_boxes(bag, _topic(bag, topics.boxes, DETECTIONS, "--boxes"), folder / "boxes.csv")
+        boxes_topic = _topic(bag, topics.boxes, DETECTIONS, "--boxes")
         odometry, camera = topics.odometry, topics.camera
+        odometry_topic = camera_topic = ""
         if not _is_file(bag, odometry) and (odometry is not None or bag.topics_of(ODOMETRY)):
-            odometry = _write_odometry(bag, _topic(bag, odometry, ODOMETRY, "--odometry"), folder / "odometry.txt")
+            odometry_topic = _topic(bag, odometry, ODOMETRY, "--odometry")
         if not _is_file(bag, camera):
-            camera = _write_camera(bag, _topic(bag, camera, CAMERA, "--camera"), folder / "camera_info.yaml")
+            camera_topic = _topic(bag, camera, CAMERA, "--camera")
+        folder.mkdir(parents=True, exist_ok=True)
+        boxes = _write_boxes(bag, boxes_topic, folder / "boxes.csv")
+        if odometry_topic:
+            odometry = _write_odometry(bag, odometry_topic, folder / "odometry.txt")
+        if camera_topic:
+            camera = _write_camera(bag, camera_topic, folder / "camera_info.yaml")
     odometry = None if odometry is None else Path(odometry)
     return RecordingFiles(name=path.resolve().stem, camera=Path(camera or ""), boxes=boxes, odometry=odometry)
 

@@ -64,9 +64,13 @@ class Bag:
         return sorted(found, key=lambda name: -self.counts[name])
 
 
+_STORES = (".db3", ".mcap")
+"""Endings of the file with the messages in a bag of ROS 2."""
+
+
 def is_bag(path: Path) -> bool:
-    """Whether a path is a bag by its name: of ROS 1 a file ``.bag``, of ROS 2 a folder with ``metadata.yaml``."""
-    return path.suffix == ".bag" or (path / "metadata.yaml").is_file()
+    """Whether a path is a bag by its name: ``.bag`` of ROS 1; of ROS 2 a folder with ``metadata.yaml``, or its file."""
+    return path.suffix in (".bag", *_STORES) or (path / "metadata.yaml").is_file()
 
 
 @contextmanager
@@ -84,9 +88,12 @@ def open_bag(path: Path, purpose: str) -> Iterator[Bag]:
         from rosbags.rosbag1 import Reader as Reader1
         from rosbags.rosbag2 import Reader as Reader2
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-    path = path.parent if path.suffix in (".db3", ".mcap") and is_bag(path.parent) else path
     if not path.exists():
         raise FileError(path, "there is no such bag")
+    folder = path.parent if path.suffix in _STORES else path
+    if folder.is_dir() and not (folder / "metadata.yaml").is_file():
+        raise FileError(folder, "is no whole ROS 2 bag: metadata.yaml is missing; 'ros2 bag reindex' writes it")
+    path = folder
     types = get_typestore(Stores.ROS2_HUMBLE if path.is_dir() else Stores.ROS1_NOETIC)
     try:
         with Reader2(path) if path.is_dir() else Reader1(path) as reader:
