@@ -4,6 +4,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from importlib.metadata import EntryPoint
+from pathlib import Path
 from typing import ClassVar
 
 import pytest
@@ -42,6 +43,18 @@ def test_listing_imports_nothing() -> None:
 def test_wrong_names_get_a_suggestion(wrong: str, near: str) -> None:
     with pytest.raises(UnknownNameError, match=near):
         registry.load("solver", wrong)
+
+
+@pytest.mark.parametrize("name", ["mine", "mine.py"])
+def test_the_name_of_a_module_is_not_that_of_its_class(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UnknownNameError):
+        registry.load("solver", name)
+    (tmp_path / "mine.py").touch()
+    with pytest.raises(VbbenchError, match=r"of a class in mine\.py write mine:CLASS"):
+        registry.load("solver", name)
 
 
 def test_module_and_attribute_need_no_registration() -> None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Any, Literal
 
 from vbbench.errors import MissingExtraError, UnknownNameError, VbbenchError, VbbenchWarning
@@ -43,6 +43,9 @@ def load(kind: Kind, name: str) -> Any:
     """
     if ":" in name and name not in registered(kind):
         return _import(kind, name, name)
+    file = Path(f"{name.removesuffix('.py')}.py")
+    if kind == "solver" and name not in registered(kind) and file.is_file():
+        raise VbbenchError(f"no solver is called '{name}'; of a class in {file} write {file.stem}:CLASS")
     return load_registered(kind, name)
 
 

@@ -128,6 +128,7 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["leaderboard", "add", "nowhere"], "--dataset"),
         (["fetch", "hotle"], "no split is called 'hotle'; did you mean 'hotel'"),
         (["fetch"], "name splits"),
+        (["generate", "demo", "--seed", "x", "--out", "x"], "--seed: must be a whole number or secret, not 'x'"),
         (["fetch", "eth", "--source", "x"], "'fetch' has no options; remove --source"),
         (["birdify", "boxes.csv", "-camera", "camera.toml"], "called '-camera'; did you mean '--camera'?"),
         (["birdify", "--example", "--film=yes"], "--film takes no value; write --film alone"),
@@ -153,6 +154,13 @@ def test_exchanged_folders_are_named(capsys: pytest.CaptureFixture[str], dataset
     assert (status, "no dataset here, but a submission" in err) == (2, True)
     status, _, err = run(capsys, "score", dataset, "--dataset", dataset)
     assert (status, "this folder is a dataset; name that of the answers" in err) == (2, True)
+
+
+def test_what_has_nothing_to_fetch_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, err = run(capsys, "fetch", "nuscenes", "sim")
+    assert (status, out) == (0, "")
+    assert "nuscenes: nothing to fetch; it is made from your own files, which --source names" in err
+    assert "sim: nothing to fetch; it has no source files" in err
 
 
 @pytest.mark.parametrize("name", ["generate", ""])

@@ -299,7 +299,7 @@ def _read(kinds: Sequence[Any], text: str) -> Any:
         if get_origin(kind) is Literal:
             if text in get_args(kind):
                 return text
-            wanted.append(suggestion(text, get_args(kind)))
+            wanted.append(suggestion(text, get_args(kind)) if len(kinds) == 1 else " or ".join(get_args(kind)))
         elif kind in _NUMBERS:
             try:
                 return kind(text)

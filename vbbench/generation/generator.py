@@ -1,5 +1,6 @@
 """What a split's generator must offer, and what a user may ask of it. It registers under ``vbbench.generators``."""
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,7 +8,7 @@ from textwrap import fill
 from typing import Annotated, Literal, Protocol, runtime_checkable
 
 from vbbench.camera import Camera
-from vbbench.errors import VbbenchError, user_mistakes
+from vbbench.errors import VbbenchError, VbbenchWarning, user_mistakes
 from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FootageOptions, Recordings
@@ -211,6 +212,9 @@ def fetch_splits(names: Sequence[str]) -> list[Path]:
     if not names:
         raise VbbenchError("fetch what? name splits, such as hotel eth students; 'vbbench splits' lists them")
     found: list[Generator] = [load("generator", name) for name in names]
+    for card in (generator.card for generator in found if not generator.card.sources):
+        why = "it is made from your own files, which --source names" if card.own_files else "it has no source files"
+        warnings.warn(VbbenchWarning(f"{card.name}: nothing to fetch; {why}"), stacklevel=2)
     wanted = {source.path: source for generator in found for source in generator.card.sources}
     return fetch(list(wanted.values()))
 
