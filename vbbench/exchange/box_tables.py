@@ -248,7 +248,7 @@ def _stamps_of_frames(table: NamedColumns) -> FloatArray | None:
     else:
         names, inverse = np.unique(names, return_inverse=True)
         found = np.array(list(map(stamp, names.tolist())))
-    if not found.min() >= LEAST_STAMP:
+    if not found.size or not found.min() >= LEAST_STAMP:
         return None
     unit = next(unit for unit, most in ((1.0, 1e11), (1e-3, 1e14), (1e-6, 1e17), (1e-9, np.inf)) if found.max() < most)
     return np.asarray(unit * found[inverse])
