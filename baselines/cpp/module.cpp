@@ -168,7 +168,6 @@ struct Core {
 
   void smoothed(int frame, const nb::object& pose, const nb::object& pose_covariance, const nb::object& places,
                 const nb::object& place_covariances) {
-    using Shape = std::vector<std::size_t>;
     const std::size_t k = people();
     if (frame < 0 || frame >= static_cast<int>(estimator.ages().size()))
       refuse("frame must be from 0 to " + std::to_string(static_cast<int>(estimator.ages().size()) - 1));

@@ -62,75 +62,13 @@ struct Reduced {
 constexpr int kDense = 1 + kGlobals;  ///< columns that all rows of a person may have
 static_assert(kDense % kLane == 0);
 
-/// Lines −= Xᵀ X for rows X [count][stride], whose columns are zero but for the first kDense and those from `low` to
-/// `high` of a row. Rows are taken eight at a time.
-VBBENCH_WIDE_WHOLE inline void subtract_products(const double* x, int count, int stride, int low, const int* high,
-                                                 double* lines) {
-  constexpr int kBlock = 8;
-  const bool joined = low / kLane * kLane == kDense;
-  for (int begin = 0; begin < count; begin += kBlock) {
-    const int block = std::min(kBlock, count - begin);
-    const double* rows[kBlock];
-    double by[kBlock];
-    int end = low;
-    for (int k = 0; k < block; ++k) {
-      rows[k] = x + static_cast<std::ptrdiff_t>(begin + k) * stride;
-      end = std::max(end, high[begin + k]);
-    }
-    for (int a = 0; a < end; a = a + 1 == kDense ? low : a + 1) {
-      for (int k = 0; k < block; ++k) by[k] = rows[k][a];
-      double* line = lines + static_cast<std::ptrdiff_t>(a) * stride;
-      if (a < kDense && !joined) subtract_rows(line, rows, by, block, a, kDense);
-      subtract_rows(line, rows, by, block, joined ? a : std::max(a, low), end);
-    }
-  }
-}
-
 constexpr int kBand = 2 * kReach + 2;  ///< rows of a column of a person's path, its own one included
-
-/// X = L⁻¹ X of rows X [path + 2][stride] as above. L has `columns` [path][kBand + 2] and `own` at their end.
-VBBENCH_WIDE_WHOLE inline void substitute_rows(const double* columns, const double* own, int path, double* x,
-                                               int stride, int low, const int* high) {
-  const bool joined = low / kLane * kLane == kDense;
-  for (int i = 0; i < path + 2; ++i) {
-    double* row = x + static_cast<std::ptrdiff_t>(i) * stride;
-    for (int begin = i < path ? std::max(0, i - kBand + 2 - i % 2) : 0; begin < std::min(i, path); begin += 8) {
-      const int count = std::min(8, std::min(i, path) - begin);
-      const double* rows[8];
-      double by[8];
-      for (int k = 0; k < count; ++k) {
-        const int j = begin + k;
-        rows[k] = x + static_cast<std::ptrdiff_t>(j) * stride;
-        by[k] = columns[j * (kBand + 2) + (i < path ? i - j : kBand + i - path)];
-      }
-      if (!joined) subtract_rows(row, rows, by, count, 0, kDense);
-      subtract_rows(row, rows, by, count, joined ? 0 : low, high[i]);
-    }
-    if (i == path + 1) {
-      const double* height = row - stride;
-      subtract_rows(row, &height, own + 1, 1, 0, high[i]);
-    }
-    const double scale = 1.0 / (i < path ? columns[i * (kBand + 2)] : own[2 * (i - path)]);
-    for (int c = 0; c < high[i]; ++c) row[c] *= scale;
-  }
-}
 
 /// Weight and gradient of a box's row, for elimination.
 struct BoxRow {
   double w = 0.0;
   std::array<double, kSlots> by{};
 };
-
-/// The upper half of Σ w by byᵀ of four rows, [kSlots][kSlots]; what is left of the diagonal's lane is not set.
-VBBENCH_WIDE_WHOLE inline void add_squares(const BoxRow* rows, double* __restrict out) {
-  for (int a = 0; a < kSlotEnd; ++a) {
-    double by[4];
-    for (int r = 0; r < 4; ++r) by[r] = rows[r].w * rows[r].by[a];
-    double* __restrict line = out + a * kSlots;
-    for (int c = a / kLane * kLane; c < kSlots; ++c)
-      line[c] = by[0] * rows[0].by[c] + by[1] * rows[1].by[c] + by[2] * rows[2].by[c] + by[3] * rows[3].by[c];
-  }
-}
 
 /// The local system of one person: A x = b + B c, of which the factor L Lᵀ = A remains after elimination.
 ///
@@ -476,80 +414,10 @@ class Elimination {
   }
 
   /// Adds the rows of the boxes of a node, which have the same variables.
-  void add_boxes(Reduced& reduced) {
-    for (; pending_ < 4; ++pending_) boxes_[pending_].w = 0.0;
-    pending_ = 0;
-    double squares[kSlots * kSlots];
-    add_squares(boxes_.data(), squares);
-    const auto line = [&](int slot) { return squares + slot * kSlots; };
-    const int i = pending_node_, frame = first_ + i, unknowns = layout_.unknowns;
-    // Pieces of a line that the reduced system has, with their columns there.
-    struct Piece {
-      int slot, column, count;
-    };
-    const Piece pieces[3] = {{kSlotResidual, 0, kAbout},
-                             {kSlotCameraBefore, 1 + layout_.begin(frame - 1), frame > layout_.held ? unknowns : 0},
-                             {kSlotCamera, 1 + layout_.begin(frame), frame >= layout_.held ? unknowns : 0}};
-    for (int p = 0; p < 3; ++p)
-      for (int k = 0; k < pieces[p].count; ++k) {
-        const double* from = line(pieces[p].slot + k);
-        double* to = reduced.lines[pieces[p].column + k];
-        for (int q = p; q < 3; ++q)
-          for (int c = q == p ? k : 0; c < pieces[q].count; ++c) to[pieces[q].column + c] += from[pieces[q].slot + c];
-      }
-    for (int a = 0; a < 2; ++a) {
-      const double *place = line(kSlotPlace + a), *own = line(kSlotHeight + a);
-      Side& side = sides_[2 * i + a];
-      for (int c = 0; c < kAbout; ++c) side[c] += place[kSlotResidual + c];
-      for (int c = 0; c < unknowns; ++c) {
-        side[kAbout + c] += place[kSlotCameraBefore + c];
-        side[kAbout + unknowns + c] += place[kSlotCamera + c];
-      }
-      Column& column = columns_[2 * i + a];
-      for (int b = a; b < 2; ++b) {
-        column[b - a] += place[kSlotPlace + b];
-        own_[a + b] += own[kSlotHeight + b];
-      }
-      for (int b = 0; b < 2; ++b) column[kBand + b] += place[kSlotHeight + b];
-      for (const Piece& piece : pieces)
-        for (int c = 0; c < piece.count; ++c) own_sides_[a][piece.column + c] += own[piece.slot + c];
-    }
-    if (i == 0) return;
-    for (int a = 0; a < 2; ++a) {
-      const double* place = line(kSlotPlaceBefore + a);
-      Side& side = sides_[2 * i - 2 + a];
-      for (int c = 0; c < kAbout; ++c) side[c] += place[kSlotResidual + c];
-      for (int c = 0; c < unknowns; ++c) {
-        side[kAbout + unknowns + c] += place[kSlotCameraBefore + c];
-        side[kAbout + 2 * unknowns + c] += place[kSlotCamera + c];
-      }
-      Column& column = columns_[2 * i - 2 + a];
-      for (int b = a; b < 2; ++b) column[b - a] += place[kSlotPlaceBefore + b];
-      for (int b = 0; b < 2; ++b) {
-        column[2 + b - a] += line(kSlotPlace + b)[kSlotPlaceBefore + a];
-        column[kBand + b] += place[kSlotHeight + b];
-      }
-    }
-  }
+  void add_boxes(Reduced& reduced);
 
   /// X = L⁻¹ [b | B], and H −= Xᵀ X.
-  void substitute(Reduced& reduced) {
-    const int path = local - 2, stride = reduced.lines.cols(), width = 1 + reduced.size;
-    const int low = 1 + layout_.begin(first_);
-    Matrix& x = reduced.rows;
-    x.reset(local, stride);
-    std::vector<int>& high = reduced.high;
-    high.assign(local, width);
-    for (int i = 0; i < path; ++i) {
-      const Span span = frames_about(i / 2);
-      std::copy_n(sides_[i].begin(), kAbout, x[i]);
-      std::copy_n(sides_[i].begin() + span.slot, span.count, x[i] + 1 + span.column);
-      high[i] = std::max(low, 1 + span.column + span.count);
-    }
-    for (int i = 0; i < 2; ++i) std::copy_n(own_sides_[i], width, x[path + i]);
-    substitute_rows(columns_[0].data(), own_.data(), path, x[0], stride, low, high.data());
-    subtract_products(x[0], local, stride, low, high.data(), reduced.lines[0]);
-  }
+  void substitute(Reduced& reduced);
 
   /// Solves L Lᵀ x = b in place, where the first `begin` of b are zero.
   void solve(double* x, int begin) const {

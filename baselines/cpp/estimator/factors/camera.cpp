@@ -1,22 +1,15 @@
 #include "camera.hpp"
 
-#include <algorithm>
-#include <array>
-
 namespace vbbench {
-
-namespace {
 
 /// Writes the last poses up to frame `t`, the newest last, as `EgoMotion` takes them; frames that have left the window
 /// count. Returns how many there are.
-int span_of(const std::vector<Frame>& frames, int t, std::array<std::array<double, 3>, kSpan>& poses) {
+static int span_of(const std::vector<Frame>& frames, int t, std::array<std::array<double, 3>, kSpan>& poses) {
   const int known = std::min(t + 1 + frames[0].left, kSpan);
   for (int j = 0; j < known; ++j)
     for (int c = 0; c < 3; ++c) poses[kSpan - 1 - j][c] = j <= t ? frames[t - j].at[c] : frames[0].past[j - t - 1][c];
   return known;
 }
-
-}  // namespace
 
 void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion, const Trial& trial,
                 std::vector<Modes>& costs) {
