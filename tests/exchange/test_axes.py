@@ -174,10 +174,11 @@ def test_a_yaw_without_a_unit_is_in_degrees_where_motion_shows_it(tmp_path):
     assert "is read as yaw in degrees" in found.notes[0]
 
 
-@pytest.mark.parametrize(("bend", "read_as"), [(1.57, "heading clockwise from y"), (0.0, "")])
-def test_a_compass_heading_is_told_by_a_path_that_bends(tmp_path, bend, read_as):
+@pytest.mark.parametrize(("bend", "read_as"), [(1.57, "heading clockwise from y"), (1.57, "yaw clockwise"), (0.0, "")])
+def test_an_angle_that_runs_clockwise_is_told_by_a_path_that_bends(tmp_path, bend, read_as):
     places, yaw = drive(bend)
-    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], np.degrees(0.5 * np.pi - yaw)])
+    angle = np.degrees((0.0 if read_as == "yaw clockwise" else 0.5 * np.pi) - yaw)
+    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], angle])
     np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,heading_deg", comments="")
     found = ground_poses(read_trajectory(tmp_path / "t.txt"))
     same_motion(found.poses, places, yaw if bend else yaw + 0.5 * np.pi)

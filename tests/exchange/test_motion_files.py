@@ -378,6 +378,11 @@ def test_odometry_that_was_reset_has_no_motion_there(folder, walk):
         read(written(folder, walk, lambda rows: np.concatenate([rows, rows + again])))
 
 
+def test_a_pose_that_never_changes_is_said(folder, walk):
+    notes = read(written(folder, walk, lambda rows: rows * np.array([1, 0, 0, 1, 0, 0, 0, 0]) + np.eye(8)[7])).notes
+    assert "odometry.txt: its pose never changes: the camera is taken to stand" in notes
+
+
 def test_turns_of_a_mirrored_world_are_not_late(tmp_path):
     walk = turning(0.0)
     poses = np.column_stack([0.1 * walk.poses[:, :2], 0.3 * np.sin(2.0 * walk.dt * np.arange(60))])

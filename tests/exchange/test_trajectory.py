@@ -7,7 +7,7 @@ import pytest
 
 from vbbench.errors import FileError
 from vbbench.exchange.axes import ground_poses
-from vbbench.exchange.trajectory import COMPASS, DEGREES, MATRIX, WXYZ, XYZW, YAW, read_trajectory
+from vbbench.exchange.trajectory import CLOCKWISE, COMPASS, DEGREES, MATRIX, WXYZ, XYZW, YAW, read_trajectory
 
 PLACES = [(0.0, 0.0, 0.0), (0.5, 0.1, 0.0), (1.0, 0.3, 0.0)]
 YAWS = [0.0, 0.2, 0.4]
@@ -62,7 +62,7 @@ def test_layouts_of_programs(tmp_path: Path, text: str, orders: list[str]) -> No
     path = tmp_path / "t.txt"
     path.write_text(text)
     read = read_trajectory(path)
-    assert [one for one in read.rotations if one not in (DEGREES, COMPASS)] == orders
+    assert [one for one in read.rotations if one not in (CLOCKWISE, COMPASS, DEGREES)] == orders
     assert (read.times is None) == (text.startswith("1.0 -0.0"))
     if read.times is not None:
         np.testing.assert_allclose(read.times, [0.0, 0.1, 0.2])
@@ -132,6 +132,8 @@ def test_a_comment_states_the_axes(tmp_path: Path) -> None:
         ('{"odometry": {}}\n', "is JSON; write lines of 'timestamp"),
         ("VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\n", "is a graph of g2o"),
         ("1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n", "is matrices of four lines each"),
+        ("time,x,y,cos_yaw,sin_yaw\n0,1,2,1,0\n", "rotations are not read by the names cos_yaw, sin_yaw"),
+        ("time,x,y,z,rvec_x,rvec_y,rvec_z\n0,1,2,0,0,0,1\n", "rotations are not read by the names rvec_x"),
         ("time,x,y,z,rx,ry,rz\n0,1,2,0,0,0,1\n", "rotations are not read by the names rx, ry, rz; write 'yaw"),
         ("header:\n  stamp:\n    secs: 1\n", "is printed messages; print CSV"),
         ("# Image list\n# points\n1 1 0 0 0 0 0 0 1 a_1.png\n3.5 4.5 -1\n", "COLMAP's images.txt, from the world"),

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError
-from vbbench.exchange.trajectory import COMPASS, DEGREES, MATRIX, XYZW, Trajectory
+from vbbench.exchange.trajectory import CLOCKWISE, COMPASS, DEGREES, MATRIX, XYZW, Trajectory
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 
 Axes = Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"]
@@ -93,7 +93,9 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.heading)]
     plain = readings[0].heading or 0j
     angles = {one.heading or 0j: one for one in fitting if one.axes == readings[0].axes}
-    angles = {way: one for way, one in angles.items() if one.order in (DEGREES, COMPASS) and abs(way) > abs(plain)}
+    angles = {
+        way: one for way, one in angles.items() if one.order in (DEGREES, COMPASS, CLOCKWISE) and abs(way) > abs(plain)
+    }
     angle = angles.get(max((way for way in angles if way.real >= plain.real + _UNUSUAL), key=abs, default=0j))
     unusual = {order: -0.01 if order in starts else _UNUSUAL * (order != usual) for order in orders}
     found = angle or min(fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None)

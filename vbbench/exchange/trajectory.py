@@ -24,7 +24,7 @@ TUM = "timestamp tx ty tz qx qy qz qw"
 _TUM = "time:timestamp x:tx y:ty z:tz qx qy qz qw"
 _WANTED = "name columns time, x, y, and qx, qy, qz, qw or yaw"
 XYZW, WXYZ, MATRIX, YAW, DEGREES = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw", "yaw in degrees"
-COMPASS = "heading clockwise from y"
+COMPASS, CLOCKWISE = "heading clockwise from y", "yaw clockwise"
 """Orders in which rotations stand in columns, and what an angle may be."""
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _NOUNS = ("frame", "time", "nanoseconds", "x", "y", "z", *_QUATERNION, "yaw")
@@ -38,7 +38,9 @@ _UNREAD = {
     r"(?:(?:[-+.\deE]+[ \t]+){3}[-+.\deE]+[ \t]*\n){3}(?:[-+0.e]+[ \t]+){3}\+?1": "is matrices of four lines each",
 }
 """How files begin that are not read, and what they are."""
-_ROTATION = re.compile(r"(?i)(?:r|rot)[_.]?[xyz]|.*(?:rotation|rotvec|quat|euler|bearing|compass|course).*")
+_ROTATION = re.compile(
+    r"(?i)(?:r|rot)[_.]?[xyz]|.*(?:rotation|rotvec|rvec|rodrigues|quat|euler|bearing|compass|course|yaw|theta).*"
+)
 """Names of columns of rotations that are not read."""
 _FARTHEST, _MOST_RADIANS = 2e7, 7.0
 """Largest distance in m of a pose from the world's origin, and angle in a column that names no unit."""
@@ -173,7 +175,7 @@ def _rotations(table: NamedColumns) -> dict[str, FloatArray]:
         yaw, named = table.scaled("yaw"), bool(table.unit("yaw"))
         far = (np.abs(yaw) > _MOST_RADIANS) & (not named)
         table.refuse(far, "yaw is {0:g}; name its column 'yaw [deg]' or 'yaw [rad]'", yaw)
-        turned = {YAW: yaw, COMPASS: 0.5 * np.pi - yaw} | ({} if named else {DEGREES: np.radians(yaw)})
+        turned = {YAW: yaw, COMPASS: 0.5 * np.pi - yaw, CLOCKWISE: -yaw} | ({} if named else {DEGREES: np.radians(yaw)})
         return {order: Rotation.from_euler("z", angle[:, None]).as_matrix() for order, angle in turned.items()}
     quaternions = table.stacked(*_QUATERNION) if "qw" in table else np.zeros((len(table), 4))
     length = np.linalg.norm(quaternions, axis=-1)

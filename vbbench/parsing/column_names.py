@@ -52,11 +52,11 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     "visible": ("visible visibility vis visratio visibilityratio visiblefraction visibleratio visiblity",),
     "ignored": ("ignored ignore isignored ignoreflag ignoreregion lost outside outofview dontcare iscrowd",),
     "x": (
-        "x xest px tx easting posx xpos positionx positionsx posepositionx xworld worldx groundx xground prsrx "
+        "x xest px tx easting posx posex xpos positionx positionsx posepositionx xworld worldx groundx xground prsrx "
         "xcenter xcentre centerx",
     ),
     "y": (
-        "y yest py ty northing posy ypos positiony positionsy posepositiony yworld worldy groundy yground prsry "
+        "y yest py ty northing posy posey ypos positiony positionsy posepositiony yworld worldy groundy yground prsry "
         "ycenter ycentre centery",
     ),
     "z": ("z pz tz posz zpos positionz positionsz posepositionz zworld worldz prsrz",),
@@ -64,7 +64,7 @@ _COLUMN_NAMES: dict[str, tuple[str, ...]] = {
     "qy": ("qy quaty quaterniony orientationy poseorientationy rotationy roty qrsy",),
     "qz": ("qz quatz quaternionz orientationz poseorientationz rotationz rotz qrsz",),
     "qw": ("qw quatw quaternionw orientationw poseorientationw rotationw rotw qrsw",),
-    "yaw": ("yaw heading theta orientation psi azimuth rotationyaw",),
+    "yaw": ("yaw heading theta poseyaw posetheta orientation psi azimuth rotationyaw",),
     "vx": ("vx velx velocityx xvel speedx",),
     "vy": ("vy vely velocityy yvel speedy",),
 }

@@ -129,6 +129,8 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
         moved = float(np.hypot(*(grounded.poses[leaps[0]] - grounded.poses[leaps[0] - 1])[:2]))
         where = f"{path.name}, {trajectory.place(leaps[0])}: the pose leaps by {moved:.3g} m from the line before"
         notes = (*notes, f"{where}, one of {len(leaps)} leaps: was odometry reset? Motions over them do not count")
+    if not np.ptp(grounded.poses, axis=0).any():
+        notes = (*notes, f"{path.name}: its pose never changes: the camera is taken to stand")
     share, angle = off_course(facts.of_camera(grounded.poses))
     if share > OFF_COURSE:
         side = "left" if angle > 0.0 else "right"
