@@ -22,7 +22,8 @@ import msgspec
 import numpy as np
 from msgspec import UNSET, Meta, Struct, UnsetType, defstruct
 
-from vbbench.errors import FileError, quoted
+from vbbench.camera import camera_from_dict
+from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.files.dataset_checks import PUBLIC, TABLES
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import canonical_digest, read_json
@@ -65,9 +66,6 @@ Average = Annotated[float, Meta(ge=0.0, le=1e9)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Figure = Annotated[float, Meta(ge=0.0, le=1e7)] | None
 Angle = Annotated[float, Meta(ge=0.0, le=3.1415927)] | None
-Tilt = Annotated[float, Meta(ge=-1.6, le=1.6)]
-Place = Annotated[float, Meta(ge=-1e9, le=1e9)]
-Length = Annotated[float, Meta(gt=0.0, le=1e9)]
 PARTS: tuple[Literal["metrics"], Literal["drift"]] = ("metrics", "drift")
 CameraKind = Literal["panorama", "perspective"]
 
@@ -189,29 +187,6 @@ class ResultForm(Form, kw_only=True):
         _check_seed(self.dataset.seed, "$.dataset.seed")
 
 
-class CameraForm(Form):
-    """Parameters that every camera has."""
-
-    width: Number
-    focal: Length
-    cy: Place
-    mount_height: Length
-    pitch: Tilt = 0.0
-    roll: Tilt = 0.0
-
-
-class PanoramaForm(CameraForm, tag_field="kind", tag="panorama"):
-    """Parameters of a panorama camera."""
-
-
-class PerspectiveForm(CameraForm, kw_only=True, tag_field="kind", tag="perspective"):
-    """Parameters of a perspective camera."""
-
-    height: Number
-    cx: Place
-    vertical_focal: Length | UnsetType = UNSET
-
-
 class CountsForm(Form):
     """The row of the paper's Table 1, as ``vbbench info --json`` prints it."""
 
@@ -257,7 +232,7 @@ class RecordForm(Form, kw_only=True):
     split: SplitName
     tier: TierName
     title: Annotated[str, Meta(min_length=1, max_length=500, pattern=_LINE)]
-    camera: PanoramaForm | PerspectiveForm
+    camera: dict[str, Any]
     seed: int | None
     dt: Annotated[float, Meta(gt=0.0, le=1000.0)]
     command: Annotated[str, Meta(max_length=1000, pattern=rf"^vbbench generate {_PLAIN}+\Z")]
@@ -271,6 +246,10 @@ class RecordForm(Form, kw_only=True):
 
     def __post_init__(self) -> None:
         _check_seed(self.seed, "$.seed")
+        try:
+            camera_from_dict(self.camera)
+        except VbbenchError as error:
+            raise ValueError(f"{error} - at `$.camera`") from error
 
 
 def form_of(kind: Literal["result", "dataset"]) -> type[Form]:

@@ -37,7 +37,7 @@ def turned(vectors: ArrayLike, yaw: float) -> FloatArray:
     return np.asarray(np.asarray(vectors, dtype=np.float64) @ turn.T)
 
 
-def tube(profile: ArrayLike, colours: ArrayLike, *, sides: int = 8, layer: int = PLAIN, tile: float = 1.0) -> Mesh:
+def tube(profile: ArrayLike, colours: ArrayLike, *, sides: int = 8) -> Mesh:
     """A surface of revolution about z.
 
     Parameters
@@ -45,23 +45,15 @@ def tube(profile: ArrayLike, colours: ArrayLike, *, sides: int = 8, layer: int =
     profile : [P, 2] radius and height, m, going up on the outside.
     colours : broadcast to [P, 3].
     sides : number of facets around, shaded smoothly.
-    layer, tile : texture layer and its width, m.
     """
     radius, height = np.asarray(profile, dtype=np.float64).T
     angle = np.linspace(0.0, 2.0 * np.pi, sides + 1)
-    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    rise, widen = np.gradient(height), np.gradient(radius)
-    normals = np.concatenate(
-        [rise[:, None, None] * around, np.broadcast_to(-widen[:, None, None], (len(radius), sides + 1, 1))], axis=2
-    )
-    vertices = np.concatenate(
-        [radius[:, None, None] * around, np.broadcast_to(height[:, None, None], (len(radius), sides + 1, 1))], axis=2
-    )
-    uv = np.stack(np.broadcast_arrays(angle * max(radius.max(), 0.05), height[:, None]), axis=2) / tile
+    around = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides + 1)], axis=1)
+    up = np.array([0.0, 0.0, 1.0])
+    vertices = radius[:, None, None] * around + height[:, None, None] * up
+    normals = np.gradient(height)[:, None, None] * around - np.gradient(radius)[:, None, None] * up
     tints = np.broadcast_to(np.atleast_2d(np.asarray(colours, dtype=np.float64)), (len(radius), 3))
-    return smooth_mesh(
-        vertices, normals, np.repeat(tints, sides + 1, axis=0), lattice(len(radius), sides + 1), uv=uv, layer=layer
-    )
+    return smooth_mesh(vertices, normals, np.repeat(tints, sides + 1, axis=0), lattice(len(radius), sides + 1))
 
 
 def smooth_mesh(
