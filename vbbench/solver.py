@@ -40,6 +40,8 @@ BOX_EDGE = Within(0.0, 1.0, "m")
 class Problem:
     """The published facts about a sequence.
 
+    Raises ValueError if ``carried_by`` is none of these, or ``box_edge`` outside its range.
+
     Parameters
     ----------
     camera : intrinsics and mount height.
@@ -54,8 +56,6 @@ class Problem:
     carried_by : what carries the camera, one of `CARRIERS`.
     box_edge : near edge of the source of boxes: distance in m from a person's axis to the plane in which top and bottom
         of the box lie; .45 for projections of cuboids. ``None`` = not known.
-
-    Raises ValueError if ``carried_by`` is none of these, or ``box_edge`` outside its range.
     """
 
     camera: Camera

@@ -22,13 +22,13 @@ from vbbench_baselines.common.facts import DEVELOPED
 class MapCausal:
     """Joint maximum a posteriori over a sliding window; each frame's answer uses the boxes up to it.
 
+    Raises VbbenchError if no constant has such a name, or a number is not possible.
+
     Parameters
     ----------
     carried_by : what carries the camera; ``None`` for what the problem states.
     constants : numbers of ``constants.hpp``, or ``size`` (frames of the window), ``rounds`` (most steps of a solution),
         ``least`` (decrease of the cost in nats below which it stops).
-
-    Raises VbbenchError if no constant has such a name, or a number is not possible.
     """
 
     facts: ClassVar[Mapping[str, str]] = DEVELOPED

@@ -19,6 +19,8 @@ NO_GROUP = -1
 class Crowd:
     """The initial state of one crowd.
 
+    Raises ValueError if a shape does not fit, a number is not finite, a speed is negative or there is no goal.
+
     Parameters
     ----------
     positions : [K, 2] in m.
@@ -26,8 +28,6 @@ class Crowd:
     speeds : [K] desired speeds in m/s.
     goals : [K, G, 2] in m, the goals of each person in turn; people stay at the last one.
     groups : [K] group number, −1 for people who walk alone; by default, all do.
-
-    Raises ValueError if a shape does not fit, a number is not finite, a speed is negative or there is no goal.
     """
 
     positions: FloatArray
@@ -196,6 +196,8 @@ def simulate(
 ) -> FloatArray:
     """Simulate one crowd.
 
+    Raises ValueError if a number is out of range.
+
     Parameters
     ----------
     crowd, model : the people at the start, and the forces that move them.
@@ -208,8 +210,6 @@ def simulate(
     Returns
     -------
     [T, K, 2] positions in m.
-
-    Raises ValueError if a number is out of range.
     """
     return simulate_many([crowd], model, frames=frames, dt=dt, substeps=substeps, walls=walls, threads=threads)[0]
 

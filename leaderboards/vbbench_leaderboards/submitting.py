@@ -49,12 +49,12 @@ def add(
 
     The first result of a split and tier writes the record of its dataset, too.
 
+    Raises VbbenchError if the submission has faults, belongs to another dataset than its board, already exists, or its
+    name is not valid for a file; or if its row would lack a fact that every row must have.
+
     Parameters
     ----------
     about : facts of the row (`About`) that replace or complete what the submission declares.
-
-    Raises VbbenchError if the submission has faults, belongs to another dataset than its board, already exists, or its
-    name is not valid for a file; or if its row would lack a fact that every row must have.
     """
     challenge = challenge_folder_of(results)
     if challenge is not None:
@@ -162,6 +162,8 @@ class Trial:
 def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int = 1) -> Trial:
     """Make a published board's dataset, if it is not there, and solve and score it with a solver.
 
+    Raises VbbenchError if the board is not published, or this machine makes another dataset.
+
     Parameters
     ----------
     solver : a registered name, or ``module:attribute``.
@@ -169,8 +171,6 @@ def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int
     work : the work folder, laid out as that of ``vbbench leaderboard rerun``.
     name : what the solver is called on the board; by default the attribute's name.
     jobs : processes.
-
-    Raises VbbenchError if the board is not published, or this machine makes another dataset.
     """
     wanted, name = parse_board(board), name or solver.rpartition(":")[2]
     _check_declared(solver)

@@ -24,11 +24,11 @@ TARGET_SIZE = "orig_target_sizes"
 class OnnxNetwork:
     """The network of a file, which takes one picture of floats.
 
+    Raises VbbenchError if ONNX Runtime is not installed, the file is missing or no network, or it takes something else.
+
     Parameters
     ----------
     path : the ONNX file.
-
-    Raises VbbenchError if ONNX Runtime is not installed, the file is missing or no network, or it takes something else.
     """
 
     def __init__(self, path: Path) -> None:
@@ -291,11 +291,11 @@ class Letterbox:
 class YoloDetector:
     """Finds people with the network of a file; its layout is recognised from its outputs for a grey picture.
 
+    Raises VbbenchError if no file is named, or it is not such a network.
+
     Parameters
     ----------
     weights : an ONNX file of one of the families of `vbbench_renderers.yolo`.
-
-    Raises VbbenchError if no file is named, or it is not such a network.
     """
 
     def __init__(self, weights: Path | None = None) -> None:

@@ -35,13 +35,13 @@ def birdify_bag(path: Path, out: Path | str, topics: BagTopics, **options: Any) 
     They are written to ``OUT.from-bag`` as boxes.csv, odometry.txt and camera_info.yaml, which is removed once the map
     is complete.
 
+    Raises VbbenchError if the bag cannot be read, a topic is missing, or as `birdify` raises it.
+
     Parameters
     ----------
     path : file of ROS 1, or folder of ROS 2.
     out, options : as in `vbbench.birdify.birdify.birdify`.
     topics : vision_msgs/Detection2DArray, nav_msgs/Odometry and sensor_msgs/CameraInfo.
-
-    Raises VbbenchError if the bag cannot be read, a topic is missing, or as `birdify` raises it.
     """
     out = Path(out)
     check_free(out, REPORT, "folder that birdify made", bool(options.get("overwrite")))

@@ -102,6 +102,9 @@ def birdify(
 
     The first pose of the camera is the map's origin, with its viewing direction as the x axis.
 
+    Raises VbbenchError if a file cannot be used, ``dt`` lies outside its range, the solver is unknown or fails, or
+    ``out`` exists.
+
     Parameters
     ----------
     boxes : a file of boxes, a folder of MOTChallenge, or one of YOLO's labels (`vbbench.exchange.own.box_files`).
@@ -120,9 +123,6 @@ def birdify(
     person_class : class of people in the boxes, by number or name, if the file does not show it.
     overwrite : whether to replace a folder that birdify made.
     announce : called with a line for each stage.
-
-    Raises VbbenchError if a file cannot be used, ``dt`` lies outside its range, the solver is unknown or fails, or
-    ``out`` exists.
     """
     out, camera, solving = Path(out), find_camera(Path(camera)), make_solver(solver)
     if dt is not None:

@@ -47,15 +47,15 @@ def birdify_film(
     Boxes are first written to ``OUT.boxes.txt``, which is removed once the map is complete (``OUT/recording/gt.txt``
     has the same). After a failure, `vbbench.birdify.birdify.birdify` can be called on this file.
 
+    Raises VbbenchError if the film cannot be read or has another size than the camera, nobody is found, or `birdify`
+    raises it.
+
     Parameters
     ----------
     path : a video, or a folder of pictures.
     camera : camera file; its ``fps`` or ``dt`` takes precedence over the video's.
     detection : options of detection and tracking.
     out, odometry, odometry_axes, solver, film, mount, overwrite, announce : as in `vbbench.birdify.birdify.birdify`.
-
-    Raises VbbenchError if the film cannot be read or has another size than the camera, nobody is found, or `birdify`
-    raises it.
     """
     out, shot, own = Path(out), open_film(Path(path)), read_camera(find_camera(Path(camera)), mount)
     load("solver", solver)  # nobody waits for boxes to hear that its name is wrong

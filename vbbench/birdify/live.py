@@ -25,6 +25,8 @@ from vbbench.solving.session.measured import far_outside
 def show_live(recording: OwnRecording, solver: str, out: Path | None = None) -> int:
     """Step a session through a recording and show each answer: in the viewer at the recording's pace, or in a file.
 
+    Raises VbbenchError if rerun is not installed, there is no display and no ``out``, or the solver fails.
+
     Parameters
     ----------
     recording : the recording.
@@ -34,8 +36,6 @@ def show_live(recording: OwnRecording, solver: str, out: Path | None = None) -> 
     Returns
     -------
     The number of frames.
-
-    Raises VbbenchError if rerun is not installed, there is no display and no ``out``, or the solver fails.
     """
     footage, begin, path = recording.footage, monotonic(), []
     with _stream(recording, out) as stream:

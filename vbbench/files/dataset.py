@@ -33,13 +33,13 @@ SCENES_KEPT = 64
 class Dataset:
     """A dataset folder, opened for reading; sequences are read on demand.
 
+    Raises FileError if a table is missing or has another size than ``dataset.json`` states, or ``truth`` has other
+    hashes.
+
     Parameters
     ----------
     folder : the dataset folder.
     truth : folder with the truth tables, if they are in another one.
-
-    Raises FileError if a table is missing or has another size than ``dataset.json`` states, or ``truth`` has other
-    hashes.
     """
 
     def __init__(self, folder: Path | str, truth: Path | str | None = None) -> None:
@@ -92,11 +92,11 @@ class Dataset:
     def to_pandas(self, table: str) -> "pandas.DataFrame":
         """A table as a data frame; needs the extra ``pandas``.
 
+        Raises VbbenchError if there is no such table, the truth is withheld, or pandas is not installed.
+
         Parameters
         ----------
         table : one of ``info.tables``, for example ``observations`` or ``truth/poses``.
-
-        Raises VbbenchError if there is no such table, the truth is withheld, or pandas is not installed.
         """
         with needs_extra("pandas", "Dataset.to_pandas"):
             import pandas

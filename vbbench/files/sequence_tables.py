@@ -66,6 +66,9 @@ class SequenceTable:
 
     Row groups in order of sequence, as vbbench writes them, are read on demand; any other order is sorted in memory.
 
+    Raises FileError if the file is missing, is not a Parquet file, lacks a column or has it twice, has one without
+    numbers, or more rows than it can have.
+
     Parameters
     ----------
     path : the file.
@@ -74,9 +77,6 @@ class SequenceTable:
     optional : optional columns to read if they exist.
     bound : limit of the rows of an untrusted table, whose footer is then checked; ``None`` for a table of a dataset,
         whose bytes `vbbench verify` checks.
-
-    Raises FileError if the file is missing, is not a Parquet file, lacks a column or has it twice, has one without
-    numbers, or more rows than it can have.
     """
 
     def __init__(
@@ -297,13 +297,13 @@ OBSERVER = -1
 def sequence_of(path_of: PathOf, facts: dict[str, Any], boxes: Rows, given: Rows, moved: Rows | None) -> Sequence:
     """The sequence, checked.
 
+    Raises FileError if the rows contradict one another.
+
     Parameters
     ----------
     path_of : the path of a table, by name, for messages.
     facts : its row of ``sequences``.
     boxes, given, moved : its rows of ``observations``, ``given`` and ``odometry``, if there is that table.
-
-    Raises FileError if the rows contradict one another.
     """
     tracks, column = np.unique(boxes["track"], return_inverse=True)
     shape = (int(facts["frames"]), len(tracks))

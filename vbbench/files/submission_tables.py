@@ -97,12 +97,12 @@ def read_csv_rows(
     Columns may have any order; others than ``wanted`` and ``optional`` ones are ignored. Problems are added to
     ``faults``.
 
+    Raises FileError if reading stops early: there are too many rows, a line is too long, or a quotation mark is not
+    closed.
+
     Returns
     -------
     The rows whose ids could be read (0 for a value that could not), or ``None`` without a usable header.
-
-    Raises FileError if reading stops early: there are too many rows, a line is too long, or a quotation mark is not
-    closed.
     """
     header = _header(path)
     wanted = [*wanted, *(name for name in optional if name in header)]

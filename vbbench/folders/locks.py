@@ -38,12 +38,12 @@ class BusyError(VbbenchError):
 def locked(folder: Path | str, out: Path | str | None = None) -> Iterator[None]:
     """Create ``folder`` if needed, and hold its lock while the block runs; new folders that stay empty are removed.
 
+    Raises BusyError if another command holds the lock, or one on another computer did not release it; FileError if
+    nothing can be written there.
+
     Parameters
     ----------
     out : the folder's name in messages; by default its own path.
-
-    Raises BusyError if another command holds the lock, or one on another computer did not release it; FileError if
-    nothing can be written there.
     """
     path, shown = Path(folder) / LOCK, Path(out or folder)
     made = [place for place in (path.parent, *path.parent.parents) if not os.path.lexists(place)]

@@ -25,11 +25,11 @@ def replacing(path: Path | str, suffix: str = "") -> Iterator[Path]:
     If ``path`` is a link, its target is replaced. A device or pipe is written to directly. Temporary files that stopped
     processes left in the folder are removed.
 
+    Raises FileError if nothing can be written there, or the disk is full; an earlier file is intact.
+
     Parameters
     ----------
     suffix : ending of the temporary name, for writers that depend on it.
-
-    Raises FileError if nothing can be written there, or the disk is full; an earlier file is intact.
     """
     path = Path(path)
     with plain_errors(path):

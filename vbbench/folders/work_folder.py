@@ -54,11 +54,11 @@ def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
 
     The folders that had these names move into the work folder.
 
+    Raises FileError if a folder cannot be renamed; nothing is changed.
+
     Parameters
     ----------
     carried : names in the old folder to move to the new one, unless it has them itself.
-
-    Raises FileError if a folder cannot be renamed; nothing is changed.
     """
     write_text_atomically(work / JOURNAL, json.dumps({"carried": sorted(carried)}) + "\n")
     _flush(work)

@@ -319,14 +319,14 @@ def stream(
 ) -> Iterator[SequenceData]:
     """Sequences first + shard, first + shard + shards, … of a split: those that `generate` would write.
 
+    Raises VbbenchError if the split or an option is wrong, or there is no such shard.
+
     Parameters
     ----------
     split, options : what to make; splits made of recordings end with their last sequence, ``sim`` never does.
     first : the first sequence, for example to continue an earlier run.
     stop : the sequence to stop before; ``None`` for none.
     shard, shards : this worker's number, from 0, and the number of workers that share the stream without overlap.
-
-    Raises VbbenchError if the split or an option is wrong, or there is no such shard.
     """
     if not 0 <= shard < shards:
         raise VbbenchError(f"shard {shard} of {shards}: shards are numbered from 0 to one less than their number")

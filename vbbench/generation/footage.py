@@ -184,6 +184,8 @@ def _chained(odometry: Odometry, frames: range) -> tuple[FloatArray, FloatArray]
 class FootageOptions:
     """What is asked of footage; ``None`` leaves it to the split.
 
+    Raises VbbenchError if a number lies outside its range.
+
     Parameters
     ----------
     sequences : names of the recordings; ``None`` for all that are there.
@@ -196,8 +198,6 @@ class FootageOptions:
     bags : folder of the robot's recordings of its motion (split jrdb).
     cyclists : whether people on bicycles count, too (split kitti).
     interpolated : whether boxes between key frames count, too (split jrdb).
-
-    Raises VbbenchError if a number lies outside its range.
     """
 
     sequences: tuple[str, ...] | None = None

@@ -54,6 +54,8 @@ Observer = Literal["walker", "vehicle", "robot"]
 class Options:
     """What the user asks of a generator.
 
+    Raises VbbenchError if a number lies outside its range, or a choice is unknown.
+
     Parameters
     ----------
     camera : what everybody is seen with; ``None`` for the split's own.
@@ -74,8 +76,6 @@ class Options:
     homography : file with the 3x3 image-to-ground homography of a user's own file in pixels.
     simulation : what is asked of a simulated crowd; ``None`` for the split's own.
     footage : what is asked of footage; ``None`` for the split's own.
-
-    Raises VbbenchError if a number lies outside its range, or a choice is unknown.
     """
 
     camera: Camera | None = None

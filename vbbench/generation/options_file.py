@@ -75,12 +75,12 @@ class WrittenOptions:
     def options(self, split: str, *, source: Path | None, homography: Path | None) -> Options:
         """The options of a generator.
 
+        Raises VbbenchError if the split is unknown, or a value is none of its option.
+
         Parameters
         ----------
         split : what the options are for.
         source, homography : as in `Options`.
-
-        Raises VbbenchError if the split is unknown, or a value is none of its option.
         """
         generator = load("generator", split)
         is_footage = isinstance(generator, FootageGenerator)
@@ -134,14 +134,14 @@ class WrittenOptions:
 def read_options(words: Sequence[str], split: str, *, seed: int | None = None) -> WrittenOptions:
     """The options of words ``NAME=VALUE``, and of a file in their midst, before which they come.
 
+    Raises VbbenchError if there is a second file, one is not valid or of another split, its seed is withheld and none
+    is given, or a word names no option or has another type.
+
     Parameters
     ----------
     words : the file is in TOML, or a dataset's folder or ``dataset.json``, whose options are taken.
     split : what they are for.
     seed : in place of the file's; that of a dataset may be withheld.
-
-    Raises VbbenchError if there is a second file, one is not valid or of another split, its seed is withheld and none
-    is given, or a word names no option or has another type.
     """
     places = [word for word in words if not re.match(r"[\w-]+=", word)]
     if len(places) > 1:

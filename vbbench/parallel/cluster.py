@@ -42,11 +42,11 @@ _opened = threading.local()
 def on_cluster(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) -> Iterator[PackedPart]:
     """Do the work on ranges of sequences, in any order.
 
+    Raises VbbenchError if there is no such cluster, its workers run other versions, or too many of them were lost.
+
     Parameters
     ----------
     scheduler : address; ``tls://`` is encrypted with the certificates of Dask's own settings.
-
-    Raises VbbenchError if there is no such cluster, its workers run other versions, or too many of them were lost.
     """
     with _client(scheduler) as client, _plain_errors(scheduler), _published(client, work) as name:
         _check_workers(client)

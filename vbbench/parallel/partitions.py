@@ -183,12 +183,12 @@ def merge(folder: Path | str, out: Path | str | None = None, *, overwrite: bool 
 
     The same call continues an interrupted merge: partitions are removed only after everything is written.
 
+    Raises VbbenchError if ``folder`` is not partitioned, one of its files is missing or damaged, or ``out`` or the
+    truth next to it exists and may not be replaced.
+
     Parameters
     ----------
     overwrite : replace the dataset or submission that is in ``out``, and the truth next to it.
-
-    Raises VbbenchError if ``folder`` is not partitioned, one of its files is missing or damaged, or ``out`` or the
-    truth next to it exists and may not be replaced.
     """
     folder = Path(folder)
     target = folder if out is None else Path(out)

@@ -20,13 +20,13 @@ DEEPEST = 64
 def read_json(path: Path, *, finite: bool = True, largest: int = LARGEST_FILE) -> Any:
     """The value in a JSON file.
 
+    Raises ValueError if the file is not UTF-8, not JSON, larger or deeper than anything sensible, or an object has a
+    key twice; the message is one short line; OSError if it cannot be read.
+
     Parameters
     ----------
     finite : refuse numbers that JSON does not have: NaN, Infinity, and what is too large to be a float.
     largest : bytes of the largest file that is read.
-
-    Raises ValueError if the file is not UTF-8, not JSON, larger or deeper than anything sensible, or an object has a
-    key twice; the message is one short line; OSError if it cannot be read.
     """
     size = path.stat().st_size
     if size > largest:
@@ -45,11 +45,11 @@ def read_json(path: Path, *, finite: bool = True, largest: int = LARGEST_FILE) -
 def read_object(path: Path, advice: str, **bounds: Any) -> dict[str, Any]:
     """The object in a JSON file, within the ``bounds`` of `read_json`.
 
+    Raises FileError if it is missing, cannot be read (`read_json`), or is not an object.
+
     Parameters
     ----------
     advice : what to do where it is missing or damaged.
-
-    Raises FileError if it is missing, cannot be read (`read_json`), or is not an object.
     """
     if not path.is_file():
         raise FileError(path, f"the file is missing; {advice}")

@@ -67,14 +67,14 @@ class Renderer(Protocol):
     def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
         """The picture of a scene frame.
 
+        Raises VbbenchError if the scene has no such frame or observer, or the camera cannot be rendered.
+
         Parameters
         ----------
         frame : frame of the scene.
         camera : its picture has `Camera.picture_size`.
         pose : [3] (x, y, yaw) in m and rad.
         observer : id of the person who carries the camera, who is not drawn.
-
-        Raises VbbenchError if the scene has no such frame or observer, or the camera cannot be rendered.
         """
 
     def close(self) -> None:
@@ -208,6 +208,9 @@ def render_to_file(
     Frames are written as they are made, so that memory does not grow with their number. In a folder of PNG files, an
     interrupted call continues where it stopped.
 
+    Raises VbbenchError if there is no such sequence, backend or codec, a renderer lacks truth, the submission answers
+    another dataset, or ``out`` cannot be written.
+
     Parameters
     ----------
     dataset : the dataset; a renderer needs its truth.
@@ -223,9 +226,6 @@ def render_to_file(
     Returns
     -------
     ``out``.
-
-    Raises VbbenchError if there is no such sequence, backend or codec, a renderer lacks truth, the submission answers
-    another dataset, or ``out`` cannot be written.
     """
     from vbbench.pictures.film.frames import Film
     from vbbench.pictures.replay import load_replay

@@ -39,6 +39,8 @@ def write_mp4(
 ) -> None:
     """Write frames 0 … ``count`` − 1 as an mp4 file, which appears when it is whole.
 
+    Raises VbbenchError if the codec is not available, or the file cannot be written.
+
     Parameters
     ----------
     path : the file; an existing one is replaced.
@@ -47,8 +49,6 @@ def write_mp4(
     fps : frames per second.
     codec : ``None`` for the first of H.264, VP9 and MPEG-4 that this OpenCV can write.
     done : called after every frame.
-
-    Raises VbbenchError if the codec is not available, or the file cannot be written.
     """
     if not (np.isfinite(fps) and 0.0 < fps <= 1000.0):
         raise VbbenchError(f"fps must be above 0 and at most 1000, not {fps:g}")
@@ -72,6 +72,8 @@ def write_mp4(
 def write_png_folder(folder: Path, frames: Frames, count: int, key: str, done: Callable[[], object] = int) -> None:
     """Write frames as ``frame-000000.png`` and so on; existing ones stay.
 
+    Raises FileError if the folder is a file, or holds something other than frames.
+
     Parameters
     ----------
     folder : the folder; created if needed. Frames of another film, with another key, are replaced.
@@ -79,8 +81,6 @@ def write_png_folder(folder: Path, frames: Frames, count: int, key: str, done: C
     count : number of frames.
     key : identifies the film; the same key must mean the same pictures.
     done : called for every frame, new or existing.
-
-    Raises FileError if the folder is a file, or holds something other than frames.
     """
     if folder.exists() and not folder.is_dir():
         raise FileError(folder, "is a file; name a folder for frames, or a file that ends in .mp4")

@@ -72,14 +72,14 @@ class ErrorsInTime:
 def errors_in_time(submission: Path | str, dataset: Dataset, only: int | None = None) -> ErrorsInTime:
     """The errors of a submission folder.
 
+    Raises SubmissionError with every fault of the submission; VbbenchError if there is no such sequence, no truth, or
+    nothing to score.
+
     Parameters
     ----------
     submission : the folder.
     dataset : its dataset, with truth.
     only : number of a single sequence, whose rows alone are then read and checked.
-
-    Raises SubmissionError with every fault of the submission; VbbenchError if there is no such sequence, no truth, or
-    nothing to score.
     """
     if only is not None:
         dataset.sequence(only)
@@ -312,15 +312,15 @@ def error_tables(
 ) -> ErrorTables:
     """The errors of submissions, scored as `vbbench.scoring.score` does.
 
+    Raises SubmissionError with every fault of the first submission that has one; VbbenchError if a submission answers
+    another dataset, there is no such sequence or metric, no truth, or nothing to score.
+
     Parameters
     ----------
     dataset : the dataset, with truth.
     submissions : folders that answer it, at least one.
     only : number of a single sequence.
     metrics : keys of `METRICS`; by default Δx̃, Δx, Δr and Δt, as far as they are known.
-
-    Raises SubmissionError with every fault of the first submission that has one; VbbenchError if a submission answers
-    another dataset, there is no such sequence or metric, no truth, or nothing to score.
     """
     if not submissions:
         raise VbbenchError("name at least one submission")

@@ -24,14 +24,14 @@ def score(
 ) -> Score:
     """Score a submission folder against its dataset.
 
+    Raises SubmissionError with every fault of the submission; without truth, with those that can be seen without it;
+    VbbenchError if the truth is not available, or there is nothing to score.
+
     Parameters
     ----------
     submission, dataset : the folders.
     truth : folder of the truth tables, if they are not in the dataset's folder.
     sequences : [N] numbers of the sequences to score; ``None`` for all. Others are only checked.
-
-    Raises SubmissionError with every fault of the submission; without truth, with those that can be seen without it;
-    VbbenchError if the truth is not available, or there is nothing to score.
     """
     opened = Dataset(dataset, truth)
     if not opened.has_truth:

@@ -66,11 +66,11 @@ def run_sequence(
 ) -> tuple[Estimate, float]:
     """The solver's estimate for a sequence, and the seconds it took.
 
+    Raises VbbenchError if the solver has neither ``step`` nor ``solve``, or a scored answer is missing or not credible.
+
     Parameters
     ----------
     truth : needed if the protocol reveals past frames; only these reach the solver.
-
-    Raises VbbenchError if the solver has neither ``step`` nor ``solve``, or a scored answer is missing or not credible.
     """
     given = protocol.select_given(sequence.given)
     if protocol.needs_truth and truth is None:

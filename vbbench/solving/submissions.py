@@ -68,6 +68,9 @@ def solve(
 
     Interrupted work continues where it stopped when the same call is made again.
 
+    Raises VbbenchError if a name is unknown, truth is needed but withheld, covariances are requested from a solver that
+    reports none, or ``out`` already exists.
+
     Parameters
     ----------
     scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
@@ -77,9 +80,6 @@ def solve(
     fresh_processes : isolate it, in a new process for each group of sequences that share no frame of a scene, solved in
         random order: information from one sequence is then of no use in another (`separate_groups`).
     covariance : also write the covariances of poses and positions.
-
-    Raises VbbenchError if a name is unknown, truth is needed but withheld, covariances are requested from a solver that
-    reports none, or ``out`` already exists.
     """
     check_jobs(jobs)
     out, rules = Path(out), get_protocol(protocol)

@@ -46,6 +46,9 @@ class FolderSamples:
     What is asked for together is read together, and the sequences read last are kept, some tens of megabytes of them.
     Every process opens the folder itself.
 
+    Raises VbbenchError if the folder is no dataset, there is no such sequence, or ``frames`` or ``step`` is less than
+    1.
+
     Parameters
     ----------
     folder : the dataset folder.
@@ -55,9 +58,6 @@ class FolderSamples:
     step : frames from a window to the next one; ``None`` for as many as a window has.
     protocol : what is given.
     local : whether every sample's world begins at its first pose (`vbbench.training.samples.sample_of`).
-
-    Raises VbbenchError if the folder is no dataset, there is no such sequence, or ``frames`` or ``step`` is less than
-    1.
     """
 
     def __init__(
@@ -159,14 +159,14 @@ class GeneratedSamples:
 
     They are those of ``vbbench generate`` with the same options. A simulated split never ends.
 
+    Raises VbbenchError if split or options are wrong, it is footage, or ``stop`` or ``frames`` is less than 1.
+
     Parameters
     ----------
     split, options : what to make: any split but footage.
     stop : how many sequences there are; ``None`` for all of a recording, and no end of a simulated split.
     frames : length of the window that is drawn from each longer sequence; ``None`` for whole sequences.
     protocol, local : as of `FolderSamples`.
-
-    Raises VbbenchError if split or options are wrong, it is footage, or ``stop`` or ``frames`` is less than 1.
     """
 
     def __init__(

@@ -146,6 +146,8 @@ class Parts:
 def parts(dataset: Dataset | Path | str, by: By | None = None, *, test: str | None = None) -> Parts:
     """The official training, validation and test sequences of a dataset.
 
+    Raises VbbenchError if the rule cannot be applied to this dataset, or there is no recording of that name.
+
     Parameters
     ----------
     dataset : the dataset, or its folder.
@@ -154,8 +156,6 @@ def parts(dataset: Dataset | Path | str, by: By | None = None, *, test: str | No
         dataset the next one; ``seed`` looks at the seed of a simulated split, as a whole:
         0 tests, 1 validates, every other one trains. ``None``: ``seed`` for simulated splits, ``time`` for others.
     test : for ``recording``: the name of the recording that tests.
-
-    Raises VbbenchError if the rule cannot be applied to this dataset, or there is no recording of that name.
     """
     dataset = dataset if isinstance(dataset, Dataset) else Dataset(dataset)
     chosen = by or ("seed" if is_simulated(dataset.info) else "time")

@@ -64,6 +64,8 @@ class SampleStream(IterableDataset[Tensors]):
     Workers take turns of ``batch_size`` samples: so a `DataLoader` of that batch size gives the same samples, in the
     same order, with any number of workers.
 
+    Raises VbbenchError if ``first`` is no number of whole batches, or there is no such rank.
+
     Parameters
     ----------
     source : the samples; one without an end makes a stream without an end.
@@ -71,8 +73,6 @@ class SampleStream(IterableDataset[Tensors]):
     seed : shuffles a source that ends, every epoch (`set_epoch`) again; ``None`` for their own order.
     first : how many samples of this rank to skip, such as those that an earlier run had: whole batches.
     rank, world_size : this process among those of distributed training.
-
-    Raises VbbenchError if ``first`` is no number of whole batches, or there is no such rank.
     """
 
     def __init__(

@@ -262,13 +262,13 @@ def draw_scene(
 ) -> ObservedScene:
     """A scene of the scenario in which nobody is stuck, with an observer who sees enough; heights are not drawn.
 
+    Raises VbbenchError if no such scene was found, or there is no room for the crowd.
+
     Parameters
     ----------
     people : number of people K.
     camera, height : the observer's camera, and the height in m of people for the test of what it sees.
     rng : the sequence's random numbers.
-
-    Raises VbbenchError if no such scene was found, or there is no room for the crowd.
     """
     model = Model()
     for _ in range(ATTEMPTS):

@@ -204,14 +204,14 @@ def plan_simulation(
 ) -> SimulationPlan:
     """The plan of a split whose crowds are simulated.
 
+    Raises VbbenchError if an option is not for this split, or out of the scenario's range.
+
     Parameters
     ----------
     card : card of the split.
     default_scenario : the scenario, unless the options name one.
     tier : the corruption of exact boxes.
     definition : further entries of the dataset's definition.
-
-    Raises VbbenchError if an option is not for this split, or out of the scenario's range.
     """
     if options.source is not None or options.dt is not None or options.homography is not None:
         raise VbbenchError(f"{card.name} has no source: remove `source`, `dt` and `homography`")

@@ -86,12 +86,12 @@ def camera_of_homography(
     Its inverse is K·[r1 r2 t]: r1 and r2 are perpendicular and of one length, which gives the focal length (R. Hartley,
     A. Zisserman, Multiple View Geometry, 2004, sections 8.1 and 8.8). The heads' plane is ``head_height`` higher.
 
+    Raises ValueError if no camera with square pixels and a centred principal point has this homography.
+
     Parameters
     ----------
     centre : [2] of the picture, in px.
     seen : [2] a point in px that shows some of the ground.
-
-    Raises ValueError if no camera with square pixels and a centred principal point has this homography.
     """
     shift = np.array([[1.0, 0.0, -centre[0]], [0.0, 1.0, -centre[1]], [0.0, 0.0, 1.0]])
     columns = shift @ np.linalg.inv(homography)

@@ -44,6 +44,8 @@ class Mixed:
 def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: IntArray, starts: IntArray) -> Mixed:
     """Fit the coefficients β.
 
+    Raises PlaneError if the heads lie on one line.
+
     Parameters
     ----------
     design : [N, C] rows (1, ν, x) in any units.
@@ -51,8 +53,6 @@ def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: Int
     share : [N] weight of each box.
     pair : [N] numbers of groups within one person, over which noise is averaged to separate u from e.
     starts : [K] first row of each person.
-
-    Raises PlaneError if the heads lie on one line.
     """
     person = np.repeat(np.arange(len(starts)), np.diff(np.r_[starts, len(size)]))
     floor = 0.05 * float(np.median(size))
@@ -151,12 +151,12 @@ def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, se
     Minimises a Student-t loss of the residuals (s − ŝ)/ŝ, since the noise of a box grows with its size. They are
     relative to the fitted size ŝ: relative to the measured one, boxes that are small by chance would weigh more.
 
+    Raises PlaneError if there are too few tracks, or sizes do not grow downwards significantly.
+
     Parameters
     ----------
     level : whether c is 0.
     resamples, seed : number of resamplings of tracks for the covariance, and their seed.
-
-    Raises PlaneError if there are too few tracks, or sizes do not grow downwards significantly.
     """
     x, nu, track = heads.x, heads.nu, heads.track
     starts = np.flatnonzero(np.r_[True, track[1:] != track[:-1]])

@@ -209,13 +209,13 @@ class Lifted:
 def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | None = None) -> Lifted:
     """Lift a crowd's heads to the ground.
 
+    Raises VbbenchError if the heads, or the homography, do not determine the camera.
+
     Parameters
     ----------
     boxes : head boxes of one recording.
     settings : the recipe's table ``[lifting]``.
     homography : [3, 3] from px to metres on the ground; without it, the camera is found from the heads.
-
-    Raises VbbenchError if the heads, or the homography, do not determine the camera.
     """
     if not len(boxes):
         raise VbbenchError(f"{boxes.name}: no head box to lift")

@@ -43,13 +43,13 @@ _THEN = (1980, 1, 1, 0, 0, 0)
 def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bool = False) -> list[Path]:
     """Write the bundle of a challenge into the folder ``out``; return the paths of all that is written.
 
+    Raises VbbenchError if the secret set is missing, damaged or gives anything away, ``challenge.toml`` has texts of
+    the template, or ``out`` exists and is not a bundle.
+
     Parameters
     ----------
     archive : also write it into ``out.zip``.
     codabench : also write ``out.codabench.zip``, to be uploaded there; it holds the truth.
-
-    Raises VbbenchError if the secret set is missing, damaged or gives anything away, ``challenge.toml`` has texts of
-    the template, or ``out`` exists and is not a bundle.
     """
     organiser = Organiser(folder)
     dataset, challenge = organiser.dataset, organiser.challenge

@@ -78,13 +78,13 @@ class Receipt:
 def accept(folder: Path, submission: Path, team: str, moment: datetime, **about: Any) -> Receipt:
     """Take a submission of a team into the challenge in ``folder``; accepted or refused, it is written into the log.
 
+    Raises VbbenchError if it is refused: the team is unknown, no phase is open, the team has used up its submissions,
+    the submission has faults, answers something else, or repeats what another team handed in.
+
     Parameters
     ----------
     moment : when it was handed in.
     about : facts of the team's row (`About`) that replace or complete what the submission declares.
-
-    Raises VbbenchError if it is refused: the team is unknown, no phase is open, the team has used up its submissions,
-    the submission has faults, answers something else, or repeats what another team handed in.
     """
     organiser = Organiser(folder)
     if team != BASELINE:

@@ -49,12 +49,12 @@ def check(
 ) -> str:
     """Check every file below ``results``; return what was checked, as one line of text.
 
+    Raises ResultsError with every fault of every file.
+
     Parameters
     ----------
     work : work folder of ``rerun``; results whose submission is there, or is named, are scored again.
     datasets, submissions : more folders to score again with.
-
-    Raises ResultsError with every fault of every file.
     """
     unusable: list[FileError] = []
     records = read_datasets(results, unusable=unusable)

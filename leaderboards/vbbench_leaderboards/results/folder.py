@@ -73,14 +73,14 @@ def submission_folder(work: Path, board: Board, solver: str) -> Path:
 def read_results(*folders: Path, records: Records | None = None, unusable: list[FileError] | None = None) -> Boards:
     """Results by board, of each board by solver; of a result in several folders the first counts.
 
+    Raises FileError without ``unusable``: if a file cannot be used, lies where it does not belong, or is made on
+    another dataset than its board's.
+
     Parameters
     ----------
     records : the datasets of the boards, where they have been read already.
     unusable : takes what is wrong with each file that is omitted. Results whose record is there and cannot be used
         are omitted with it.
-
-    Raises FileError without ``unusable``: if a file cannot be used, lies where it does not belong, or is made on
-    another dataset than its board's.
     """
     if records is None:
         records = read_datasets(*folders, unusable=unusable)
@@ -99,12 +99,12 @@ def read_results(*folders: Path, records: Records | None = None, unusable: list[
 def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Records:
     """Dataset records by split and tier; of a record in several folders the first counts.
 
+    Raises FileError without ``unusable``: if a file cannot be used, lies where it does not belong, or two folders hold
+    different datasets.
+
     Parameters
     ----------
     unusable : takes what is wrong with each file that is omitted.
-
-    Raises FileError without ``unusable``: if a file cannot be used, lies where it does not belong, or two folders hold
-    different datasets.
     """
     records: dict[tuple[str, str], BoardDataset] = {}
     for folder in folders:

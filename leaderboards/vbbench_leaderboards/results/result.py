@@ -354,11 +354,11 @@ def write_result(result: Result, results: Path, record: BoardDataset | None = No
 
     Figures of the solver that lie there already become part of the row's history.
 
+    Raises FileError if the result is of another form; nothing is written then.
+
     Parameters
     ----------
     record : of the board's dataset, written first where the folder has none: no result is without its record.
-
-    Raises FileError if the result is of another form; nothing is written then.
     """
     path = results / result.path
     if path.is_file():

@@ -28,13 +28,13 @@ def build(out: Path, *results: Path, films: Films | None = None, docs: str = "")
 
     A file that cannot be used is omitted, with a warning of its name and the reason.
 
+    Raises VbbenchError if ``out`` exists and is not a site, or if there are no usable results.
+
     Parameters
     ----------
     results : folders of result files; the first counts if several hold the same result.
     films : which sequences can be played; ``None`` for none.
     docs : address of the documentation, to which the page leads; "" if it does not.
-
-    Raises VbbenchError if ``out`` exists and is not a site, or if there are no usable results.
     """
     with WorkFolder(out, partial(check_site, out)) as work:
         unusable: list[FileError] = []

@@ -95,6 +95,8 @@ class Playable:
 def write_player(site: Path, results: Boards, films: Films | None) -> dict[Board, tuple[str, ...]]:
     """Write the player's data into a site, of all that lies in the work folder.
 
+    Raises VbbenchError if what lies in the work folder is not what the results are of, or cannot be read.
+
     Parameters
     ----------
     site : folder of the site.
@@ -104,8 +106,6 @@ def write_player(site: Path, results: Boards, films: Films | None) -> dict[Board
     Returns
     -------
     The boards that can be played, each with its solvers.
-
-    Raises VbbenchError if what lies in the work folder is not what the results are of, or cannot be read.
     """
     if films is None or films.sequences < 1:
         return {}
@@ -259,12 +259,12 @@ def copy_pictures(work: Path, site: Path, split: str, chosen: IntArray) -> dict[
 def make_pictures(dataset: Dataset, split: str, chosen: Iterable[int], work: Path, backend: Backend | None) -> None:
     """Put pictures of the chosen sequences into the work folder, those that are there already left alone.
 
+    Raises VbbenchError if the truth is withheld, the backend cannot work here, or a file is no picture.
+
     Parameters
     ----------
     backend : who renders them; ``None`` for small copies of those that the camera took. Frames without one have a
         plain ground; sequences without any have no pictures.
-
-    Raises VbbenchError if the truth is withheld, the backend cannot work here, or a file is no picture.
     """
     for number in chosen:
         folder, sequence = picture_folder(work, split, number), dataset.sequence(number)

@@ -31,6 +31,8 @@ LONGEST_NOTE = 1000
 class Publisher:
     """Facts that the publisher of a dataset adds to its cards; ``None`` is omitted.
 
+    Raises VbbenchError if a text is empty or not printable, or the day or the address is invalid.
+
     Parameters
     ----------
     creator : author of the dataset.
@@ -38,8 +40,6 @@ class Publisher:
     published : day of publication, as YYYY-MM-DD.
     contact : address for questions and corrections.
     licence, citation : licence and citation of the publisher's own recording.
-
-    Raises VbbenchError if a text is empty or not printable, or the day or the address is invalid.
     """
 
     creator: str | None = None

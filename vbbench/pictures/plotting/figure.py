@@ -266,6 +266,8 @@ def plot_sequence(
 ) -> Figure:
     """Draw one frame of a sequence from above, with all tracks, next to what the camera saw.
 
+    Raises VbbenchError if there is no such sequence, frame or protocol, or the estimate has another shape.
+
     Parameters
     ----------
     dataset : the dataset; without truth, what is given and estimated is drawn.
@@ -274,8 +276,6 @@ def plot_sequence(
     frame : frame of the sequence, from 0; by default the fullest of the middle third.
     solver : name to show on the picture.
     protocol : what the solver was given; that is marked, and not counted in the errors of the frame.
-
-    Raises VbbenchError if there is no such sequence, frame or protocol, or the estimate has another shape.
     """
     replay = load_replay(dataset, index)
     if estimate is not None:

@@ -191,6 +191,9 @@ def record_to_file(
 ) -> Path:
     """Write a sequence, and the answers of submissions to it, as a recording for the rerun viewer.
 
+    Raises VbbenchError if rerun is not installed, there is no such sequence or backend, a submission answers another
+    dataset, a renderer lacks truth or is named with ``footage``, or ``out`` is not an ``.rrd`` file.
+
     Parameters
     ----------
     dataset : the dataset; without truth, boxes, what is given and estimates are recorded.
@@ -204,9 +207,6 @@ def record_to_file(
     Returns
     -------
     The file.
-
-    Raises VbbenchError if rerun is not installed, there is no such sequence or backend, a submission answers another
-    dataset, a renderer lacks truth or is named with ``footage``, or ``out`` is not an ``.rrd`` file.
     """
     package = rerun()
     if footage and backend is not None:

@@ -246,12 +246,12 @@ PASSED_ON = re.compile(
 class IsolatedSolver:
     """A solver in a separate process: a context manager that yields the solver to run.
 
+    Raises VbbenchError if the solver cannot be loaded, fails, ends, or answers with anything but the arrays requested.
+
     Parameters
     ----------
     name : a registered name, or ``module:attribute``, which is not imported in this process.
     hidden : files and folders that it must not read, besides every folder next to it that looks like a dataset.
-
-    Raises VbbenchError if the solver cannot be loaded, fails, ends, or answers with anything but the arrays requested.
     """
 
     def __init__(self, name: str, hidden: Sequence[Path] = ()) -> None:

@@ -68,12 +68,12 @@ def _header(facts: str, listed: tuple[tuple[str, str, tuple[int, ...]], ...]) ->
 def read_message(pipe: IO[bytes], expected: Shapes | None = None) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """The facts and arrays of the next message.
 
+    Raises ClosedError if the other side has closed the pipe; MessageError if the bytes are not a message, or it has
+    unexpected arrays.
+
     Parameters
     ----------
     expected : the accepted arrays, any of which may be missing; ``None`` trusts the other side.
-
-    Raises ClosedError if the other side has closed the pipe; MessageError if the bytes are not a message, or it has
-    unexpected arrays.
     """
     (length,) = struct.unpack("<I", _read(pipe, 4))
     if expected is not None and length > HEADER_LIMIT:

@@ -126,12 +126,12 @@ LONGEST_BREAK = 3600.0
 def read_boxes(boxes: OfTracks, names: tuple[str, ...]) -> tuple[list[Hashable], FloatArray]:
     """Tracks and their numbers [N, len(names)].
 
+    Raises VbbenchError if a track comes twice, or its numbers are not finite, or a size is not above 0.
+
     Parameters
     ----------
     boxes : numbers of each track.
     names : names of the numbers; those after the second are sizes.
-
-    Raises VbbenchError if a track comes twice, or its numbers are not finite, or a size is not above 0.
     """
     try:
         pairs = list(boxes.items() if isinstance(boxes, Mapping) else boxes)

@@ -106,13 +106,13 @@ class EndlessRun:
     def step(self, observations: FloatArray, odometry: Odometry) -> FrameEstimate:
         """The answer for the next frame.
 
+        Raises VbbenchError if the solver fails. It is restarted without these frames; if it fails again, from the last
+        pose alone.
+
         Parameters
         ----------
         observations : [K, 3] boxes (u, v, l) in px, NaN = none.
         odometry : of the frames since the last answer. All but the last one were missed: they show nobody.
-
-        Raises VbbenchError if the solver fails. It is restarted without these frames; if it fails again, from the last
-        pose alone.
         """
         past, starts = self._past, self._must_start
         try:
@@ -256,6 +256,8 @@ class Session:
     A frame that cannot be used raises VbbenchError and is skipped; the odometry of the next one must reach back to the
     last frame that was answered.
 
+    Raises VbbenchError if a number lies outside its range, or the solver is unknown or solves whole sequences only.
+
     Parameters
     ----------
     solver : a registered name, ``module:attribute``, or an object with ``start`` and ``step``, which then belongs to
@@ -274,8 +276,6 @@ class Session:
     origin : (x, y, yaw) of the camera in the first frame, in m and rad.
     forget_after : seconds out of sight after which a track is forgotten.
     people : initial number of columns of the solver's arrays; more are added when needed.
-
-    Raises VbbenchError if a number lies outside its range, or the solver is unknown or solves whole sequences only.
     """
 
     def __init__(
@@ -359,6 +359,8 @@ class Session:
     ) -> SessionAnswer:
         """The answer for the next frame.
 
+        Raises VbbenchError if an argument is not valid, or the solver fails.
+
         Parameters
         ----------
         boxes : {id: (left, top, width, height)} in px of all people seen, or pairs of these; may be empty. Ids are
@@ -367,8 +369,6 @@ class Session:
             frame's axes, and its covariance [3, 3]; ``None`` where none was measured.
         time : time of the frame, in s of any clock. Missed frames since the last one are then added, without boxes. By
             default, a frame is ``dt`` later than the one before.
-
-        Raises VbbenchError if an argument is not valid, or the solver fails.
         """
         tracks, sides = read_boxes(boxes, ("left", "top", "width", "height"))
         self._watch.see(sides)

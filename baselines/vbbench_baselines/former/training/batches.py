@@ -307,12 +307,12 @@ def batch_of(
 ) -> Batch:
     """A batch of windows of one size.
 
+    Raises VbbenchError if no stream has sequences that long.
+
     Parameters
     ----------
     filled : whether arrays are padded to the greatest number of people of the size, so that all batches of a size have
         the same shape.
-
-    Raises VbbenchError if no stream has sequences that long.
     """
     windows: list[Window] = []
     for _ in range(TRIES):

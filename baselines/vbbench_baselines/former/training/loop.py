@@ -324,14 +324,14 @@ class Asked:
 def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = "cpu", jobs: int = 1) -> Path:
     """Train in the folder ``out``, or resume there; returns the path of the weights.
 
+    Raises VbbenchError if the folder is not of this training, a file in it is damaged, the device cannot be used, or
+    there cannot be so many processes.
+
     Parameters
     ----------
     crowds : folder of the simulated sequences, which several trainings can share; ``None`` for one in ``out``.
     device : see `vbbench_baselines.former.training.loop.Training`.
     jobs : see there; as many processes make the crowds. −1 for one per core.
-
-    Raises VbbenchError if the folder is not of this training, a file in it is damaged, the device cannot be used, or
-    there cannot be so many processes.
     """
     _check_device(device)
     recipe, jobs = asked.recipe.shortened(asked.part), processes_of(jobs)

@@ -64,6 +64,9 @@ class RecordingFiles:
 def find_recording(name: str, archive: Source, explicit: Path | None, *, split: str) -> RecordingFiles:
     """Read the files of the recording ``name``.
 
+    Raises SourceMissingError if ``explicit`` is ``None`` and the archive is not in the data folders; VbbenchError if
+    there is no such recording, more than one, or its files cannot be read.
+
     Parameters
     ----------
     name : name of its folder, such as ``HT21-03``.
@@ -71,9 +74,6 @@ def find_recording(name: str, archive: Source, explicit: Path | None, *, split: 
     explicit : the user's path: the recording's folder; a folder with one called ``name`` anywhere below, or with the
         published archive; or an archive, with any checksum.
     split : name of the split, for messages.
-
-    Raises SourceMissingError if ``explicit`` is ``None`` and the archive is not in the data folders; VbbenchError if
-    there is no such recording, more than one, or its files cannot be read.
     """
     if explicit is None:
         (path,) = locate([archive], split=split)

@@ -41,14 +41,14 @@ def read_trajnet(
 ) -> Scene:
     """Read rows ``frame id x y``, or with columns named by a header, in any order of rows.
 
+    Raises FileError with file and line, if a row or a track is bad.
+
     Parameters
     ----------
     path : the file.
     dt : seconds between rows of a person.
     frame_step : frame numbers between rows of a person; ``None`` takes the commonest.
     homography : [3, 3] from x, y to metres; ``None`` if they are metres.
-
-    Raises FileError with file and line, if a row or a track is bad.
     """
     content = read_text(path)
     named = split_header(content, NOUNS)[1] is not None
@@ -118,13 +118,13 @@ def _refuse_swapped(path: Path, frame: FloatArray, person: FloatArray, points: F
 def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scene:
     """Read ground-plane positions (x, y) in m; heights z and velocities are ignored.
 
+    Raises FileError with file and line, if a row or a track is bad.
+
     Parameters
     ----------
     path : the file.
     dt : seconds between rows of a person.
     frame_step : video frames between rows of a person; ``None`` takes the commonest.
-
-    Raises FileError with file and line, if a row or a track is bad.
     """
     table = read_rows(path, OBSMAT)
     frame, person, points = table.numbers("frame"), table.numbers("id"), table.stacked("x", "y")

@@ -262,6 +262,8 @@ def scene_of_rows(
 
     Row 0 of the scene is the first frame with a person. Frames without people have empty rows.
 
+    Raises FileError if a check of this module fails; an implausible walking speed is a warning only.
+
     Parameters
     ----------
     path : the file.
@@ -270,8 +272,6 @@ def scene_of_rows(
     lines : [N] where each row stands in the file, from 1.
     dt, frame_step : seconds and frame numbers between rows of a person; ``None``: the commonest step.
     homography : [3, 3] from the positions to metres; ``None`` if they are metres.
-
-    Raises FileError if a check of this module fails; an implausible walking speed is a warning only.
     """
     frames, ids = check_integers(path, "frame", frame, lines), check_integers(path, "id", person, lines)
     step = frame_step or commonest_step(frames, ids)

@@ -75,6 +75,8 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
 
     A person is present from the first to the last key point. Ids count from 1 in file order.
 
+    Raises FileError with file and line, if the annotation is bad or cut short.
+
     Parameters
     ----------
     path : the file.
@@ -82,8 +84,6 @@ def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, 
     frame_step : video frames between samples.
     homography : [3, 3] from pixels (origin at the frame's centre, y up) to metres.
     curve : interpolation between key points, in metres and video frames.
-
-    Raises FileError with file and line, if the annotation is bad or cut short.
     """
     people = read_key_points(path)
     _check_samples(path, people, frame_step)
