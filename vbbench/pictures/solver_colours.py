@@ -18,16 +18,19 @@ ON_DARK = (
     *("#a8692c", "#f4cdf4", "#4b9df5", "#55e6a0", "#6460ea", "#ffa03c", "#8a6ab8"),
     *("#d83a80", "#74cc3a", "#58c4e0", "#d080f0", "#f8b0b8"),
 )
-"""Colours for white and for dark paper: first those of the bundled solvers, then those that all others share."""
+"""Colours for white and for dark paper: the first are those of `_BUNDLED`."""
 
 _BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
+_LATER = {"vb-former": 7, "ground-plane": 10}
+_SHARED = (8, 9, 11)
+"""Places of colours: of bundled solvers, in order and by name, and of all others."""
 
 
 def solver_number(name: str) -> int:
     """The place of a solver's colour in a palette: its own if it is bundled, else one that follows from its name."""
     if name in _BUNDLED:
         return _BUNDLED.index(name)
-    return len(_BUNDLED) + crc32(name.encode()) % (len(ON_LIGHT) - len(_BUNDLED))
+    return _LATER.get(name, _SHARED[crc32(name.encode()) % len(_SHARED)])
 
 
 def solver_colour(name: str) -> str:
