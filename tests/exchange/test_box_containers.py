@@ -445,3 +445,14 @@ def test_boxes_of_ultralytics_are_dicts_in_a_cell(read: Read) -> None:
         "df.csv", "frame,name,class,confidence,box,track_id\n" + f"0,person,0,0.9,{box},4\n1,person,0,0.9,{box},4\n"
     )
     assert rows.boxes.tolist() == [[100.5, 90.0, 40.0, 90.0]] * 2
+
+
+def test_images_of_coco_have_the_cameras_size(read: Read) -> None:
+    def coco(width: int, height: int) -> str:
+        images = [{"id": frame, "file_name": f"{frame}.jpg", "width": width, "height": height} for frame in FRAMES]
+        boxes = [{"id": frame, "image_id": frame, "bbox": [100, 90, 40, 90], "track_id": 1} for frame in FRAMES]
+        return json.dumps({"images": images, "annotations": boxes, "categories": []})
+
+    assert len(read("whole.json", coco(1280, 720))) == len(FRAMES)
+    with pytest.raises(FileError, match=r"its images have 640 x 360 px, the camera file says 1280 x 720 px; write the"):
+        read("half.json", coco(640, 360))

@@ -92,11 +92,10 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     starts = {order for order in orders if np.allclose(orders[order][0], np.eye(3), atol=1e-3)}
     fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.heading)]
     plain = readings[0].heading or 0j
-    angles = {one.heading or 0j: one for one in fitting if one.axes == readings[0].axes}
-    angles = {
-        way: one for way, one in angles.items() if one.order in (DEGREES, COMPASS, CLOCKWISE) and abs(way) > abs(plain)
-    }
-    angle = angles.get(max((way for way in angles if way.real >= plain.real + _UNUSUAL), key=abs, default=0j))
+    others = [one for one in fitting if one.order in (DEGREES, COMPASS, CLOCKWISE) and one.axes == readings[0].axes]
+    ways = {one.heading or 0j: one for one in others}
+    better = [way for way in ways if way.real >= plain.real + _UNUSUAL and abs(way) > abs(plain)]
+    angle = ways[max(better, key=abs)] if better else None
     unusual = {order: -0.01 if order in starts else _UNUSUAL * (order != usual) for order in orders}
     found = angle or min(fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None)
     if axes is None:

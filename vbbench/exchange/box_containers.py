@@ -7,7 +7,7 @@ labels/NAME_12.txt    YOLO: ``class u v width height [score] [id]`` of frame 12,
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,14 +34,12 @@ _UNREAD = (
     (b"- ", f"is YAML; {_CSV}"),
     (b"<", f"is {_XML}"),
     (b"version https://git-lfs", "is a pointer of Git LFS; fetch the file itself with git lfs pull"),
-    (b"\x89PNG", "is a picture; name the file of its boxes"),
-    (b"\xff\xd8\xff", "is a picture; name the file of its boxes"),
+    ((b"\x89PNG", b"\xff\xd8\xff"), "is a picture; name the file of its boxes"),
     (b"%PDF", "is a PDF; name the file of boxes"),
     (b"PAR1", f"is Parquet; {_CSV}"),
     (b"ARROW1", f"is Feather; {_CSV}"),
     (b"\x1f\x8b", "is packed by gzip; unpack it"),
-    (b"7z\xbc\xaf", "is a 7z archive; unpack it"),
-    (b"Rar!", "is a RAR archive; unpack it"),
+    ((b"7z\xbc\xaf", b"Rar!"), "is a 7z or RAR archive; unpack it"),
 )
 """How files begin that are not read, and what to do."""
 _FRAME_KEYS = ("frame_id", "frame_index", "frame_idx", "frame_number", "frame")
@@ -157,7 +155,11 @@ def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTabl
             rows.append(cells)
     if not rows:
         raise FileError(path, "holds no box")
-    more = _scores_and_ids(frames, rows)
+    # Of scores and ids in the sixth and seventh cells one may be missing.
+    sixth = [(frame, cells[5]) for frame, cells in zip(frames, rows, strict=True) if len(cells) > 5]
+    whole = all(cell.isdigit() for _, cell in sixth) and not any(len(cells) == 7 for cells in rows)
+    names_of_rest = ("id",) if whole and len(set(sixth)) == len(sixth) else ("score", "id")
+    more = [dict(zip(names_of_rest, cells[5:], strict=False)) for cells in rows]
     columns = ("class", "u_norm", "v_norm", "width_norm", "height_norm")
     records = [
         {"frame": name, **dict(zip(columns, cells, strict=False)), **rest}
@@ -172,16 +174,6 @@ def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTabl
     return replace(boxes, base=1, class_names=class_names)
 
 
-def _scores_and_ids(frames: Sequence[str], rows: Sequence[Sequence[str]]) -> list[dict[str, str]]:
-    """Scores and ids of labels, from their sixth and seventh cells, of which one may be missing."""
-    widths = {len(cells) for cells in rows}
-    sixth = [(frame, cells[5]) for frame, cells in zip(frames, rows, strict=True) if len(cells) > 5]
-    whole = all(cell.isdigit() for _, cell in sixth)
-    scored = 7 in widths or not whole or len(set(sixth)) < len(sixth)
-    names = ("score", "id") if scored else ("id",)
-    return [dict(zip(names, cells[5:], strict=False)) for cells in rows]
-
-
 def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
     try:
         value = json.loads(text)
@@ -193,7 +185,7 @@ def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
     except (RecursionError, UnicodeDecodeError) as error:
         raise FileError(path, "is not JSON that can be read") from error
     coco = isinstance(value, dict) and {"images", "annotations"} <= value.keys()
-    records, first = _coco(path, value) if coco else (list(_records(value, {})), 0)
+    records, first = _coco(path, value, picture) if coco else (list(_records(value, {})), 0)
     if not records:
         raise FileError(path, f"holds no boxes, as lists of objects; {_CSV}, or COCO")
     table = columns_of_records(path, records, NOUNS)
@@ -240,7 +232,7 @@ def _flat(value: Mapping[str, Any]) -> dict[str, Any]:
     return flat
 
 
-def _coco(path: Path, value: Mapping[str, Any]) -> tuple[list[dict[str, Any]], int]:
+def _coco(path: Path, value: Mapping[str, Any], picture: Picture) -> tuple[list[dict[str, Any]], int]:
     """The annotations of COCO or CocoVid, each with its frame and class name; and the number of the first frame."""
     try:
         images = {image["id"]: image for image in value["images"]}
@@ -248,7 +240,12 @@ def _coco(path: Path, value: Mapping[str, Any]) -> tuple[list[dict[str, Any]], i
         names = {one["id"]: one["name"] for one in value.get("categories", ())}
         videos = {one["id"]: str(one.get("name", one["id"])) for one in value.get("videos", ())}
     except (KeyError, TypeError) as error:
-        raise FileError(path, f"is not whole COCO: {error} is missing or of another kind") from error
+        raise FileError(path, f"is not whole COCO: image or key {error} is missing or of another kind") from error
+    sizes = {(image.get("width"), image.get("height")) for image in used} - {(None, None), (0, 0)}
+    if picture and sizes and not any(wide == picture[0] and picture[1] in (high, np.inf) for wide, high in sizes):
+        (wide, high), shown = min(sizes, key=str), f"{picture[0]:g} x {picture[1]:g} px"
+        problem = f"its images have {wide} x {high} px, the camera file says {shown}"
+        raise FileError(path, f"{problem}; write the size that boxes are of, with its focal length")
     films = {image.get("video_id") for image in used}
     if len(films) > 1:
         listed = ", ".join(quoted(videos.get(one, str(one))) for one in sorted(films, key=str)[:4])

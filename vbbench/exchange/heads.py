@@ -396,7 +396,9 @@ def export_heads(
         raise VbbenchError(f"seed must be at least 0, not {seed}")
     with loose_files(out):
         number, scene = _photographed(dataset, sequence)
-        station = _station(scene, camera, options)
+        yaw = float(np.radians(options.facing))  # from its station the crowd is in the middle of the camera's view
+        ahead = camera.middle_of_view() * np.array([np.cos(yaw), np.sin(yaw)])
+        station = np.append(scene.positions[scene.present].mean(axis=0) - ahead, yaw)
         heads = see_heads(scene.positions, scene.heights, camera, station, dt=scene.dt)
         if not len(heads):
             raise VbbenchError("the camera sees nobody; choose another height, tilt or field of view")
@@ -434,13 +436,6 @@ def _photographed(dataset: Dataset, sequence: int | None) -> tuple[int, Scene]:
     return one.index, Scene(
         name=dataset.info.split, dt=dataset.info.dt, people=people, positions=positions[frames], heights=heights
     )
-
-
-def _station(scene: Scene, camera: SurveillanceCamera, options: HeadOptions) -> FloatArray:
-    """The camera's place, [3] (x, y, yaw), from which the crowd is in the middle of its view."""
-    yaw = float(np.radians(options.facing))
-    ahead = camera.middle_of_view() * np.array([np.cos(yaw), np.sin(yaw)])
-    return np.append(scene.positions[scene.present].mean(axis=0) - ahead, yaw)
 
 
 def _truth_text(heads: Heads, boxes: FloatArray, visible: FloatArray, others: FloatArray) -> str:

@@ -116,7 +116,7 @@ def _goes_back(rows: OwnBoxes) -> list[str]:
     """A note if the clock of detections goes back a few times; unordered rows go back often, and get none."""
     apart = np.diff(rows.timeline.times[rows.frame])
     back = np.flatnonzero(apart < 0.0)
-    if rows.linked or not 0 < len(back) <= MOST_BACK:
+    if rows.linked or not rows.lines.any() or not 0 < len(back) <= MOST_BACK:
         return []
     leap = f"{rows.path.name}, line {rows.lines[back[0] + 1]}: the clock goes back by {-apart[back[0]]:.4g} s"
     return [f"{leap}; boxes of one time are taken for one frame"]

@@ -27,8 +27,8 @@ from vbbench.parsing.toml_text import from_table, toml_table
 from vbbench.registry import load_registered
 from vbbench.solver import BOX_EDGE, Carrier
 
-WIDEST, NARROWEST = 150.0, 3.0
-"""Degrees from the left to the right border of a pinhole's picture that a camera may have."""
+WIDEST, USUAL_ANGLE, NARROWEST = 150.0, 30.0, 3.0
+"""Degrees from the left to the right border of a pinhole's picture that a camera has at most, often and at least."""
 Tilt = Annotated[float, Within(-1.2, 1.2, "rad (degrees x 0.01745)")]
 Focal = Annotated[float, Within(1.0, 1e6, "px")]
 FieldOfView = Annotated[float, Within(NARROWEST, WIDEST, "degrees", "the field of view")]
@@ -346,7 +346,7 @@ def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
     span = np.degrees(2.0 * np.arctan(0.5 * facts.width / focal))
     if not NARROWEST <= span <= WIDEST:
         known = f"often {0.5 * facts.width:.0f} to {2 * facts.width} px; px = mm x {facts.width} / mm of the sensor"
-        known += f"; is it a field of view in degrees? then fov = {focal:g}" if NARROWEST <= focal <= WIDEST else ""
+        known += f"; is it a field of view in degrees? then fov = {focal:g}" if USUAL_ANGLE <= focal <= WIDEST else ""
         problem = f"a focal length of {focal:g} px lets {facts.width} px span {span:.3g}°, which no camera does"
         raise FileError(path, f"{problem}; it is in px ({known})")
     return {
