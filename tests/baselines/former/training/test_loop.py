@@ -35,6 +35,12 @@ def crowds(folder: Path) -> Crowds:
     return make_crowds(TINY, folder, TINY.seed)
 
 
+@pytest.fixture(scope="module")
+def trained(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a training that has ended."""
+    return train(tmp_path_factory.mktemp("former") / "whole", Asked(recipe=TINY), crowds=folder).parent
+
+
 def test_what_is_given_and_counted_is_what_protocols_say(crowds: Crowds) -> None:
     rng = np.random.default_rng(5)
     for number, name in enumerate(PROTOCOLS):
@@ -51,8 +57,10 @@ def test_what_is_given_and_counted_is_what_protocols_say(crowds: Crowds) -> None
         assert abs(batch.yaw.numpy()[:, 0]).max() < 1e-6
 
 
-def test_stopped_or_with_more_processes_a_training_ends_with_the_same_weights(folder: Path, tmp_path: Path) -> None:
-    whole = train(tmp_path / "whole", Asked(recipe=TINY), crowds=folder)
+def test_stopped_or_with_more_processes_a_training_ends_with_the_same_weights(
+    folder: Path, trained: Path, tmp_path: Path
+) -> None:
+    whole = trained / "weights.npz"
 
     def stopped(self: Training, checkpoint: Path, tell: object) -> Arrays:
         for batch in islice(self._feed.drawn(0, 1), 2):
@@ -73,7 +81,7 @@ def test_stopped_or_with_more_processes_a_training_ends_with_the_same_weights(fo
     with np.load(whole) as a, np.load(other) as b:
         assert not np.array_equal(a["trust.weights"], b["trust.weights"])
     assert VbFormer(weights=read_weights(whole)).weights
-    log = (tmp_path / "whole" / "log.csv").read_text().splitlines()
+    log = (trained / "log.csv").read_text().splitlines()
     assert log[0].startswith("batches,windows,")
     assert len(log) == 5  # each of its four batches; of long trainings every hundredth
     with Image.open(tmp_path / "stopped" / "curve.png") as curve:
@@ -131,12 +139,12 @@ def test_jobs_are_checked_before_anything_is_made(tmp_path: Path) -> None:
     assert not (tmp_path / "never").exists()
 
 
-def test_a_folder_of_something_else_is_left_alone(folder: Path, tmp_path: Path) -> None:
+def test_a_folder_of_something_else_is_left_alone(folder: Path, trained: Path, tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")
     with pytest.raises(VbbenchError, match="not the folder of a training"):
         train(tmp_path / "mine", Asked(recipe=TINY), crowds=folder)
-    train(tmp_path / "run", Asked(recipe=TINY), crowds=folder)
+    shutil.copytree(trained, tmp_path / "run")
     with pytest.raises(VbbenchError, match="another seed"):
         train(tmp_path / "run", Asked(recipe=TINY, seed=3), crowds=folder)
     (tmp_path / "run" / "weights.npz").unlink()  # made again
