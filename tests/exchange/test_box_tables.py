@@ -218,6 +218,15 @@ def test_a_visibility_that_is_zero_throughout_is_not_known(tmp_path):
     assert np.isnan(rows.visible).all()
 
 
+@pytest.mark.parametrize(("blocks", "asked"), [(["12", "34"], 1), (["12", "12"], 0), (["1", "2"], 0), (["123"], 0)])
+def test_a_second_recording_whose_ids_go_on_is_asked_about(tmp_path, blocks, asked):
+    path = tmp_path / "boxes.csv"
+    again = 10 * (blocks[0] == blocks[-1])  # the same ids in later frames
+    rows = [(frame + again * n, name) for n, names in enumerate(blocks) for frame in range(4) for name in names]
+    path.write_text(HEAD + "".join(f"{frame},{name},9{name},3,40,90\n" for frame, name in rows))
+    assert sum("are these two recordings?" in note for note in read_boxes(path, 0.1).notes) == asked
+
+
 @pytest.mark.parametrize(("first", "step"), [(17 * 10**17, 10**8), (17 * 10**11, 100), (17 * 10**8, 1)])
 @pytest.mark.parametrize("suffix", ["csv", "txt"])
 def test_frames_that_are_time_stamps_are_times(tmp_path, first, step, suffix):

@@ -113,13 +113,20 @@ def write_boxes(path: Path, rows: OwnBoxes) -> None:
 
 
 def _goes_back(rows: OwnBoxes) -> list[str]:
-    """A note if the clock of detections goes back a few times; unordered rows go back often, and get none."""
+    """A note if the clock goes back a few times; that of unordered rows does so often, in order of ids at each id."""
     apart = np.diff(rows.timeline.times[rows.frame])
     back = np.flatnonzero(apart < 0.0)
-    if rows.linked or not rows.lines.any() or not 0 < len(back) <= MOST_BACK:
+    if not rows.lines.any() or not 0 < len(back) <= MOST_BACK:
         return []
-    leap = f"{rows.path.name}, line {rows.lines[back[0] + 1]}: the clock goes back by {-apart[back[0]]:.4g} s"
-    return [f"{leap}; boxes of one time are taken for one frame"]
+    parts = rows.track[: back[0] + 1], rows.track[back[0] + 1 :]
+    if rows.linked and (min(len(np.unique(part)) for part in parts) < 2 or np.isin(*parts).any()):
+        return []
+    what = (
+        "ids before and after differ: are these two recordings?"
+        if rows.linked
+        else "boxes of one time are taken for one frame"
+    )
+    return [f"{rows.path.name}, line {rows.lines[back[0] + 1]}: the clock goes back by {-apart[back[0]]:.4g} s; {what}"]
 
 
 def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
@@ -128,7 +135,7 @@ def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
     Times are in the unit of their name, or in whichever of s, ms, us and ns most frames have.
     """
     if "frame" in table:
-        exact = [timeline.frame_of_number(frame_numbers(table))]
+        exact = [(frame_numbers(table) - timeline.first_number) / timeline.step]
     else:
         units = [1.0] if table.unit("time") else [1.0, 1e-3, 1e-6, 1e-9]
         exact = [timeline.frame_of_time(table.scaled("time") * unit) for unit in units]

@@ -160,7 +160,7 @@ def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[
             return timeline.frame_time * np.arange(count, dtype=np.float64), ()
         problem = f"has {count} lines without timestamps, and the boxes {timeline.frames} frames"
         raise FileError(path, f"{problem}: a line is a frame; write the timestamp in s first")
-    frames = timeline.time_of_number(times)
+    frames = timeline.times[0] + (times - timeline.first_number) * timeline.frame_time
     if trajectory.unit is not None:
         return (times * trajectory.unit if trajectory.unit else frames), ()
     first, last, step = timeline.times[0], timeline.times[-1], float(np.median(np.diff(np.sort(times))))

@@ -48,18 +48,10 @@ class Timeline:
     near: float | None = None
     numbered: bool = False
 
-    def frame_of_number(self, number: FloatArray) -> FloatArray:
-        """The frames of numbers in another file; a number without a frame gives a fraction, or a value outside."""
-        return (number - self.first_number) / self.step
-
     @property
     def frame_time(self) -> float:
         """Seconds from a frame of the film to the next, of which every ``step``-th is used."""
         return self.dt / self.step
-
-    def time_of_number(self, number: FloatArray) -> FloatArray:
-        """Times in s of frames by their numbers in the file of the boxes."""
-        return np.asarray(self.times[0] + (number - self.first_number) * self.frame_time)
 
     def frame_of_time(self, time: FloatArray) -> FloatArray:
         """The nearest frames of time stamps; −1 if none is near."""
