@@ -180,7 +180,7 @@ def test_the_published_archive_is_taken_from_the_data_folder_if_it_is_whole(no_d
 
 def test_both_splits_are_fetched_at_once(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     wanted: list[Source] = []
-    monkeypatch.setattr("vbbench.generation.sources.fetch", lambda sources: wanted.extend(sources) or [Path("x.zip")])
+    monkeypatch.setattr("vbbench.generation.generator.fetch", lambda sources: wanted.extend(sources) or [Path("x.zip")])
     assert main(["fetch", "shibuya01", "shibuya02"]) == 0
     assert wanted == [ARCHIVE]
     assert capsys.readouterr().out == "x.zip\n"
