@@ -64,9 +64,9 @@ class Rows:
             raise self.fault(row, problem.format(*(fact[row] for fact in facts)))
 
     def refuse_twice(self, problem: str, *keys: IntArray, among: BoolArray | None = None) -> None:
-        """Raise FileError at the first row, ``among`` [N] those marked, whose ``keys`` [N] another one has as well.
+        """Raise FileError at the first row whose ``keys`` [N] an earlier row has, too; ``among`` [N] marks rows that count.
 
-        ``problem`` is filled with its keys, and with where the other row stands as ``at``.
+        ``problem`` is filled with these keys, and with the place of the earlier row as ``at``.
         """
         rows = np.arange(len(self)) if among is None else np.flatnonzero(among)
         found = first_repetition(*(key[rows] for key in keys))

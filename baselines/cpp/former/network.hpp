@@ -402,7 +402,7 @@ class Network {
         frame.or_given(pure_ ? weighing.motion : fit(frame.views, weighing, frame.rough, 2, frame.uncertain));
   }
 
-  /// λ and x⁰ of the fit; for a pure network x⁰ is the answer.
+  /// The prior of the fit: weights λ and motion x⁰, with which a pure network answers.
   void own_prior(Frame& frame, const std::vector<float>& trust) const {
     Weighing& weighing = frame.weighing;
     const float dt = frame.dt;

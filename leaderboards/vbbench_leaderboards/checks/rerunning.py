@@ -264,7 +264,7 @@ def _submission_in_silence(run: Rerun, dataset: Dataset, board: Board, solver: s
 
 @cache
 def code_of(kind: Kind, name: str) -> str:
-    """A hash of the files of vbbench, and of those that ``name`` comes from, after vbbench's version."""
+    """The version of vbbench, a hash of its files, and one of the files in which ``name`` is defined."""
     return f"{__version__} {source_digest('vbbench')} {source_digest(name, kind)}"
 
 
