@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.lib.own_recording import Walk, make_walk
 from tests.lib.ros_messages import Messages
-from vbbench.birdify.bags import BagTopics, birdify_bag
+from vbbench.birdify.bags import BagTopics, birdify_bag, files_from_bag
 from vbbench.cli import main
 from vbbench.errors import FileError
 from vbbench.exchange.bags import is_bag
@@ -213,3 +213,14 @@ def test_odometry_may_be_of_the_camera_and_a_region_of_interest_is_refused(tmp_p
         birdify_bag(
             write_bag(tmp_path / "part", walk, 2, writing=writing), tmp_path / "again", BagTopics(), mount=mount
         )
+
+
+def test_messages_that_were_recorded_twice_count_once(tmp_path: Path, walk: Walk) -> None:
+    class Twice(Writing):
+        def rows(self, walk: Walk) -> list[tuple[float, str, str, Any]]:
+            return sorted(2 * super().rows(walk), key=lambda row: row[0])
+
+    files = files_from_bag(write_bag(tmp_path, walk, 2, writing=Twice(2)), BagTopics(), tmp_path / "files")
+    recording = read_recording(files, mount={"mount_height": 1.5})
+    assert recording.footage.boxes.shape[:2] == (30, 8)
+    assert recording.footage.odometry is not None

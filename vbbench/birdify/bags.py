@@ -94,6 +94,7 @@ def _topic(bag: Bag, given: Path | str | None, kind: str, option: str) -> str:
 
 def _write_boxes(bag: Bag, topic: str, path: Path) -> Path:
     rows = [(repr(one.time), *row) for one in bag.messages(topic) for row in _boxes(one.fields.detections)]
+    rows = list(dict.fromkeys(rows))  # messages may be recorded twice
     numbers = all(str(row[-1]).isdigit() for row in rows)
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([(*_HEAD, "class" if numbers else "class_name"), *rows])
@@ -119,7 +120,7 @@ def _write_odometry(bag: Bag, topic: str, path: Path) -> Path:
         (time, *(getattr(one.position, name) for name in "xyz"), *(getattr(one.orientation, name) for name in "xyzw"))
         for time, one in poses
     ]
-    np.savetxt(path, rows, "%.9f", header="timestamp tx ty tz qx qy qz qw")
+    np.savetxt(path, list(dict.fromkeys(rows)), "%.9f", header="timestamp tx ty tz qx qy qz qw")
     return path
 
 
