@@ -64,7 +64,7 @@ class Rows:
             raise self.fault(row, problem.format(*(fact[row] for fact in facts)))
 
     def refuse_twice(self, problem: str, *keys: IntArray, among: BoolArray | None = None) -> None:
-        """Raise FileError at the first row whose ``keys`` [N] an earlier one has, too; ``among`` [N] marks those that count.
+        """Raise FileError at the first row whose ``keys`` [N] an earlier one has, too, of all or of those ``among``.
 
         ``problem`` is filled with these keys, and with the place of the earlier row as ``at``.
         """
