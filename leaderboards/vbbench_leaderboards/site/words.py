@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from vbbench.generation.footage import FOOTAGE
 from vbbench.generation.tier import all_tiers
+from vbbench.parsing.toml_text import bundled_table
 from vbbench.scoring.metrics import section
 
 
@@ -40,72 +41,10 @@ def _metric_terms(part: Literal["metrics", "drift"]) -> dict[str, Term]:
     return {key: Term(name=one.symbol, full=one.name, unit=one.unit, meaning=one.meaning) for key, one in found}
 
 
-COLUMNS = {
-    "rank": Term(
-        name="Rank",
-        full="rank",
-        meaning="One more than the number of solvers that are significantly better by the capped mean of the metric "
-        "that the table is sorted by, but never above a solver with a smaller mean; next to it the best and the worst "
-        "rank that the figures leave open. Solvers that see the future, and those trained or tuned on recordings of "
-        "the board, are ranked apart.",
-    ),
-    "failures": Term(
-        name="Failures",
-        full="failures",
-        meaning="The share of sequences that go astray: their mean Δx is over 1 m.",
-    ),
-    "coverage": Term(
-        name="Coverage", full="coverage", meaning="The share of scored rows that the solver answered. Read it first."
-    ),
-    "time": Term(
-        name="Time",
-        full="time per frame",
-        unit="µs",
-        meaning="Time inside the solver, in millionths of a second per frame, on the hardware named in the row.",
-    ),
-    "timing": Term(
-        name="Causal or offline",
-        full="causal or offline",
-        meaning="Causal: an answer depends on its own frame and earlier ones alone. Late: it comes so many frames "
-        "after its own. Offline: it depends on the whole sequence.",
-    ),
-}
-
-SUMMARIES = {
-    "median": Term(name="median", full="median", meaning="Half of the sequences have a smaller mean error than this."),
-    "mean": Term(
-        name="plain mean",
-        full="plain mean",
-        meaning="The mean over sequences without a cap: a single runaway can decide it, so it ranks nobody.",
-    ),
-    "p95": Term(
-        name="p95", full="95th percentile", meaning="One sequence in twenty has a larger mean error than this."
-    ),
-}
-
-PROTOCOLS = {
-    "one-step": Term(
-        name="one-step",
-        full="One step",
-        meaning="The truth of the two frames before is given for every frame; the solver answers the next. A "
-        "diagnostic: nobody has the truth of the frame before.",
-    ),
-    "sequential": Term(
-        name="sequential",
-        full="Sequential",
-        meaning="Everybody's first two frames are given; from there on the solver stands on its own estimates.",
-    ),
-    "rollout": Term(
-        name="rollout",
-        full="Rollout",
-        meaning="Only the sequence's first two frames are given; who comes later comes with nothing but a box.",
-    ),
-    "cold-start": Term(
-        name="cold-start",
-        full="Cold start",
-        meaning="Only where the observer is in the first frame is given, and where nobody is: what a robot has.",
-    ),
-}
+COLUMNS, SUMMARIES, PROTOCOLS = (
+    {key: Term(**facts) for key, facts in terms.items()} for terms in bundled_table(__package__, "words.toml").values()
+)
+"""The terms of columns, of summaries over sequences, and of protocols, by key."""
 
 
 @cache
