@@ -20,6 +20,7 @@ from vbbench.camera import PerspectiveCamera
 from vbbench.cli import COMMANDS, all_commands, main
 from vbbench.cli.parsing import in_options, parameters_of, parse
 from vbbench.errors import VbbenchWarning
+from vbbench.generation.generator import fetch_splits
 
 VBBENCH = [sys.executable, "-m", "vbbench"]
 
@@ -129,6 +130,8 @@ def test_compare_verify_plot_and_tum(capsys: pytest.CaptureFixture[str], dataset
         (["leaderboard", "add", "nowhere"], "--dataset"),
         (["fetch", "hotle"], "no split is called 'hotle'; did you mean 'hotel'"),
         (["fetch"], "name splits"),
+        (["birdify", "boxes.csv", "--camera", ""], "--camera: is empty; name a file or folder"),
+        (["birdify", "", "--camera", "x"], "RECORDING: is empty; name a file or folder"),
         (["generate", "demo", "--seed", "x", "--out", "x"], "--seed: must be a whole number or secret, not 'x'"),
         (["fetch", "eth", "--source", "x"], "'fetch' has no options; remove --source"),
         (["birdify", "boxes.csv", "-camera", "camera.toml"], "called '-camera'; did you mean '--camera'?"),
@@ -163,7 +166,7 @@ def test_exchanged_folders_are_named(capsys: pytest.CaptureFixture[str], dataset
 )
 def test_what_has_nothing_to_fetch_is_named(split: str, why: str) -> None:
     with pytest.warns(VbbenchWarning, match=f"{split}: nothing to fetch; it {why}"):
-        assert main(["fetch", split]) == 0
+        assert fetch_splits([split]) == []
 
 
 @pytest.mark.parametrize("name", ["generate", ""])

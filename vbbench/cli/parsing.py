@@ -12,6 +12,7 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin, get_type_hints
 
 from vbbench.errors import UnknownNameError, VbbenchError, quoted, suggestion
@@ -305,6 +306,8 @@ def _read(kinds: Sequence[Any], text: str) -> Any:
                 return kind(text)
             except ValueError:
                 wanted.append(f"must be {_NUMBERS[kind]}")
+        elif kind is Path and not text:
+            raise argparse.ArgumentTypeError("is empty; name a file or folder")
         else:
             return kind(text)
     if len(wanted) == 1 and not wanted[0].startswith("must"):
