@@ -648,3 +648,50 @@ def test_given_places_that_contradict_a_box_do_not_send_the_camera_away() -> Non
         seen = np.where(np.arange(2)[:, None] <= (t == 12), boxes, np.nan)
         answer = run.step(boxes=seen, poses=poses, positions=positions)
     assert np.hypot(*(answer["pose"] - scene.poses[-1])[:2]) < 50.0
+
+
+@pytest.mark.parametrize("carrier", ["person", "unknown"])
+def test_a_camera_that_moves_evenly_is_not_taken_for_one_that_stands(carrier: Carrier) -> None:
+    """Its yaw does not change, which heads hardly do; only the speed of people speaks for motion."""
+    off, stated = [], {"dt": 0.1, "carrier": CARRIERS.index(carrier), "box_edge": 0.0, "box_std": 0.02}
+    for seed in range(5):
+        scene = drive(seed, 10, 6.0, 1.3, 12)
+        answers = Run(12, known=False, changes=stated).through(scene, given=0, poses_given=1)
+        off.append(np.hypot(*(answers[-1]["pose"] - scene.poses[-1])[:2]))
+    assert np.median(off) < 0.8
+
+
+def strollers(seed: int, speed: float) -> Crowd:
+    """Thirty people who walk every way at about a speed in m/s, and a camera that passes them at .8 m/s."""
+    rng, people, frames = np.random.default_rng(seed), 30, 20
+    time = DT * np.arange(frames)
+    poses = np.stack([0.8 * time, 0.1 * np.sin(time), 0.05 * np.sin(1.3 * time)], axis=-1)
+    start = np.stack([rng.uniform(4.0, 22.0, people), rng.uniform(-6.0, 6.0, people)], axis=-1)
+    way, fast = rng.uniform(0.0, 2.0 * np.pi, people), speed * rng.normal(1.0, 0.25, people)
+    velocity = fast[:, None] * np.stack([np.cos(way), np.sin(way)], axis=-1)
+    stray = rng.normal(0.0, 0.03, (frames, people, 2)).cumsum(axis=0)
+    places = start + velocity * time[:, None, None] + stray
+    boxes = boxes_of(poses, places, rng.normal(1.7, 0.07, people), noise=0.5, rng=rng)
+    boxes[(places - poses[:, None, :2])[..., 0] < 1.5] = np.nan
+    return Crowd(poses, places, boxes)
+
+
+@pytest.mark.parametrize("speed", [0.8, 1.3])
+def test_a_crowd_that_strolls_is_not_taken_for_one_that_flows(speed: float) -> None:
+    """The prior of speed is that of walkers; the mean of a crowd is learned."""
+    off = []
+    for seed in range(5):
+        scene = strollers(seed, speed)
+        answers = Run(30).through(scene, given=0, poses_given=1)
+        off.append(np.hypot(*(answers[-1]["pose"] - scene.poses[-1])[:2]))
+    assert np.median(off) < 1.5
+
+
+@pytest.mark.parametrize("rate", [15, 30])
+def test_values_that_are_given_between_key_frames_count(rate: int) -> None:
+    """Key frames are .2 s apart; the second pose and place of each follow the first one at once."""
+    for seed in range(3):
+        scene = drive(seed, rate, 2.0, 1.5, 16)
+        stated = {"dt": 1.0 / rate, "box_edge": 0.0, "box_std": 0.02}
+        answers = Run(16, known=False, changes=stated).through(scene)
+        assert np.hypot(*(answers[rate // 2]["pose"] - scene.poses[rate // 2])[:2]) < 0.06

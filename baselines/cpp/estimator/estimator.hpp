@@ -66,9 +66,83 @@ constexpr double kBlind = 2.0;        ///< s without a person in sight after whi
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
 constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, σ and memory of the common velocity (cold start)
+constexpr double kColdTime = 8.0;                    ///< s of the first window after a cold start, at most 2 · `size`
 constexpr double kVague = 0.3;                       ///< m and rad, largest σ of odometry that is used
 constexpr int kTried = 3;                            ///< newest steps of the hypothesis that a standing camera moves
 constexpr double kSurer = 1.0;                       ///< nats by which another hypothesis must be better
+constexpr double kSurerEach = 0.5;                   ///< the same for each person who has the common velocity
+
+/// Places and poses that are given in frames between key frames, carried to the nearest key frames by the velocity
+/// between the last two.
+class GivenValues {
+ public:
+  void start(int columns) {
+    tracks_.assign(1 + columns, Track());
+    poses_.assign(9, NAN);
+    positions_.assign(6 * columns, NAN);
+  }
+
+  void note(const Input& input, int age, int columns) {
+    for (int back = 3; back >= 1; --back) {
+      tracks_[0].note(input.poses + 3 * (3 - back), 3, age + 1 - back);
+      for (int k = 0; k < columns; ++k)
+        tracks_[1 + k].note(input.positions + 2 * ((3 - back) * columns + k), 2, age + 1 - back);
+    }
+  }
+
+  /// The input of a key frame, with values at the last three key frames in place of the last three frames.
+  Input at_key_frames(Input input, int age, int stride) {
+    const int columns = static_cast<int>(tracks_.size()) - 1;
+    for (int back = 3; back >= 1; --back) {
+      const int key = age + (1 - back) * stride;
+      tracks_[0].carry(key, age, stride, 3, &poses_[3 * (3 - back)]);
+      for (int k = 0; k < columns; ++k)
+        tracks_[1 + k].carry(key, age, stride, 2, &positions_[2 * ((3 - back) * columns + k)]);
+    }
+    input.poses = poses_.data();
+    input.positions = positions_.data();
+    return input;
+  }
+
+  /// Frames from a key frame to the nearest one in which the pose (column −1) or the place of a column was given.
+  int away(int column, int key) const {
+    const std::array<int, 2>& age = tracks_[1 + column].age;
+    return std::min(std::abs(key - age[0]), std::abs(key - age[1]));
+  }
+
+  template <class Archive>
+  void archive(Archive& a) {
+    a(tracks_);
+  }
+
+ private:
+  struct Track {
+    std::array<int, 2> age{-1000, -1000};
+    std::array<std::array<double, 3>, 2> at{};
+
+    void note(const double* value, int count, int when) {
+      if (std::isnan(value[0]) || when <= age[1]) return;
+      age[0] = age[1];
+      at[0] = at[1];
+      age[1] = when;
+      std::copy_n(value, count, at[1].begin());
+    }
+
+    /// Writes the value at a key frame; NaN where none was given within a stride of it since the last key frame.
+    void carry(int key, int now, int stride, int count, double* to) const {
+      const int span = age[1] - age[0];
+      const bool fresh = age[1] > now - stride, moving = span <= stride && key > age[0] - stride;
+      for (int c = 0; c < count; ++c) {
+        double step = at[1][c] - at[0][c];
+        if (c == 2) step = wrap(step);
+        to[c] = !fresh ? NAN : key == age[1] ? at[1][c] : moving ? at[1][c] + step * (key - age[1]) / span : NAN;
+      }
+    }
+  };
+
+  std::vector<Track> tracks_;  ///< of the camera, then of each column
+  std::vector<double> poses_, positions_;
+};
 
 class Estimator {
  public:
@@ -92,10 +166,11 @@ class Estimator {
     by_odometry_ = {};
     odometry_spread_ = {};
     unled_ = strayed_ = 0.0;
-    cold_ = false;
+    cold_ = anchored_ = false;
     ages_.clear();
     blind_ = 0.0;
     where_.assign(recording.columns, -1);
+    given_.start(recording.columns);
     const Constants& c = constants;
     model_ = Model();
     model_.people.walk = Walk::of(c, recording_.dt);
@@ -145,8 +220,9 @@ class Estimator {
 
   void step(const Input& input, Output& output) {
     if (age_ > 0) follow_odometry(input);
+    if (stride_ > 1) given_.note(input, age_, recording_.columns);
     if (age_ % stride_ == 0) {
-      solve_key_frame(input, output);
+      solve_key_frame(stride_ > 1 ? given_.at_key_frames(input, age_, stride_) : input, output);
     } else {
       between_key_frames(input, output);
     }
@@ -182,11 +258,12 @@ class Estimator {
   void archive(Archive& a) {
     a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
     a(moved_known_), a(converged_), a(stride_), a(places_), a(by_odometry_), a(odometry_spread_), a(unled_);
-    a(strayed_), a(cold_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
+    a(strayed_), a(cold_), a(anchored_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
     a(odometry_), a(learns_), a(blind_), a(noise_), a(squares_), a(count_), a(variance_);
     window_.archive(a);
     occlusion_.archive(a);
     association_.archive(a);
+    given_.archive(a);
   }
 
   const Window& window() const { return window_; }
@@ -195,10 +272,13 @@ class Estimator {
 
  private:
   void solve_key_frame(const Input& input, Output& output) {
-    if (static_cast<int>(window_.frames.size()) == size) {
+    const int first = std::max(size, static_cast<int>(std::min(kColdTime / recording_.dt, 2.0 * size)));
+    const int longest = anchored_ || window_.held > 0 ? size : first;
+    const bool full = static_cast<int>(window_.frames.size()) >= longest;
+    while (full && static_cast<int>(window_.frames.size()) >= size) {
       const Frame& next = window_.frames[kHeld];
       carry_odometry(next);
-      behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
+      behind_ = next.exact() ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
       window_.marginalise(model_);
       ages_.erase(ages_.begin());
       index_people();
@@ -221,6 +301,8 @@ class Estimator {
     output.converged = converged_ = solution.steps > 0 && blind_ <= kBlind && is_plausible();
     window_.weigh_walks(model_);
     learn_walk();
+    learn_pace(window_, model_);
+    learn_roughness(window_.frames, window_.posterior, constants.walk_own, model_.motion);
     if (learns_) learn_boxes();
     moved_ = Pose{};
     moved_spread_ = Spread{};
@@ -234,6 +316,7 @@ class Estimator {
       moved_known_ = false;
       return;
     }
+    anchored_ = true;
     const double c = elementary::cos(moved_[2]), s = elementary::sin(moved_[2]), *m = input.motion;
     const Pose next{moved_[0] + c * m[0] - s * m[1], moved_[1] + s * m[0] + c * m[1], moved_[2] + m[2]};
     Spread here{}, turned{};
@@ -376,6 +459,7 @@ class Estimator {
       Frame& at = frames[n - back];
       at.given = true;
       const double before = back < n ? frames[n - back - 1].at[2] : pose[2];
+      at.given_std = std::max(kGivenPose, carried_std(-1, back));
       for (int c = 0; c < 3; ++c) at.given_pose[c] = pose[c];
       at.given_pose[2] = before + wrap(pose[2] - before);
       for (int c = 0; c < 3; ++c) at.at[c] = at.given_pose[c];
@@ -383,7 +467,14 @@ class Estimator {
   }
 
   /// The number of the last three frames whose given values are used, all of them in the window.
-  int reach(int frames) const { return stride_ > 1 ? 1 : std::min(3, frames); }
+  static int reach(int frames) { return std::min(3, frames); }
+
+  /// Standard deviation, in m and rad, of a value that was given in a frame beside the key frame.
+  double carried_std(int column, int back) const {
+    if (stride_ == 1) return 0.0;
+    const int away = given_.away(column, age_ + (1 - back) * stride_);
+    return constants.gait_speed * away * recording_.dt / stride_;
+  }
 
   void predict(const std::vector<Frame>& frames, Frame& frame) const {
     const std::array<double, kFrame>&last = frames.back().at, &before = frames[frames.size() - 2].at;
@@ -482,7 +573,7 @@ class Estimator {
 
   /// Propagates the Jacobian of the held pose by odometry's scale and turn to `next`, which is held from now on.
   void carry_odometry(const Frame& next) {
-    if (next.given) {
+    if (next.exact()) {
       by_odometry_ = {};
       return;
     }
@@ -551,6 +642,7 @@ class Estimator {
       bool given = false;
       for (int back = 1; back <= reach(newest + 1); ++back)
         given = given || !std::isnan(input.positions[2 * ((3 - back) * columns + k)]);
+      anchored_ = anchored_ || given;
       if (!seen && !given) continue;
       Box box;
       if (seen) box = Box::of(b, input.cut[k]);
@@ -590,6 +682,7 @@ class Estimator {
         if (std::isnan(at[0]) || node < 0 || node >= person.frames()) continue;
         Node& here = person.nodes[node];
         here.given = true;
+        here.given_std = std::max(kGiven, carried_std(k, back));
         here.given_at = here.at = {at[0], at[1]};
       }
     }
@@ -625,6 +718,35 @@ class Estimator {
     for (Person& person : window_.people) person.variance = (own * variance_ + person.squares) / (own + person.count);
   }
 
+  /// Updates the mean speed of people who walk by expectation maximisation. It is learned where nothing but the prior
+  /// of speed decides the common velocity.
+  void learn_pace(const Window& window, Model& model) const {
+    SpeedPrior& pace = model.people.pace;
+    if (anchored_) pace.walking = constants.walking;
+    for (int round = 0; !anchored_ && round < 3; ++round) {
+      double information = 1.0 / (constants.walking_mean_std * constants.walking_mean_std);
+      double sum = information * constants.walking;
+      for (const Person& person : window.people)
+        for (int i = 1; i < person.frames(); ++i) {
+          const auto &now = person.nodes[i].at, &before = person.nodes[i - 1].at;
+          const double speed = elementary::hypot(now[0] - before[0], now[1] - before[1]) / recording_.dt;
+          const double weight = pace.at(speed, recording_.dt).walk;
+          information += weight;
+          sum += weight * speed;
+        }
+      pace.walking = sum / information;
+    }
+  }
+
+  /// Cost of what is learned, by its priors: people's mean speed, and the roughness of the camera's motion.
+  double learned_cost(const Model& model) const {
+    const double off = (model.people.pace.walking - constants.walking) / constants.walking_mean_std;
+    double sum = 0.5 * off * off;
+    for (const double r : model.motion.roughness)
+      sum += 0.5 * constants.walk_own * (2.0 * elementary::log(r) + 1.0 / (r * r) - 1.0);
+    return sum;
+  }
+
   /// Updates the noise of boxes by their residuals, corrected for leverage.
   void learn_boxes() {
     const int frame = static_cast<int>(window_.frames.size()) - 1 - NoiseLearner::kLate;
@@ -635,8 +757,7 @@ class Estimator {
   }
 
   /// After a cold start boxes fit any velocity that all have in common. Those are tried with which a person stands, or
-  /// the camera stands or walks ahead. A crowd may be slower than the prior of speed as a whole, so the margin grows
-  /// with its people.
+  /// the camera stands or walks ahead. Neighbours walk alike, so the margin grows with the people.
   void try_common_velocities(Solution& solution) {
     const std::vector<Frame>& frames = window_.frames;
     const int newest = static_cast<int>(frames.size()) - 1;
@@ -654,33 +775,51 @@ class Estimator {
       ahead[1] += elementary::sin(frame.at[2]);
     }
     const double walk = constants.walking * recording_.dt / (elementary::hypot(ahead[0], ahead[1]) + 1e-9);
-    std::vector<Step> steps{camera, {camera[0] - walk * ahead[0], camera[1] - walk * ahead[1]}};
+    const Step walking{camera[0] - walk * ahead[0], camera[1] - walk * ahead[1]};
+    std::vector<Step> steps{camera, walking};
     for (const Person& person : window_.people) {
       const int n = person.frames();
       if (person.last() == newest && n > 2)
         steps.push_back(mean_step(person.nodes[n - 1].at, person.nodes[0].at, n - 1));
     }
+    const double nats = kSurer + kSurerEach * static_cast<double>(steps.size() - 2);
     Window other = window_;
+    Model model = model_;
     double best = INFINITY;
     Step less{}, chosen{};
     for (const Step& step : steps) {
       other.slow_down({step[0] - less[0], step[1] - less[1]});
       less = step;
-      const double cost = other.cost(model_);
+      learn_pace(other, model);
+      const double cost = other.cost(model) + learned_cost(model);
       if (cost < best) chosen = step;
       best = std::min(best, cost);
     }
     other.slow_down({chosen[0] - less[0], chosen[1] - less[1]});
-    const std::size_t people = std::max<std::size_t>(steps.size() - 2, 1);
-    take_if_better(other, solution, kSurer * static_cast<double>(people));
+    learn_pace(other, model);
+    take_if_better(other, model, solution, nats);
+    if (window_.posterior.back()[kStand] < 0.5) return;
+    other = window_;  // a camera that walks, minimised without the mode in which it stands
+    model = model_;
+    other.slow_down(walking);
+    other.trial.steps = size;
+    other.trial.out[kStand] = true;
+    learn_pace(other, model);
+    other.solve(model, kTried, least);
+    learn_pace(other, model);
+    learn_roughness(other.frames, other.posterior, constants.walk_own, model.motion);
+    other.trial = Trial();
+    take_if_better(other, model, solution, nats);
   }
 
-  /// Solves another window, and takes it if its cost is lower by so many nats.
-  void take_if_better(Window& other, Solution& solution, double nats) {
-    const Solution found = other.solve(model_, rounds, least);
-    if (found.cost >= solution.cost - nats) return;
+  /// Solves another window, and takes it with its model if its cost is lower by so many nats.
+  void take_if_better(Window& other, const Model& model, Solution& solution, double nats) {
+    const Solution found = other.solve(model, rounds, least);
+    if (found.cost + learned_cost(model) >= solution.cost + learned_cost(model_) - nats) return;
     window_ = std::move(other);
     solution = found;
+    model_.people.pace = model.people.pace;
+    model_.motion.roughness = model.motion.roughness;
   }
 
   /// Tries other hypotheses of the motion mode, which a descent hardly leaves: that a standing camera has moved for a
@@ -695,7 +834,8 @@ class Estimator {
     if (now[kStand] > 0.5) {
       trial.steps = kTried;
       trial.out[kStand] = true;
-    } else if (driving(now) < 0.5 && speed > model_.people.pace.running && model_.motion.start[kDrive] > 0.0) {
+    } else if (driving(now) < 0.5 && speed > model_.people.pace.running && model_.motion.start[kDrive] > 0.0 &&
+               !model_.motion.on_foot) {
       trial.steps = size;
       for (int m = 0; m < kModes; ++m) trial.out[m] = EgoMotion::pedestrian(m);
     } else {
@@ -705,7 +845,7 @@ class Estimator {
     other.trial = trial;
     other.solve(model_, 2, least);
     other.trial = Trial();
-    take_if_better(other, solution, kSurer);
+    take_if_better(other, model_, solution, kSurer);
   }
 
   /// Initialises the yaw by bearings of people at constant velocity: a head may turn further than a descent from the
@@ -737,7 +877,13 @@ class Estimator {
       return (6.0 - 8.0 * rho + 2.0 * rho * rho) * noise.share[cue] * noise.share[cue];
     };
     const double r = elementary::exp(person.log_height) / box.length, sigma = model_.people.walk.sigma,
-                 px = noise.pixel / box.pixels, walk = sigma * sigma * person.variance;
+                 px = noise.pixel / box.pixels;
+    double walk = sigma * sigma * person.variance;
+    const int n = person.frames();
+    if (n == 2 && !(person.nodes[0].given && person.nodes[1].given)) {  // at an unknown velocity
+      const double step = kFlowSpeed * recording_.dt;
+      walk += step * step;
+    }
     const double a = 1.0 / (walk + r * r * box.width * box.width * (second(0) + 6.0 * px * px));
     const double b = 1.0 / (walk + r * r * (second(1) + 12.0 * px * px));
     frame.information[0] += 0.5 * (a + b);
@@ -762,7 +908,7 @@ class Estimator {
   void answer(Output& output) {
     const Frame& frame = window_.frames.back();
     const int newest = static_cast<int>(window_.frames.size()) - 1;
-    for (int c = 0; c < 3; ++c) output.pose[c] = frame.given ? frame.given_pose[c] : frame.at[c];
+    for (int c = 0; c < 3; ++c) output.pose[c] = frame.exact() ? frame.given_pose[c] : frame.at[c];
     output.pose[2] = wrap(output.pose[2]);
     for (const Person& person : window_.people) {
       if (person.column < 0) continue;
@@ -837,6 +983,7 @@ class Estimator {
   double unled_ = 0.0;    ///< s since a cold start, or since odometry, in which nothing measured how the camera moves
   double strayed_ = 0.0;  ///< m², variance of the drift before the last odometry
   bool cold_ = false;
+  bool anchored_ = false;     ///< a place or odometry was given, which decides the common velocity
   Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;
   Window window_;
@@ -846,6 +993,7 @@ class Estimator {
   bool odometry_ = false, learns_ = false;
   double blind_ = 0.0;  ///< s for which nobody was in sight
   NoiseLearner noise_;
+  GivenValues given_;
   Occlusion occlusion_;
   Association association_;
   double squares_ = 0.0, count_ = 0.0, variance_ = 1.0;

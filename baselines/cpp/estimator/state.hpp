@@ -29,10 +29,13 @@ struct Frame {
   std::array<double, kFrame> at{};  ///< x, y in m, yaw in rad; pitch and roll in rad from the recording's means
   bool given = false;               ///< whether the pose is
   std::array<double, 3> given_pose{};
+  double given_std = kGivenPose;  ///< m and rad
   Motion motion;
   std::array<double, 3> information{};  ///< 1/m², 1/m², 1/rad²: of boxes about the camera's innovation into the frame
   int left = 0;                         ///< in the window's first frame: number of `past` poses
   std::array<std::array<double, 3>, kSpan - 2> past{};  ///< poses of frames that have left the window, the newest first
+
+  bool exact() const { return given && given_std == kGivenPose; }
 };
 
 /// A person in one frame of the window.
@@ -45,6 +48,7 @@ struct Node {
   std::array<double, 3> leverage{};  ///< leverage of each cue of the box, w gᵀ H⁻¹ g in [0, 1]
   double growth = 0.0;               ///< derivative of the walk's cost into the node by the log scale of the path
   std::array<double, 2> given_at{};
+  double given_std = kGiven;  ///< m
 };
 
 /// Unknowns of a person's marginal prior: the first `kReach` places, log height, own edge, globals.

@@ -30,6 +30,22 @@ void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion, const
   }
 }
 
+void learn_roughness(const std::vector<Frame>& frames, const std::vector<Modes>& posterior, double own,
+                     EgoMotion& motion) {
+  std::array<std::array<double, 3>, kSpan> poses{};
+  for (int round = 0; round < 3; ++round) {
+    std::array<double, 3> squares{own, own, own}, count = squares;
+    for (int t = 1; t < static_cast<int>(frames.size()); ++t) {
+      if (frames[t].motion.measured) continue;
+      const int known = span_of(frames, t, poses);
+      for (int m = 0; m < kModes; ++m)
+        if (posterior[t - 1][m] > 1e-3)
+          motion.add_changes(m, poses, known, frames[t].information, posterior[t - 1][m], squares, count);
+    }
+    for (int a = 0; a < 3; ++a) motion.roughness[a] = std::sqrt(squares[a] / count[a]);
+  }
+}
+
 void camera_rows(const std::vector<Frame>& frames, const Calibration& calibration, const EgoMotion& motion,
                  const std::vector<Modes>& posterior, double sway_memory, int held,
                  const std::function<void(const CameraRow&)>& visit) {
@@ -40,7 +56,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
       for (int c = 0; c < 3; ++c) {
         CameraRow row;
         row.e = c == 2 ? wrap(frame.at[c] - frame.given_pose[c]) : frame.at[c] - frame.given_pose[c];
-        row.w = 1.0 / (kGivenPose * kGivenPose);
+        row.w = 1.0 / (frame.given_std * frame.given_std);
         row.cost = 0.5 * row.w * row.e * row.e;
         row.add(Variable::kCamera, kFrame * t + c, 1.0);
         visit(row);
@@ -97,7 +113,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
     for (int mode = 0; mode < kModes; ++mode) {
       const double share = posterior[t - 1][mode];
       if (share < 1e-6) continue;
-      motion.residuals(mode, duals, known, [&](const PoseDual& r, double weight, double) {
+      motion.residuals(mode, duals, known, [&](const PoseDual& r, double weight, double, int) {
         CameraRow row;
         row.e = r.v;
         row.w = share * weight;

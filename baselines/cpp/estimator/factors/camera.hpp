@@ -19,6 +19,10 @@ struct Trial {
 void mode_costs(const std::vector<Frame>& frames, const EgoMotion& motion, const Trial& trial,
                 std::vector<Modes>& costs);
 
+/// Learns the roughness of the camera's motion by expectation maximisation, with a prior of weight `own`.
+void learn_roughness(const std::vector<Frame>& frames, const std::vector<Modes>& posterior, double own,
+                     EgoMotion& motion);
+
 /// Visits the rows of the camera, without those of people. `posterior[t − 1]` holds the modes of the step into t.
 void camera_rows(const std::vector<Frame>& frames, const Calibration& calibration, const EgoMotion& motion,
                  const std::vector<Modes>& posterior, double sway_memory, int held,

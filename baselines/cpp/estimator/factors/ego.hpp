@@ -43,6 +43,9 @@ Step<T> step_between(const std::array<T, 3>& before, const std::array<T, 3>& now
 struct EgoMotion {
   double dt = 0.4;
   Walk walk;
+  /// Factors of the scales by which the camera's motion changes: forward, or anywhere of a pedestrian, left, turn;
+  /// learned.
+  std::array<double, 3> roughness{1.0, 1.0, 1.0};
   double spread = 1.0;             ///< factor of a pedestrian's innovations on those of `walk`; learned from the crowd
   std::array<double, 3> change{};  ///< m, m, rad: scales by which a vehicle's step changes
   double curve = 0.0;              ///< rad: the same of its turn in curves
@@ -53,6 +56,7 @@ struct EgoMotion {
   SpeedPrior pace;               ///< of a pedestrian
   double nu = 4.0, first = 1.6, slow = 0.12;
   double duration = 1.0;  ///< weight in one frame of a density that holds for seconds
+  bool on_foot = false;   ///< whether a person carries the camera
   Modes start{};          ///< prior of the modes
   std::array<Modes, kModes> transition{};
 
@@ -73,8 +77,8 @@ struct EgoMotion {
     e.duration = dt / 0.4;
     const bool person = carrier == kUnknownCarrier || carrier == kPerson;
     const bool vehicle = carrier != kPerson;
-    e.start = {0.02, 0.0, 0.0, 0.0, 0.0, 0.0};
-    if (vehicle) e.start[kDrive] = 0.19, e.start[kCurve] = 0.01;
+    e.on_foot = !vehicle;
+    e.start = {0.02, vehicle ? 0.19 : 0.04, 0.01, 0.0, 0.0, 0.0};  // a person's camera may be held still, or pushed
     if (person) e.start[kFollow] = 0.25, e.start[kLoose] = 0.4, e.start[kWander] = 0.28;
     double sum = 0.0;
     for (double p : e.start) sum += p;
@@ -93,10 +97,28 @@ struct EgoMotion {
     return e;
   }
 
+  static constexpr int kNoChange = -1;
+
+  /// Adds the `share` of a mode to the squares of the changes of the camera's motion, in units of their scales without
+  /// `roughness`, and to how many of them boxes decide.
+  void add_changes(int mode, const std::array<std::array<double, 3>, kSpan>& poses, int known,
+                   const std::array<double, 3>& information, double share, std::array<double, 3>& squares,
+                   std::array<double, 3>& count) const {
+    if (mode == kStand || known < 3) return;
+    const std::array<double, 3> s = scales(mode, known);
+    residuals(mode, poses, known, [&](const double& r, double weight, double, int axis) {
+      if (axis == kNoChange) return;
+      const double decided = s[axis] * s[axis] * information[axis];
+      squares[axis] += share * weight * r * r * roughness[axis] * roughness[axis];
+      count[axis] += share * decided / (1.0 + decided);
+    });
+  }
+
   static bool vehicular(int mode) { return mode == kDrive || mode == kCurve; }
   static bool pedestrian(int mode) { return mode >= kFollow; }
 
-  /// Residuals of the step into the last of `poses`, of which the last `known` ≥ 2 exist, under one mode.
+  /// Residuals of the step into the last of `poses`, of which the last `known` ≥ 2 exist, under one mode:
+  /// `add`(residual, weight, cost, axis along which the motion changes).
   template <class T, class Add>
   void residuals(int mode, const std::array<std::array<T, 3>, kSpan>& poses, int known, Add&& add) const {
     const auto& now = poses[kSpan - 1];
@@ -104,11 +126,11 @@ struct EgoMotion {
     const Step<T> step = step_between(before, now);
     const auto gaussian = [&](const T& r, double sigma) {
       const double v = value_of(r);
-      add(r, 1.0 / (sigma * sigma), 0.5 * v * v / (sigma * sigma));
+      add(r, 1.0 / (sigma * sigma), 0.5 * v * v / (sigma * sigma), kNoChange);
     };
-    const auto cauchy = [&](const T& r, double gamma, double share) {
-      const double v = value_of(r), square = v * v / (gamma * gamma);
-      add(r, 2.0 * share / (gamma * gamma * (1.0 + square)), share * elementary::log1p(square));
+    const auto cauchy = [&](const T& r, double scale, double share, int axis) {
+      const double gamma = roughness[axis] * scale, v = value_of(r), square = v * v / (gamma * gamma);
+      add(r, 2.0 * share / (gamma * gamma * (1.0 + square)), share * elementary::log1p(square), axis);
     };
     if (mode == kStand) {
       gaussian(step.forward, stand[0]);
@@ -124,27 +146,38 @@ struct EgoMotion {
         for (int i = 0; i < 3; ++i) {
           const double scaled = value_of(off[i]) / scale[i];
           const Robust robust = student(scaled * scaled, nu, 1.0);
-          add(off[i], robust.weight / (scale[i] * scale[i]), robust.cost);
+          add(off[i], robust.weight / (scale[i] * scale[i]), robust.cost, i);
         }
       } else {
         gaussian(step.forward, first);
       }
-      cauchy(step.left, slip[0], 1.0);
-      if (mode == kDrive) cauchy(step.turn, slip[1], duration);
-      return;
+      cauchy(step.left, slip[0], 1.0, 1);
+      if (mode == kDrive) cauchy(step.turn, slip[1], duration, 2);
+      if (!on_foot) return;
     }
-    // A pedestrian walks as others do, hardly runs, and looks along the path or anywhere.
+    // A person stands or walks, and hardly runs.
     const double speed = elementary::hypot(value_of(step.forward), value_of(step.left)) / dt;
     if (speed > pace.running) {
       using std::sqrt;
       const T x = now[0] - before[0], y = now[1] - before[1];
       const T faster = sqrt(x * x + y * y) - T(pace.running * dt);
       const double v = value_of(faster), sigma = pace.running_std * dt;
-      add(faster, duration / (sigma * sigma), 0.5 * duration * v * v / (sigma * sigma));
+      add(faster, duration / (sigma * sigma), 0.5 * duration * v * v / (sigma * sigma), kNoChange);
     }
+    if (pace.weight > 0.0) {
+      using std::sqrt;
+      const T x = T(1.0 / dt) * (now[0] - before[0]), y = T(1.0 / dt) * (now[1] - before[1]);
+      const T pacing = sqrt(x * x + y * y + T(1e-8));
+      const Pace usual = pace.at(value_of(pacing), dt);
+      add(pacing - T(pace.walking), usual.walk, -pace.weight * dt * elementary::log(usual.density), kNoChange);
+      add(x, usual.stand, 0.0, kNoChange);
+      add(y, usual.stand, 0.0, kNoChange);
+    }
+    if (vehicular(mode)) return;
+    // A pedestrian walks as others do, and looks along the path or anywhere.
     if (known > 2) {
       std::array<double, kReach + 1> c;
-      const double scale = spread * walk.coefficients(known - 1, c);
+      const double scale = roughness[0] * spread * walk.coefficients(known - 1, c);
       T ex(0.0), ey(0.0);
       for (int j = 0; j <= std::min(known - 1, kReach); ++j) {
         ex = ex + c[j] * poses[kSpan - 1 - j][0];
@@ -152,24 +185,15 @@ struct EgoMotion {
       }
       const double square = (value_of(ex) * value_of(ex) + value_of(ey) * value_of(ey)) / (scale * scale);
       const Robust robust = student(square, walk.nu, 2.0);
-      add(ex, robust.weight / (scale * scale), robust.cost);
-      add(ey, robust.weight / (scale * scale), 0.0);
+      add(ex, robust.weight / (scale * scale), robust.cost, 0);
+      add(ey, robust.weight / (scale * scale), 0.0, 0);
     } else {
       gaussian(step.forward, first);
       gaussian(step.left, first);
     }
-    if (pace.weight > 0.0) {
-      using std::sqrt;
-      const T x = T(1.0 / dt) * (now[0] - before[0]), y = T(1.0 / dt) * (now[1] - before[1]);
-      const T pacing = sqrt(x * x + y * y + T(1e-8));
-      const Pace usual = pace.at(value_of(pacing), dt);
-      add(pacing - T(pace.walking), usual.walk, -pace.weight * dt * elementary::log(usual.density));
-      add(x, usual.stand, 0.0);
-      add(y, usual.stand, 0.0);
-    }
     const double gamma = head[mode - kFollow];
     if (mode == kWander) {
-      cauchy(step.turn, gamma, 1.0);
+      cauchy(step.turn, gamma, 1.0, 2);
     } else {
       using elementary::atan2;
       using elementary::cos;
@@ -180,17 +204,19 @@ struct EgoMotion {
       const double s4 = slow * slow * slow * slow;
       const T gain = lag[mode - kFollow] * (square * square) / (square * square + s4);
       const T turned = atan2(gain * left, (1.0 - gain) * sqrt(square + slow * slow) + gain * ahead);
-      cauchy(wrap(wrap(now[2] - before[2]) - turned), gamma, 1.0);
+      cauchy(wrap(wrap(now[2] - before[2]) - turned), gamma, 1.0, 2);
     }
   }
 
   /// Scales (forward, left, turn) in m, m and rad of a step under a mode, after `known` poses.
   std::array<double, 3> scales(int mode, int known) const {
     if (mode == kStand) return {stand[0], stand[0], stand[1]};
-    if (vehicular(mode)) return {known > 2 ? change[0] : first, change[1], mode == kCurve ? curve : change[2]};
+    const std::array<double, 3>& r = roughness;
+    if (vehicular(mode))
+      return {known > 2 ? r[0] * change[0] : first, r[1] * change[1], r[2] * (mode == kCurve ? curve : change[2])};
     std::array<double, kReach + 1> c;
-    const double walked = known > 2 ? spread * walk.coefficients(known - 1, c) : first;
-    return {walked, walked, head[mode - kFollow]};
+    const double walked = known > 2 ? r[0] * spread * walk.coefficients(known - 1, c) : first;
+    return {walked, walked, r[2] * head[mode - kFollow]};
   }
 
   /// −ln of the evidence of the step under every mode, by Laplace's approximation: residuals of scale s add ½ ln(1 + s²
@@ -200,7 +226,7 @@ struct EgoMotion {
     Modes out{};
     for (int mode = 0; mode < kModes; ++mode) {
       double sum = 0.0;
-      residuals(mode, poses, known, [&](const double&, double, double cost) { sum += cost; });
+      residuals(mode, poses, known, [&](const double&, double, double cost, int) { sum += cost; });
       const std::array<double, 3> s = scales(mode, known);
       for (int a = 0; a < 3; ++a) sum += 0.5 * elementary::log1p(s[a] * s[a] * information[a]);
       out[mode] = sum;

@@ -131,7 +131,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         Row row;
         row.node = i;
         row.e = node.at[axis] - node.given_at[axis];
-        row.w = 1.0 / (kGiven * kGiven);
+        row.w = 1.0 / (node.given_std * node.given_std);
         row.cost = 0.5 * row.w * row.e * row.e;
         row.by[kSlotPlace + axis] = 1.0;
         visit(row);
