@@ -490,6 +490,24 @@ def test_two_people_with_given_places_find_a_camera_that_saw_nobody_for_half_a_m
         assert answer["converged"]
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_places_given_between_key_frames_are_those_of_the_frame_and_the_next_key_frame_uses_them(known: bool) -> None:
+    rate, still = 30, np.tile([3.0, 1.0, 2.0], (14, 1))
+    places = np.broadcast_to(still[0, :2] + [[-1.0, 6.0], [-4.0, 5.0], [-3.0, 8.0]], (14, 3, 2))
+    run = Run(3, known=known, changes={"dt": 1.0 / rate})
+    for t, boxes in enumerate(boxes_of(still, places, np.full(3, 1.9))):
+        poses, positions = np.full((3, 3), np.nan), np.full((3, 3, 2), np.nan)
+        if t == 0:
+            poses[2], positions[2, :2] = still[0], places[0, :2]
+        if t == 10:  # key frames are 0, 6, 12; a tall person would seem to be nearer
+            positions[2, 2] = places[t, 2]
+        boxes[2 if t < 10 else 3 :] = np.nan
+        answer = run.step(boxes=boxes, poses=poses, positions=positions)
+        if t == 10:
+            np.testing.assert_array_equal(answer["places"][2], places[t, 2])
+    assert np.hypot(*(answer["places"][2] - places[-1, 2])) < 0.3
+
+
 def drive(seed: int, rate: int, seconds: float, speed: float, people: int) -> Crowd:
     """A camera that drives along a street, and people who walk and stand on both sides of it.
 

@@ -72,8 +72,8 @@ constexpr int kTried = 3;                            ///< newest steps of the hy
 constexpr double kSurer = 1.0;                       ///< nats by which another hypothesis must be better
 constexpr double kSurerEach = 0.5;                   ///< the same for each person who has the common velocity
 
-/// Places and poses that are given in frames between key frames, carried to the nearest key frames by the velocity
-/// between the last two.
+/// Places and poses that are given between key frames, for the key frames next to them: moved by the velocity between
+/// the last two, if these are at most a stride apart.
 class GivenValues {
  public:
   void start(int columns) {
@@ -81,6 +81,8 @@ class GivenValues {
     poses_.assign(9, NAN);
     positions_.assign(6 * columns, NAN);
   }
+
+  void forget(int column) { tracks_[1 + column] = Track(); }
 
   void note(const Input& input, int age, int columns) {
     for (int back = 3; back >= 1; --back) {
@@ -109,6 +111,7 @@ class GivenValues {
     const std::array<int, 2>& age = tracks_[1 + column].age;
     return std::min(std::abs(key - age[0]), std::abs(key - age[1]));
   }
+  bool has_velocity(int column, int stride) const { return tracks_[1 + column].has_velocity(stride); }
 
   template <class Archive>
   void archive(Archive& a) {
@@ -128,14 +131,18 @@ class GivenValues {
       std::copy_n(value, count, at[1].begin());
     }
 
-    /// Writes the value at a key frame; NaN where none was given within a stride of it since the last key frame.
+    bool has_velocity(int stride) const { return age[1] - age[0] <= stride; }
+
+    /// Writes the value at a key frame; NaN where none was given since the last key frame, or where it takes a
+    /// velocity: of poses, and before the value.
     void carry(int key, int now, int stride, int count, double* to) const {
-      const int span = age[1] - age[0];
-      const bool fresh = age[1] > now - stride, moving = span <= stride && key > age[0] - stride;
+      std::fill_n(to, count, NAN);
+      if (age[1] <= now - stride || key <= age[0] - stride) return;
+      const bool moves = key != age[1] && has_velocity(stride);
+      if (key != age[1] && !moves && (count == 3 || key < age[1])) return;
       for (int c = 0; c < count; ++c) {
-        double step = at[1][c] - at[0][c];
-        if (c == 2) step = wrap(step);
-        to[c] = !fresh ? NAN : key == age[1] ? at[1][c] : moving ? at[1][c] + step * (key - age[1]) / span : NAN;
+        const double step = c == 2 ? wrap(at[1][c] - at[0][c]) : at[1][c] - at[0][c];
+        to[c] = at[1][c] + (moves ? step * (key - age[1]) / (age[1] - age[0]) : 0.0);
       }
     }
   };
@@ -230,7 +237,10 @@ class Estimator {
   }
 
   void forget(const int* columns, int count) {
-    for (int i = 0; i < count; ++i) where_[columns[i]] = -1;
+    for (int i = 0; i < count; ++i) {
+      where_[columns[i]] = -1;
+      given_.forget(columns[i]);
+    }
     for (Person& person : window_.people)
       for (int i = 0; i < count; ++i)
         if (person.shown == columns[i]) person.column = person.shown = -1;
@@ -291,12 +301,13 @@ class Estimator {
     Solution solution = window_.solve(model_, rounds, least);
     try_common_velocities(solution);
     try_other_modes(solution);
-    bool changed = occlusion_.mark(window_, model_, true);
+    std::vector<int> changed = occlusion_.mark(window_, model_, true);
     for (const int p : association_.switched(window_, model_)) {
       split(p);
-      changed = true;
+      changed.push_back(p);
+      changed.push_back(static_cast<int>(window_.people.size()) - 1);
     }
-    if (changed) solution = window_.solve(model_, rounds, least);
+    if (!changed.empty()) solution = window_.solve_changed(model_, rounds, least, changed);
     watch();
     output.converged = converged_ = solution.steps > 0 && blind_ <= kBlind && is_plausible();
     window_.weigh_walks(model_);
@@ -392,6 +403,11 @@ class Estimator {
     output.pose[0] = frame.at[0];
     output.pose[1] = frame.at[1];
     output.pose[2] = wrap(frame.at[2]);
+    for (int k = 0; k < columns; ++k) {
+      const double* at = input.positions + 2 * (2 * columns + k);
+      if (std::isnan(at[0])) continue;
+      std::copy_n(at, 2, output.positions + 2 * k);
+    }
     for (const Person& person : window_.people)
       if (person.column >= 0) output.heights[person.column] = elementary::exp(person.log_height);
     output.converged = converged_;
@@ -473,7 +489,8 @@ class Estimator {
   double carried_std(int column, int back) const {
     if (stride_ == 1) return 0.0;
     const int away = given_.away(column, age_ + (1 - back) * stride_);
-    return constants.gait_speed * away * recording_.dt / stride_;
+    const double speed = given_.has_velocity(column, stride_) ? constants.gait_speed : constants.walking;
+    return speed * away * recording_.dt / stride_;
   }
 
   void predict(const std::vector<Frame>& frames, Frame& frame) const {

@@ -20,16 +20,16 @@ class Occlusion {
     a(ending_), a(whole_);
   }
 
-  /// Marks the boxes of the newest frame that end at a nearer outline. Returns whether any mark has changed. The rate
-  /// of such boxes is learned if `counts`.
-  bool mark(Window& window, const Model& model, bool counts) {
+  /// Marks the boxes of the newest frame that end at a nearer outline. Returns the people whose mark has changed. The
+  /// rate of such boxes is learned if `counts`.
+  std::vector<int> mark(Window& window, const Model& model, bool counts) {
     gather(window);
-    bool changed = false;
+    std::vector<int> changed;
     const double rate = ending_ / (ending_ + whole_);
     for (const Outline& one : outlines_) {
       double row;
       if (!covered(one, row)) {
-        changed = changed || one.box->hidden;
+        if (one.box->hidden) changed.push_back(one.person);
         one.box->hidden = false;
         continue;
       }
@@ -40,7 +40,7 @@ class Occlusion {
       const double at_feet = density((one.box->foot - one.foot) / scale, std::sqrt(sharp + walk * walk));
       const double at_edge = density((one.box->foot - row) / scale, std::sqrt(sharp + kOutline * kOutline));
       const double hidden = rate * at_edge / (rate * at_edge + (1.0 - rate) * at_feet + 1e-300);
-      changed = changed || one.box->hidden != (hidden > 0.5);
+      if (one.box->hidden != (hidden > 0.5)) changed.push_back(one.person);
       one.box->hidden = hidden > 0.5;
       if (!counts || one.fresh || one.foot - row < 4.0 * scale * std::sqrt(sharp + walk * walk)) continue;
       ending_ += hidden;
@@ -59,6 +59,7 @@ class Occlusion {
 
   struct Outline {
     Box* box;
+    int person;                 ///< index in the window
     double azimuth, width;      ///< rad, the width of one height
     double foot, head, length;  ///< slopes that the person's state predicts
     double range;               ///< m
@@ -83,8 +84,9 @@ class Occlusion {
       const double pitch = global[kPitch] + camera.at[kPose], roll = global[kRoll] + camera.at[kPose + 1];
       const double lift = -pitch * elementary::cos(box.azimuth) + roll * elementary::sin(box.azimuth);
       const double foot = global[kMount] / rho - lift;
-      outlines_.push_back({&box, box.azimuth, box.width * length / std::max(box.length, 1e-6), foot, foot - length,
-                           length, r, person.frames() == 1});
+      outlines_.push_back({&box, static_cast<int>(&person - window.people.data()), box.azimuth,
+                           box.width * length / std::max(box.length, 1e-6), foot, foot - length, length, r,
+                           person.frames() == 1});
     }
   }
 

@@ -136,6 +136,9 @@ void Elimination::substitute(Reduced& reduced) {
   for (int i = 0; i < 2; ++i) std::copy_n(own_sides_[i], width, x[path + i]);
   substitute_rows(columns_[0].data(), own_.data(), path, x[0], stride, low, high.data());
   subtract_products(x[0], local, stride, low, high.data(), reduced.lines[0]);
+  const int kept = std::min(local, 2 * kKept + 2);
+  kept_.reset(kept, stride);
+  std::copy_n(x[local - kept], kept * stride, kept_[0]);
 }
 
 }  // namespace vbbench

@@ -161,11 +161,18 @@ class Elimination {
         reduced.gradient(layout_.begin(t) + k) += by * row.by[(t < frame ? kSlotCameraBefore : kSlotCamera) + k];
   }
 
-  /// Subtracts Bᵀ A⁻¹ b of the right-hand side b from the reduced one.
-  void reduce_right(Reduced& reduced) {
+  /// Solves for the right-hand side b; returns ½ bᵀ A⁻¹ b, by which a step of the person alone lowers the cost.
+  double solve_right() {
     scratch_.resize(local);
     for (int i = 0; i < local; ++i) scratch_[i] = side(i)[0];
     solve(scratch_.data(), 0);
+    double sum = 0.0;
+    for (int i = 0; i < local; ++i) sum += scratch_[i] * side(i)[0];
+    return 0.5 * sum;
+  }
+
+  /// Subtracts Bᵀ A⁻¹ b from the reduced right-hand side, after `solve_right`.
+  void reduce_right(Reduced& reduced) const {
     for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], &reduced.gradient(0));
     for (int i = 0; i < 2; ++i)
       for (int c = 0; c < reduced.size; ++c) reduced.gradient(c) -= own_sides_[i][1 + c] * scratch_[local - 2 + i];
@@ -343,32 +350,40 @@ class Elimination {
     return row.w * sum;
   }
 
-  /// gᵀ A⁻¹ g of a row with the gradient g by the person's variables. Writes its gradient after their elimination,
-  /// c − Bᵀ A⁻¹ g with c by the reduced variables, into a column of `through` [size][stride].
+  /// gᵀ A⁻¹ g of a row with the gradient g by the person's variables, of whose nodes X has been kept. Writes its
+  /// gradient after their elimination, c − Xᵀ L⁻¹ g with c by the reduced variables, into a column of `through`
+  /// [size][stride].
   double eliminated(const Row& row, double* through, int stride) {
-    std::vector<double>&by = gradient_, &line = line_;
+    std::vector<double>&by = scratch_, &line = line_;
     by.assign(local, 0.0);
-    line.assign(layout_.size(), 0.0);
+    line.assign(kept_.cols(), 0.0);
     row.each(first_, [&](const Variable& v, double value) {
       const int i = index_of(v), column = i < 0 ? layout_.of(v) : -1;
       if (i >= 0) by[i] += value;
-      if (column >= 0) line[column] += value;
+      if (column >= 0) line[1 + column] += value;
     });
-    scratch_ = by;
-    solve(scratch_.data(), std::max(0, 2 * (row.node - row.reach)));
-    double sum = 0.0;
-    for (int i = 0; i < local; ++i) sum += by[i] * scratch_[i];
-    for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], line.data());
-    for (int i = 0; i < 2; ++i)
-      for (int c = 0; c < layout_.size(); ++c) line[c] -= own_sides_[i][1 + c] * scratch_[local - 2 + i];
-    for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride] = line[c];
+    const double sum = project(2 * (row.node - row.reach), line.data());
+    for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride] = line[1 + c];
     return sum;
   }
 
-  /// Covariance xx, xy, yy of the node's place given the reduced variables. Writes Bᵀ A⁻¹ of the place into two columns
-  /// of `through` [size][stride].
+  /// Covariance xx, xy, yy of the node's place given the reduced variables. Writes Bᵀ A⁻¹ of the place, of either sign,
+  /// into two columns of `through` [size][stride].
   std::array<double, 3> place_covariance(int node, double* through, int stride) {
     double own[2][2] = {};
+    if (2 * node >= local - kept_.rows()) {  // by the kept rows of X
+      std::vector<double> first;
+      for (int axis = 0; axis < 2; ++axis) {
+        scratch_.assign(local, 0.0);
+        line_.assign(kept_.cols(), 0.0);
+        scratch_[2 * node + axis] = 1.0;
+        own[axis][axis] = project(2 * node, line_.data());
+        for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride + axis] = line_[1 + c];
+        if (axis == 0) first = scratch_;
+      }
+      for (int i = 2 * node; i < local; ++i) own[0][1] += first[i] * scratch_[i];
+      return {own[0][0], own[0][1], own[1][1]};
+    }
     for (int axis = 0; axis < 2; ++axis) {
       scratch_.assign(local, 0.0);
       scratch_[2 * node + axis] = 1.0;
@@ -384,6 +399,7 @@ class Elimination {
   }
 
  private:
+  static constexpr int kKept = 4;                 ///< newest nodes of which X is kept
   static constexpr int kAbout = 1 + kBoxGlobals;  ///< where in a side the frames begin: before, at, after the node
   using Column = std::array<double, kBand + 2>;
   using Side = std::array<double, (kAbout + 3 * kFrame + 3) / 4 * 4>;  ///< −gradient, globals, frames
@@ -413,6 +429,23 @@ class Elimination {
     for (int k = 0; k < span.count; ++k) through[span.column + k] += side[span.slot + k] * by;
   }
 
+  /// y = L⁻¹ g of the gradient in `scratch_`, whose first `begin` are zero: line −= Xᵀ y. Returns |y|².
+  double project(int begin, double* line) {
+    whiten(scratch_.data(), begin);
+    const int from = local - kept_.rows();
+    double sum = 0.0;
+    for (int i = begin; i < local; i += 8) {
+      const int count = std::min(8, local - i);
+      const double* rows[8];
+      for (int k = 0; k < count; ++k) {
+        rows[k] = kept_[i + k - from];
+        sum += scratch_[i + k] * scratch_[i + k];
+      }
+      subtract_rows(line, rows, &scratch_[i], count, 0, kept_.cols());
+    }
+    return sum;
+  }
+
   /// Adds the rows of the boxes of a node, which have the same variables.
   void add_boxes(Reduced& reduced);
 
@@ -440,8 +473,8 @@ class Elimination {
   std::vector<Column> columns_, inverse_;
   std::array<double, 3> own_{}, own_inverse_{};  ///< of height and own edge: the lower half
   std::vector<Side> sides_;
-  Matrix own_sides_;
-  std::vector<double> scratch_, gradient_, line_;
+  Matrix own_sides_, kept_;  ///< kept_: rows of X
+  std::vector<double> scratch_, line_;
 };
 
 }  // namespace vbbench

@@ -14,7 +14,7 @@ namespace vbbench {
 
 constexpr int kPose = 3, kFrame = 5;  ///< unknowns of a pose, and of a frame with its sway
 constexpr int kHeld = 2;              ///< number of frames at the beginning of a full window whose poses are held fixed
-constexpr double kGiven = 1e-3;       ///< m, standard deviation of a given place
+constexpr double kGiven = 1e-3;       ///< m, standard deviation of a place given in a key frame
 constexpr double kGivenPose = 1e-5;   ///< m and rad, of a given pose
 
 /// Motion of the camera since the frame before, as its odometry measured it, with its information.

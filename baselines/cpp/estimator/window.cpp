@@ -14,13 +14,14 @@ double Window::cost(const Model& model) {
   return sum + camera_cost(model) + calibration_cost();
 }
 
-Solution Window::solve(const Model& model, int rounds, double least) {
+Solution Window::solve(const Model& model, int rounds, double least, bool factorised) {
   Solution solution;
   double damping = kDamping, last = least;
-  bool ready = false;                                    // factors and gradient
+  bool ready = factorised;  // factors and gradient
+  if (ready) differentiate(model, least);
   const bool uncertain = calibration.sway_std[0] > 0.0;  // of a known calibration, factors fit the next step less
   for (int round = 0; round < rounds; ++round) {
-    const bool again = ready;
+    const bool again = ready && round > 0;
     if (!ready && !linearise(model, damping)) {
       damping = std::max(10.0 * damping, 1e-4);
       continue;
@@ -29,8 +30,8 @@ Solution Window::solve(const Model& model, int rounds, double least) {
     ++solution.steps;
     save();
     const bool short_enough = apply();
-    const bool prepared = uncertain && !again;  // for the next step
-    if (prepared) differentiate(model);
+    const bool prepared = !again && (uncertain || held > 0);  // for the next step
+    if (prepared) differentiate(model, least);
     const double now = prepared ? cost_ : cost(model);
     ready = false;
     if (!std::isfinite(now) || now > solution.cost + 1e-9 || !short_enough) {
@@ -43,13 +44,22 @@ Solution Window::solve(const Model& model, int rounds, double least) {
     const double gain = solution.cost - now;
     solution.cost = now;
     damping = std::max(0.1 * damping, kDamping);
-    if (gain < least || gain * gain < least * last) return solution;
-    ready = prepared || (again && gain < kSlow * last);
-    if (again && ready) differentiate(model);
+    if (gain < least || gain * gain < least * last || (factorised && prepared && predicted_ < least)) return solution;
+    ready = uncertain && (prepared || gain < kSlow * last);
+    if (again && ready) differentiate(model, least);
     last = gain;
   }
   solution.cost = cost(model);  // the posteriors of the modes are those of the solution
   return solution;
+}
+
+Solution Window::solve_changed(const Model& model, int rounds, double least, const std::vector<int>& changed) {
+  bool factorised = std::isfinite(damping_);
+  Reduced rest;  // the reduced system keeps their former part
+  rest.reset(layout_.size());
+  double cost = 0.0;
+  for (const int p : changed) factorised = factorised && eliminate(p, model, damping_, rest, cost);
+  return solve(model, rounds, least, factorised);
 }
 
 std::array<double, 2> Window::innovations(const Model& model, std::size_t p, int frame) {
@@ -77,11 +87,12 @@ bool Window::weigh_learned(const Model& model, int frame) {
     Node& node = person.nodes[frame - person.first];
     node.leverage.fill(0.0);
     person_rows(person, frames, calibration, model.people, RowVisitor([&](const Row& row) {
-                  if (row.cue < 0 || person.first + row.node != frame) return;
+                  if (row.cue < 0) return;
                   weights[3 * p + row.cue] = row.w;
                   node.leverage[row.cue] =
                       row.w * eliminations_[p].eliminated(row, reduced[0] + 3 * p + row.cue, count);
-                }));
+                }),
+                {frame - person.first, frame - person.first});
   }
   for (int g = 0; g < kGlobals; ++g)
     if (!calibration.free[g]) std::fill_n(reduced[g], count, 0.0);
@@ -282,21 +293,8 @@ bool Window::linearise(const Model& model, double damping) {
   const int size = layout_.size();
   reduced_.reset(size);
   cost_ = camera_cost(model) + calibration_cost();
-  while (eliminations_.size() < people.size()) eliminations_.emplace_back();
-  for (std::size_t p = 0; p < people.size(); ++p) {
-    Elimination& elimination = eliminations_[p];
-    elimination.reset(people[p], layout_, damping);
-    CostSum sum;
-    const auto add = [&](const Row& row) {
-      elimination.add(row, reduced_);
-      sum.add(row);
-    };
-    person_rows(people[p], frames, calibration, model.people, add);
-    own_rows(people[p], model.people, add);
-    cost_ += sum.sum() + Elimination::prior_cost(people[p], calibration);
-    elimination.add_prior(people[p], calibration, reduced_);
-    if (!elimination.eliminate(reduced_)) return false;
-  }
+  for (std::size_t p = 0; p < people.size(); ++p)
+    if (!eliminate(p, model, damping, reduced_, cost_)) return false;
   camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held,
               [&](const CameraRow& row) { reduced_.add(row, layout_); });
   add_calibration(true);
@@ -304,37 +302,105 @@ bool Window::linearise(const Model& model, double damping) {
     if (!calibration.free[g]) reduced_.fix(g);
   for (int i = 0; i < size; ++i) reduced_.hessian(i, i) += damping * std::abs(reduced_.hessian(i, i)) + 1e-9;
   if (!reduced_.factorise()) return false;
+  solve_reduced();
   damping_ = damping;
   return true;
 }
 
-void Window::differentiate(const Model& model) {
-  std::fill_n(reduced_.lines[0], reduced_.lines.cols(), 0.0);
+bool Window::eliminate(std::size_t p, const Model& model, double damping, Reduced& reduced, double& cost) {
+  while (eliminations_.size() <= p) eliminations_.emplace_back();
+  Elimination& elimination = eliminations_[p];
+  elimination.reset(people[p], layout_, damping);
+  CostSum sum;
+  const auto add = [&](const Row& row) {
+    elimination.add(row, reduced);
+    sum.add(row);
+  };
+  person_rows(people[p], frames, calibration, model.people, add);
+  own_rows(people[p], model.people, add);
+  cost += sum.sum() + Elimination::prior_cost(people[p], calibration);
+  elimination.add_prior(people[p], calibration, reduced);
+  return elimination.eliminate(reduced);
+}
+
+double Window::differentiate(std::size_t p, const Model& model) {
+  Elimination& elimination = eliminations_[p];
+  elimination.clear_right();
+  CostSum sum;
+  const auto add = [&](const Row& row) {
+    elimination.add_right(row, reduced_);
+    sum.add(row);
+  };
+  person_rows(people[p], frames, calibration, model.people, add);
+  own_rows(people[p], model.people, add);
+  elimination.add_prior(people[p], calibration, reduced_, false);
+  return sum.sum() + Elimination::prior_cost(people[p], calibration);
+}
+
+void Window::differentiate(const Model& model, double least) {
+  double* line = reduced_.lines[0];
+  std::fill_n(line, reduced_.lines.cols(), 0.0);
+  predicted_ = 0.0;
   cost_ = camera_cost(model) + calibration_cost();
   for (std::size_t p = 0; p < people.size(); ++p) {
-    Elimination& elimination = eliminations_[p];
-    elimination.clear_right();
-    CostSum sum;
-    const auto add = [&](const Row& row) {
-      elimination.add_right(row, reduced_);
-      sum.add(row);
-    };
-    person_rows(people[p], frames, calibration, model.people, add);
-    own_rows(people[p], model.people, add);
-    cost_ += sum.sum() + Elimination::prior_cost(people[p], calibration);
-    elimination.add_prior(people[p], calibration, reduced_, false);
-    elimination.reduce_right(reduced_);
+    gradient_.assign(line, line + reduced_.lines.cols());
+    double cost = differentiate(p, model), own = eliminations_[p].solve_right();
+    if (own > least && held > 0) {
+      std::copy(gradient_.begin(), gradient_.end(), line);
+      settle(people[p], model, least);
+      cost = differentiate(p, model);
+      own = eliminations_[p].solve_right();
+    }
+    cost_ += cost;
+    predicted_ += own;
+    eliminations_[p].reduce_right(reduced_);
   }
   camera_rows(frames, calibration, model.motion, posterior, model.sway_memory, held,
               [&](const CameraRow& row) { reduced_.add(row, layout_, false); });
   add_calibration(false);
   for (int g = 0; g < kGlobals; ++g)
     if (!calibration.free[g]) reduced_.gradient(g) = 0.0;
+  solve_reduced();
+  for (int i = 0; i < layout_.size(); ++i) predicted_ += 0.5 * step_[i] * reduced_.gradient(i);
+}
+
+void Window::solve_reduced() {
+  step_.assign(reduced_.lines[0] + 1, reduced_.lines[0] + 1 + layout_.size());
+  solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
+}
+
+void Window::settle(Person& person, const Model& model, double least) {
+  Layout layout;
+  layout.frames = layout.held = static_cast<int>(frames.size());
+  Reduced nothing;
+  nothing.reset(kGlobals);
+  const std::vector<double> none(kGlobals, 0.0);
+  Person best;
+  double cost = INFINITY;
+  while (true) {
+    alone_.reset(person, layout, 0.0);
+    CostSum sum;
+    const RowVisitor add = [&](const Row& row) {
+      alone_.add(row, nothing);
+      sum.add(row);
+    };
+    person_rows(person, frames, calibration, model.people, RowVisitor(add));
+    own_rows(person, model.people, add);
+    alone_.add_prior(person, calibration, nothing);
+    const double now = sum.sum() + Elimination::prior_cost(person, calibration), gain = cost - now;
+    if (!(gain > 0.0)) break;
+    cost = now;
+    if (gain < least || !alone_.eliminate(nothing)) return;
+    best = person;
+    alone_.back_substitute(none, own_);
+    for (int i = 0; i < alone_.local - 2; ++i) person.nodes[i / 2].at[i % 2] += own_[i];
+    person.log_height += own_[alone_.local - 2];
+    person.own_edge += own_[alone_.local - 1];
+  }
+  if (std::isfinite(cost)) person = best;
 }
 
 bool Window::apply() {
-  step_.assign(reduced_.lines[0] + 1, reduced_.lines[0] + 1 + layout_.size());
-  solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
   double longest = 0.0, longest_way = 0.0;
   for (std::size_t p = 0; p < people.size(); ++p) {
     Person& person = people[p];

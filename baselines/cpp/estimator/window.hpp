@@ -40,8 +40,11 @@ class Window {
 
   /// Minimises the cost in at most `rounds` steps, until the next gain is expected below `least`. Convergence is
   /// linear: the ratio of the last two gains predicts it. With an uncertain calibration, a step reuses the last
-  /// factorisation while that converges.
-  Solution solve(const Model& model, int rounds, double least);
+  /// factorisation while that converges; the first one, too, if it is `factorised`.
+  Solution solve(const Model& model, int rounds, double least, bool factorised = false);
+
+  /// Solves again after a few people have changed, first with the factors of all others.
+  Solution solve_changed(const Model& model, int rounds, double least, const std::vector<int>& changed);
 
   /// Sum of squared innovations of a person's path in a frame, and how many of them the boxes decide (MacKay's γ).
   std::array<double, 2> innovations(const Model& model, std::size_t p, int frame);
@@ -159,6 +162,9 @@ class Window {
   /// definite.
   bool linearise(const Model& model, double damping);
 
+  /// Eliminates a person from a reduced system, and adds the person's cost; false as above.
+  bool eliminate(std::size_t p, const Model& model, double damping, Reduced& reduced, double& cost);
+
   void add_calibration(bool hessian_too) {
     for (int a = 0; a < kGlobals; ++a) {
       if (!calibration.free[a]) continue;
@@ -172,8 +178,19 @@ class Window {
     }
   }
 
-  /// The cost and the gradient at the present state, for another step with the factors of the last linearisation.
-  void differentiate(const Model& model);
+  /// The cost and the gradient at the present state, for another step with the factors of the last linearisation. Where
+  /// frames are held, people whose own step would gain more than `least` are settled before.
+  void differentiate(const Model& model, double least);
+
+  /// The cost of a person at the present state; adds the gradient.
+  double differentiate(std::size_t p, const Model& model);
+
+  /// Minimises the cost of a person at the present camera and calibration, until a step gains less than `least`. The
+  /// speeds of newcomers converge so slowly that the whole window would wait for them.
+  void settle(Person& person, const Model& model, double least);
+
+  /// Solves for the reduced part of the next step.
+  void solve_reduced();
 
   /// Takes the step of the linearised system. Returns whether it is within `kLongestStep`.
   bool apply();
@@ -190,10 +207,12 @@ class Window {
   Layout layout_;
   Reduced reduced_;
   std::vector<Elimination> eliminations_;
+  Elimination alone_;
   std::vector<Modes> costs_;
-  std::vector<double> own_, saved_, step_;
+  std::vector<double> own_, saved_, step_, gradient_;
   double damping_ = INFINITY;  ///< of the last linearisation
   double cost_ = 0.0;          ///< cost at the state of the gradient
+  double predicted_ = 0.0;     ///< gain of the next step with the factors of the last linearisation
 };
 
 }  // namespace vbbench
