@@ -15,6 +15,7 @@ from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.sources import Source, fetch, is_here
 from vbbench.geometry import BoolArray, IntArray
 from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
+from vbbench.parsing.toml_text import bundled_table
 from vbbench.registry import load, load_all
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
@@ -115,6 +116,11 @@ class Card:
     caution: str | None = None
     people: Literal["recorded", "simulated"] = "recorded"
     own_files: bool = False
+
+
+def bundled_card(package: str, name: str) -> Card:
+    """The card of a split in ``cards.toml`` of an installed package."""
+    return Card(name=name, sources=(), **bundled_table(package, "cards.toml")[name])
 
 
 def refuse_footage(options: Options, split: str) -> None:

@@ -14,7 +14,7 @@ from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.generate_command import OWN_ENGINE
 from vbbench.files.tables import ODOMETRY_TABLE
-from vbbench.generation.generator import Card, Look, Observer, Options, Simulation, refuse_footage
+from vbbench.generation.generator import Card, Look, Observer, Options, Simulation, bundled_card, refuse_footage
 from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
@@ -36,15 +36,7 @@ HALF_SIDE = 6.0
 class DemoSplit:
     """Simulated crowds, each observed by all of its people in turn; needs no source."""
 
-    card = Card(
-        name="demo",
-        title="Synthetic crowds passing through a square (no recording)",
-        licence="Apache-2.0, like vbbench",
-        citation="none; made by vbbench",
-        sources=(),
-        caution="synthetic crowds, not people: for trying things out, not for comparing solvers",
-        people="simulated",
-    )
+    card = bundled_card("vbbench_generators", "demo")
 
     def plan(self, options: Options) -> Reprojection:
         """Simulate the crowds and lay out their sequences."""
@@ -179,16 +171,7 @@ def _measured(sequence: Sequence, odometry: Odometry | None) -> Sequence:
 class SimSplit:
     """Simulated crowds, one a sequence; needs no source."""
 
-    card = Card(
-        name="sim",
-        title="Sim: simulated crowds under the social force",
-        licence="Apache-2.0, like vbbench",
-        citation="M. Moussaïd, D. Helbing, S. Garnier, A. Johansson, M. Combe, G. Theraulaz. Experimental study of the "
-        "behavioural mechanisms underlying self-organization in human crowds. Proc. R. Soc. B 276, 2009 (the forces); "
-        "the paper (the split)",
-        sources=(),
-        people="simulated",
-    )
+    card = bundled_card("vbbench_generators", "sim")
 
     def plan(self, options: Options) -> SimulationPlan:
         """Lay out the sequences; nothing is simulated yet."""

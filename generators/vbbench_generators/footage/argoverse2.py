@@ -12,7 +12,7 @@ from pyarrow import feather
 
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchWarning
 from vbbench.files.tables import file_sha256
-from vbbench.generation.generator import Card
+from vbbench.generation.generator import Card, bundled_card
 from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.footage.cuboids import (
     DT,
@@ -35,18 +35,7 @@ INTRINSICS, EXTRINSICS = "intrinsics.feather", "egovehicle_SE3_sensor.feather"
 SITE = "argoverse.org/av2.html"
 WANTED = f"the folder of logs, such as sensor/val, each with {ANNOTATIONS}, {POSES} and {CALIBRATION}/"
 AGAIN = "download the log again"
-CARD = Card(
-    name="argoverse2",
-    title="Argoverse 2: people around a car, labelled as cuboids ten times a second",
-    licence="CC BY-NC-SA 4.0: for research, not for commerce; nothing of it comes with vbbench. "
-    f"Made from your own download ({SITE}): --source {WANTED}",
-    citation="Wilson et al., Argoverse 2: Next Generation Datasets for Self-Driving Perception and Forecasting, "
-    "NeurIPS Datasets and Benchmarks 2021",
-    sources=(),
-    own_files=True,
-    caution="boxes are projections of cuboids labelled in lidar, smoother than those of any detector, and their near "
-    "edge is about .45 m before the person's axis",
-)
+CARD = bundled_card("vbbench_generators", "argoverse2")
 
 RING = "ring_"
 """How the names of the cameras around the car begin."""

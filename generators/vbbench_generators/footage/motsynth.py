@@ -13,7 +13,7 @@ from vbbench.errors import FileError, SourceMissingError, VbbenchError, VbbenchW
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
-from vbbench.generation.generator import Card, Options
+from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
@@ -25,16 +25,7 @@ WHERE = (
     "unpack MOTSynth_coco_annotations.zip (motchallenge.net/data/MOTSynth-MOT-CVPR22) and name its folder, "
     "'annotations' with 000.json and so on"
 )
-CARD = Card(
-    name="motsynth",
-    title="MOTSynth: cameras and pedestrians of a game, with the game's own positions and poses",
-    licence="for research; see the terms at motchallenge.net/data/MOTSynth-MOT-CVPR22 (your own download)",
-    citation="Fabbri et al., MOTSynth: How Can Synthetic Data Help Pedestrian Detection and Tracking?, ICCV 2021",
-    sources=(),
-    own_files=True,
-    caution=f"nothing of it comes with vbbench: {WHERE}, with --source",
-    people="simulated",
-)
+CARD = bundled_card("vbbench_generators", "motsynth")
 CAUTION = "the people and cameras of a game; how its camera's angles are read is recognised, not published"
 """Of a dataset that was made."""
 _NAME = re.compile(r"[0-9]{3}")

@@ -12,7 +12,7 @@ from pyarrow import json as arrow_json
 
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError
 from vbbench.files.tables import file_sha256
-from vbbench.generation.generator import Card
+from vbbench.generation.generator import Card, bundled_card
 from vbbench.geometry import FloatArray, IntArray
 from vbbench_generators.footage.cuboids import (
     PANORAMA,
@@ -34,17 +34,7 @@ from vbbench_generators.footage.cuboids import (
 SITE = "nuscenes.org/nuscenes"
 WANTED = "the folder that holds v1.0-trainval or v1.0-mini, with scene.json and the other tables in it"
 AGAIN = "unpack the metadata again"
-CARD = Card(
-    name="nuscenes",
-    title="nuScenes: people around a car, labelled as cuboids twice a second",
-    licence="CC BY-NC-SA 4.0 and nuScenes' terms of use: not for commerce; nothing of it comes with vbbench. "
-    f"Made from your own download ({SITE}, metadata alone): --source {WANTED}",
-    citation="Caesar et al., nuScenes: A Multimodal Dataset for Autonomous Driving, CVPR 2020",
-    sources=(),
-    own_files=True,
-    caution="boxes are projections of cuboids labelled in lidar, smoother than those of any detector, and their near "
-    "edge is about .45 m before the person's axis; between key frames (with --every below 5) they are interpolated",
-)
+CARD = bundled_card("vbbench_generators", "nuscenes")
 
 RING, LIDAR = "CAM_", "LIDAR_TOP"
 """How the names of the cameras around the car begin, and the sensor at whose times the panorama is."""

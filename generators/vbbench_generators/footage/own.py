@@ -9,19 +9,11 @@ from typing import ClassVar
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.own.recording import BOXES, CAMERA, RecordingFiles, as_recordings, files_in, read_recording
 from vbbench.generation.footage import FootageOptions, Recordings
-from vbbench.generation.generator import Card, Options
+from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench_generators.footage.sequences import RunRules, named
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
 
-CARD = Card(
-    name="own",
-    title="Your own recording: boxes, a camera file, and whatever else was measured",
-    licence="your own",
-    citation="your own",
-    sources=(),
-    own_files=True,
-    caution="a folder of yours, named by --source: camera.toml, and boxes.csv, gt.txt or det.txt; see docs/own.md",
-)
+CARD = bundled_card("vbbench_generators", "own")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ from vbbench.exchange.box_rows import rows_of
 from vbbench.exchange.box_tables import UNLINKED
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
-from vbbench.generation.generator import Card, Options
+from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
 from vbbench.scene import Scene
@@ -42,16 +42,7 @@ TABLES: dict[str, dict[str, pa.DataType]] = {
 """Columns of each table, after ``film``: detections; people, with a label unless its width is 0; where the camera went;
 heights. None has the name of a dataset's truth, which an isolated solver may not read."""
 
-CARD = Card(
-    name="street-film",
-    title="Street, filmed: people of a rendered street as YOLOX-nano finds them",
-    licence="Apache-2.0, like vbbench; the boxes are those of YOLOX-nano, Apache-2.0 (Megvii)",
-    citation="Z. Ge, S. Liu, F. Wang, Z. Li, J. Sun. YOLOX: exceeding YOLO series in 2021. arXiv 2107.08430 (the "
-    "detector)",
-    sources=(),
-    caution="people and streets are rendered; detector and tracker are real",
-    people="simulated",
-)
+CARD = bundled_card("vbbench_generators", "street-film")
 
 
 @dataclass(frozen=True, kw_only=True)

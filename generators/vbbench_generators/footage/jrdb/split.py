@@ -10,7 +10,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
-from vbbench.generation.generator import Card, Options
+from vbbench.generation.generator import Options, bundled_card
 from vbbench_generators.footage.jrdb.labels import (
     BOXES,
     PLACES,
@@ -293,16 +293,7 @@ def _summary(facts: dict[str, Any]) -> str:
 
 
 jrdb = JrdbSplit(
-    card=Card(
-        name="jrdb",
-        title="JRDB: a robot with a 360° camera among people, indoors and outdoors",
-        licence=f"CC BY-NC-SA 3.0; download it yourself at {ADDRESS} and name its folder with --source",
-        citation="Martín-Martín et al., JRDB: Dataset and Benchmark of Egocentric Robot Visual Perception, TPAMI 2021",
-        sources=(),
-        own_files=True,
-        caution="boxes are drawn by hand, furniture hides legs, some people sit; poses are of a robot that stands, or "
-        "come from its wheels and gyro (bags), whose errors are in the truth, too",
-    ),
+    card=bundled_card("vbbench_generators", "jrdb"),
     every=6,
     height_mean=1.75,
     height_std=0.22,

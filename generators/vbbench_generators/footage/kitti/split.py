@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vbbench.generation.footage import FootageOptions
-from vbbench.generation.generator import Card, Options
+from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench_generators.footage.kitti.labels import CYCLISTS, WALKERS
-from vbbench_generators.footage.kitti.recording import WANTED, KittiRecording, Way, find_folder, read_recording
+from vbbench_generators.footage.kitti.recording import KittiRecording, Way, find_folder, read_recording
 from vbbench_generators.footage.sequences import FootageSequences, RunRules
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, LEAST_SCORE, FoundTracks
@@ -68,17 +68,7 @@ def _values(found: FoundTracks) -> dict[str, Any]:
     return {**found.agreements, "dropped": found.dropped}
 
 
-CARD = Card(
-    name="kitti",
-    title="KITTI tracking: a car among people, with boxes and places by hand",
-    licence="CC BY-NC-SA 3.0: for research, not for commerce; nothing of it comes with vbbench. "
-    f"Made from your own download: --source the folder with {WANTED}",
-    citation="Geiger, Lenz, Urtasun: Are we ready for autonomous driving? The KITTI vision benchmark suite, CVPR 2012",
-    sources=(),
-    own_files=True,
-    caution="poses have errors of their own, about as large as parked cars seem to move (see calibration), and finer "
-    "scores mean nothing; heights told are of people who stand, and those who sit are about 1.2 m high",
-)
+CARD = bundled_card("vbbench_generators", "kitti")
 
 
 @dataclass(frozen=True, kw_only=True)
