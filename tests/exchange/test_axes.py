@@ -194,6 +194,15 @@ def test_a_yaw_aside_of_the_way_is_not_taken_for_degrees(tmp_path):
     assert not found.notes
 
 
+def test_a_camera_that_looks_about_is_not_read_in_degrees(tmp_path):
+    """Degrees would make its yaw that of a path that hardly bends."""
+    places, yaw = drive(0.3)
+    looks = 0.9 * np.sin(0.1 * np.arange(len(yaw)))
+    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], looks])
+    np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
+    same_motion(ground_poses(read_trajectory(tmp_path / "t.txt")).poses, places, looks)
+
+
 def test_places_alone_give_the_yaw_of_their_path_or_none(tmp_path):
     path, (places, yaw) = tmp_path / "t.txt", drive(1.0, still=10)
     path.write_text("".join(f"{0.1 * n} {x} {y}\n" for n, (x, y, _) in enumerate(places)))

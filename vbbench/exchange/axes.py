@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError
-from vbbench.exchange.trajectory import CLOCKWISE, COMPASS, DEGREES, MATRIX, XYZW, Trajectory
+from vbbench.exchange.trajectory import ANGLES, MATRIX, XYZW, Trajectory
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 
 Axes = Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"]
@@ -92,9 +92,13 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     starts = {order for order in orders if np.allclose(orders[order][0], np.eye(3), atol=1e-3)}
     fitting = [one for one in fitting if one.order == usual or one.ahead or (one.order in starts and one.heading)]
     plain = readings[0].heading or 0j
-    others = [one for one in fitting if one.order in (DEGREES, COMPASS, CLOCKWISE) and one.axes == readings[0].axes]
-    ways = {one.heading or 0j: one for one in others}
-    better = [way for way in ways if way.real >= plain.real + _UNUSUAL and abs(way) > abs(plain)]
+    ahead = [one for one in fitting if one.ahead and one.axes == readings[0].axes and one.order in ANGLES]
+    ways = {one.heading or 0j: one for one in ahead}
+    straight = _read_as(places, np.broadcast_to(np.eye(3), first.shape), "", readings[0].axes, steps).heading or 0j
+    swings = np.abs(wrap_angle(np.diff(readings[0].poses[:, 2]))).max(initial=0.0) > _TURNED
+    # Angles follow the bends of the path, unless they would swing from line to line as given.
+    least = abs(plain) if swings else max(abs(plain), 0.5 + 0.5 * abs(straight))
+    better = [way for way in ways if way.real >= plain.real + _UNUSUAL and abs(way) > least]
     angle = ways[max(better, key=abs)] if better else None
     unusual = {order: -0.01 if order in starts else _UNUSUAL * (order != usual) for order in orders}
     found = angle or min(fitting, key=lambda one: (one is not readings[0], one.cost + unusual[one.order]), default=None)

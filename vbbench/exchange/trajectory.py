@@ -25,6 +25,7 @@ _TUM = "time:timestamp x:tx y:ty z:tz qx qy qz qw"
 _WANTED = "name columns time, x, y, and qx, qy, qz, qw or yaw"
 XYZW, WXYZ, MATRIX, YAW, DEGREES = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw", "yaw in degrees"
 COMPASS, CLOCKWISE = "heading clockwise from y", "yaw clockwise"
+ANGLES = DEGREES, COMPASS, CLOCKWISE
 """Orders in which rotations stand in columns, and what an angle may be."""
 _QUATERNION = ("qx", "qy", "qz", "qw")
 _NOUNS = ("frame", "time", "nanoseconds", "x", "y", "z", *_QUATERNION, "yaw")

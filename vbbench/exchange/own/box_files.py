@@ -121,11 +121,8 @@ def _goes_back(rows: OwnBoxes) -> list[str]:
     parts = rows.track[: back[0] + 1], rows.track[back[0] + 1 :]
     if rows.linked and (min(len(np.unique(part)) for part in parts) < 2 or np.isin(*parts).any()):
         return []
-    what = (
-        "ids before and after differ: are these two recordings?"
-        if rows.linked
-        else "boxes of one time are taken for one frame"
-    )
+    what = "ids before and after differ: are these two recordings?"
+    what = what if rows.linked else "boxes of one time are taken for one frame"
     return [f"{rows.path.name}, line {rows.lines[back[0] + 1]}: the clock goes back by {-apart[back[0]]:.4g} s; {what}"]
 
 

@@ -30,8 +30,8 @@ PATH_TURN = 0.05
 """Rad after one second that the yaw of a camera is off the direction of its path."""
 FINEST, MUCH_LESS = 5e-4, 0.5
 """Seconds between poses that nothing measures faster than, and a share of time in common that is much less."""
-LEAST_TURN, ENOUGH_TURN, ENOUGH_BOXES = 0.003, 0.15, 30
-"""Rad in a frame that boxes can show, rad in all, and boxes, from which on turns are compared with boxes."""
+LEAST_TURN, ENOUGH_TURN, ENOUGH_BOXES, ENOUGH_PEOPLE = 0.003, 0.15, 30, 4
+"""Rad in a frame that boxes can show, rad in all, boxes and people, from which on turns are compared with boxes."""
 MOST_LATE, MOST_TURN = 30, 0.3
 """Frames by which a clock is tried to be off, and rad that boxes show in a frame."""
 USUAL_HEIGHT = 1.72
@@ -219,7 +219,7 @@ def compare_turns(path: Path, motions: FloatArray, boxes: FloatArray, camera: Ca
     seen = wrap_angle(np.arctan2(after[:, 0], after[:, 1]) - stands)
     turns = np.abs(turn) > LEAST_TURN
     whole = float(np.abs(motions[np.abs(motions[:, 2]) > LEAST_TURN, 2]).sum())
-    if whole < ENOUGH_TURN or turns.sum() < ENOUGH_BOXES:
+    if whole < ENOUGH_TURN or turns.sum() < ENOUGH_BOXES or len(np.unique(track[turns])) < ENOUGH_PEOPLE:
         return ()
     late = _turns_late(motions[1:, 2], frame, seen)
     if late:
