@@ -160,3 +160,13 @@ def test_names_of_pictures_are_their_frames(tmp_path: Path) -> None:
     read = read_trajectory(path)
     assert read.unit == 0.0
     np.testing.assert_array_equal(read.times, [7, 8])
+
+
+def test_quaternions_of_two_digits_are_of_length_one(tmp_path: Path) -> None:
+    path = tmp_path / "t.txt"
+    path.write_text("0 0 0 0 0 0 0.71 0.71\n1 1 0 0 0 0 0.72 0.70\n")
+    turned = read_trajectory(path).rotations[XYZW]
+    np.testing.assert_allclose(turned @ turned.swapaxes(1, 2), np.broadcast_to(np.eye(3), (2, 3, 3)), atol=1e-9)
+    path.write_text("0 0 0 0 0 0 0.7 0.8\n1 1 0 0 0 0 0.7 0.8\n")
+    with pytest.raises(FileError, match=r"line 1: the quaternion .* has length 1\.063; .* or divide by it"):
+        read_trajectory(path)

@@ -48,7 +48,7 @@ _FARTHEST, _MOST_RADIANS = 2e7, 7.0
 _HEAD = 100_000
 """Bytes of a file that show what it is."""
 _UNIT_TOLERANCE, _SKEW = 1e-3, 1e-2
-"""How far a quaternion's length may be from 1, and a matrix from a rotation: files often have four digits."""
+"""How far the length of a quaternion without a name may be from 1, and others and matrices from rotations."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,7 +182,7 @@ def _rotations(table: NamedColumns) -> dict[str, FloatArray]:
     length = np.linalg.norm(quaternions, axis=-1)
     if not length.any():
         return {}
-    wrong = np.abs(length - 1.0) > _UNIT_TOLERANCE
-    table.refuse(wrong, "the quaternion (qx qy qz qw) has length {0:.4g}; a rotation has length 1", length)
+    problem = "the quaternion (qx qy qz qw) has length {0:.4g}; a rotation has 1: name the columns, or divide by it"
+    table.refuse(np.abs(length - 1.0) > _SKEW, problem, length)
     first = {} if table.header else {WXYZ: Rotation.from_quat(np.roll(quaternions, -1, axis=-1)).as_matrix()}
     return {XYZW: Rotation.from_quat(quaternions).as_matrix(), **first}
