@@ -197,7 +197,8 @@ def parse_board(key: str) -> Board:
     found = re.fullmatch(rf"([\w.+-]+)/({'|'.join(PROTOCOLS)})-([\w.+-]+)", key)
     if found is None or not (published_results() / key).is_dir():
         known = [path.relative_to(published_results()).as_posix() for path in published_results().glob("*/*/")]
-        raise UnknownNameError("published board", key, known)
+        of_split = [name for name in known if name.startswith(f"{key.partition('/')[0]}/")]
+        raise UnknownNameError("published board", key, of_split or known)
     split, protocol, tier = found.groups()
     return Board(split=split, protocol=protocol, tier=tier)
 

@@ -16,6 +16,7 @@ from tests.lib.make_dataset import Crowd
 from tests.lib.tiny_board import FILE, tiny_board, tiny_dataset
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
+from vbbench.errors import UnknownNameError
 from vbbench.exchange.csv_export import TABLES, export_csv
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo
@@ -26,7 +27,7 @@ from vbbench.sequence import Given
 from vbbench.solver import Frame, Problem
 from vbbench.solving import solve
 from vbbench_leaderboards.results.result import read_result
-from vbbench_leaderboards.submitting import TEMPLATE, copy_template
+from vbbench_leaderboards.submitting import TEMPLATE, copy_template, parse_board
 
 PROTOCOLS = ("one-step", "sequential", "rollout")
 Said = Callable[..., str]
@@ -398,3 +399,8 @@ def test_a_solver_that_gets_whole_sequences_is_offline_unless_it_gets_the_past_a
         answers = solve(Dataset(tiny), "map-batch", protocol, tmp_path / protocol)
         delays[protocol] = SubmissionInfo.read(answers).delay
     assert delays == {"sequential": "offline", "one-step": 0}
+
+
+def test_the_boards_of_a_split_are_listed_by_its_name() -> None:
+    with pytest.raises(UnknownNameError, match=r"called 'sim'; known: sim/\S+(, sim/\S+)*$"):
+        parse_board("sim")
