@@ -111,7 +111,7 @@ def read_stamps(folder: Path, name: str) -> Stamps:
     if bad.any():
         row = int(bad.argmax())
         problem = f"the clock jumps by {passed[row]:+.3f} s from frame {frames[row]:06d} to the next"
-        raise FileError(path, f"{problem}; exclude this recording with `sequences`")
+        raise FileError(path, f"{problem}; stamps are in s; exclude this recording with `sequences`")
     return Stamps(path=path, frames=frames, times=times)
 
 
