@@ -148,6 +148,10 @@ def get_reader(name: str) -> Reader:
     return found
 
 
+COUNTED = ("obsmat", "trajnet")
+"""Formats that the number of columns is enough for; others are asked first."""
+
+
 def detect_format(path: Path) -> str:
     """The format of a user's own file, by the line that names its columns, or else the first row.
 
@@ -160,7 +164,8 @@ def detect_format(path: Path) -> str:
     if line.startswith(("{", "[")):
         raise FileError(path, "is JSON; write lines of frame, id, x, y under a first line with these names", number)
     readers = load_all("reader")
-    found = next((name for name, reader in readers.items() if reader.recognises(line)), None)
+    names = sorted(readers, key=COUNTED.__contains__)
+    found = next((name for name in names if readers[name].recognises(line)), None)
     if found is None:
         known = ", ".join(sorted(reader.signature for reader in readers.values() if reader.signature))
         raise FileError(path, f"has {count_columns(line)} columns; known are {known}", number)
