@@ -127,7 +127,7 @@ def test_a_solver_has_one_colour_and_a_second_answer_other_dashes(figure: Figure
 
 def test_colours_do_not_depend_on_who_else_is_shown_nor_on_the_process():
     assert solver_looks(["a robot", "cv"])[1].colour == solver_looks(["cv"])[0].colour
-    assert solver_colour("a robot") == "#3ca741"
+    assert solver_colour("a robot") == "#4694b4"
     bundled = ["cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch"]
     assert len({solver_colour(name) for name in bundled}) == len(bundled)
     assert not {solver_colour(f"solver {n}") for n in range(50)} & {solver_colour(name) for name in bundled}
