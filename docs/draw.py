@@ -108,7 +108,7 @@ def from_frames(frames: list[Path], out: Path, at: int, part: Sequence[int] | No
         frame.save(out)
         return
     shown = [Image.open(frame).resize(FILM_SIZE) for frame in frames[at:][: FILM_FRAMES * FILM_STEP : FILM_STEP]]
-    shown[0].save(out, save_all=True, append_images=shown[1:], duration=40 * FILM_STEP, loop=0, quality=45, method=6)
+    shown[0].save(out, save_all=True, append_images=shown[1:], duration=40 * FILM_STEP, loop=0, quality=42, method=6)
 
 
 def take(site: Path, address: str, out: Path, parts: Sequence[str]) -> None:

@@ -21,7 +21,7 @@ torch = pytest.importorskip("torch", reason="needs the extra torch")
 pytestmark = pytest.mark.extra
 
 from vbbench_baselines.former.training.batches import batch_of  # noqa: E402
-from vbbench_baselines.former.training.loop import Arrays, Asked, Training, draw_curve, held_out_batches, train  # noqa: E402  # noqa: E402
+from vbbench_baselines.former.training.loop import Arrays, Asked, Training, draw_curve, held_out_batches, train  # noqa: E402
 from vbbench_baselines.former.training.recipe import Phase  # noqa: E402
 
 

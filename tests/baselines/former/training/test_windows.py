@@ -8,9 +8,13 @@ import pytest
 
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
-from vbbench_baselines.former.training.batches import Window, alter, cut
 from vbbench_baselines.former.training.crowds import Crowds, Watched, make_crowds
 from vbbench_baselines.former.training.recipe import Phase, Recipe, Size, Stream, read_recipe
+
+pytest.importorskip("torch", reason="needs the extra torch")
+pytestmark = pytest.mark.extra
+
+from vbbench_baselines.former.training.batches import Window, alter, cut  # noqa: E402
 
 TINY = Recipe(
     seed=2,
