@@ -625,8 +625,9 @@ def test_boxes_of_later_frames_help_and_come_with_covariances() -> None:
 
 
 @pytest.mark.parametrize("known", [True, False])
-def test_a_copy_of_an_estimator_goes_on_as_it_does(known: bool) -> None:
-    scene, runs = crowd(20, 5, noise=2.0), [Run(5, known=known, covariances=True, size=8)]
+@pytest.mark.parametrize("dt", [DT, 1.0 / 15.0])
+def test_a_copy_of_an_estimator_goes_on_as_it_does(known: bool, dt: float) -> None:
+    scene, runs = crowd(20, 5, noise=2.0), [Run(5, known=known, covariances=True, size=8, changes={"dt": dt})]
     runs[0].through(Crowd(scene.poses[:12], scene.places[:12], scene.boxes[:12]))
     runs += [deepcopy(runs[0]), pickle.loads(pickle.dumps(runs[0]))]  # noqa: S301
     for boxes in scene.boxes[12:]:

@@ -76,11 +76,7 @@ constexpr double kSurerEach = 0.5;                   ///< the same for each pers
 /// the last two, if these are at most a stride apart.
 class GivenValues {
  public:
-  void start(int columns) {
-    tracks_.assign(1 + columns, Track());
-    poses_.assign(9, NAN);
-    positions_.assign(6 * columns, NAN);
-  }
+  void start(int columns) { tracks_.assign(1 + columns, Track()); }
 
   void forget(int column) { tracks_[1 + column] = Track(); }
 
@@ -95,6 +91,8 @@ class GivenValues {
   /// The input of a key frame, with values at the last three key frames in place of the last three frames.
   Input at_key_frames(Input input, int age, int stride) {
     const int columns = static_cast<int>(tracks_.size()) - 1;
+    poses_.resize(9);  // neither is archived
+    positions_.resize(6 * columns);
     for (int back = 3; back >= 1; --back) {
       const int key = age + (1 - back) * stride;
       tracks_[0].carry(key, age, stride, 3, &poses_[3 * (3 - back)]);
@@ -485,7 +483,7 @@ class Estimator {
   /// The number of the last three frames whose given values are used, all of them in the window.
   static int reach(int frames) { return std::min(3, frames); }
 
-  /// Standard deviation, in m and rad, of a value that was given in a frame beside the key frame.
+  /// Standard deviation, in m and rad, of a value that was given in a frame next to the key frame.
   double carried_std(int column, int back) const {
     if (stride_ == 1) return 0.0;
     const int away = given_.away(column, age_ + (1 - back) * stride_);

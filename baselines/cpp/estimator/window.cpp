@@ -2,15 +2,21 @@
 
 namespace vbbench {
 
+template <class Visit>
+double Window::visit_person(const Person& person, const Model& model, Visit&& visit) const {
+  CostSum sum;
+  const auto both = [&](const Row& row) {
+    visit(row);
+    sum.add(row);
+  };
+  person_rows(person, frames, calibration, model.people, both);
+  own_rows(person, model.people, both);
+  return sum.sum() + Elimination::prior_cost(person, calibration);
+}
+
 double Window::cost(const Model& model) {
   double sum = 0.0;
-  for (const Person& person : people) {
-    CostSum of_person;
-    const auto add = [&](const Row& row) { of_person.add(row); };
-    person_rows(person, frames, calibration, model.people, add);
-    own_rows(person, model.people, add);
-    sum += of_person.sum() + Elimination::prior_cost(person, calibration);
-  }
+  for (const Person& person : people) sum += visit_person(person, model, [](const Row&) {});
   return sum + camera_cost(model) + calibration_cost();
 }
 
@@ -311,14 +317,7 @@ bool Window::eliminate(std::size_t p, const Model& model, double damping, Reduce
   while (eliminations_.size() <= p) eliminations_.emplace_back();
   Elimination& elimination = eliminations_[p];
   elimination.reset(people[p], layout_, damping);
-  CostSum sum;
-  const auto add = [&](const Row& row) {
-    elimination.add(row, reduced);
-    sum.add(row);
-  };
-  person_rows(people[p], frames, calibration, model.people, add);
-  own_rows(people[p], model.people, add);
-  cost += sum.sum() + Elimination::prior_cost(people[p], calibration);
+  cost += visit_person(people[p], model, [&](const Row& row) { elimination.add(row, reduced); });
   elimination.add_prior(people[p], calibration, reduced);
   return elimination.eliminate(reduced);
 }
@@ -326,15 +325,9 @@ bool Window::eliminate(std::size_t p, const Model& model, double damping, Reduce
 double Window::differentiate(std::size_t p, const Model& model) {
   Elimination& elimination = eliminations_[p];
   elimination.clear_right();
-  CostSum sum;
-  const auto add = [&](const Row& row) {
-    elimination.add_right(row, reduced_);
-    sum.add(row);
-  };
-  person_rows(people[p], frames, calibration, model.people, add);
-  own_rows(people[p], model.people, add);
+  const double cost = visit_person(people[p], model, [&](const Row& row) { elimination.add_right(row, reduced_); });
   elimination.add_prior(people[p], calibration, reduced_, false);
-  return sum.sum() + Elimination::prior_cost(people[p], calibration);
+  return cost;
 }
 
 void Window::differentiate(const Model& model, double least) {
@@ -347,7 +340,7 @@ void Window::differentiate(const Model& model, double least) {
     double cost = differentiate(p, model), own = eliminations_[p].solve_right();
     if (own > least && held > 0) {
       std::copy(gradient_.begin(), gradient_.end(), line);
-      settle(people[p], model, least);
+      minimise_alone(people[p], model, least);
       cost = differentiate(p, model);
       own = eliminations_[p].solve_right();
     }
@@ -369,7 +362,7 @@ void Window::solve_reduced() {
   solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
 }
 
-void Window::settle(Person& person, const Model& model, double least) {
+void Window::minimise_alone(Person& person, const Model& model, double least) {
   Layout layout;
   layout.frames = layout.held = static_cast<int>(frames.size());
   Reduced nothing;

@@ -114,6 +114,10 @@ class Window {
   std::array<double, 5> gradient_errors(const Model& model);
 
  private:
+  /// Visits the rows of a person, and returns their cost with that of the marginal prior.
+  template <class Visit>
+  double visit_person(const Person& person, const Model& model, Visit&& visit) const;
+
   /// The cost of motion modes, whose posteriors it computes, and of the camera's rows.
   double camera_cost(const Model& model) {
     mode_costs(frames, model.motion, trial, costs_);
@@ -179,7 +183,7 @@ class Window {
   }
 
   /// The cost and the gradient at the present state, for another step with the factors of the last linearisation. Where
-  /// frames are held, people whose own step would gain more than `least` are settled before.
+  /// frames are held, people whose own step would gain more than `least` are minimised alone before.
   void differentiate(const Model& model, double least);
 
   /// The cost of a person at the present state; adds the gradient.
@@ -187,7 +191,7 @@ class Window {
 
   /// Minimises the cost of a person at the present camera and calibration, until a step gains less than `least`. The
   /// speeds of newcomers converge so slowly that the whole window would wait for them.
-  void settle(Person& person, const Model& model, double least);
+  void minimise_alone(Person& person, const Model& model, double least);
 
   /// Solves for the reduced part of the next step.
   void solve_reduced();
