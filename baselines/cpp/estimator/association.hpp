@@ -34,7 +34,9 @@ class Association {
       const Person& person = window.people[p];
       if (person.last() != newest || person.frames() < 2) continue;
       const Node& node = person.nodes.back();
-      if (!node.seen || node.given || node.box.cut) continue;
+      bool given = node.given;
+      for (const Between& one : person.between) given = given || (one.given && one.node == person.frames() - 1);
+      if (!node.seen || given || node.box.cut) continue;
       ++again;
       const double chance = surprise(window, person, model) > kDoubt ? another(window, person, model) : 0.0;
       kept_ += 1.0;
@@ -71,6 +73,7 @@ class Association {
     nothing.reset(kGlobals);
     Person expected = person;
     expected.nodes.back().seen = false;
+    std::erase_if(expected.between, [&](const Between& one) { return one.node == last; });
     std::vector<double> step;
     const std::vector<double> none(kGlobals, 0.0);
     for (int round = 0; round < kRounds; ++round) {
@@ -128,8 +131,6 @@ class Association {
     const double better = log_density(e, same, cues, nu) - log_density(e, other, cues, nu);
     return rate / (rate + (1.0 - rate) * elementary::exp(std::min(better, 300.0)));
   }
-
-  static double square(double x) { return x * x; }
 
   /// Log density of a Student-t law with the scale matrix s, up to a constant.
   static double log_density(const double* e, const double (&s)[3][3], int n, double nu) {

@@ -72,81 +72,10 @@ constexpr int kTried = 3;                            ///< newest steps of the hy
 constexpr double kSurer = 1.0;                       ///< nats by which another hypothesis must be better
 constexpr double kSurerEach = 0.5;                   ///< the same for each person who has the common velocity
 
-/// Places and poses that are given between key frames, for the key frames next to them: moved by the velocity between
-/// the last two, if these are at most a stride apart.
-class GivenValues {
- public:
-  void start(int columns) { tracks_.assign(1 + columns, Track()); }
-
-  void forget(int column) { tracks_[1 + column] = Track(); }
-
-  void note(const Input& input, int age, int columns) {
-    for (int back = 3; back >= 1; --back) {
-      tracks_[0].note(input.poses + 3 * (3 - back), 3, age + 1 - back);
-      for (int k = 0; k < columns; ++k)
-        tracks_[1 + k].note(input.positions + 2 * ((3 - back) * columns + k), 2, age + 1 - back);
-    }
-  }
-
-  /// The input of a key frame, with values at the last three key frames in place of the last three frames.
-  Input at_key_frames(Input input, int age, int stride) {
-    const int columns = static_cast<int>(tracks_.size()) - 1;
-    poses_.resize(9);  // neither is archived
-    positions_.resize(6 * columns);
-    for (int back = 3; back >= 1; --back) {
-      const int key = age + (1 - back) * stride;
-      tracks_[0].carry(key, age, stride, 3, &poses_[3 * (3 - back)]);
-      for (int k = 0; k < columns; ++k)
-        tracks_[1 + k].carry(key, age, stride, 2, &positions_[2 * ((3 - back) * columns + k)]);
-    }
-    input.poses = poses_.data();
-    input.positions = positions_.data();
-    return input;
-  }
-
-  /// Frames from a key frame to the nearest one in which the pose (column −1) or the place of a column was given.
-  int away(int column, int key) const {
-    const std::array<int, 2>& age = tracks_[1 + column].age;
-    return std::min(std::abs(key - age[0]), std::abs(key - age[1]));
-  }
-  bool has_velocity(int column, int stride) const { return tracks_[1 + column].has_velocity(stride); }
-
-  template <class Archive>
-  void archive(Archive& a) {
-    a(tracks_);
-  }
-
- private:
-  struct Track {
-    std::array<int, 2> age{-1000, -1000};
-    std::array<std::array<double, 3>, 2> at{};
-
-    void note(const double* value, int count, int when) {
-      if (std::isnan(value[0]) || when <= age[1]) return;
-      age[0] = age[1];
-      at[0] = at[1];
-      age[1] = when;
-      std::copy_n(value, count, at[1].begin());
-    }
-
-    bool has_velocity(int stride) const { return age[1] - age[0] <= stride; }
-
-    /// Writes the value at a key frame; NaN where none was given since the last key frame, or where it takes a
-    /// velocity: of poses, and before the value.
-    void carry(int key, int now, int stride, int count, double* to) const {
-      std::fill_n(to, count, NAN);
-      if (age[1] <= now - stride || key <= age[0] - stride) return;
-      const bool moves = key != age[1] && has_velocity(stride);
-      if (key != age[1] && !moves && (count == 3 || key < age[1])) return;
-      for (int c = 0; c < count; ++c) {
-        const double step = c == 2 ? wrap(at[1][c] - at[0][c]) : at[1][c] - at[0][c];
-        to[c] = at[1][c] + (moves ? step * (key - age[1]) / (age[1] - age[0]) : 0.0);
-      }
-    }
-  };
-
-  std::vector<Track> tracks_;  ///< of the camera, then of each column
-  std::vector<double> poses_, positions_;
+/// The pose of the camera (column −1), or the place of a column, that was given in a frame.
+struct GivenValue {
+  int column, age;
+  std::array<double, 3> at;
 };
 
 class Estimator {
@@ -160,8 +89,8 @@ class Estimator {
 
   void start(const Recording& recording) {
     recording_ = recording;
-    stride_ =
-        recording.dt < 0.5 * kKeyFrame ? std::max(1, static_cast<int>(std::floor(kKeyFrame / recording.dt + 1e-6))) : 1;
+    stride_ = std::max(1, static_cast<int>(std::floor(kKeyFrame / recording.dt + 1e-6)));
+    between_.clear();
     recording_.dt = stride_ * recording.dt;
     moved_ = Pose{};
     moved_spread_ = Spread{};
@@ -175,12 +104,14 @@ class Estimator {
     ages_.clear();
     blind_ = 0.0;
     where_.assign(recording.columns, -1);
-    given_.start(recording.columns);
+    given_.clear();
+    given_age_.assign(1 + recording.columns, -1);
     const Constants& c = constants;
     model_ = Model();
     model_.people.walk = Walk::of(c, recording_.dt);
     model_.people.noise = {c.noise_share, c.noise_time, std::max(recording.pixel_std, 0.05), c.noise_nu};
     model_.people.pace = SpeedPrior::of(c);
+    model_.people.stride = stride_;
     model_.people.own_edge_std = c.edge_person_std;
     model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
     model_.sway_memory = elementary::exp(-recording_.dt / c.sway_time);
@@ -215,7 +146,7 @@ class Estimator {
     squares_ = count_ = 0.0;
     variance_ = 1.0;
     learns_ = !recording.known_calibration;
-    if (learns_) noise_.start(model_.people.noise, c.noise_spread, recording_.dt);
+    if (learns_) noise_.start(model_.people.noise, c.noise_spread, recording.dt);
     for (int g = 0; g < kGlobals; ++g) {
       calibration.free[g] = std[g] > 0.0 && g < kOdometryScale;
       calibration.information[g][g] = std[g] > 0.0 ? 1.0 / (std[g] * std[g]) : 0.0;
@@ -225,11 +156,15 @@ class Estimator {
 
   void step(const Input& input, Output& output) {
     if (age_ > 0) follow_odometry(input);
-    if (stride_ > 1) given_.note(input, age_, recording_.columns);
+    note_given(input);
     if (age_ % stride_ == 0) {
-      solve_key_frame(stride_ > 1 ? given_.at_key_frames(input, age_, stride_) : input, output);
+      solve_key_frame(input, output);
     } else {
       between_key_frames(input, output);
+      const double share = static_cast<double>(age_ % stride_) / stride_;
+      for (int k = 0; k < recording_.columns; ++k)
+        if (!std::isnan(input.boxes[5 * k]))
+          between_.push_back({k, share, true, false, Box::of(input.boxes + 5 * k, input.cut[k]), {}});
     }
     ++age_;
   }
@@ -237,7 +172,9 @@ class Estimator {
   void forget(const int* columns, int count) {
     for (int i = 0; i < count; ++i) {
       where_[columns[i]] = -1;
-      given_.forget(columns[i]);
+      given_age_[1 + columns[i]] = age_ - 1;
+      std::erase_if(given_, [&](const GivenValue& value) { return value.column == columns[i]; });
+      std::erase_if(between_, [&](const Between& one) { return one.node == columns[i]; });
     }
     for (Person& person : window_.people)
       for (int i = 0; i < count; ++i)
@@ -267,11 +204,11 @@ class Estimator {
     a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
     a(moved_known_), a(converged_), a(stride_), a(places_), a(by_odometry_), a(odometry_spread_), a(unled_);
     a(strayed_), a(cold_), a(anchored_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
-    a(odometry_), a(learns_), a(blind_), a(noise_), a(squares_), a(count_), a(variance_);
+    a(between_), a(given_), a(given_age_), a(odometry_), a(learns_), a(blind_), a(noise_), a(squares_), a(count_),
+        a(variance_);
     window_.archive(a);
     occlusion_.archive(a);
     association_.archive(a);
-    given_.archive(a);
   }
 
   const Window& window() const { return window_; }
@@ -279,6 +216,28 @@ class Estimator {
   std::array<double, 5> gradient_errors() { return window_.gradient_errors(model_); }
 
  private:
+  /// Notes the values that are given in the last three frames and were not before.
+  void note_given(const Input& input) {
+    for (int back = 3; back >= 1; --back) {
+      const int age = age_ + 1 - back, columns = recording_.columns;
+      for (int k = -1; k < columns; ++k) {
+        const double* at = k < 0 ? input.poses + 3 * (3 - back) : input.positions + 2 * ((3 - back) * columns + k);
+        if (age <= given_age_[1 + k] || std::isnan(at[0])) continue;
+        given_age_[1 + k] = age;
+        given_.push_back({k, age, {at[0], at[1], k < 0 ? at[2] : 0.0}});
+      }
+    }
+  }
+
+  /// The frame of the window at the age or next after it, and the share of the time from the frame before to it; −1 if
+  /// the age is before the window.
+  int frame_at(int age, double& share) const {
+    int frame = static_cast<int>(ages_.size()) - 1;
+    while (frame > 0 && ages_[frame - 1] >= age) --frame;
+    share = 1.0 - static_cast<double>(ages_[frame] - age) / stride_;
+    return share > 0.0 && (frame > 0 || share == 1.0) ? frame : -1;
+  }
+
   void solve_key_frame(const Input& input, Output& output) {
     const int first = std::max(size, static_cast<int>(std::min(kColdTime / recording_.dt, 2.0 * size)));
     const int longest = anchored_ || window_.held > 0 ? size : first;
@@ -286,14 +245,16 @@ class Estimator {
     while (full && static_cast<int>(window_.frames.size()) >= size) {
       const Frame& next = window_.frames[kHeld];
       carry_odometry(next);
-      behind_ = next.exact() ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
+      behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
       window_.marginalise(model_);
       ages_.erase(ages_.begin());
       index_people();
     }
-    add_frame(input);
     ages_.push_back(age_);
+    add_frame(input);
     add_people(input);
+    between_.clear();
+    given_.clear();
     if (blind_ > kBlind) relocate();
     occlusion_.mark(window_, model_, false);
     Solution solution = window_.solve(model_, rounds, least);
@@ -340,6 +301,14 @@ class Estimator {
     moved_ = next;
   }
 
+  /// A person between key frames: the place by constant velocity with its variance in m², and what the box measures.
+  struct Expected {
+    int column;
+    std::array<double, 2> at;
+    double variance, range, range_error;  ///< m², m
+    double bearing, bearing_error;        ///< rad; NaN: there is no path yet
+  };
+
   /// Estimates a frame between key frames: constant velocity of the camera, with its yaw by the bearings of people at
   /// constant velocity, who are then moved across their rays onto the measured bearings.
   void between_key_frames(const Input& input, Output& output) {
@@ -356,47 +325,54 @@ class Estimator {
       for (int a = 0; a < 3; ++a) frame.at[a] += share * (frames[newest].at[a] - frames[newest - 1].at[a]);
     }
     double information = moved_known_ ? 1.0 / (moved_spread_[2][2] + 1e-10) : 1.0 / (kTurning * kTurning), turn = 0.0;
-    std::vector<int> known;
-    std::vector<std::array<double, 3>> placed_at;  // x, y, and the bearing that the box shows
+    std::vector<Expected> expected;
     for (int k = 0; k < columns; ++k) {
       const double* b = input.boxes + 5 * k;
       if (std::isnan(b[0])) continue;
       const Box box = Box::of(b, input.cut[k]);
-      if (where_[k] < 0 || window_.people[where_[k]].last() != newest) {
-        const double height =
-            where_[k] < 0 ? elementary::log(recording_.height_mean) : window_.people[where_[k]].log_height;
-        const std::array<double, 2> at = placed(box, height, frame);
-        known.push_back(k);
-        placed_at.push_back({at[0], at[1], NAN});
-        continue;
+      Expected one{k, {}, 0.0, 0.0, 0.0, NAN, 0.0};
+      if (where_[k] >= 0) {
+        const Person& person = window_.people[where_[k]];
+        const int n = person.frames();
+        const double steps = newest - person.last() + share, time = steps * recording_.dt;
+        one.at = person.nodes[n - 1].at;
+        if (n > 1) {
+          const auto& before = person.nodes[n - 2].at;
+          const double vx = one.at[0] - before[0], vy = one.at[1] - before[1];
+          const double fastest = kFastestPerson * recording_.dt / (elementary::hypot(vx, vy) + 1e-9);
+          one.at[0] += steps * std::min(1.0, fastest) * vx;
+          one.at[1] += steps * std::min(1.0, fastest) * vy;
+        }
+        one.variance = kStray * kStray + (n > 1 ? square(kFlowSpeed * (time - share * recording_.dt)) +
+                                                      constants.acceleration * time * time * time / 3.0
+                                                : square(constants.walking * time));
+        one.range = elementary::exp(person.log_height) / box.length + window_.calibration.at[kEdge];
+        one.range_error = box.cut & (kFeetCut | kHeadCut) ? INFINITY : model_.people.noise.share[1] * one.range + 1e-3;
+        const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
+        one.bearing = frame.at[2] - (box.azimuth - window_.calibration.at[kOffset]);  // in the world
+        one.bearing_error = model_.people.noise.share[0] * box.width;
+        const double off = wrap(elementary::atan2(dy, dx) - one.bearing);
+        const double variance = square(one.bearing_error) + one.variance / (r * r);
+        const double weight = student(off * off / variance, model_.people.noise.nu, 1.0).weight / variance;
+        turn += weight * off;
+        information += weight;
+      } else {
+        one.at = placed(box, elementary::log(recording_.height_mean), frame);
       }
-      const Person& person = window_.people[where_[k]];
-      const int n = person.frames();
-      std::array<double, 2> at = person.nodes[n - 1].at;
-      if (n > 1)
-        for (int a = 0; a < 2; ++a) at[a] += share * (person.nodes[n - 1].at[a] - person.nodes[n - 2].at[a]);
-      const double dx = at[0] - frame.at[0], dy = at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
-      const double shown = frame.at[2] - (box.azimuth - window_.calibration.at[kOffset]);  // bearing in the world
-      const double off = wrap(elementary::atan2(dy, dx) - shown);
-      const double error = elementary::hypot(model_.people.noise.share[0] * box.width, kStray / r);
-      const double weight = student(off * off / (error * error), model_.people.noise.nu, 1.0).weight / (error * error);
-      turn += weight * off;
-      information += weight;
-      known.push_back(k);
-      placed_at.push_back({at[0], at[1], shown});
+      expected.push_back(one);
     }
     frame.at[2] += turn / information;
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      std::array<double, 3>& at = placed_at[i];
-      if (!std::isnan(at[2])) {
-        const double dx = at[0] - frame.at[0], dy = at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
-        const double error = model_.people.noise.share[0] * input.boxes[5 * known[i] + 4] * r;
-        const double aside = wrap(at[2] + turn / information - elementary::atan2(dy, dx)) * r;
-        const double gain = kStray * kStray / (kStray * kStray + error * error);
-        at[0] -= gain * aside * dy / r;
-        at[1] += gain * aside * dx / r;
+    for (Expected& one : expected) {
+      if (!std::isnan(one.bearing)) {
+        const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
+        const double across = one.bearing_error * r;
+        const double aside = wrap(one.bearing + turn / information - elementary::atan2(dy, dx)) * r * one.variance /
+                             (one.variance + across * across);
+        const double along = (one.range - r) * one.variance / (one.variance + square(one.range_error));
+        one.at[0] += (along * dx - aside * dy) / r;
+        one.at[1] += (along * dy + aside * dx) / r;
       }
-      for (int a = 0; a < 2; ++a) output.positions[2 * known[i] + a] = at[a];
+      for (int a = 0; a < 2; ++a) output.positions[2 * one.column + a] = one.at[a];
     }
     output.pose[0] = frame.at[0];
     output.pose[1] = frame.at[1];
@@ -409,24 +385,25 @@ class Estimator {
     for (const Person& person : window_.people)
       if (person.column >= 0) output.heights[person.column] = elementary::exp(person.log_height);
     output.converged = converged_;
-    if (recording_.covariances) spread_between(output, known, placed_at);
+    if (recording_.covariances) spread_between(output, expected);
   }
 
   /// Covariances between key frames: those of the last key frame plus those of the motion since.
-  void spread_between(Output& output, const std::vector<int>& known, const std::vector<std::array<double, 3>>& at) {
+  void spread_between(Output& output, const std::vector<Expected>& expected) {
     const Pose last{window_.frames.back().at[0], window_.frames.back().at[1], window_.frames.back().at[2]};
     Spread pose = carried(newest_, last, output.pose[0], output.pose[1]);
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b] + moved_spread_[a][b];
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      double* to = output.position_covariances + 4 * known[i];
-      const int p = where_[known[i]];
+    for (const Expected& one : expected) {
+      double* to = output.position_covariances + 4 * one.column;
+      const int p = where_[one.column];
       if (p >= 0 && p < static_cast<int>(places_.size()) && !std::isnan(places_[p][0])) {
-        to[0] = places_[p][0] + kStray * kStray;
+        to[0] = places_[p][0] + one.variance;
         to[1] = to[2] = places_[p][1];
-        to[3] = places_[p][2] + kStray * kStray;
+        to[3] = places_[p][2] + one.variance;
       } else {
-        const double r = elementary::hypot(at[i][0] - output.pose[0], at[i][1] - output.pose[1]), far = height_std_ * r;
+        const double r = elementary::hypot(one.at[0] - output.pose[0], one.at[1] - output.pose[1]);
+        const double far = height_std_ * r;
         to[0] = to[3] = pose[0][0] + pose[1][1] + far * far;
         to[1] = to[2] = 0.0;
       }
@@ -466,29 +443,23 @@ class Estimator {
       }
     }
     frames.push_back(frame);
-    const int n = static_cast<int>(frames.size());
-    for (int back = reach(n); back >= 1; --back) {
-      const double* pose = input.poses + 3 * (3 - back);
-      if (std::isnan(pose[0])) continue;
-      Frame& at = frames[n - back];
+    for (const GivenValue& value : given_) {
+      double share;
+      const int t = value.column < 0 ? frame_at(value.age, share) : -1;
+      if (t < 0) continue;
+      Frame& at = frames[t];
+      std::array<double, 3> pose = value.at;
+      const double before = t > 0 ? frames[t - 1].at[2] : pose[2];
+      pose[2] = before + wrap(pose[2] - before);
+      if (share < 1.0) {
+        at.between = share;
+        at.between_pose = pose;
+        continue;
+      }
       at.given = true;
-      const double before = back < n ? frames[n - back - 1].at[2] : pose[2];
-      at.given_std = std::max(kGivenPose, carried_std(-1, back));
-      for (int c = 0; c < 3; ++c) at.given_pose[c] = pose[c];
-      at.given_pose[2] = before + wrap(pose[2] - before);
-      for (int c = 0; c < 3; ++c) at.at[c] = at.given_pose[c];
+      at.given_pose = pose;
+      std::copy_n(pose.begin(), 3, at.at.begin());
     }
-  }
-
-  /// The number of the last three frames whose given values are used, all of them in the window.
-  static int reach(int frames) { return std::min(3, frames); }
-
-  /// Standard deviation, in m and rad, of a value that was given in a frame next to the key frame.
-  double carried_std(int column, int back) const {
-    if (stride_ == 1) return 0.0;
-    const int away = given_.away(column, age_ + (1 - back) * stride_);
-    const double speed = given_.has_velocity(column, stride_) ? constants.gait_speed : constants.walking;
-    return speed * away * recording_.dt / stride_;
   }
 
   void predict(const std::vector<Frame>& frames, Frame& frame) const {
@@ -517,15 +488,15 @@ class Estimator {
     const int newest = static_cast<int>(window_.frames.size()) - 1;
     for (const Person& person : window_.people) seen += person.last() == newest && person.nodes.back().seen;
     const bool led = window_.frames.back().motion.measured;
-    if (newest == 1 && static_cast<int>(ages_.size()) == 2 && ages_[0] == 0) cold_ = !window_.frames[1].given;
+    if (newest == 1 && static_cast<int>(ages_.size()) == 2 && ages_[0] == 0) cold_ = !window_.frames[1].anchored();
     if (cold_ && led) {  // the common velocity is measured again
       strayed_ = astray();
       unled_ = 0.0;
     } else if (cold_ && newest > 0) {
       unled_ += recording_.dt;
     }
-    if (led || window_.frames.back().given || seen == 0) {
-      blind_ = led || window_.frames.back().given ? 0.0 : blind_ + recording_.dt;
+    if (led || window_.frames.back().anchored() || seen == 0) {
+      blind_ = led || window_.frames.back().anchored() ? 0.0 : blind_ + recording_.dt;
     } else if (blind_ <= kBlind) {
       blind_ = 0.0;
     }
@@ -538,9 +509,16 @@ class Estimator {
     Frame& frame = window_.frames[newest];
     double n = 0.0, mean[4] = {};  // relative forward and left, and world x and y
     std::vector<std::array<double, 4>> pairs;
-    for (const Person& person : window_.people) {
-      const Node& node = person.nodes.back();
-      if (person.last() != newest || !node.seen || !node.given) continue;
+    for (Person& person : window_.people) {
+      Node& node = person.nodes.back();
+      if (person.last() != newest || !node.seen) continue;
+      for (const Between& one : person.between)
+        if (one.given && !node.given && one.node == person.frames() - 1) {
+          node.given = true;
+          node.given_at = one.given_at;
+          node.given_std = constants.walking * (1.0 - one.share) * recording_.dt;
+        }
+      if (!node.given) continue;
       const double r = elementary::exp(person.log_height) / node.box.length + window_.calibration.at[kEdge];
       pairs.push_back({r * elementary::cos(node.box.azimuth), -r * elementary::sin(node.box.azimuth), node.given_at[0],
                        node.given_at[1]});
@@ -588,7 +566,7 @@ class Estimator {
 
   /// Propagates the Jacobian of the held pose by odometry's scale and turn to `next`, which is held from now on.
   void carry_odometry(const Frame& next) {
-    if (next.exact()) {
+    if (next.given) {
       by_odometry_ = {};
       return;
     }
@@ -645,6 +623,8 @@ class Estimator {
     where_[person.column] = static_cast<int>(window_.people.size());
     window_.people[p].column = -1;
     window_.people[p].nodes.pop_back();
+    std::erase_if(window_.people[p].between,
+                  [&](const Between& one) { return one.node >= window_.people[p].frames(); });
     window_.people.push_back(person);
   }
 
@@ -654,21 +634,25 @@ class Estimator {
     for (int k = 0; k < columns; ++k) {
       const double* b = input.boxes + 5 * k;
       const bool seen = !std::isnan(b[0]);
+      int begin = newest;  // frame of the first given value
       bool given = false;
-      for (int back = 1; back <= reach(newest + 1); ++back)
-        given = given || !std::isnan(input.positions[2 * ((3 - back) * columns + k)]);
-      anchored_ = anchored_ || given;
-      if (!seen && !given) continue;
+      for (const GivenValue& value : given_) {
+        double share;
+        const int t = value.column == k ? frame_at(value.age, share) : -1;
+        if (t < 0) continue;
+        given = anchored_ = true;
+        begin = std::min(begin, share < 1.0 ? t - 1 : t);
+      }
+      bool between = false;  // a person in sight since the last key frame, whose path goes on
+      for (const Between& one : between_) between = between || one.node == k;
+      if (!seen && !given && !(between && where_[k] >= 0)) continue;
       Box box;
       if (seen) box = Box::of(b, input.cut[k]);
-      if (where_[k] < 0) {
-        Person person = unknown_person(k);
-        int begin = newest;
-        for (int back = 1; back <= reach(newest + 1); ++back)
-          if (!std::isnan(input.positions[2 * ((3 - back) * columns + k)])) begin = newest + 1 - back;
-        person.first = begin;
+      const bool is_new = where_[k] < 0;
+      if (is_new) {
         where_[k] = static_cast<int>(window_.people.size());
-        window_.people.push_back(person);
+        window_.people.push_back(unknown_person(k));
+        window_.people.back().first = begin;
       }
       Person& person = window_.people[where_[k]];
       while (person.last() < newest) {  // constant velocity
@@ -691,26 +675,46 @@ class Estimator {
         if (!alone && person.last() - last_seen_before(person) > 1)
           interpolate(person, placed(box, person.log_height, frame));
       }
-      for (int back = reach(newest + 1); back >= 1; --back) {
-        const double* at = input.positions + 2 * ((3 - back) * columns + k);
-        const int node = newest + 1 - back - person.first;
-        if (std::isnan(at[0]) || node < 0 || node >= person.frames()) continue;
-        Node& here = person.nodes[node];
-        here.given = true;
-        here.given_std = std::max(kGiven, carried_std(k, back));
-        here.given_at = here.at = {at[0], at[1]};
+      for (const GivenValue& value : given_) {
+        double share;
+        const int node = (value.column == k ? frame_at(value.age, share) : -1) - person.first;
+        if (value.column != k || node < (share < 1.0 ? 1 : 0)) continue;
+        const std::array<double, 2> at{value.at[0], value.at[1]};
+        if (share == 1.0) {
+          Node& here = person.nodes[node];
+          here.given = true;
+          here.given_at = here.at = at;
+          continue;
+        }
+        person.between.push_back({node, share, false, true, Box(), at});
+        for (int i = node - 1; is_new && i <= node; ++i)
+          if (!person.nodes[i].given) person.nodes[i].at = at;
       }
+      if (person.frames() < 2) continue;
+      for (Between one : between_) {
+        if (one.node != k) continue;
+        one.node = person.frames() - 1;
+        person.between.push_back(one);
+      }
+      std::sort(person.between.begin(), person.between.end(), [](const Between& one, const Between& other) {
+        return one.node + one.share < other.node + other.share;
+      });
     }
     if (!frame.given && !frame.motion.measured) turn_to_bearings(frame);
     for (const Person& person : window_.people)
       if (person.last() == newest && person.frames() > 1 && person.nodes.back().seen) inform(person, frame);
-    for (Person& person : window_.people)
+    for (Person& person : window_.people) {
       for (Node& node : person.nodes)
         if (node.seen) {
           const Frame& camera = window_.frames[person.first + static_cast<int>(&node - person.nodes.data())];
           const double r = elementary::hypot(node.at[0] - camera.at[0], node.at[1] - camera.at[1]);
           node.box.expected = elementary::exp(person.log_height) / std::max(r - window_.calibration.at[kEdge], 0.5);
         }
+      for (Between& one : person.between) {
+        const Node& node = person.nodes[one.node];
+        one.box.expected = node.seen ? node.box.expected : one.box.length;
+      }
+    }
   }
 
   /// Updates the variance of people's innovations by expectation maximisation; the crowd's is the prior of each one's.
@@ -778,7 +782,7 @@ class Estimator {
     const int newest = static_cast<int>(frames.size()) - 1;
     if (window_.held > 0 || newest < 2) return;
     for (int t = 1; t <= newest; ++t)
-      if (frames[t].given || frames[t].motion.measured) return;
+      if (frames[t].anchored() || frames[t].motion.measured) return;
     using Step = std::array<double, 2>;  // m in a key frame
     const auto mean_step = [](const auto& now, const auto& before, int count) {
       return Step{(now[0] - before[0]) / count, (now[1] - before[1]) / count};
@@ -923,7 +927,7 @@ class Estimator {
   void answer(Output& output) {
     const Frame& frame = window_.frames.back();
     const int newest = static_cast<int>(window_.frames.size()) - 1;
-    for (int c = 0; c < 3; ++c) output.pose[c] = frame.exact() ? frame.given_pose[c] : frame.at[c];
+    for (int c = 0; c < 3; ++c) output.pose[c] = frame.given ? frame.given_pose[c] : frame.at[c];
     output.pose[2] = wrap(output.pose[2]);
     for (const Person& person : window_.people) {
       if (person.column < 0) continue;
@@ -1003,12 +1007,14 @@ class Estimator {
   Model model_;
   Window window_;
   std::vector<int> where_, ages_;
+  std::vector<Between> between_;   ///< boxes since the last key frame; `node` is the column
+  std::vector<GivenValue> given_;  ///< since the last key frame
+  std::vector<int> given_age_;     ///< last frame in which the pose, then the place of each column was given
   double height_std_ = 0.055;
   int age_ = 0;
   bool odometry_ = false, learns_ = false;
   double blind_ = 0.0;  ///< s for which nobody was in sight
   NoiseLearner noise_;
-  GivenValues given_;
   Occlusion occlusion_;
   Association association_;
   double squares_ = 0.0, count_ = 0.0, variance_ = 1.0;

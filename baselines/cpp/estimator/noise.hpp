@@ -35,34 +35,26 @@ class NoiseLearner {
   void learn(const Window& window, const Model& model) {
     const int frame = static_cast<int>(window.frames.size()) - 1 - kLate;
     if (frame < 0) return;
-    std::array<double, kTimes> memory;
-    for (int t = 0; t < kTimes; ++t) memory[t] = elementary::exp(-dt_ / time_[t]);
-    const double counts = std::sqrt(std::min(1.0, dt_ / 0.4));
-    Innovation innovation;
     for (const Person& person : window.people) {
       const int i = frame - person.first;
       if (i < 0 || i >= person.frames() || !person.nodes[i].seen) continue;
-      const bool chained = i > 0 && person.nodes[i - 1].seen;
-      const std::array<Cue, 3> now = cues(window, person, i, model);
+      const Node& node = person.nodes[i];
       std::array<Cue, 3> before{};
-      if (chained) before = cues(window, person, i - 1, model);
-      const double pixel = noise_.pixel / person.nodes[i].box.pixels;
-      for (int c = 0; c < 3; ++c) {
-        if (!now[c].used || person.nodes[i].box.cut || person.nodes[i].box.hidden) continue;
-        const double decided = std::max(0.05, 1.0 - person.nodes[i].leverage[c]);  // share that the fit leaves
-        const double white = (c == 1 ? 2.0 : 1.0) * pixel * pixel;
-        const bool follows = chained && before[c].used;
-        for (int s = 0; s < kShares; ++s) {
-          const double variance = share_[s] * share_[s] + white, correlated = share_[s] * share_[s] / variance;
-          for (int t = 0; t < kTimes; ++t) {
-            const double rho = follows ? correlated * memory[t] : 0.0, e = now[c].q - rho * before[c].q;
-            const double rest = variance * (1.0 - rho * rho);
-            innovation.variance[s * kTimes + t] = rest;
-            innovation.square[s * kTimes + t] = e * e / decided / rest;
-          }
-        }
-        add_costs(innovation, nu_, -0.5 * counts * decided, weight_[c].data());
+      double time = -1.0;  // of the box before, in key frames
+      if (i > 0 && person.nodes[i - 1].seen) {
+        before = cues(window, person, i - 1, 1.0, person.nodes[i - 1].box, model);
+        time = 0.0;
       }
+      const auto next = [&](double share, const Box& box) {
+        const std::array<Cue, 3> now = cues(window, person, i, share, box, model);
+        const bool adjacent = time >= 0.0 && (share - time) * model.people.stride < 1.5;
+        add(now, adjacent ? before : std::array<Cue, 3>{}, box, node.leverage);
+        before = now;
+        time = share;
+      };
+      for (const Between& one : person.between)
+        if (one.seen && one.node == i) next(one.share, one.box);
+      next(1.0, node.box);
     }
     for (int c = 0; c < 3; ++c) {
       double top = -1e300, sum = 0.0, share = 0.0, time = 0.0;
@@ -83,11 +75,41 @@ class NoiseLearner {
   const BoxNoise& noise() const { return noise_; }
 
  private:
-  static std::array<Cue, 3> cues(const Window& window, const Person& person, int i, const Model& model) {
-    const Node& node = person.nodes[i];
-    const BoxState at(node.at[0], node.at[1], person.log_height, person.own_edge,
-                      window.frames[person.first + i].at.data(), window.calibration.at.data());
-    return box_cues(node.box, at, model.people.noise);
+  /// Weighs the grid by the cues of a box, given those of the box before, if that was in the frame before.
+  void add(const std::array<Cue, 3>& now, const std::array<Cue, 3>& before, const Box& box,
+           const std::array<double, 3>& leverage) {
+    std::array<double, kTimes> memory;
+    for (int t = 0; t < kTimes; ++t) memory[t] = elementary::exp(-dt_ / time_[t]);
+    const double counts = std::sqrt(std::min(1.0, dt_ / 0.4)), pixel = noise_.pixel / box.pixels;
+    Innovation innovation;
+    for (int c = 0; c < 3; ++c) {
+      if (!now[c].used || box.cut || box.hidden) continue;
+      const double decided = std::max(0.05, 1.0 - leverage[c]);  // share that the fit leaves
+      const double white = (c == 1 ? 2.0 : 1.0) * pixel * pixel;
+      for (int s = 0; s < kShares; ++s) {
+        const double variance = share_[s] * share_[s] + white, correlated = share_[s] * share_[s] / variance;
+        for (int t = 0; t < kTimes; ++t) {
+          const double rho = before[c].used ? correlated * memory[t] : 0.0, e = now[c].q - rho * before[c].q;
+          const double rest = variance * (1.0 - rho * rho);
+          innovation.variance[s * kTimes + t] = rest;
+          innovation.square[s * kTimes + t] = e * e / decided / rest;
+        }
+      }
+      add_costs(innovation, nu_, -0.5 * counts * decided, weight_[c].data());
+    }
+  }
+
+  static std::array<Cue, 3> cues(const Window& window, const Person& person, int i, double share, const Box& box,
+                                 const Model& model) {
+    const int older = std::max(0, i - 1);
+    const auto &now = person.nodes[i].at, &before = person.nodes[older].at;
+    const auto &next = window.frames[person.first + i].at, &last = window.frames[person.first + older].at;
+    std::array<double, kFrame> camera;
+    for (int k = 0; k < kFrame; ++k) camera[k] = share == 1.0 ? next[k] : last[k] + share * (next[k] - last[k]);
+    const double rest = 1.0 - share;
+    const BoxState at(now[0] * share + rest * before[0], now[1] * share + rest * before[1], person.log_height,
+                      person.own_edge, camera.data(), window.calibration.at.data());
+    return box_cues(box, at, model.people.noise);
   }
 
   /// What a cue adds to the cue before, under each σ and τ: its variance, and its square in variances.

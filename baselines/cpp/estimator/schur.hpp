@@ -98,7 +98,7 @@ class Elimination {
 
   void add(const Row& row, Reduced& reduced) {
     if (row.of_box) {
-      if (pending_ > 0 && pending_node_ != row.node) add_boxes(reduced);
+      if (pending_ == 4 || (pending_ > 0 && pending_node_ != row.node)) add_boxes(reduced);
       pending_node_ = row.node;
       BoxRow& box = boxes_[pending_++];
       box.w = row.w;

@@ -14,8 +14,10 @@ namespace vbbench {
 
 constexpr int kPose = 3, kFrame = 5;  ///< unknowns of a pose, and of a frame with its sway
 constexpr int kHeld = 2;              ///< number of frames at the beginning of a full window whose poses are held fixed
-constexpr double kGiven = 1e-3;       ///< m, standard deviation of a place given in a key frame
-constexpr double kGivenPose = 1e-5;   ///< m and rad, of a given pose
+constexpr double kBetween =
+    0.05;                        ///< m/s and rad/s by which people and camera leave a straight line between key frames
+constexpr double kGiven = 1e-3;  ///< m, standard deviation of a given place
+constexpr double kGivenPose = 1e-5;  ///< m and rad, of a given pose
 
 /// Motion of the camera since the frame before, as its odometry measured it, with its information.
 struct Motion {
@@ -29,13 +31,13 @@ struct Frame {
   std::array<double, kFrame> at{};  ///< x, y in m, yaw in rad; pitch and roll in rad from the recording's means
   bool given = false;               ///< whether the pose is
   std::array<double, 3> given_pose{};
-  double given_std = kGivenPose;  ///< m and rad
+  double between = 0.0;  ///< share of the time since the frame before at which a pose was given; 0: none
+  std::array<double, 3> between_pose{};
+  bool anchored() const { return given || between > 0.0; }
   Motion motion;
   std::array<double, 3> information{};  ///< 1/m², 1/m², 1/rad²: of boxes about the camera's innovation into the frame
   int left = 0;                         ///< in the window's first frame: number of `past` poses
   std::array<std::array<double, 3>, kSpan - 2> past{};  ///< poses of frames that have left the window, the newest first
-
-  bool exact() const { return given && given_std == kGivenPose; }
 };
 
 /// A person in one frame of the window.
@@ -49,6 +51,15 @@ struct Node {
   double growth = 0.0;               ///< derivative of the walk's cost into the node by the log scale of the path
   std::array<double, 2> given_at{};
   double given_std = kGiven;  ///< m
+};
+
+/// What was measured of a person between two key frames: the state is interpolated between a node and the node before.
+struct Between {
+  int node = 0;
+  double share = 0.0;  ///< of the time from the node before to the node
+  bool seen = false, given = false;
+  Box box;
+  std::array<double, 2> given_at{};
 };
 
 /// Unknowns of a person's marginal prior: the first `kReach` places, log height, own edge, globals.
@@ -68,6 +79,7 @@ struct Person {
   int first = 0;    ///< frame of nodes[0] in the window
 
   std::vector<Node> nodes;
+  std::vector<Between> between;  ///< in the order of time
   double log_height = 0.54, own_edge = 0.0;
   double height_mean = 0.54, height_std = 0.055;
   double variance = 1.0;              ///< of the innovations, in units of σ²
@@ -79,7 +91,8 @@ struct Person {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(column), a(shown), a(first), a(nodes), a(log_height), a(own_edge), a(height_mean), a(height_std), a(variance);
+    a(column), a(shown), a(first), a(nodes), a(between), a(log_height), a(own_edge), a(height_mean), a(height_std),
+        a(variance);
     a(squares), a(count);
     a(prior);
   }

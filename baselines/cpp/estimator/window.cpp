@@ -207,11 +207,13 @@ void Window::restart() {
     last.box_absorbed.fill(false);
     person.nodes.assign(1, last);
     person.first = 0;
+    person.between.clear();
     person.prior = MarginalPrior();
   }
   frames.erase(frames.begin(), frames.end() - 1);
   frames.front().motion = Motion();
   frames.front().left = 0;
+  frames.front().between = 0.0;
   posterior.clear();
   held = 0;
 }
@@ -486,6 +488,8 @@ void Window::absorb(Person& person, const Model& model) {
   // Factors that reach back to the node are in the prior now.
   for (int i = 1; i <= kReach && i < person.frames(); ++i) person.nodes[i].walk_absorbed = true;
   if (person.frames() > 1) person.nodes[1].box_absorbed = chained;
+  std::erase_if(person.between, [](const Between& one) { return one.node <= 1; });
+  for (Between& one : person.between) --one.node;
 }
 
 void Window::retire(const Person& person) {

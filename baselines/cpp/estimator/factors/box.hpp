@@ -169,6 +169,8 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   return cues;
 }
 
+inline double square(double x) { return x * x; }
+
 /// Cost and weight of a whitened residual under a Student-t law, of its `square` and number of `dimensions`.
 struct Robust {
   double cost, weight;

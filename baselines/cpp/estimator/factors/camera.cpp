@@ -56,11 +56,22 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
       for (int c = 0; c < 3; ++c) {
         CameraRow row;
         row.e = c == 2 ? wrap(frame.at[c] - frame.given_pose[c]) : frame.at[c] - frame.given_pose[c];
-        row.w = 1.0 / (frame.given_std * frame.given_std);
+        row.w = 1.0 / (kGivenPose * kGivenPose);
         row.cost = 0.5 * row.w * row.e * row.e;
         row.add(Variable::kCamera, kFrame * t + c, 1.0);
         visit(row);
       }
+    }
+    for (int c = 0; frame.between > 0.0 && c < 3; ++c) {
+      const double s = frame.between;
+      const double sigma = kBetween * motion.dt * std::min(s, 1.0 - s);
+      CameraRow row;
+      row.e = (1.0 - s) * frames[t - 1].at[c] + s * frame.at[c] - frame.between_pose[c];
+      row.w = 1.0 / (sigma * sigma);
+      row.cost = 0.5 * row.w * row.e * row.e;
+      row.add(Variable::kCamera, kFrame * (t - 1) + c, 1.0 - s);
+      row.add(Variable::kCamera, kFrame * t + c, s);
+      visit(row);
     }
     for (int c = 0; c < 2; ++c) {  // sway
       const double sigma = calibration.sway_std[c];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <functional>
 
 #include "../state.hpp"
@@ -82,6 +83,7 @@ struct PeopleModel {
   Walk walk;
   BoxNoise noise;
   SpeedPrior pace;
+  int stride = 1;  ///< frames from one key frame to the next
   double own_edge_std = 0.08;
   double height_nu = 1e9;  ///< degrees of freedom of log heights
 };
@@ -111,18 +113,62 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
                  const PeopleModel& model, Visit&& visit, Nodes nodes = {}) {
   const int end = std::min(person.frames(), nodes.last + 1);
   std::array<double, 3> memory;
-  for (int c = 0; c < 3; ++c) memory[c] = elementary::exp(-model.walk.dt / model.noise.time[c]);
-  std::array<Cue, 3> before{};
-  int before_node = -2;
+  for (int c = 0; c < 3; ++c) memory[c] = elementary::exp(-model.walk.dt / model.stride / model.noise.time[c]);
+  std::array<Cue, 3> before{};  // of the box before, at `before_time` in key frames from the first node
+  double before_time = -2.0;
+  auto between = person.between.begin();
   Row box, growth, walk, pacing, resting;  // of each kind one, of which every node changes the same numbers
   constexpr double kTiny = 1e-7;           // a gradient without curvature
   box.of_box = growth.of_box = true;
   growth.w = kTiny;
   growth.e = -1.0 / kTiny;
   box.law = Row::kBox;
-  box.power = 0.5 * (model.noise.nu + 1.0);
+  const double tempered = 1.0 / std::sqrt(static_cast<double>(model.stride));
+  box.power = tempered * 0.5 * (model.noise.nu + 1.0);
   walk.walk = true;
   pacing.reach = resting.reach = 1;
+  // A box at a share of the time from node i − 1 to node i. Its own share of a gradient is that of the newer node.
+  const auto add_box = [&](int i, double share, int cue, const Box& shown, double x, double y, const double* camera,
+                           bool visited) {
+    const BoxState at(x, y, person.log_height, person.own_edge, camera, calibration.at.data());
+    const std::array<Cue, 3> cues = box_cues(shown, at, model.noise);
+    const double time = i - 1.0 + share, earlier = before_time - (i - 1.0);  // share of the box before
+    const int steps = static_cast<int>((time - before_time) * model.stride + 0.5);
+    for (int c = 0; c < 3; ++c) {
+      const Cue &now = cues[c], &last = before[c];
+      if (!visited || !now.used || (cue >= 0 && person.nodes[i].box_absorbed[c])) continue;
+      const bool chained = earlier >= 0.0 && last.used;
+      double rho = 0.0;
+      if (chained) {
+        rho = memory[c] * std::sqrt(now.correlated * last.correlated);
+        for (int step = 1; step < steps; ++step) rho *= memory[c];
+      }
+      const double by = 1.0 / (now.std * std::sqrt(1.0 - rho * rho));  // whitened: by · now + back · last
+      const double back = chained ? -rho * now.std / last.std * by : 0.0;
+      box.node = i;
+      box.cue = cue < 0 ? -1 : c;
+      box.reach = chained || share < 1.0;
+      box.e = by * now.q + back * last.q;
+      const double scaled = box.e * box.e / model.noise.nu;
+      box.w = tempered * (model.noise.nu + 1.0) / (model.noise.nu * (1.0 + scaled));
+      box.base = 1.0 + scaled;
+      const double now_newer = by * share, last_newer = back * earlier;
+      const double now_older = by * (1.0 - share), last_older = back * (1.0 - earlier);
+      for (int a = 0; a < 2; ++a) {
+        box.by[kSlotPlace + a] = now_newer * now.by[kX + a] + last_newer * last.by[kX + a];
+        box.by[kSlotPlaceBefore + a] = now_older * now.by[kX + a] + last_older * last.by[kX + a];
+        box.by[kSlotHeight + a] = by * now.by[kLogHeight + a] + back * last.by[kLogHeight + a];
+      }
+      for (int g = 0; g < kBoxGlobals; ++g) box.by[kSlotShared + g] = by * now.by_global[g] + back * last.by_global[g];
+      for (int k = 0; k < kFrame; ++k) {
+        box.by[kSlotCamera + k] = now_newer * now.by[kPoseX + k] + last_newer * last.by[kPoseX + k];
+        box.by[kSlotCameraBefore + k] = now_older * now.by[kPoseX + k] + last_older * last.by[kPoseX + k];
+      }
+      visit(box);
+    }
+    before = cues;
+    before_time = time;
+  };
   for (int i = std::max(0, nodes.first - 1); i < end; ++i) {
     const Node& node = person.nodes[i];
     const bool visited = i >= nodes.first;
@@ -137,44 +183,32 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         visit(row);
       }
     }
-    if (node.seen && nodes.boxes) {
-      const BoxState at(node.at[0], node.at[1], person.log_height, person.own_edge, frames[person.first + i].at.data(),
-                        calibration.at.data());
-      const std::array<Cue, 3> cues = box_cues(node.box, at, model.noise);
-      std::array<bool, 3> chained;
-      std::array<double, 3> by, back;  // whitened: `by` times a cue and back times the one before
-      for (int c = 0; c < 3; ++c) {
-        chained[c] = before_node == i - 1 && before[c].used;
-        const double rho = chained[c] ? memory[c] * std::sqrt(cues[c].correlated * before[c].correlated) : 0.0;
-        by[c] = 1.0 / (cues[c].std * std::sqrt(1.0 - rho * rho));
-        back[c] = chained[c] ? -rho * cues[c].std / before[c].std * by[c] : 0.0;
+    while (between != person.between.end() && between->node < i) ++between;
+    for (; nodes.boxes && between != person.between.end() && between->node == i; ++between) {
+      const std::array<double, kFrame>&last = frames[person.first + i - 1].at, &next = frames[person.first + i].at;
+      const double s = between->share, *place = person.nodes[i - 1].at.data();
+      std::array<double, kFrame> camera;
+      for (int k = 0; k < kFrame; ++k) camera[k] = last[k] + s * (next[k] - last[k]);
+      for (int axis = 0; visited && between->given && axis < 2; ++axis) {
+        Row row;
+        row.node = i;
+        row.reach = 1;
+        row.e = place[axis] + s * (node.at[axis] - place[axis]) - between->given_at[axis];
+        const double sigma = kBetween * model.walk.dt * std::min(s, 1.0 - s);
+        row.w = 1.0 / (sigma * sigma);
+        row.cost = 0.5 * row.w * row.e * row.e;
+        row.by[kSlotPlace + axis] = s;
+        row.by[kSlotPlaceBefore + axis] = 1.0 - s;
+        visit(row);
       }
-      for (int c = 0; c < 3; ++c) {
-        if (!visited || !cues[c].used || node.box_absorbed[c]) continue;
-        const Cue &now = cues[c], &last = before[c];
-        box.node = i;
-        box.cue = c;
-        box.reach = chained[c];
-        box.e = by[c] * now.q + back[c] * last.q;
-        const double scaled = box.e * box.e / model.noise.nu;
-        box.w = (model.noise.nu + 1.0) / (model.noise.nu * (1.0 + scaled));
-        box.base = 1.0 + scaled;
-        for (int a = 0; a < 2; ++a) {
-          box.by[kSlotPlace + a] = by[c] * now.by[kX + a];
-          box.by[kSlotPlaceBefore + a] = back[c] * last.by[kX + a];
-          box.by[kSlotHeight + a] = by[c] * now.by[kLogHeight + a] + back[c] * last.by[kLogHeight + a];
-        }
-        for (int g = 0; g < kBoxGlobals; ++g)
-          box.by[kSlotShared + g] = by[c] * now.by_global[g] + back[c] * last.by_global[g];
-        for (int k = 0; k < kFrame; ++k) {
-          box.by[kSlotCamera + k] = by[c] * now.by[kPoseX + k];
-          box.by[kSlotCameraBefore + k] = back[c] * last.by[kPoseX + k];
-        }
-        visit(box);
-      }
-      before = cues;
-      before_node = i;
+      if (!between->seen) continue;
+      Box shown = between->box;
+      shown.hidden = node.seen && node.box.hidden;
+      add_box(i, s, -1, shown, place[0] + s * (node.at[0] - place[0]), place[1] + s * (node.at[1] - place[1]),
+              camera.data(), visited);
     }
+    if (node.seen && nodes.boxes)
+      add_box(i, 1.0, 0, node.box, node.at[0], node.at[1], frames[person.first + i].at.data(), visited);
     if (visited && nodes.boxes) {
       growth.node = i;
       set_scale_row(node, frames[person.first + i], growth);
