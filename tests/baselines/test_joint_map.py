@@ -580,7 +580,7 @@ def test_a_runner_whose_place_jumps_leaves_the_cost_finite() -> None:
 
 
 @pytest.mark.slow
-def test_errors_of_a_drive_hardly_depend_on_the_frame_rate() -> None:
+def test_a_higher_frame_rate_does_not_increase_errors() -> None:
     errors = np.zeros((4, 2))
     for row, rate in enumerate((5, 10, 15, 30)):
         for seed in range(5):
@@ -589,7 +589,7 @@ def test_errors_of_a_drive_hardly_depend_on_the_frame_rate() -> None:
             poses, places = (np.stack([answer[name] for answer in answers]) for name in ("pose", "places"))
             off, away = (poses - scene.poses)[:, :2], (places - scene.places)[~np.isnan(scene.boxes[..., 0])]
             errors[row] += np.hypot(*off.T).mean(), np.hypot(*away.T).mean()
-    assert np.all(errors.max(axis=0) < 1.25 * errors.min(axis=0))
+    assert np.all(errors[1:] < 1.1 * errors[0])
 
 
 def square(seed: int, frames: int = 40, people: int = 10) -> Truth:
@@ -669,13 +669,14 @@ def test_given_places_that_contradict_a_box_do_not_send_the_camera_away() -> Non
     assert np.hypot(*(answer["pose"] - scene.poses[-1])[:2]) < 50.0
 
 
+@pytest.mark.parametrize("rate", [5, 10])
 @pytest.mark.parametrize("carrier", ["person", "unknown"])
-def test_a_camera_that_moves_evenly_is_not_taken_for_one_that_stands(carrier: Carrier) -> None:
+def test_a_camera_that_moves_evenly_is_not_taken_for_one_that_stands(carrier: Carrier, rate: int) -> None:
     """Its yaw does not change, which heads hardly do; only the speed of people speaks for motion."""
-    off, stated = [], {"dt": 0.1, "carrier": CARRIERS.index(carrier), "box_edge": 0.0, "box_std": 0.02}
+    off, stated = [], {"dt": 1.0 / rate, "carrier": CARRIERS.index(carrier), "box_edge": 0.0, "box_std": 0.02}
     for seed in range(5):
-        scene = drive(seed, 10, 6.0, 1.3, 12)
-        answers = Run(12, known=False, changes=stated).through(scene, given=0, poses_given=1)
+        scene = drive(seed, rate, 6.0, 1.3, 24)
+        answers = Run(24, known=False, changes=stated).through(scene, given=0, poses_given=1)
         off.append(np.hypot(*(answers[-1]["pose"] - scene.poses[-1])[:2]))
     assert np.median(off) < 0.8
 

@@ -272,7 +272,7 @@ class Estimator {
     window_.weigh_walks(model_);
     learn_walk();
     learn_pace(window_, model_);
-    learn_roughness(window_.frames, window_.posterior, constants.walk_own, model_.motion);
+    learn_roughness(window_.frames, window_.posterior, evenness_weight(), model_.motion);
     if (learns_) learn_boxes();
     moved_ = Pose{};
     moved_spread_ = Spread{};
@@ -757,12 +757,15 @@ class Estimator {
     }
   }
 
+  /// Weight in key frames of the prior of the roughness of the camera's motion; the same time at all frame rates.
+  double evenness_weight() const { return constants.walk_own * recording_.dt / 0.4; }
+
   /// Cost of what is learned, by its priors: people's mean speed, and the roughness of the camera's motion.
   double learned_cost(const Model& model) const {
     const double off = (model.people.pace.walking - constants.walking) / constants.walking_mean_std;
     double sum = 0.5 * off * off;
     for (const double r : model.motion.roughness)
-      sum += 0.5 * constants.walk_own * (2.0 * elementary::log(r) + 1.0 / (r * r) - 1.0);
+      sum += 0.5 * evenness_weight() * (2.0 * elementary::log(r) + 1.0 / (r * r) - 1.0);
     return sum;
   }
 
@@ -821,12 +824,12 @@ class Estimator {
     other = window_;  // a camera that walks, minimised without the mode in which it stands
     model = model_;
     other.slow_down(walking);
-    other.trial.steps = size;
+    other.trial.steps = newest;
     other.trial.out[kStand] = true;
     learn_pace(other, model);
     other.solve(model, kTried, least);
     learn_pace(other, model);
-    learn_roughness(other.frames, other.posterior, constants.walk_own, model.motion);
+    learn_roughness(other.frames, other.posterior, evenness_weight(), model.motion);
     other.trial = Trial();
     take_if_better(other, model, solution, nats);
   }
