@@ -137,10 +137,11 @@ class Run:
 
 
 @pytest.mark.parametrize("known", [True, False])
-@pytest.mark.parametrize("size", [6, 20])
-def test_gradients_of_all_rows_are_those_of_the_cost(known: bool, size: int) -> None:
-    run = Run(5, known=known, size=size)
-    run.through(crowd(12, 5, edge=0.0 if known else 0.2))
+@pytest.mark.parametrize(("size", "dt"), [(6, DT), (20, DT), (4, 0.1), (20, 0.07)])
+def test_gradients_of_all_rows_are_those_of_the_cost(known: bool, size: int, dt: float) -> None:
+    """Boxes and given values between key frames, every .2 s, depend on two of them."""
+    run = Run(5, known=known, size=size, changes={"dt": dt})
+    run.through(crowd(12, 5, edge=0.0 if known else 0.2), given=4, poses_given=4)
     names = ("path", "height", "own edge", "calibration", "camera")
     errors = dict(zip(names, run.core.gradient_errors(), strict=True))
     assert all(error < 1e-3 for error in errors.values()), errors
@@ -159,9 +160,11 @@ def dense_step(core: Estimator) -> FloatArray:
 
 
 @pytest.mark.parametrize("known", [True, False])
-@pytest.mark.parametrize(("people", "frames", "size"), [(3, 5, 20), (3, 12, 6)])
-def test_elimination_takes_the_step_of_the_dense_system(people: int, frames: int, size: int, known: bool) -> None:
-    run = Run(people, known=known, size=size, rounds=1.0)
+@pytest.mark.parametrize(("people", "frames", "size", "dt"), [(3, 5, 20, DT), (3, 12, 6, DT), (3, 12, 4, 0.07)])
+def test_elimination_takes_the_step_of_the_dense_system(
+    people: int, frames: int, size: int, dt: float, known: bool
+) -> None:
+    run = Run(people, known=known, size=size, rounds=1.0, changes={"dt": dt})
     run.through(crowd(frames, people, edge=0.0 if known else 0.2, noise=3.0))
     step = run.core.eliminated_step()
     assert len(step) > 0
