@@ -29,9 +29,8 @@ struct Constants {
   double gait_speed = 0.15, gait_time = 0.1;  ///< m/s and s, velocity noise within a stride [F]
   double walk_nu = 5.0;                       ///< degrees of freedom of the innovations [F]
   double walk_people = 20.0;                  ///< weight in innovations of the prior of the crowd's variance [F]
-  double walk_own =
-      8.0;  ///< the same of the crowd's variance as prior of a person's, and of the camera's scale (at .4 s) [S]
-  double pace = 0.15;                              ///< 1/s, weight of the prior of speed [S]
+  double walk_own = 8.0;  ///< of the crowd's variance as prior of a person's, of the camera's scale at .4 s [S]
+  double pace = 0.15;     ///< 1/s, weight of the prior of speed [S]
   double walking = 1.3, walking_std = 0.35;        ///< m/s, speed of people who walk [L]
   double walking_mean_std = 0.1;                   ///< m/s, standard deviation of a crowd's mean about it [S]
   double standing = 0.06, standing_weight = 0.25;  ///< m/s, Cauchy scale of people who stand, and its weight [F]
