@@ -672,6 +672,16 @@ def test_given_places_that_contradict_a_box_do_not_send_the_camera_away() -> Non
     assert np.hypot(*(answer["pose"] - scene.poses[-1])[:2]) < 50.0
 
 
+@pytest.mark.parametrize(("speed", "most"), [(0.0, 0.1), (0.7, 0.4)])
+def test_a_camera_of_a_person_strolls_or_stands(speed: float, most: float) -> None:
+    off, stated = [], {"dt": 0.1, "carrier": CARRIERS.index("person"), "box_edge": 0.0, "box_std": 0.02}
+    for seed in range(5):
+        scene = drive(seed, 10, 6.0, speed, 24)
+        answers = Run(24, known=False, changes=stated).through(scene, given=0, poses_given=1)
+        off.append(np.hypot(*(answers[-1]["pose"] - scene.poses[-1])[:2]))
+    assert np.median(off) < most
+
+
 @pytest.mark.parametrize("rate", [5, 10])
 @pytest.mark.parametrize("carrier", ["person", "unknown"])
 def test_a_camera_that_moves_evenly_is_not_taken_for_one_that_stands(carrier: Carrier, rate: int) -> None:

@@ -71,6 +71,7 @@ constexpr double kVague = 0.3;                       ///< m and rad, largest σ 
 constexpr int kTried = 3;                            ///< newest steps of the hypothesis that a standing camera moves
 constexpr double kSurer = 1.0;                       ///< nats by which another hypothesis must be better
 constexpr double kSurerEach = 0.5;                   ///< the same for each person who has the common velocity
+constexpr double kWalks = 3.0;  ///< nats by which it is more probable that a person who carries a camera walks
 
 /// The pose of the camera (column −1), or the place of a column, that was given in a frame.
 struct GivenValue {
@@ -831,7 +832,7 @@ class Estimator {
     learn_pace(other, model);
     learn_roughness(other.frames, other.posterior, evenness_weight(), model.motion);
     other.trial = Trial();
-    take_if_better(other, model, solution, nats);
+    take_if_better(other, model, solution, recording_.carrier == kPerson ? -kWalks : nats);
   }
 
   /// Solves another window, and takes it with its model if its cost is lower by so many nats.
