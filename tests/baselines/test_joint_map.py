@@ -672,6 +672,28 @@ def test_given_places_that_contradict_a_box_do_not_send_the_camera_away() -> Non
     assert np.hypot(*(answer["pose"] - scene.poses[-1])[:2]) < 50.0
 
 
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("dt", [0.1, 0.067])
+def test_with_all_frames_before_given_each_frame_is_as_good_as_a_key_frame(dt: float, known: bool) -> None:
+    """Key frames are .2 s apart; what is given up to the last frame holds in those between, too."""
+    frames, rng = 16, np.random.default_rng(5)
+    poses = np.stack([1.2 * dt * np.arange(frames), np.zeros(frames), 0.2 * dt * np.arange(frames)], axis=-1)
+    places = (
+        np.array([[6.0, -2.0], [8.0, 1.0], [7.0, 2.5]]) + np.array([0.9, 0.3]) * dt * np.arange(frames)[:, None, None]
+    )
+    boxes = boxes_of(poses, places, np.full(3, 1.7), noise=1.0, rng=rng)
+    run = Run(3, known=known, changes={"dt": dt})
+    for t in range(frames):
+        given, positions = NOWHERE.copy(), np.full((3, 3, 2), np.nan)
+        for back in (1, 2):
+            if t >= back:
+                given[2 - back], positions[2 - back] = poses[t - back], places[t - back]
+        answer = run.step(boxes=np.ascontiguousarray(boxes[t]), poses=given, positions=positions)
+        if t > 3:
+            assert np.abs(answer["pose"] - poses[t]).max() < 0.03
+            assert np.hypot(*(answer["places"] - places[t]).T).max() < 0.06
+
+
 @pytest.mark.parametrize(("speed", "most"), [(0.0, 0.1), (0.7, 0.4)])
 def test_a_camera_of_a_person_strolls_or_stands(speed: float, most: float) -> None:
     off, stated = [], {"dt": 0.1, "carrier": CARRIERS.index("person"), "box_edge": 0.0, "box_std": 0.02}

@@ -317,7 +317,20 @@ class Estimator {
     const int newest = static_cast<int>(frames.size()) - 1, columns = recording_.columns;
     const double share = static_cast<double>(age_ % stride_) / stride_;
     Frame frame = frames.back();
-    if (moved_known_) {
+    const double *last = input.poses + 3, *before = input.poses;  // given in the frames before
+    if (!std::isnan(last[0])) {
+      std::copy_n(last, kPose, frame.at.begin());
+      const bool measured = !std::isnan(input.motion[0]);
+      const double c = elementary::cos(last[2]), s = elementary::sin(last[2]);
+      if (measured) {
+        frame.at[0] += c * input.motion[0] - s * input.motion[1];
+        frame.at[1] += s * input.motion[0] + c * input.motion[1];
+        frame.at[2] += input.motion[2];
+      } else if (!std::isnan(before[0])) {
+        for (int a = 0; a < 2; ++a) frame.at[a] += last[a] - before[a];
+        frame.at[2] += wrap(last[2] - before[2]);
+      }
+    } else if (moved_known_) {
       const double c = elementary::cos(frame.at[2]), s = elementary::sin(frame.at[2]);
       frame.at[0] += c * moved_[0] - s * moved_[1];
       frame.at[1] += s * moved_[0] + c * moved_[1];
@@ -338,8 +351,8 @@ class Estimator {
         const double steps = newest - person.last() + share, time = steps * recording_.dt;
         one.at = person.nodes[n - 1].at;
         if (n > 1) {
-          const auto& before = person.nodes[n - 2].at;
-          const double vx = one.at[0] - before[0], vy = one.at[1] - before[1];
+          const auto& older = person.nodes[n - 2].at;
+          const double vx = one.at[0] - older[0], vy = one.at[1] - older[1];
           const double fastest = kFastestPerson * recording_.dt / (elementary::hypot(vx, vy) + 1e-9);
           one.at[0] += steps * std::min(1.0, fastest) * vx;
           one.at[1] += steps * std::min(1.0, fastest) * vy;
@@ -347,14 +360,25 @@ class Estimator {
         one.variance = kStray * kStray + (n > 1 ? square(kFlowSpeed * (time - share * recording_.dt)) +
                                                       constants.acceleration * time * time * time / 3.0
                                                 : square(constants.walking * time));
+        const double* given = input.positions + 2 * (columns + k);  // in the frame before, and before that
+        const double* earlier = input.positions + 2 * k;
+        if (!std::isnan(given[0])) {
+          const bool moves = !std::isnan(earlier[0]);
+          for (int a = 0; a < 2; ++a) one.at[a] = given[a] + (moves ? given[a] - earlier[a] : 0.0);
+          one.variance = square((moves ? constants.gait_speed : constants.walking) * recording_.dt / stride_);
+        }
         one.range = elementary::exp(person.log_height) / box.length + window_.calibration.at[kEdge];
-        one.range_error = box.cut & (kFeetCut | kHeadCut) ? INFINITY : model_.people.noise.share[1] * one.range + 1e-3;
+        const BoxNoise& noise = model_.people.noise;
+        const double pixel = noise.pixel / box.pixels;
+        one.range_error = box.cut & (kFeetCut | kHeadCut)
+                              ? INFINITY
+                              : one.range * std::sqrt(square(noise.share[1]) + 2.0 * pixel * pixel);
         const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
         one.bearing = frame.at[2] - (box.azimuth - window_.calibration.at[kOffset]);  // in the world
-        one.bearing_error = model_.people.noise.share[0] * box.width;
+        one.bearing_error = elementary::hypot(noise.share[0], pixel) * box.width;
         const double off = wrap(elementary::atan2(dy, dx) - one.bearing);
         const double variance = square(one.bearing_error) + one.variance / (r * r);
-        const double weight = student(off * off / variance, model_.people.noise.nu, 1.0).weight / variance;
+        const double weight = student(off * off / variance, noise.nu, 1.0).weight / variance;
         turn += weight * off;
         information += weight;
       } else {
@@ -375,9 +399,9 @@ class Estimator {
       }
       for (int a = 0; a < 2; ++a) output.positions[2 * one.column + a] = one.at[a];
     }
-    output.pose[0] = frame.at[0];
-    output.pose[1] = frame.at[1];
-    output.pose[2] = wrap(frame.at[2]);
+    const double* given = input.poses + 6;
+    for (int a = 0; a < kPose; ++a) output.pose[a] = std::isnan(given[0]) ? frame.at[a] : given[a];
+    output.pose[2] = wrap(output.pose[2]);
     for (int k = 0; k < columns; ++k) {
       const double* at = input.positions + 2 * (2 * columns + k);
       if (std::isnan(at[0])) continue;

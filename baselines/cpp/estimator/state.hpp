@@ -14,10 +14,10 @@ namespace vbbench {
 
 constexpr int kPose = 3, kFrame = 5;  ///< unknowns of a pose, and of a frame with its sway
 constexpr int kHeld = 2;              ///< number of frames at the beginning of a full window whose poses are held fixed
-constexpr double kBetween =
-    0.05;                        ///< m/s and rad/s by which people and camera leave a straight line between key frames
-constexpr double kGiven = 1e-3;  ///< m, standard deviation of a given place
-constexpr double kGivenPose = 1e-5;  ///< m and rad, of a given pose
+constexpr double kBetween = 0.05;     ///< m/s by which people and camera leave straight lines between key frames
+constexpr double kBetweenTurn = 0.3;  ///< rad/s by which the yaw does
+constexpr double kGiven = 1e-3;       ///< m, standard deviation of a given place
+constexpr double kGivenPose = 1e-5;   ///< m and rad, of a given pose
 
 /// Motion of the camera since the frame before, as its odometry measured it, with its information.
 struct Motion {

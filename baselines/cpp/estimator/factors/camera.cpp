@@ -64,7 +64,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
     }
     for (int c = 0; frame.between > 0.0 && c < 3; ++c) {
       const double s = frame.between;
-      const double sigma = kBetween * motion.dt * std::min(s, 1.0 - s);
+      const double sigma = (c == 2 ? kBetweenTurn : kBetween) * motion.dt * std::min(s, 1.0 - s);
       CameraRow row;
       row.e = (1.0 - s) * frames[t - 1].at[c] + s * frame.at[c] - frame.between_pose[c];
       row.w = 1.0 / (sigma * sigma);
