@@ -16,7 +16,7 @@ from pathlib import Path
 from markdown_it import MarkdownIt
 from packaging.metadata import Metadata
 
-LARGEST = 7_800_000
+LARGEST = 7_900_000
 """Bytes of a wheel or an sdist; today 7.3 and 6.4 million: 3.7 published results, .7 weights, .6 modules, .4 films."""
 
 COMPILED = (".so", ".pyd")
