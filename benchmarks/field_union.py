@@ -90,10 +90,10 @@ def residuals(dataset: Dataset, sequence: Sequence) -> tuple[FloatArray, float] 
         column = np.where(whole, shorter_way(u - exact[..., 0], camera.period), np.nan)
         foot = np.where(whole, bottom - near[..., 1] - 0.5 * near[..., 2], np.nan)
         height = np.where(whole, np.log(length / near[..., 2]), np.nan)
-    slopes = np.stack([np.ones(whole.sum()), (u - 0.5 * width)[whole], length[whole]], axis=-1)
-    model, size = slopes / length[whole, None], (foot / length)[whole]
+    terms = np.stack([np.ones(whole.sum()), (u - 0.5 * width)[whole], length[whole]], axis=-1)
+    model, size = terms / length[whole, None], (foot / length)[whole]
     plane = least_squares(lambda x: model @ x - size, np.zeros(3), loss="soft_l1", f_scale=0.03, x_scale="jac")  # type: ignore[misc]
-    foot[whole] -= slopes @ plane.x
+    foot[whole] -= terms @ plane.x
     for t, row in enumerate(whole):
         people = np.count_nonzero(row)
         foot[t] = (foot[t] - np.median(foot[t, row])) * (people / (people - 1)) ** 0.5 if people > 2 else np.nan

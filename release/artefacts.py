@@ -17,7 +17,7 @@ from markdown_it import MarkdownIt
 from packaging.metadata import Metadata
 
 LARGEST = 7_900_000
-"""Bytes of a wheel or an sdist; today 7.3 and 6.4 million: 3.7 published results, .7 weights, .6 modules, .4 films."""
+"""Bytes of a wheel or an sdist; today 7.8 million: 4.4 published results, .9 films, .7 modules, .6 weights."""
 
 COMPILED = (".so", ".pyd")
 """Endings of extension modules; what stands before names Python and platform."""

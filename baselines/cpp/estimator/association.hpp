@@ -34,9 +34,7 @@ class Association {
       const Person& person = window.people[p];
       if (person.last() != newest || person.frames() < 2) continue;
       const Node& node = person.nodes.back();
-      bool given = node.given;
-      for (const Between& one : person.between) given = given || (one.given && one.node == person.frames() - 1);
-      if (!node.seen || given || node.box.cut) continue;
+      if (!node.seen || node.given || person.given_between() || node.box.cut) continue;
       ++again;
       const double chance = surprise(window, person, model) > kDoubt ? another(window, person, model) : 0.0;
       kept_ += 1.0;

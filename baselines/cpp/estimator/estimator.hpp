@@ -310,8 +310,17 @@ class Estimator {
     double bearing, bearing_error;        ///< rad; NaN: there is no path yet
   };
 
-  /// Estimates a frame between key frames: constant velocity of the camera, with its yaw by the bearings of people at
-  /// constant velocity, who are then moved across their rays onto the measured bearings.
+  /// Moves a frame by odometry: forward, left and turn.
+  static void move(Frame& frame, const double* motion) {
+    const double c = elementary::cos(frame.at[2]), s = elementary::sin(frame.at[2]);
+    frame.at[0] += c * motion[0] - s * motion[1];
+    frame.at[1] += s * motion[0] + c * motion[1];
+    frame.at[2] += motion[2];
+  }
+
+  /// Estimates a frame between key frames. The camera moves on from the pose given in the frame before, or from the
+  /// last key frame, with its yaw by the bearings of people at constant velocity. The bearing and range of each
+  /// person's box then correct the place.
   void between_key_frames(const Input& input, Output& output) {
     const std::vector<Frame>& frames = window_.frames;
     const int newest = static_cast<int>(frames.size()) - 1, columns = recording_.columns;
@@ -320,21 +329,14 @@ class Estimator {
     const double *last = input.poses + 3, *before = input.poses;  // given in the frames before
     if (!std::isnan(last[0])) {
       std::copy_n(last, kPose, frame.at.begin());
-      const bool measured = !std::isnan(input.motion[0]);
-      const double c = elementary::cos(last[2]), s = elementary::sin(last[2]);
-      if (measured) {
-        frame.at[0] += c * input.motion[0] - s * input.motion[1];
-        frame.at[1] += s * input.motion[0] + c * input.motion[1];
-        frame.at[2] += input.motion[2];
+      if (!std::isnan(input.motion[0])) {
+        move(frame, input.motion);
       } else if (!std::isnan(before[0])) {
         for (int a = 0; a < 2; ++a) frame.at[a] += last[a] - before[a];
         frame.at[2] += wrap(last[2] - before[2]);
       }
     } else if (moved_known_) {
-      const double c = elementary::cos(frame.at[2]), s = elementary::sin(frame.at[2]);
-      frame.at[0] += c * moved_[0] - s * moved_[1];
-      frame.at[1] += s * moved_[0] + c * moved_[1];
-      frame.at[2] += moved_[2];
+      move(frame, moved_.data());
     } else if (newest > 0) {
       for (int a = 0; a < 3; ++a) frame.at[a] += share * (frames[newest].at[a] - frames[newest - 1].at[a]);
     }
@@ -537,12 +539,12 @@ class Estimator {
     for (Person& person : window_.people) {
       Node& node = person.nodes.back();
       if (person.last() != newest || !node.seen) continue;
-      for (const Between& one : person.between)
-        if (one.given && !node.given && one.node == person.frames() - 1) {
-          node.given = true;
-          node.given_at = one.given_at;
-          node.given_std = constants.walking * (1.0 - one.share) * recording_.dt;
-        }
+      const Between* one = person.given_between();
+      if (!node.given && one) {
+        node.given = true;
+        node.given_at = one->given_at;
+        node.given_std = constants.walking * (1.0 - one->share) * recording_.dt;
+      }
       if (!node.given) continue;
       const double r = elementary::exp(person.log_height) / node.box.length + window_.calibration.at[kEdge];
       pairs.push_back({r * elementary::cos(node.box.azimuth), -r * elementary::sin(node.box.azimuth), node.given_at[0],

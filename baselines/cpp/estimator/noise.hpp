@@ -21,7 +21,10 @@ class NoiseLearner {
     dt_ = dt;
     noise_ = first;
     for (int s = 0; s < kShares; ++s) share_[s] = 0.002 * elementary::exp(s * (elementary::log(80.0) / (kShares - 1)));
-    for (int t = 0; t < kTimes; ++t) time_[t] = 0.05 * elementary::exp(t * (elementary::log(400.0) / (kTimes - 1)));
+    for (int t = 0; t < kTimes; ++t) {
+      time_[t] = 0.05 * elementary::exp(t * (elementary::log(400.0) / (kTimes - 1)));
+      memory_[t] = elementary::exp(-dt_ / time_[t]);
+    }
     for (int c = 0; c < 3; ++c)
       for (int s = 0; s < kShares; ++s)
         for (int t = 0; t < kTimes; ++t) {
@@ -78,8 +81,6 @@ class NoiseLearner {
   /// Weighs the grid by the cues of a box, given those of the box before, if that was in the frame before.
   void add(const std::array<Cue, 3>& now, const std::array<Cue, 3>& before, const Box& box,
            const std::array<double, 3>& leverage) {
-    std::array<double, kTimes> memory;
-    for (int t = 0; t < kTimes; ++t) memory[t] = elementary::exp(-dt_ / time_[t]);
     const double counts = std::sqrt(std::min(1.0, dt_ / 0.4)), pixel = noise_.pixel / box.pixels;
     Innovation innovation;
     for (int c = 0; c < 3; ++c) {
@@ -89,7 +90,7 @@ class NoiseLearner {
       for (int s = 0; s < kShares; ++s) {
         const double variance = share_[s] * share_[s] + white, correlated = share_[s] * share_[s] / variance;
         for (int t = 0; t < kTimes; ++t) {
-          const double rho = before[c].used ? correlated * memory[t] : 0.0, e = now[c].q - rho * before[c].q;
+          const double rho = before[c].used ? correlated * memory_[t] : 0.0, e = now[c].q - rho * before[c].q;
           const double rest = variance * (1.0 - rho * rho);
           innovation.variance[s * kTimes + t] = rest;
           innovation.square[s * kTimes + t] = e * e / decided / rest;
@@ -129,7 +130,7 @@ class NoiseLearner {
   double nu_ = 6.0, dt_ = 0.4;
   BoxNoise noise_;
   std::array<double, kShares> share_;
-  std::array<double, kTimes> time_;
+  std::array<double, kTimes> time_, memory_;  ///< s, and the correlation of boxes one frame apart
   std::array<std::array<double, kGrid>, 3> weight_;
 };
 

@@ -89,6 +89,13 @@ struct Person {
   int frames() const { return static_cast<int>(nodes.size()); }
   int last() const { return first + frames() - 1; }
 
+  /// What was given last between the newest two key frames, if anything was.
+  const Between* given_between() const {
+    for (auto one = between.rbegin(); one != between.rend() && one->node == frames() - 1; ++one)
+      if (one->given) return &*one;
+    return nullptr;
+  }
+
   template <class Archive>
   void archive(Archive& a) {
     a(column), a(shown), a(first), a(nodes), a(between), a(log_height), a(own_edge), a(height_mean), a(height_std),

@@ -39,7 +39,7 @@ struct Row {
 
   double e = 0.0, w = 0.0, cost = 0.0, power = 0.0, base = 1.0;
   int node = -1;  ///< the newest node of the row; −1: the row depends on height or own edge alone
-  int cue = -1;   ///< index of a box's cue
+  int cue = -1;   ///< index of a box's cue, in a key frame
   Law law = kGaussian;
   bool of_box = false, walk = false;  ///< residual of a box; innovation of the path, whose gradient is `chain`
   int axis = 0, reach = 0;            ///< axis of an innovation; number of nodes before the newest one
@@ -128,15 +128,16 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   walk.walk = true;
   pacing.reach = resting.reach = 1;
   // A box at a share of the time from node i − 1 to node i. Its own share of a gradient is that of the newer node.
-  const auto add_box = [&](int i, double share, int cue, const Box& shown, double x, double y, const double* camera,
+  const auto add_box = [&](int i, double share, const Box& shown, double x, double y, const double* camera,
                            bool visited) {
+    const bool in_key_frame = share == 1.0;
     const BoxState at(x, y, person.log_height, person.own_edge, camera, calibration.at.data());
     const std::array<Cue, 3> cues = box_cues(shown, at, model.noise);
     const double time = i - 1.0 + share, earlier = before_time - (i - 1.0);  // share of the box before
     const int steps = static_cast<int>((time - before_time) * model.stride + 0.5);
     for (int c = 0; c < 3; ++c) {
       const Cue &now = cues[c], &last = before[c];
-      if (!visited || !now.used || (cue >= 0 && person.nodes[i].box_absorbed[c])) continue;
+      if (!visited || !now.used || (in_key_frame && person.nodes[i].box_absorbed[c])) continue;
       const bool chained = earlier >= 0.0 && last.used;
       double rho = 0.0;
       if (chained) {
@@ -146,8 +147,8 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
       const double by = 1.0 / (now.std * std::sqrt(1.0 - rho * rho));  // whitened: by · now + back · last
       const double back = chained ? -rho * now.std / last.std * by : 0.0;
       box.node = i;
-      box.cue = cue < 0 ? -1 : c;
-      box.reach = chained || share < 1.0;
+      box.cue = in_key_frame ? c : -1;
+      box.reach = chained || !in_key_frame;
       box.e = by * now.q + back * last.q;
       const double scaled = box.e * box.e / model.noise.nu;
       box.w = tempered * (model.noise.nu + 1.0) / (model.noise.nu * (1.0 + scaled));
@@ -204,11 +205,11 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
       if (!between->seen) continue;
       Box shown = between->box;
       shown.hidden = node.seen && node.box.hidden;
-      add_box(i, s, -1, shown, place[0] + s * (node.at[0] - place[0]), place[1] + s * (node.at[1] - place[1]),
+      add_box(i, s, shown, place[0] + s * (node.at[0] - place[0]), place[1] + s * (node.at[1] - place[1]),
               camera.data(), visited);
     }
     if (node.seen && nodes.boxes)
-      add_box(i, 1.0, 0, node.box, node.at[0], node.at[1], frames[person.first + i].at.data(), visited);
+      add_box(i, 1.0, node.box, node.at[0], node.at[1], frames[person.first + i].at.data(), visited);
     if (visited && nodes.boxes) {
       growth.node = i;
       set_scale_row(node, frames[person.first + i], growth);
