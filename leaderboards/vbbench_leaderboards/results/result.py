@@ -5,7 +5,6 @@ A *board* is a split, a tier and a protocol: the table in which solvers stand ne
 """
 
 import datetime
-import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -56,14 +55,8 @@ _CODE = re.compile(r"(https?://[^\s<>\"']{1,492})?")
 LARGEST_FIGURE = 10 * LARGEST
 """No error is larger: answers and truth lie within ± `LARGEST` on each axis, and drift is over 2/3 s or more."""
 
-MOST_PAST = 200
-"""Earlier entries of a file; the oldest make room."""
-
 DIGITS = 8
 """Of an earlier figure in a file, which is kept to be seen, not to be computed with."""
-
-_EQUAL = 1e-6
-"""Figures that differ by less, relative to their size, are the same on another machine."""
 
 Interval = tuple[float | None, float | None, float | None]
 """A capped mean with the low and the high end of its 95 % interval; ``None`` = there is none."""
@@ -181,17 +174,19 @@ class Past:
         """The entry as the file has it."""
         return {**vars(self), "capped": {name: [_rounded(end) for end in ends] for name, ends in self.capped.items()}}
 
-    def has_figures_of(self, other: "Past") -> bool:
-        """Whether the figures are those of the other, on the same dataset."""
-        if self.dataset != other.dataset or set(self.capped) != set(other.capped):
-            return False
-        pairs = [pair for name, ends in self.capped.items() for pair in zip(ends, other.capped[name], strict=True)]
-        return all(_are_equal(one, two) for one, two in pairs)
+    @property
+    def release(self) -> tuple[str, ...]:
+        """Those of the solver and of vbbench; a development version, such as 0.5.0.dev12+gabc1234, counts as 0.5.0."""
+        return tuple(version.partition(".dev")[0] for version in (self.version, self.vbbench))
 
 
 def grown(history: Sequence[Past], old: Past, new: Past) -> tuple[Past, ...]:
-    """The history of a row whose figures ``old`` are replaced by ``new``; the same figures add nothing."""
-    return tuple(history) if old.has_figures_of(new) else (*history, old)[-MOST_PAST:]
+    """The history of a row whose figures ``old`` are replaced by ``new``: the last figures of each earlier release."""
+    last: dict[tuple[str, ...], Past] = {}
+    for past in (*history, old, new):
+        last.pop(past.release, None)
+        last[past.release] = past
+    return tuple(last.values())[:-1]
 
 
 def history_faults(history: Sequence[Past], date: str) -> Iterator[str]:
@@ -213,12 +208,6 @@ def history_faults(history: Sequence[Past], date: str) -> Iterator[str]:
 
 def _rounded(figure: float | None) -> float | None:
     return None if figure is None else float(f"{figure:.{DIGITS}g}")
-
-
-def _are_equal(one: float | None, other: float | None) -> bool:
-    if one is None or other is None:
-        return one is other
-    return math.isclose(one, other, rel_tol=_EQUAL, abs_tol=1e-12)
 
 
 @dataclass(frozen=True, kw_only=True, order=True)
@@ -252,7 +241,7 @@ class Result:
     submission : file name → SHA-256 of the submission's tables, by which one at hand is identified.
     score : as ``vbbench score --json`` prints it, under the name that the solver goes by here.
     per_sequence : figures of each scored sequence, to float32.
-    history : earlier figures of the row, the oldest first.
+    history : the row's last figures in each earlier release, the oldest first.
     seen : how its solver saw recordings of the board (`recordings.seen_by`); "" if not at all. No part of the file.
     """
 
@@ -352,7 +341,7 @@ def read_result(path: Path) -> Result:
 def write_result(result: Result, results: Path, record: BoardDataset | None = None) -> Path:
     """Write the file of a result below the folder ``results``, whole or not at all, and return its path.
 
-    Figures of the solver that lie there already become part of the row's history.
+    Figures of the solver that lie there already become part of the row's history, if they are of another release.
 
     Raises FileError if the result is of another form; nothing is written then.
 

@@ -180,7 +180,7 @@ class ResultForm(Form, kw_only=True):
         Meta(min_length=2, max_length=2),
     ]
     per_sequence: ResultBlockForm
-    history: Annotated[list[PastForm], Meta(min_length=1, max_length=200)] | UnsetType = UNSET
+    history: Annotated[list[PastForm], Meta(min_length=1)] | UnsetType = UNSET
     digest: Sha256
 
     def __post_init__(self) -> None:

@@ -1,6 +1,7 @@
 """Result files: what is written is read again, and nothing else is."""
 
 import base64
+import itertools
 import json
 import re
 import shutil
@@ -226,7 +227,6 @@ def test_figures_that_are_replaced_become_history(tmp_path: Path) -> None:
     assert written(tmp_path, first).history == ()
     better = written(tmp_path, result("a", ERRORS / 2, version="2.0", date="2026-02-03"))
     assert better.history == (Past.read(first.present.values()),)
-    assert better.history[0].has_figures_of(first.present)
     best = written(tmp_path, result("a", ERRORS / 3, version="3.0", date="2026-03-04", score={"solver_version": "3.0"}))
     assert [entry.version for entry in best.history] == ["1.0", "2.0"]
     assert best.history[1].capped["dx"][0] == pytest.approx(np.mean(ERRORS / 2), rel=1e-6)
@@ -237,19 +237,17 @@ def test_figures_that_are_kept_are_short_and_in_order() -> None:
     entry = past(capped={"dx": (1.0 / 3.0, 1.0 / 3.0 - 1e-12, 2.0 / 3.0), "dt": (None, None, None)})
     kept = Past.read(json.loads(json.dumps(entry.values())))
     assert kept.capped == {"dx": (0.33333333, 0.33333333, 0.66666667), "dt": (None, None, None)}
-    assert kept.has_figures_of(entry)
     assert not list(history_faults((kept,), kept.date))
 
 
-def test_the_same_figures_add_nothing(tmp_path: Path) -> None:
-    row = result("a", ERRORS)
-    written(tmp_path, row)
-    assert written(tmp_path, replace(row, about=replace(row.about, rerun_by="B. Else"))).history == ()
-
-
-def test_another_dataset_is_said(tmp_path: Path) -> None:
-    entries = grown((), past(), past(dataset="f" * 16))
-    assert [entry.dataset for entry in entries] == ["0123456789abcdef"]
+def test_history_has_the_last_figures_of_each_release() -> None:
+    history: tuple[Past, ...] = ()
+    versions = ("0.4.0", "0.5.0.dev1+gabc1234", "0.5.0.dev2+gabc1234.dirty", "0.5.0", "0.6.0.dev1", "0.6.0.dev2")
+    for old, new in itertools.pairwise(versions):
+        history = grown(history, past(version=old, vbbench=old), past(version=new, vbbench=new))
+    assert [entry.version for entry in history] == ["0.4.0", "0.5.0"]
+    both = grown(history, past(version="1.0", vbbench="0.5.0"), past(version="1.0", vbbench="0.6.0"))
+    assert [entry.vbbench for entry in both] == ["0.4.0", "0.5.0", "0.5.0"]
 
 
 def test_a_file_of_an_older_protocol_leaves_its_figures(tmp_path: Path) -> None:
@@ -260,7 +258,8 @@ def test_a_file_of_an_older_protocol_leaves_its_figures(tmp_path: Path) -> None:
     path.write_text(json.dumps(values), encoding="utf-8")
     with pytest.raises(FileError, match=r"one-step/1"):
         read_result(path)
-    assert [entry.protocol for entry in written(tmp_path, result("a", ERRORS / 2)).history] == ["one-step/1"]
+    newer = result("a", ERRORS / 2, version="2.0")
+    assert [entry.protocol for entry in written(tmp_path, newer).history] == ["one-step/1"]
 
 
 def test_a_damaged_file_leaves_nothing_and_is_replaced(tmp_path: Path) -> None:
