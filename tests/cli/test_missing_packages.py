@@ -53,7 +53,6 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("missing", "extra", "command"),
     [
         ("cv2", "render", ["render", "DATA", "--sequence", "0", "--out", "OUT.mp4"]),
-        ("trimesh", "render", ["detect", "DATA", "--sequence", "0", "--out", "OUT.txt"]),
         ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "raster"]),
         ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
         ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),

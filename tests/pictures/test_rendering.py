@@ -2,7 +2,7 @@
 
 import itertools
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import cv2
 import numpy as np
@@ -14,13 +14,11 @@ from vbbench.boxes import suppress, with_seam_copies
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
-from vbbench.exchange.detection import Detections, detect_to_file
-from vbbench.exchange.matching import true_rectangles
-from vbbench.exchange.mot import import_mot
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.pictures.film.frames import TITLE_HEIGHT, Film
+from vbbench.pictures.film import paint
+from vbbench.pictures.film.frames import TITLE_HEIGHT, Film, draw_legend
 from vbbench.pictures.rendering import Backend, Rendered, render_to_file, scene_of
 from vbbench.pictures.replay import load_replay
 from vbbench.pictures.video import KEY_FILE, frame_name, write_mp4, write_png_folder
@@ -188,11 +186,9 @@ def test_an_impossible_frame_rate_is_refused(tmp_path, fps):
         write_mp4(tmp_path / "film.mp4", failing_after(3), 9, fps)
 
 
-def test_a_negative_seed_and_a_folder_for_text_are_refused(panorama, tmp_path):
+def test_a_negative_seed_is_refused(panorama, tmp_path):
     with pytest.raises(VbbenchError, match="seed must be at least 0, not -1"):
         render_to_file(panorama, 0, tmp_path / "film.mp4", backend=Backend(name=FLAT, seed=-1))
-    with pytest.raises(VbbenchError, match="is a folder; give the name of a text file"):
-        detect_to_file(panorama, 0, tmp_path, backend=BY_FLAT)
 
 
 def test_an_unknown_backend_suggests_the_nearest(panorama, tmp_path, monkeypatch):
@@ -219,87 +215,22 @@ def test_without_truth_it_is_one_clear_error(tmp_path, capsys):
     assert read_back(tmp_path / "f.mp4")[1] == pytest.approx(2.5, rel=0.01)
 
 
+def test_a_long_caution_is_whole_below_the_film(tmp_path, monkeypatch):
+    caution = "made up for tests. " + "Every word of this must be readable, however long it is. " * 6
+    write_dataset(tmp_path / "data", Crowd(scenes=1, caution=caution))
+    lines: list[str] = []
+    monkeypatch.setattr(paint, "draw_text", lambda _canvas, text, *_rest, **_look: lines.append(text))
+    legend = draw_legend(960, load_replay(Dataset(tmp_path / "data"), 0), 10.0)
+    assert " ".join(caution.split()) in " ".join(lines)
+    assert all(paint.text_width(line, 14) <= 960 for line in lines)
+    assert legend.shape[1] == 960
+
+
 def test_false_alarms_are_marked(tmp_path):
     write_dataset(tmp_path / "tiny", Crowd(scenes=1, tier="tracked"))
     film = a_film(Dataset(tmp_path / "tiny"))
     canvas = next(film.frames([3]))
     assert np.all(canvas == (156, 42, 0), axis=-1).any()
-
-
-class Oracle:
-    """Finds everybody, and in the sky somebody who is not there, always elsewhere."""
-
-    boxes: ClassVar[Any] = None
-
-    def __init__(self) -> None:
-        self.frames = iter(self.boxes)
-
-    def detect(self, rgb: Any, period: float | None = None) -> Detections:
-        people = next(self.frames)
-        boxes = np.vstack([people, [[0.0, 40.0 * (len(people) % 2), 30.0, 40.0]]])
-        return Detections(boxes=boxes, scores=np.where(np.arange(len(boxes)) < len(people), 0.9, 0.2))
-
-
-@pytest.fixture
-def oracle(panorama: Dataset, monkeypatch: pytest.MonkeyPatch) -> str:
-    sequence = panorama.sequence(0)
-    truth = panorama.truth(sequence)
-    whole = true_rectangles(truth.positions, truth.heights, truth.poses, panorama.info.camera)
-    monkeypatch.setattr(Oracle, "boxes", [boxes[seen] for boxes, seen in zip(whole, sequence.observed, strict=True)])
-    return "tests.pictures.test_rendering:Oracle"
-
-
-def test_detections_are_written_and_counted(panorama, oracle, tmp_path):
-    sequence = panorama.sequence(0)
-    tally = detect_to_file(panorama, 0, tmp_path / "det.txt", detector=oracle, backend=BY_FLAT)
-    people = int(sequence.observed.sum())
-    assert (tally.frames, tally.people, tally.found) == (sequence.frames, people, people)
-    assert tally.boxes == people + sequence.frames
-    assert (tally.sure, tally.sure_found) == (people, people)
-    assert "found 100%" in str(tally)
-    lines = (tmp_path / "det.txt").read_text().splitlines()
-    assert len(lines) == tally.boxes
-    assert lines[-1].split(",")[0:2] == [str(sequence.frames), "-1"]
-
-
-def test_detections_that_a_tracker_links_become_a_dataset(panorama, oracle, tmp_path):
-    tracks = tmp_path / "files" / "sequence-000000.txt"
-    detect_to_file(
-        panorama,
-        0,
-        tracks,
-        detector=oracle,
-        tracker="vbbench_generators.tiers.tracking.tracker:ByteTracker",
-        backend=BY_FLAT,
-    )
-    made = import_mot(tracks.parent, panorama, tmp_path / "made")
-    source, sequence = panorama.sequence(0), made.sequence(0)
-    persons = made.track_persons(sequence)
-    assert sequence.observed.sum() > 0.5 * source.observed.sum()  # 2.5 frames a second are few for a tracker
-    assert (persons[sequence.observed] >= 0).mean() > 0.95
-
-
-class Blind:
-    """Finds nobody."""
-
-    def detect(self, rgb: Any, period: float | None = None) -> Detections:
-        return Detections(boxes=np.empty((0, 4)), scores=np.empty(0))
-
-
-def test_a_detector_that_finds_nobody_at_all_is_an_error(panorama, tmp_path):
-    out = tmp_path / "det.txt"
-    with pytest.raises(VbbenchError, match=r"Blind finds nobody in \d+ pictures; do they show people"):
-        detect_to_file(panorama, 0, out, detector=f"{__name__}:Blind", backend=BY_FLAT)
-    assert not out.exists()
-
-
-def test_an_unknown_tracker_is_found_before_anything_is_drawn(panorama, oracle, tmp_path):
-    drawn = []
-    with pytest.raises(VbbenchError, match="no tracker is called 'bite'; did you mean 'byte'"):
-        detect_to_file(
-            panorama, 0, tmp_path / "out.txt", detector=oracle, tracker="bite", backend=BY_FLAT, announce=drawn.append
-        )
-    assert not drawn
 
 
 def test_of_boxes_that_overlap_only_the_best_is_kept_round_the_seam_too():

@@ -127,38 +127,17 @@ def merge(folder: Path, /, out: Path | None = None, overwrite: bool = False) -> 
     print(merge_partitions(folder, out, overwrite=overwrite))
 
 
-def info(
-    folder: Path,
-    /,
-    json: bool = False,
-    realism: bool = False,
-    plot: Path | None = None,
-    truth: Path | None = None,
-) -> None:
-    """Print a dataset's row of Table 1 and the paper's, its parameters, and how its people walk.
+def info(folder: Path, /, json: bool = False) -> None:
+    """Print a dataset's row of Table 1 and the paper's, and its parameters.
 
     Args:
         folder: The dataset.
         json: Machine-readable.
-        realism: Distributions of speed, nearest distance, acceleration and path efficiency, next to recordings.
-        plot: With --realism: PNG file to write; default: realism.png.
-        truth: With --realism: folder with the truth tables, where they are kept elsewhere.
     """
-    from vbbench.errors import VbbenchError
     from vbbench.files.dataset_info import DatasetInfo, describe, summary_json
 
-    if not realism:
-        if plot or truth:
-            raise VbbenchError("--plot and --truth belong to --realism; add it")
-        facts = DatasetInfo.read(folder)
-        print(summary_json(facts) if json else describe(facts))
-        return
-    from vbbench.files.dataset import Dataset
-    from vbbench.realism import describe_realism, measure_realism, plot_realism_to_file, realism_json
-
-    report = measure_realism(Dataset(folder, truth))
-    picture = plot_realism_to_file(report, plot or Path("realism.png"))
-    print(realism_json(report, picture) if json else f"{describe_realism(report)}\n{picture}")
+    facts = DatasetInfo.read(folder)
+    print(summary_json(facts) if json else describe(facts))
 
 
 def verify(folder: Path, /, truth: Path | None = None) -> None:

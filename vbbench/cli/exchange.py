@@ -1,4 +1,4 @@
-"""Commands that exchange boxes and trajectories with other tools: export csv, export and import mot and tum, detect."""
+"""Commands that exchange boxes and trajectories with other tools: export csv, export and import mot and tum."""
 
 from pathlib import Path
 
@@ -125,47 +125,3 @@ def import_mot(
         announce=announce,
     )
     print(made.folder)
-
-
-def detect(
-    folder: Path,
-    /,
-    sequence: int,
-    out: Path,
-    detector: str = "hog",
-    weights: Path | None = None,
-    tracker: str | None = None,
-    every: int = 1,
-    backend: str = "auto",
-    truth: Path | None = None,
-) -> None:
-    """Run a real detector of people on the rendered pictures of a sequence; write MOTChallenge text.
-
-    Args:
-        folder: The dataset.
-        sequence: Number of the sequence.
-        out: Text file to write.
-        detector: hog, an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
-        weights: File of the detector's network: --detector yolo --weights FILE.onnx.
-        tracker: Link the detections: byte, or module:attribute of your own; 'import mot' takes the file.
-        every: Use every n-th frame only.
-        backend: The renderer; see 'vbbench render'.
-        truth: Folder with the truth tables, if they are not in the dataset.
-    """
-    from vbbench.exchange.detection import detect_to_file
-    from vbbench.files.dataset import Dataset
-    from vbbench.pictures.rendering import Backend
-
-    dataset = Dataset(folder, truth)
-    tally = detect_to_file(
-        dataset,
-        sequence,
-        out,
-        detector=detector,
-        weights=weights,
-        tracker=tracker,
-        every=every,
-        backend=Backend(name=backend),
-        announce=announce,
-    )
-    print(f"{out}: {tally}")

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from scipy.optimize import isotonic_regression
 
+from tests.lib.answers import submit, true_answers
 from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError, VbbenchError
@@ -20,6 +23,8 @@ from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.geometry import relative_to_world
 from vbbench.pictures.plotting import ego, plot_sequence, plot_to_file, save_picture, style
 from vbbench.pictures.plotting.style import free_offsets, spread, text_extent
+from vbbench.pictures.solver_colours import ON_LIGHT, solver_colour, solver_looks
+from vbbench.scoring import score
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
 
@@ -241,9 +246,61 @@ def test_a_submission_is_drawn_into_a_png(dataset: Dataset, tmp_path: Path):
     assert [file.name for file in written.parent.iterdir()] == ["a.png"]
 
 
-def test_the_same_picture_has_the_same_bytes(dataset: Dataset, tmp_path: Path):
-    first, second = (plot_to_file(dataset, 0, tmp_path / name).read_bytes() for name in ("a.png", "b.png"))
+CAUTION = "made up for tests. " + "Every word of this must be readable on the picture, however long it is. " * 6
+
+
+def drawn(axes: Any, gid: str) -> Any:
+    return next(artist for artist in axes.get_children() if artist.get_gid() == gid)
+
+
+def test_several_answers_and_one_with_faults_in_one_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    shown: list[Figure] = []
+    monkeypatch.setattr("vbbench.pictures.plotting.figure.save_picture", lambda drawing, _: shown.append(drawing))
+    data, number = tmp_path / "data", 3
+    write_dataset(data, Crowd(scenes=3, frames=40, people=8, stay=(8, 20), caution=CAUTION))
+    noise = {"good": ("vb-cv", 0.1), "bad": ("cv", 0.6), "again": ("cv", 0.3)}
+    answers = [submit(tmp_path / name, data, true_answers(data, m), solver=who) for name, (who, m) in noise.items()]
+    poses, positions = true_answers(data, 0.2)
+    careless = submit(tmp_path / "careless", data, (poses[poses["frame"] != 4], positions), solver="careless")
+    plot_to_file(Dataset(data), number, "x.png", submissions=[*answers, careless])
+    (drawing,) = shown
+    parts = {axes.get_label(): axes for axes in drawing.axes}
+    own = score(answers[0], data).per_sequence
+    assert drawn(parts["table"], "cell-1-5").get_text() == f"{own.figures['dt'][own.sequence == number][0]:.3f}"
+    truth = Dataset(data).truth(Dataset(data).sequence(number))
+    np.testing.assert_allclose(drawn(parts["map-0"], "true-path").get_xdata(), truth.poses[:, 0])
+    first, second = (drawn(parts["map-0"], f"path-cv ({name})") for name in ("bad", "again"))
+    assert to_hex(first.get_color()) == to_hex(second.get_color()) == solver_colour("cv")
+    assert first.get_linestyle() != second.get_linestyle()
+    words = " ".join(text.get_text() for text in drawing.findobj(Text))
+    assert "careless (careless) is not scored: poses.parquet" in words
+    assert " ".join(CAUTION.split()) in " ".join(words.split())
+    lines = [text.get_window_extent() for text in drawing.texts if (text.get_gid() or "").startswith("caution-")]
+    assert all(box.x0 >= 0 and box.x1 <= drawing.bbox.width and box.y0 >= 0 for box in lines)
+
+
+def test_colours_do_not_depend_on_who_else_is_shown_nor_on_the_process():
+    assert solver_looks(["a robot", "cv"])[1].colour == solver_looks(["cv"])[0].colour
+    assert solver_colour("a robot") == "#4694b4"
+    names = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
+    bundled = {solver_colour(name) for name in names}
+    assert len(bundled) == 7
+    others = {solver_colour(f"solver {n}") for n in range(50)}
+    assert not others & bundled
+    assert others <= set(ON_LIGHT)
+
+
+@pytest.mark.parametrize(("ending", "begin"), [("png", b"\x89PNG\r\n\x1a\n"), ("pdf", b"%PDF-"), ("svg", b"<?xml")])
+def test_formats_by_ending_have_the_same_bytes_each_time(dataset: Dataset, tmp_path: Path, ending: str, begin: bytes):
+    first, second = (plot_to_file(dataset, 0, tmp_path / f"{n}.{ending}").read_bytes() for n in (1, 2))
     assert first == second
+    assert first.startswith(begin)
+    if ending == "pdf":
+        assert b"/FontFile2" in first
+        assert b"CreationDate" not in first
+    if ending == "svg":
+        assert ">x (m)</text>" in first.decode()
+        assert "<dc:date>" not in first.decode()
 
 
 def test_other_endings_are_refused(tmp_path: Path):
