@@ -4,29 +4,23 @@ One command of every way of writing is rehearsed (`SCENARIOS`): stopped at all i
 can fill up.
 """
 
-import os
 import random
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
-from http.server import ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
 
-from tests.generation.test_sources import SHA256, Handler
 from tests.lib.challenges import withheld_challenge
 from tests.lib.commands import wait_until
 from tests.lib.kill_harness import Command, Point, Stage, read_tree, without_chance
 from tests.lib.rehearsal import Rehearsal, Scenario
 from tests.lib.system_calls import why_not
-from vbbench.generation.generator import Card
-from vbbench.generation.sources import Source
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(why_not() is not None, reason=str(why_not()))]
 
@@ -56,20 +50,6 @@ def accept_tiny() -> int:
     words = "challenge accept tiny-answer --challenge tiny --team honest --date 2026-12-02"
     return main(words.split())
 
-
-class Served:
-    """A split whose recording is one file of a server on this machine."""
-
-    @property
-    def card(self) -> Card:
-        address = f"http://127.0.0.1:{os.environ[PORT]}/whole"
-        return Card(
-            name="served", title="", licence="", citation="", sources=(Source("eth/tracks.txt", address, SHA256),)
-        )
-
-
-SERVED = Served()
-PORT = "VBBENCH_KILLS_PORT"
 
 ADD = "leaderboard add plaza-answers --dataset plaza"
 RENDER = "render data --sequence 0 --backend tests.lib.flat_renderer:FlatRenderer"
@@ -131,7 +111,6 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "challenge accept": Scenario(command=accept_tiny, found={"tiny": "tiny", "tiny-answer": "tiny-answer"}),
     "export mot": Scenario(command="export mot data --out out", found=finding("data")),
-    "fetch": Scenario(command=f"fetch {__name__}:SERVED", found={}),
     "render": Scenario(command=f"{RENDER} --out film", found=finding("data")),
 }
 """One command of every way of writing."""
@@ -139,19 +118,12 @@ SCENARIOS: dict[str, Scenario] = {
 
 @pytest.fixture(scope="module")
 def stage() -> Iterator[Stage]:
-    with pytest.MonkeyPatch.context() as patch, ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
-        Handler.asked = []
-        patch.setenv(PORT, str(server.server_port))
+    with pytest.MonkeyPatch.context() as patch:
         patch.setenv("VBBENCH_DATA", "cache")
         patch.setenv("XDG_CACHE_HOME", "cache")
-        patch.setenv("NO_PROXY", "127.0.0.1")
-        serving = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
-        serving.start()
         made = Stage(SCENERY)
         yield made
         made.close()
-        server.shutdown()
-        serving.join()
 
 
 def spread(points: Sequence[Point], count: int) -> list[Point]:

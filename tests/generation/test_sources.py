@@ -1,7 +1,6 @@
 """Sources are found, checked and fetched; a bad download leaves nothing behind."""
 
 import hashlib
-import re
 import sys
 import threading
 from collections.abc import Iterator
@@ -23,24 +22,6 @@ class Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         self.asked.append(self.path)
-        wanted = re.fullmatch(r"bytes=(\d+)-", self.headers.get("Range", ""))
-        if wanted and self.path != "/forgetful":
-            self.answer_the_rest(int(wanted[1]))
-        else:
-            self.answer()
-
-    def answer_the_rest(self, start: int) -> None:
-        self.asked[-1] += f" from {start}"
-        if start >= len(BODY):
-            self.send_error(416)
-            return
-        self.send_response(206)
-        self.send_header("Content-Range", f"bytes {start}-{len(BODY) - 1}/{len(BODY)}")
-        self.send_header("Content-Length", str(len(BODY) - start))
-        self.end_headers()
-        self.wfile.write(BODY[start:])
-
-    def answer(self) -> None:
         body = BODY.replace(b"3", b"4") if self.path == "/corrupted" else BODY
         self.send_response(404 if self.path == "/absent" else 200)
         self.send_header("Content-Length", str(len(body)))
@@ -115,51 +96,7 @@ def test_bad_download_leaves_nothing(server: ThreadingHTTPServer, no_data: Path,
     assert source.url in message
     assert str(no_data / "eth/tracks.txt") in message
     assert "\n" not in message
-    left = [path.name for path in no_data.rglob("*") if path.is_file()]
-    assert left == (["tracks.txt.partial"] if page == "truncated" else [])
-
-
-def partial(no_data: Path, body: bytes) -> Path:
-    return put(no_data, "eth/tracks.txt.partial", body)
-
-
-def test_an_interrupted_download_goes_on(server: ThreadingHTTPServer, no_data: Path) -> None:
-    with pytest.raises(VbbenchError, match="the part received is kept, and the next fetch continues it"):
-        fetch([source_at(server, "truncated")])
-    (path,) = fetch([source_at(server)])
-    assert path.read_bytes() == BODY
-    assert Handler.asked == ["/truncated", "/whole from 4096"]
-    assert list(path.parent.iterdir()) == [path]
-
-
-@pytest.mark.parametrize(
-    ("page", "kept", "asked"),
-    [
-        ("forgetful", BODY[:100], ["/forgetful"]),
-        ("whole", BODY, [f"/whole from {len(BODY)}", "/whole"]),
-        ("whole", BODY + b"x", [f"/whole from {len(BODY) + 1}", "/whole"]),
-    ],
-)
-def test_a_server_that_does_not_go_on_is_asked_for_all(
-    server: ThreadingHTTPServer, no_data: Path, page: str, kept: bytes, asked: list[str]
-) -> None:
-    partial(no_data, kept)
-    assert fetch([source_at(server, page)])[0].read_bytes() == BODY
-    assert Handler.asked == asked
-
-
-def test_what_is_whole_already_is_not_asked_for(server: ThreadingHTTPServer, no_data: Path) -> None:
-    partial(no_data, BODY)
-    assert fetch([replace(source_at(server), size=len(BODY))])[0].read_bytes() == BODY
-    assert Handler.asked == []
-
-
-def test_the_rest_of_another_file_is_thrown_away(server: ThreadingHTTPServer, no_data: Path) -> None:
-    partial(no_data, b"other")
-    with pytest.raises(VbbenchError, match="wrong SHA-256"):
-        fetch([source_at(server)])
-    assert list((no_data / "eth").iterdir()) == []
-    assert fetch([source_at(server)])[0].read_bytes() == BODY
+    assert not [path.name for path in no_data.rglob("*") if path.is_file()]
 
 
 def test_no_more_is_taken_than_the_file_has(server: ThreadingHTTPServer, no_data: Path) -> None:
@@ -190,7 +127,7 @@ def test_damaged_file_stays_when_it_cannot_be_fetched_again(server: ThreadingHTT
 
 def test_unwritable_folder_is_one_clear_error(server: ThreadingHTTPServer, no_data: Path) -> None:
     put(no_data, "eth", b"a file where a folder should be")
-    with pytest.raises(VbbenchError, match=r"eth/tracks\.txt could not be fetched"):
+    with pytest.raises(VbbenchError, match=r"eth/tracks\.txt: File exists; choose another place"):
         fetch([source_at(server)])
 
 

@@ -25,8 +25,6 @@ def tiers() -> None:
 def fetch(names: tuple[str, ...], /) -> None:
     """Download the source files of splits into $VBBENCH_DATA or the user's cache folder, and check their SHA-256.
 
-    The same command continues an interrupted download.
-
     Args:
         names: Splits, such as hotel eth students.
     """
