@@ -6,11 +6,8 @@ walks, from nothing but the boxes of the people it sees (Nishimura, Nobuhara, Ni
 Everything public is reachable from here and imported on first use, so that ``import vbbench`` stays light.
 """
 
-import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from importlib.machinery import ModuleSpec
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 _HOMES = {
@@ -41,20 +38,6 @@ _HOMES = {
     "score": "scoring",
     "solve": "solving",
 }
-
-_OLDER_PATHS = {
-    "vbbench.arrays": "vbbench.geometry",
-    "vbbench.dataset": "vbbench.files.dataset",
-    "vbbench.generator": "vbbench.generation.generator",
-    "vbbench.renderer": "vbbench.pictures.rendering",
-    "vbbench.rendering": "vbbench.pictures.rendering",
-    "vbbench.simulation": "vbbench.generation.generator",
-    "vbbench.stream": "vbbench.generation.datasets",
-    "vbbench.generation.torch": "vbbench.training.torch",
-    "vbbench.torch": "vbbench.training.torch",
-    "vbbench.viewer": "vbbench.pictures.viewer",
-}
-"""Older import paths of modules that have moved since they were published."""
 
 __all__ = [*_HOMES]
 
@@ -103,22 +86,3 @@ __getattr__ = lazy_names(__name__, _HOMES)
 
 def __dir__() -> list[str]:
     return sorted(__all__)
-
-
-class _OlderPaths:
-    """Imports a module under its older path, as the same module object.
-
-    It is not a subclass of those in `importlib.abc`, whose import takes half of the time of importing vbbench.
-    """
-
-    def find_spec(self, fullname: str, *_: object) -> ModuleSpec | None:
-        return ModuleSpec(fullname, self) if fullname in _OLDER_PATHS else None  # type: ignore[arg-type]
-
-    def create_module(self, spec: ModuleSpec) -> None:
-        """Let Python make a module; `exec_module` replaces it."""
-
-    def exec_module(self, module: ModuleType) -> None:
-        sys.modules[module.__name__] = import_module(_OLDER_PATHS[module.__name__])
-
-
-sys.meta_path.append(_OlderPaths())

@@ -20,7 +20,7 @@ from tests.fuzz.parquet_mutations import PARQUET
 from tests.lib.answers import submit, submit_csv, true_answers
 from tests.lib.make_dataset import Crowd, write_dataset
 from tests.lib.tiny_board import FILE, tiny_board, tiny_dataset
-from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_texts
+from vbbench.files.cards.writing import card_texts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo, describe
 from vbbench.files.verification import verify
@@ -45,7 +45,6 @@ def _made(what: str) -> Path:
 
 def _write(folder: Path) -> None:
     tiny_dataset(folder / "described", SMALL)
-    card_dataset(tiny_dataset(folder / "carded", SMALL))
     write_dataset(folder / "small", SMALL)
     write_dataset(folder / "tracked", TRACKED)
     tables = true_answers(folder / "small", 0.1)
@@ -133,17 +132,6 @@ def _table(crowd: str, name: str, weight: int = 1) -> Kind:
     )
 
 
-def _card(file: str, mutations: Any) -> Kind:
-    return Kind(
-        name=f"card-{Path(file).stem.lower()}",
-        make=_copy("dataset"),
-        target=f"carded/{file}",
-        mutations=mutations,
-        read=lambda folder: verify(folder / "carded"),
-        weight=1,
-    )
-
-
 def _answer(kind: str, file: str, weight: int = 2) -> Kind:
     mutations = {".json": JSON, ".csv": TEXT, ".parquet": PARQUET}[Path(file).suffix]
     return Kind(
@@ -192,8 +180,6 @@ KINDS = (
         weight=4,
         **_sealed("described/dataset.json", canonical_digest),
     ),
-    _card(CROISSANT, JSON),
-    _card(README, TEXT),
     *(_table("small", name) for name in ("sequences", "observations", "given")),
     *(_table("small", f"truth/{name}") for name in ("poses", "scenes", "people")),
     _table("tracked", "truth/tracks"),

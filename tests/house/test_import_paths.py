@@ -8,20 +8,12 @@ import vbbench
 from vbbench import generation, scoring, solving
 
 OLDER = {
-    "vbbench.arrays": "FloatArray",
     "vbbench.camera": "PerspectiveCamera",
-    "vbbench.dataset": "Dataset",
     "vbbench.generation": "generate",
-    "vbbench.generator": "Options",
     "vbbench.geometry": "wrap_angle",
-    "vbbench.renderer": "Renderer",
-    "vbbench.rendering": "open_renderer",
     "vbbench.scene": "Scene",
     "vbbench.scoring": "score",
-    "vbbench.simulation": "Simulation",
     "vbbench.solving": "solve",
-    "vbbench.stream": "stream",
-    "vbbench.viewer": "record_to_file",
     "vbbench_baselines.joint_map": "MapCausal",
     "vbbench_baselines.motion_models": "SocialForceWalk",
     "vbbench_baselines.social_force_birdifier": "PriorHeights",
@@ -43,8 +35,3 @@ def test_every_public_name_can_be_imported(package) -> None:
     assert all(hasattr(package, name) for name in package.__all__)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = package.nothing
-
-
-def test_an_older_path_is_the_same_module() -> None:
-    assert import_module("vbbench.dataset") is import_module("vbbench.files.dataset")
-    assert import_module("vbbench.files.dataset").__name__ == "vbbench.files.dataset"
