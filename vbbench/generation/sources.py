@@ -159,7 +159,7 @@ def _receive(source: Source, path: Path) -> None:
     with requests.get(source.url, stream=True, timeout=TIMEOUT, headers={"Accept-Encoding": "identity"}) as response:
         response.raise_for_status()
         total = response.headers.get("Content-Length")
-        with path.open("wb") as file, progress_bar(total and int(total), None, unit="B") as bar:
+        with path.open("wb") as file, progress_bar(None if total is None else int(total), None, unit="B") as bar:
             for chunk in response.iter_content(_CHUNK):
                 file.write(chunk)
                 bar.update(len(chunk))
