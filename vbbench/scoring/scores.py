@@ -8,7 +8,7 @@ import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scoring.answers import Answers, CheckedSubmission, check_submission
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score, join_figures, mean_of_groups, summarise
@@ -59,19 +59,6 @@ def score(
     )
 
 
-def score_sequence(submission: Path | str, dataset: Dataset, number: int) -> PerSequence:
-    """The figures of one sequence of a submission folder, whose rows alone are read and checked.
-
-    Raises SubmissionError with every fault of these rows; VbbenchError if there is no truth, or nothing to score.
-    """
-    truth = TruthRows(dataset)
-    checked = CheckedSubmission(Path(submission), dataset, truth)
-    own = PerSequence.join([part.sequences for part in scored_parts(checked, truth, number)])
-    if not len(own.sequence):
-        raise VbbenchError(f"{dataset.folder}: sequence {number} has no frame to score; its first ones are given")
-    return own
-
-
 @dataclass(frozen=True, kw_only=True)
 class ScoredPart:
     """The scores of some sequences.
@@ -79,12 +66,17 @@ class ScoredPart:
     Parameters
     ----------
     sequences : their figures.
-    frames : metric → [P] errors of each scored frame; means over people for metrics of people.
+    sequence, frame : [P] sequence and frame of each scored frame.
+    frames : metric → [P] errors of these frames; means over people for metrics of people.
+    answered : [P] whether every scored row of the frame was submitted.
     fallbacks : number of frames whose pose is the solver's prior of the observer; ``None`` = not reported.
     """
 
     sequences: PerSequence
+    sequence: IntArray
+    frame: IntArray
     frames: dict[str, FloatArray]
+    answered: BoolArray
     fallbacks: int | None
 
 
@@ -130,9 +122,14 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dataset: Data
         frames[name] = mean_of_groups(pose, errors, count)
         figures[name] = mean_of_groups(sequence[pose], errors, size)
     fallbacks = None if answers.fallback is None else int(answers.fallback.sum())
+    answered = answers.posed.copy()
+    answered[owner[~answers.placed]] = False
     return ScoredPart(
         sequences=_per_sequence(rows, answers, figures, dataset),
+        sequence=rows.pose_sequence,
+        frame=rows.pose_frame,
         frames=frames,
+        answered=answered,
         fallbacks=fallbacks,
     )
 
