@@ -184,9 +184,5 @@ def _persons(data: SequenceData, order: IntArray) -> IntArray:
 
 
 def _moved(positions: FloatArray, order: IntArray, world: World) -> FloatArray:
-    """Positions [T, K, 2] in this ``order`` [K] of columns, in the ``world``; most of them are NaN."""
-    moved = positions.take(order, axis=1)
-    flat = moved.reshape(-1, 2)
-    known = np.flatnonzero(~np.isnan(flat[:, 0]))
-    flat[known] = world.positions(flat.take(known, axis=0))
-    return moved
+    """Positions [T, K, 2] in this ``order`` [K] of columns, in the ``world``."""
+    return world.positions(positions.take(order, axis=1))
