@@ -93,7 +93,7 @@ def _fault(site: Path, page: Path, address: str) -> str | None:
 
 def _data_of(view: str) -> str:
     """The name of the data that a view of the leaderboard loads first."""
-    return f"pages/{view}" if view.startswith("solver/") else re.sub(r"/(play|compare)$", "", view)
+    return f"pages/{view}" if view.startswith("solver/") else view.removesuffix("/play")
 
 
 def main(site: Path) -> int:

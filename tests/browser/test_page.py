@@ -77,7 +77,7 @@ def test_every_explained_word_is_explained_to_those_who_hear_the_page(open_page:
     assert not silent
 
 
-def test_the_keyboard_alone_sorts_filters_and_switches(open_page: Open) -> None:
+def test_the_keyboard_alone_sorts(open_page: Open) -> None:
     page = open_page(DEMO)
     page.keyboard.press("Tab")
     expect(page.locator(".skip")).to_be_focused()
@@ -89,7 +89,7 @@ def test_the_keyboard_alone_sorts_filters_and_switches(open_page: Open) -> None:
         reached.append(page.evaluate("document.activeElement.dataset.sort || document.activeElement.id"))
         if reached[-1] == "dr":
             break
-    assert {"filter", "more-columns", "dx", "dr"} <= set(reached)
+    assert {"more-columns", "dx", "dr"} <= set(reached)
     page.keyboard.press("Enter")
     expect(page.locator("th[data-column=dr]")).to_have_attribute("aria-sort", "ascending")
     expect(page.locator("#board-table [data-sort=dr]")).to_be_focused()
@@ -127,7 +127,7 @@ def test_paper_gets_the_table_and_no_buttons(open_page: Open) -> None:
     page = open_page(DEMO, color_scheme="dark")
     page.emulate_media(media="print", color_scheme="dark")
     expect(page.locator("#board-rows tr").first).to_be_visible()
-    for name in ("#theme", "#filter", "#more-columns"):
+    for name in ("#theme", "#more-columns"):
         expect(page.locator(name)).to_be_hidden()
     assert page.evaluate(LIGHT)
 

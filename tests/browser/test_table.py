@@ -107,20 +107,6 @@ def test_solvers_share_a_rank_where_nothing_is_settled(board: Board, open_page: 
         assert len({rankings["dx"].places[solver].rank for solver in (STRANGER, TWIN)}) == 1
 
 
-def test_words_filter_the_rows(open_page: Open) -> None:
-    page = open_page(address(DEMO))
-    on_board(page, DEMO)
-    find = page.get_by_role("searchbox")
-    find.fill("VB-")
-    expect(page.locator("#board-rows tr:visible")).to_have_count(2)
-    assert set(solvers(page)) == {"vb-cv", "vb-sf"}
-    find.fill("nobody is called so")
-    expect(page.locator("#nothing-found")).to_be_visible()
-    find.fill("")
-    expect(page.locator("#board-rows tr:visible")).to_have_count(5)
-    expect(page.locator("#nothing-found")).to_be_hidden()
-
-
 def test_solvers_can_be_left_out_and_the_address_says_so(open_page: Open) -> None:
     page = open_page(address(DEMO))
     on_board(page, DEMO)

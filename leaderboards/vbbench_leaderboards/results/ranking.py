@@ -9,13 +9,12 @@ a significant difference can share a rank.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.block_bootstrap import Timeline, block_means
 from vbbench.scoring.metrics import METRICS
@@ -57,8 +56,7 @@ class Pair:
     a, b : names of the solvers.
     difference, ci95 : the mean and its interval, in the metric's unit; NaN where they share no sequence, and no
         interval where the board has too few sequences or too little time for one.
-    p : two-sided; corrected for all pairs of the board in a `Ranking`, there 1 without an interval.
-    sequences, won : how many have a figure of both, and in how many of them ``a`` is better.
+    p : two-sided, corrected for all pairs of the board; 1 without an interval.
     """
 
     a: str
@@ -66,8 +64,6 @@ class Pair:
     difference: float
     ci95: tuple[float, float]
     p: float
-    sequences: int = 0
-    won: int = 0
 
     @property
     def better(self) -> str | None:
@@ -92,24 +88,6 @@ class Ranking:
 
     places: dict[str, Place]
     pairs: tuple[Pair, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Contrasts:
-    """Every two solvers of a board.
-
-    Parameters
-    ----------
-    solvers : their names.
-    sequences : [N] numbers of the sequences.
-    figures : [solvers, N, metrics] capped errors, NaN where there is none; metrics in the order of `METRICS`.
-    pairs : (a, b), numbers of solvers with a < b → metric → their difference, its p-value for this pair alone.
-    """
-
-    solvers: tuple[str, ...]
-    sequences: IntArray
-    figures: FloatArray
-    pairs: dict[tuple[int, int], dict[str, Pair]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,20 +139,29 @@ def rank_apart(results: Sequence[Result]) -> dict[str, Ranking]:
 
 def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     """Rankings by metric (keys of `METRICS`) of the results of one board."""
-    found, rankings = contrasts(results, at_once=True), {}
-    counts = np.isfinite(found.figures).sum(axis=1)
-    means = np.where(counts > 0, np.nansum(found.figures, axis=1) / np.maximum(counts, 1), np.inf)
+    names = [result.solver for result in results]
+    figures, timeline = capped_errors(results)
+    counts = np.isfinite(figures).sum(axis=1)
+    means = np.where(counts > 0, np.nansum(figures, axis=1) / np.maximum(counts, 1), np.inf)
+    one, other = np.triu_indices(len(results), 1)
+    differences = figures[one] - figures[other]  # [pairs, N, metrics]
+    found = block_means(timeline, np.moveaxis(differences, 1, 0).reshape(figures.shape[1], -1))
+    rankings = {}
     for m, metric in enumerate(METRICS):
-        own = [pair[metric] for pair in found.pairs.values()]
-        corrected = holm(np.nan_to_num([pair.p for pair in own], nan=1.0)).tolist()
-        pairs = tuple(replace(pair, p=p) for pair, p in zip(own, corrected, strict=True))
-        of_solvers = dict(zip(found.solvers, means[:, m].tolist(), strict=True))
-        rankings[metric] = Ranking(places=_places(of_solvers, pairs), pairs=pairs)
+        own = slice(m, None, len(METRICS))
+        p = holm(np.nan_to_num(found.p_values()[own], nan=1.0)).tolist()
+        columns = (found.mean[own].tolist(), found.interval()[own].tolist(), p)
+        pairs = tuple(
+            Pair(a=names[a], b=names[b], difference=difference, ci95=(low, high), p=chance)
+            for a, b, difference, (low, high), chance in zip(one, other, *columns, strict=True)
+        )
+        places = _places(dict(zip(names, means[:, m].tolist(), strict=True)), pairs)
+        rankings[metric] = Ranking(places=places, pairs=pairs)
     return rankings
 
 
-def capped_errors(results: Sequence[Result]) -> tuple[IntArray, FloatArray, Timeline]:
-    """[N] all sequences; [solvers, N, metrics] their capped errors, NaN where there is none; and when they were."""
+def capped_errors(results: Sequence[Result]) -> tuple[FloatArray, Timeline]:
+    """[solvers, N, metrics] capped errors of all N sequences, NaN where there is none; and when these were."""
     own = [result.per_sequence for result in results]
     columns = ("sequence", "scene", "first_frame", "last_frame")
     every = np.concatenate([np.stack([getattr(one, name) for name in columns], axis=1) for one in own])
@@ -183,7 +170,7 @@ def capped_errors(results: Sequence[Result]) -> tuple[IntArray, FloatArray, Time
     figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
     for row, one in zip(figures, own, strict=True):
         row[np.searchsorted(sequences, one.sequence)] = capped_figures(caps, {n: one.figures[n] for n in METRICS})
-    return sequences, figures, Timeline.of(*every[first, 1:].T)
+    return figures, Timeline.of(*every[first, 1:].T)
 
 
 def holm(p: FloatArray) -> FloatArray:
@@ -205,44 +192,6 @@ def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
         last = max(last, 1 + better[name])
         places[name] = Place(rank=last, best=last, worst=max(last, len(means) - worse[name]))
     return places
-
-
-def contrasts(results: Sequence[Result], *, at_once: bool = False) -> Contrasts:
-    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions.
-
-    Parameters
-    ----------
-    at_once : take blocks of time that suit all pairs, as ranks do, instead of each pair's own.
-    """
-    names = tuple(result.solver for result in results)
-    sequences, figures, timeline = capped_errors(results)
-    numbers = list(combinations(range(len(results)), 2))
-    if not numbers:
-        return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs={})
-    differences = np.stack([figures[a] - figures[b] for a, b in numbers], axis=1)
-    shape = differences.shape[1:]
-    columns_of = [differences.reshape(len(sequences), -1)] if at_once else list(differences.swapaxes(0, 1))
-    found = [block_means(timeline, columns) for columns in columns_of]
-    mean = np.concatenate([one.mean for one in found]).reshape(shape)
-    p = np.concatenate([one.p_values() for one in found]).reshape(shape)
-    interval = np.concatenate([one.interval() for one in found]).reshape(*shape, 2)
-    count, won = np.isfinite(differences).sum(axis=0), (differences < 0).sum(axis=0)
-    pairs = {
-        (a, b): {
-            metric: Pair(
-                a=names[a],
-                b=names[b],
-                difference=float(mean[n, m]),
-                ci95=(float(interval[n, m, 0]), float(interval[n, m, 1])),
-                p=float(p[n, m]),
-                sequences=int(count[n, m]),
-                won=int(won[n, m]),
-            )
-            for m, metric in enumerate(METRICS)
-        }
-        for n, (a, b) in enumerate(numbers)
-    }
-    return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs=pairs)
 
 
 def leading_rows(results: Boards, boards: Sequence[Board], *, late: bool) -> dict[str, Mapping[Board, Result]]:

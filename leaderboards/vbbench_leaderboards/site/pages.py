@@ -19,7 +19,6 @@ from vbbench.files.dataset_info import truth_sha256
 from vbbench.generation.footage import FOOTAGE
 from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
-from vbbench.parsing.json_text import finite_or_none
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.registry import registered
 from vbbench.scoring.metrics import METRICS
@@ -31,7 +30,7 @@ from vbbench_leaderboards.results import ranking
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC, HEADLINE_PROTOCOL, is_diagnostic, is_headline
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import Boards, Records, published_dataset
-from vbbench_leaderboards.results.ranking import GROUPS, Place, Ranking, contrasts, grouped, headline
+from vbbench_leaderboards.results.ranking import GROUPS, Place, Ranking, grouped, headline
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site import words
 from vbbench_leaderboards.site.charts import colour_number, distribution, scatter
@@ -198,12 +197,6 @@ class Site:
         places = {metric: self.rankings[board][metric].places[result.solver] for metric in METRICS}
         return {metric: [place.rank, place.best, place.worst] for metric, place in places.items()}
 
-    def search_words(self, result: Result) -> str:
-        """The words that find a solver's row."""
-        about = result.about
-        facts = [about.timing, about.reference, about.authors, about.trained_on, about.tuned_on, result.seen]
-        return " ".join([result.solver, result.version, *facts, result.hardware]).lower()
-
     def points(self, board: Board, metric: str) -> list[tuple[str, int, float, tuple[float, float] | None, float]]:
         """Solver, colour, capped error, interval and microseconds per frame of all with a time."""
         found = []
@@ -348,43 +341,6 @@ def solver_page(site: Site, solver: str) -> str:
 
 def _each_once(facts: Iterable[str]) -> str:
     return "; ".join(dict.fromkeys(fact for fact in facts if fact))
-
-
-def comparison_values(site: Site, board: Board) -> dict[str, Any]:
-    """Every sequence's errors, and the differences of every two solvers of a board.
-
-    ``pairs`` are [number of A, number of B, metric → [A − B, low, high, p, sequences, won by A]].
-    """
-    results = site.results[board]
-    found, caps = contrasts(results), get_protocol(board.protocol).caps
-    place = {metric: number for number, metric in enumerate(METRICS)}
-    return {
-        "solvers": list(found.solvers),
-        "sequences": found.sequences.tolist(),
-        "metrics": {
-            metric: {
-                "name": term.name,
-                "unit": term.unit,
-                "cap": caps.get(metric),
-                "capped": _short([result.score["metrics"][metric]["capped"] for result in results]),
-                "errors": [_short(map(finite_or_none, own[:, place[metric]].tolist())) for own in found.figures],
-            }
-            for metric, term in error_terms().items()
-        },
-        "pairs": [
-            [a, b, {metric: _contrast(own[metric]) for metric in error_terms()}] for (a, b), own in found.pairs.items()
-        ],
-    }
-
-
-def _contrast(found: ranking.Pair) -> list[float | None]:
-    figures = (found.difference, *found.ci95, found.p)
-    return [*_short(map(finite_or_none, figures)), found.sequences, found.won]
-
-
-def _short(values: Iterable[float | None]) -> list[float | None]:
-    """Figures in six significant digits, to which result files are exact."""
-    return [None if value is None else float(f"{value:.6g}") for value in values]
 
 
 def take_part_lines(site: Site) -> list[str]:
