@@ -5,7 +5,6 @@ part of a page must be there, and a board or solver of the leaderboard must have
 elsewhere.
 """
 
-import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field

@@ -37,7 +37,7 @@ def test_the_script_reads_what_python_wrote(
     made = made_sequence(people, frames, share=share, far=4321.0)
     clip = encode_clip(made.camera, DT, made.sequence, made.truth)
     answer = made.estimate(np.random.default_rng(0), error)
-    estimate = encode_estimate(made.truth, answer, clip["coarse"])
+    estimate = encode_estimate(made.truth, answer)
     got = read_in_browser(browser, tmp_path, {"clip": clip, "estimate": estimate})
     wanted = decode_clip(clip)
     for name in ("known", "observed", "given"):

@@ -29,7 +29,7 @@ def write_crowd(site: Path, made: MadeSequence, answers: Mapping[str, Estimate])
     clip = encode_clip(made.camera, DT, made.sequence, made.truth)
     write_data(site, "made/noisy/0", clip)
     for name, answer in answers.items():
-        values = encode_estimate(made.truth, answer, clip["coarse"])
+        values = encode_estimate(made.truth, answer)
         write_data(site, f"{BOARD}/0/{name}", values)
     figures = {name: {"dx": [0.1 * (n + 1)], "dt": [0.1]} for n, name in enumerate(answers)}
     board = {"tier": "noisy", "given": "arrivals", "caps": CAPS, "solvers": figures}

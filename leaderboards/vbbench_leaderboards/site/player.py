@@ -26,7 +26,7 @@ from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
 from vbbench.protocol import get_protocol
 from vbbench.sequence import Sequence, Truth
-from vbbench_leaderboards.results.boards import HEADLINE_TIER
+from vbbench_leaderboards.results.boards import HEADLINE_PROTOCOL, HEADLINE_TIER
 from vbbench_leaderboards.results.folder import Boards, dataset_folder, submission_folder
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site.clip import (
@@ -44,9 +44,6 @@ WIDTH = 640
 """Width of a picture in px; one that the camera took is wider if it would be lower than `_LEAST_HEIGHT`."""
 
 _LEAST_HEIGHT, _QUALITY = 160, 70
-_REFERENCES = (("sequential", HEADLINE_TIER), ("sequential", "noisy"), ("sequential", "ideal"))
-"""Protocol and tier by whose errors sequences are chosen: the first of them that has results, or else any board."""
-
 _CHOSEN_BY = ("dx", "dx_rel", "dt")
 """Figures by which sequences are chosen: the first that the truth allows."""
 
@@ -153,9 +150,7 @@ def choose_sequences(results: Boards, count: int, available: int) -> IntArray:
     count : how many are wanted.
     available : number of sequences in the dataset.
     """
-    boards = [board for board in sorted(results) if results[board]]
-    leading = [one for place in _REFERENCES for one in boards if (one.protocol, one.tier) == place]
-    rows = results[[*leading, *boards][0]]
+    rows = results[min(results, key=lambda one: (one.protocol != HEADLINE_PROTOCOL, one.tier != HEADLINE_TIER, one))]
     means = {row.solver: row.score["metrics"] for row in rows}
     metric = next((name for name in _CHOSEN_BY if means[rows[0].solver][name]["mean"] is not None), _CHOSEN_BY[0])
     ranked = sorted(rows, key=lambda row: (means[row.solver][metric]["mean"] or 0.0, row.solver))
@@ -175,25 +170,23 @@ def _write_split(site: Path, films: Films, playable: Playable) -> None:
         make_pictures(first, split, chosen.tolist(), work, None if films.footage else films.pictures)
     write_data(site, split, split_index(playable, chosen, copy_pictures(work, site, split, chosen)))
     for tier, dataset in tiers.items():
-        clips = list(_write_clips(site, split, tier, dataset, chosen.tolist()))
+        clips = [_write_clip(site, split, tier, dataset, number) for number in chosen.tolist()]
         rows = [(board, row.solver) for board, own in playable.boards.items() if board.tier == tier for row in own]
         for board, solver in rows:
             submitted = SubmittedEstimates(dataset, submission_folder(work, board, solver))
-            for sequence, truth, coarse in clips:
-                values = encode_estimate(truth, shown_estimate(dataset, submitted.of(sequence)), coarse)
+            for sequence, truth in clips:
+                values = encode_estimate(truth, shown_estimate(dataset, submitted.of(sequence)))
                 write_data(site, f"{board.key}/{sequence.index}/{solver}", values)
 
 
-def _write_clips(
-    site: Path, split: str, tier: str, dataset: Dataset, chosen: list[int]
-) -> Iterator[tuple[Sequence, Truth, int]]:
-    """Write the files of sequences; yield each with its truth and how many quanta its file takes at a time."""
-    for number in chosen:
-        sequence = dataset.sequence(number)
-        truth = shown_truth(dataset, sequence)
-        values = encode_clip(dataset.camera(sequence), dataset.info.dt, sequence, truth)
-        write_data(site, f"{split}/{tier}/{number}", values)
-        yield sequence, truth, values["coarse"]
+def _write_clip(site: Path, split: str, tier: str, dataset: Dataset, number: int) -> tuple[Sequence, Truth]:
+    """Write the file of a sequence; return it with its truth."""
+    sequence = dataset.sequence(number)
+    truth = shown_truth(dataset, sequence)
+    write_data(
+        site, f"{split}/{tier}/{number}", encode_clip(dataset.camera(sequence), dataset.info.dt, sequence, truth)
+    )
+    return sequence, truth
 
 
 def split_index(playable: Playable, chosen: IntArray, counts: Mapping[str, int]) -> dict[str, Any]:

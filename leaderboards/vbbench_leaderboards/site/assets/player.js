@@ -2,7 +2,7 @@
 "use strict";
 (function () {
   const START = 2; // frames 0 and 1 are given under every protocol
-  const METRE = 1e-3, PIXEL = 0.1, RADIAN = 1e-4, SMOOTH = 2; // the quanta and the order of site/clip.py
+  const METRE = 1e-3, PIXEL = 0.1, RADIAN = 1e-4; // the quanta of site/clip.py
   const FONT = "system-ui, sans-serif";
   const count = (number, one, more = `${one}s`) => `${number} ${number === 1 ? one : more}`;
   const wrap = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
@@ -32,51 +32,38 @@
     return Uint32Array.from({ length: n }, (_, i) => bytes[i] | (bytes[n + i] << 8) | (bytes[2 * n + i] << 16) | (bytes[3 * n + i] << 24));
   }
 
-  /** Read columns [T, K] from their differences in time; NaN where there is none, or where `like` has none. */
-  function columnsOf(numbers, T) {
+  /** Take columns [T, K] by name from numbers: 0 for none, or else one more than the zig-zag of a change since the last. */
+  async function decode(text, T, columns) {
+    const numbers = await unpack(text), found = {};
     let at = 0;
-    return (K, order, quantum, like = null) => {
-      const out = new Float64Array(T * K).fill(NaN);
-      let first = 0;
-      for (let k = 0; k < K; k++) {
-        let rank = 0, value = 0, step = 0;
-        for (let t = 0; t < T; t++) {
-          if (like && like[t * K + k] !== like[t * K + k]) continue;
-          const number = numbers[at++] - 1, read = (number >>> 1) ^ -(number & 1);
-          if (number < 0) continue;
-          if (order === 0) value = read;
-          else if (rank === 0) value = first += read;
-          else value += step = order === 2 && rank > 1 ? step + read : read;
-          rank++;
-          out[t * K + k] = value * quantum;
+    for (const [K, quantum, ...names] of columns) {
+      for (const name of names) {
+        const out = (found[name] = new Float64Array(T * K).fill(NaN));
+        for (let k = 0, value = 0; k < K; k++) {
+          for (let i = k; i < out.length; i += K) {
+            const number = numbers[at++] - 1;
+            if (number < 0) continue;
+            value += (number >>> 1) ^ -(number & 1);
+            out[i] = value * quantum;
+          }
         }
       }
-      return out;
-    };
+    }
+    return found;
   }
 
+  const places = (K) => [[1, METRE, "x", "y"], [1, RADIAN, "yaw"], [K, METRE, "px", "py"]];
   const isThere = (values) => Uint8Array.from(values, (value) => value === value);
 
   /** A sequence: what is published of it, and its truth; [T] of the observer, [T, K] of the people. */
   async function decodeClip(value) {
-    const T = value.frames, K = value.tracks.length, read = columnsOf(await unpack(value.data), T), clip = { ...value, T, K };
-    const columns = [[1, METRE, "x", "y"], [1, RADIAN, "yaw"], [K, METRE, "px", "py"], [K, PIXEL, "u", "v", "l"], [K, 1, "given"]];
-    for (const [width, quantum, ...names] of columns) {
-      for (const name of names) clip[name] = read(width, SMOOTH, quantum * value.coarse, name === names[0] ? null : clip[names[0]]);
-    }
+    const T = value.frames, K = value.tracks.length, boxes = [[K, PIXEL, "u", "v", "l"], [K, 1, "given"]];
+    const clip = { ...value, T, K, ...(await decode(value.data, T, [...places(K), ...boxes])) };
     return Object.assign(clip, { known: isThere(clip.px), observed: isThere(clip.u), given: isThere(clip.given) });
   }
 
   /** What a solver says of a clip, in the clip's own coordinates. */
-  async function decodeEstimate(value, clip) {
-    const { T, K } = clip, read = columnsOf(await unpack(value.data), T), estimate = {};
-    const columns = [["x", 1, METRE], ["y", 1, METRE, "x"], ["yaw", 1, RADIAN, "x"], ["px", K, METRE], ["py", K, METRE, "px"]];
-    for (const [name, width, quantum, like] of columns) {
-      const error = read(width, value.order, quantum * value.coarse, estimate[like]);
-      estimate[name] = error.map((own, i) => own + (Number.isNaN(clip[name][i]) ? 0 : clip[name][i]));
-    }
-    return estimate;
-  }
+  const decodeEstimate = (value, { T, K }) => decode(value.data, T, places(K));
 
   /* A moment: what is so at a frame, between two if need be. */
 
@@ -133,9 +120,6 @@
     return estimate;
   }
 
-  const TELLING = { most: 5, apart: 1.5, levels: 20, few: 2 };
-  /* So many moments, seconds apart; within one level of the error the first counts, and the lowest levels count nothing. */
-
   /** [T] the error of a frame, its mean over solvers, or of two the difference; beyond the cap it counts less and less. */
   function signal(curves, cap) {
     const tame = (value) => value / (1 + value / cap);
@@ -146,15 +130,10 @@
     });
   }
 
-  /** Frames in which a solver is lost, or two differ most; of nearly equal ones the first, none close to a greater. */
-  function tellingMoments(curves, cap, dt) {
-    const error = signal(curves, cap), most = Math.max(...error, 0), found = [];
-    const level = (t) => Math.round((TELLING.levels * error[t]) / most);
-    for (const t of most > 0 ? [...error.keys()].sort((a, b) => level(b) - level(a) || a - b) : []) {
-      if (found.length === TELLING.most || level(t) <= TELLING.few) break;
-      if (found.every((other) => Math.abs(other - t) * dt >= TELLING.apart)) found.push(t);
-    }
-    return found;
+  /** The frame of the largest error, where a solver is lost or two differ most; the first of equal ones. */
+  function worstFrame(curves, cap) {
+    const error = signal(curves, cap), most = Math.max(...error, 0);
+    return most > 0 ? error.indexOf(most) : -1;
   }
 
   /* Drawing: colours of the page, marks of solvers, sharp canvases. */
@@ -185,22 +164,20 @@
     return () => { observer.disconnect(); media.removeEventListener("change", changed); };
   }
 
-  /** Draw a solver's mark. */
-  function strokeShape(context, { shape, colour }, x, y, r, width) {
-    context.beginPath();
+  /** Add a solver's mark to the path of a canvas. */
+  function addMark(context, shape, x, y, r) {
     if (shape === "square") context.rect(x - 0.85 * r, y - 0.85 * r, 1.7 * r, 1.7 * r);
     else if (shape in CORNERS) {
       const [size, corners, turn] = CORNERS[shape];
       for (let i = 0; i <= corners; i++) {
         const angle = Math.PI * (turn + (2 * i) / corners);
-        context.lineTo(x + size * r * Math.cos(angle), y + size * r * Math.sin(angle));
+        context[i ? "lineTo" : "moveTo"](x + size * r * Math.cos(angle), y + size * r * Math.sin(angle));
       }
     } else {
       for (const [dx, dy] of shape === "plus" ? [[r, 0], [0, r]] : [[0.8 * r, 0.8 * r], [-0.8 * r, 0.8 * r]]) {
         context.moveTo(x - dx, y - dy); context.lineTo(x + dx, y + dy);
       }
     }
-    Object.assign(context, { lineWidth: width, strokeStyle: colour }).stroke();
   }
 
   /** Make a canvas fill its box at the screen's own resolution; true if that changed anything. */
@@ -287,7 +264,6 @@
       for (const k of this.order) this.drawBox(moment, k, theme, options);
       if (clip.picture.round) this.drawCompass(theme);
       if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
-      else if (options.ids) this.drawIds(moment, theme);
     }
 
     drawGround(moment, theme) {
@@ -356,17 +332,6 @@
         label(context, name, x + away, shown.top + 0.5 * size, this.pictures ? theme.ink : theme.faint, theme.paper);
         context.fillStyle = theme.faint;
         context.fillRect(x - 0.05 * size, shown.top, 0.1 * size, 0.4 * size);
-      }
-    }
-
-    /** Ids over the nearest boxes, as far as they do not cover one another. */
-    drawIds(moment, theme) {
-      const { context, thin, clip, shown } = this, size = 10 * thin, taken = [], { u, v, l } = moment.boxes;
-      type(context, size, "center", "bottom");
-      for (const k of [...this.order].reverse()) {
-        if (l[k] !== l[k] || taken.length > 47 || taken.some((other) => Math.abs(other - u[k]) <= 2.4 * size)) continue;
-        taken.push(u[k]);
-        label(context, clip.tracks[k], u[k], Math.max(v[k] - l[k] / 2 - 0.2 * size, shown.top + 3 * size), theme.ink, theme.paper);
       }
     }
 
@@ -447,27 +412,13 @@
 
     /** Look at all who are ever seen, where they truly are; where that is not known, at what is around the camera's way. */
     fitTruth() {
-      const { clip } = this, around = MapView.AROUND[clip.known.includes(1) ? "crowd" : "way"];
+      const { clip, canvas, view, following } = this, around = MapView.AROUND[clip.known.includes(1) ? "crowd" : "way"];
       const seen = (values, own) => extent([...values.filter((_, i) => clip.observed[i]), ...own], around);
-      this.look(seen(clip.px, clip.x), seen(clip.py, clip.y));
-      this.home = true;
-    }
-
-    /** Look at all that is there at a moment, however far off the estimates are. */
-    fitAll(moment) {
-      const { truth, estimates } = moment, sides = [["px", "x"], ["py", "y"]].map(([name, own]) =>
-        extent([truth, ...estimates].flatMap((room) => [...room[name], room[own]]), 0));
-      const around = MapView.AROUND.crowd + 0.08 * Math.max(...sides.map(([low, high]) => high - low));
-      this.look(...sides.map(([low, high]) => [low - around, high + around]), this.following ? truth : { x: 0, y: 0 });
-      this.home = false;
-    }
-
-    look([left, right], [low, high], from = null) {
-      const { canvas, view } = this, still = this.following && !from;
-      view.x = still ? 0 : (left + right) / 2 - (from?.x || 0);
-      view.y = still ? 0 : (low + high) / 2 - (from?.y || 0);
+      const [left, right] = seen(clip.px, clip.x), [low, high] = seen(clip.py, clip.y);
       view.scale = Math.min(canvas.clientWidth / (right - left), (canvas.clientHeight - this.below) / (high - low)) || 40;
-      view.y -= this.below / 2 / view.scale; // above the legend
+      view.x = following ? 0 : (left + right) / 2;
+      view.y = (following ? 0 : (low + high) / 2) - this.below / 2 / view.scale; // above the legend
+      this.home = true;
     }
 
     /** Keep the camera in the middle, or the world where it is. */
@@ -513,7 +464,6 @@
       moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
       this.drawCamera(truth, theme.ink, theme.paper);
       if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
-      else if (options.ids) this.drawIds(moment, theme);
       this.drawScale(theme);
     }
 
@@ -594,7 +544,7 @@
 
     drawEstimate(moment, room, solver, options) {
       const { context, canvas, clip, k } = this, { truth } = moment;
-      const stamp = this.stamp(solver, Math.max(0.8 * MapView.PERSON * k, 3.2 * canvas.ratio)), half = stamp.width / 2;
+      const radius = Math.max(0.8 * MapView.PERSON * k, 3.2 * canvas.ratio);
       if (options.errors) {
         const line = (from, to, up, n) => { context.moveTo(this.sx(from), this.sy(up)); context.lineTo(this.sx(to), this.sy(n)); };
         context.beginPath();
@@ -604,21 +554,13 @@
         line(truth.x, room.x, truth.y, room.y);
         Object.assign(context, { lineWidth: 1.6 * canvas.ratio, strokeStyle: solver.colour }).stroke();
       }
+      context.beginPath();
       for (let n = 0; n < clip.K; n++) {
-        if (room.px[n] === room.px[n] && !options.isGiven(moment.frame, n)) {
-          context.drawImage(stamp, Math.round(this.sx(room.px[n]) - half), Math.round(this.sy(room.py[n]) - half));
-        }
+        const shown = room.px[n] === room.px[n] && !options.isGiven(moment.frame, n);
+        if (shown) addMark(context, solver.shape, this.sx(room.px[n]), this.sy(room.py[n]), radius);
       }
+      Object.assign(context, { lineWidth: 1.6 * canvas.ratio, strokeStyle: solver.colour }).stroke();
       this.drawCamera(room, solver.colour, null);
-    }
-
-    /** A solver's mark, drawn once for a size: thousands of them are stamped in a picture. */
-    stamp(solver, radius) {
-      if (solver.radius === radius && solver.stamp) return solver.stamp;
-      const stamp = document.createElement("canvas"), half = Math.ceil(1.3 * radius + 2 * this.canvas.ratio);
-      stamp.width = stamp.height = 2 * half;
-      strokeShape(stamp.getContext("2d"), solver, half, half, radius, 1.6 * this.canvas.ratio);
-      return Object.assign(solver, { stamp, radius }).stamp;
     }
 
     /** An arrowhead that looks where the observer looks. */
@@ -645,15 +587,6 @@
         });
       }
       return found;
-    }
-
-    drawIds(moment, theme) {
-      const { context, canvas: { ratio }, clip } = this, { px, py } = moment.truth;
-      type(context, 10 * ratio, "left", "middle");
-      for (let n = 0; n < clip.K; n++) {
-        const at = [this.sx(px[n]) + 7 * ratio, this.sy(py[n]) - 7 * ratio];
-        if (px[n] === px[n]) label(context, clip.tracks[n], ...at, theme.ink, theme.paper);
-      }
     }
 
     drawSelected(moment, theme, n) {
@@ -684,7 +617,7 @@
     return [low - around, high + around];
   }
 
-  /** The strip under the scrubber: error over time, a line a solver; what is given, and the moments that tell most. */
+  /** The strip under the scrubber: error over time, a line a solver; what is given, and the frame of the largest error. */
   class Strip {
     static LEFT = 34;
     static RIGHT = 6;
@@ -696,9 +629,9 @@
       Object.assign(this, { canvas, context: canvas.getContext("2d"), still: document.createElement("canvas") }); // all but the cursor
     }
 
-    /** Curves are { colour, values [T] }, given [T] whether any position is, moments are frames; drawn until a change. */
-    show(curves, given, moments, theme) {
-      Object.assign(this, { curves, given, moments, frames: given.length, theme, stale: true });
+    /** Curves are { colour, values [T] }, given [T] whether any position is, worst a frame or -1; drawn until a change. */
+    show(curves, given, worst, theme) {
+      Object.assign(this, { curves, given, worst, frames: given.length, theme, stale: true });
     }
 
     draw(at) {
@@ -747,13 +680,12 @@
         context.fillRect(LEFT * ratio, Math.round(this.y(share * this.top)), canvas.width - (LEFT + RIGHT) * ratio, 1);
       }
       this.letter(context, ratio);
-      if (curves.length === 2) this.paintBetween(context);
       for (const { colour, values } of curves) this.curve(context, colour, values, ratio);
       if (whole > 1.05 * this.top) {
         type(context, 10 * ratio, "right", "middle");
         label(context, `↑ up to ${short(whole)}`, canvas.width - (RIGHT + 2) * ratio, this.y(this.top) + 8 * ratio, theme.ink, theme.paper);
       }
-      this.paintMoments(context, ratio);
+      if (this.worst >= 0) this.paintWorst(context, ratio);
       this.stale = false;
     }
 
@@ -767,29 +699,12 @@
       }));
     }
 
-    /** The area between two lines, in the colour of the one with the larger error. */
-    paintBetween(context) {
-      const [first, second] = this.curves;
-      faintly(context, 0.16, () => {
-        for (let t = 1; t < this.frames; t++) {
-          const [a, b, c, d] = [first.values[t - 1], first.values[t], second.values[t], second.values[t - 1]];
-          if (!(a + b + c + d < Infinity)) continue;
-          context.fillStyle = a + b > c + d ? first.colour : second.colour;
-          context.beginPath();
-          for (const [at, value] of [[t - 1, a], [t, b], [t, c], [t - 1, d]]) context.lineTo(this.x(at), this.y(value));
-          context.fill();
-        }
-      });
-    }
-
-    paintMoments(context, ratio) {
+    paintWorst(context, ratio) {
+      const x = this.x(this.worst), size = 5 * ratio;
       context.fillStyle = this.theme.accent;
-      this.moments.forEach((t, n) => {
-        const x = this.x(t), size = (n ? 3.5 : 5) * ratio;
-        context.beginPath();
-        context.moveTo(x - size, ratio); context.lineTo(x + size, ratio); context.lineTo(x, ratio + 1.5 * size);
-        faintly(context, n ? 0.6 : 1, () => context.fill());
-      });
+      context.beginPath();
+      context.moveTo(x - size, ratio); context.lineTo(x + size, ratio); context.lineTo(x, ratio + 1.5 * size);
+      context.fill();
     }
 
     letter(context, ratio) {
@@ -879,8 +794,6 @@
   const ICONS = {
     start: "M5 4v16M20 4 9 12l11 8z", back: "M16 5 7 12l9 7z", play: "M7 4l13 8-13 8z", pause: "M7 4v16M17 4v16",
     on: "M8 5l9 7-9 7z", end: "M19 4v16M4 4l11 8-11 8z", fit: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
-    all: "M9 4v5H4M15 9h5M15 4v5M20 15h-5v5M9 20v-5H4M4 4l5 5M20 4l-5 5M20 20l-5-5M4 20l5-5",
-    link: "M9 15l6-6M10 6l2-2a4 4 0 0 1 6 6l-2 2M14 18l-2 2a4 4 0 0 1-6-6l2-2",
   };
   const icon = (name) => `<svg viewBox="0 0 24 24" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
   const button = (name, text, content) => `<button type="button" data-do="${name}" title="${text}" aria-label="${text}">${content}</button>`;
@@ -888,22 +801,18 @@
   const choices = (name, pairs) => `<select data-${name}>${pairs.map(([value, text]) => `<option value="${value}">${text}</option>`).join("")}</select>`;
   const KEYS = [
     ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
-    ["w", "the moments of the largest errors"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
-    ["a", "see all estimates of the frame"], ["f", "follow the camera"],
-    ["l", "loop"], ["t", "trails"], ["e", "error lines"], ["i", "ids"], ["m", "smooth motion between frames"],
-    ["[ ]", "previous or next person"], ["?", "this help"],
+    ["w", "the frame of the largest error"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
+    ["f", "follow the camera"], ["t", "trails"], ["e", "error lines"], ["?", "this help"],
   ];
 
   const TEMPLATE = `
     <div class="player-head">
       <label class="player-which"><span>Sequence</span> <select data-sequence></select></label>
-      ${button("earlier", "Previous sequence in this order", icon("back"))}${button("later", "Next sequence in this order", icon("on"))}
-      <label><span>Order</span> ${choices("order", [["worst", "worst first"], ["best", "best first"], ["number", "by number"]])}</label>
+      ${button("earlier", "Previous sequence, with a larger error", icon("back"))}${button("later", "Next sequence, with a smaller error", icon("on"))}
       <label><span>Board</span> <select data-board></select></label>
       <span class="player-facts" data-facts></span>
-      <span class="player-end">${button("link", "Copy a link to this frame", `${icon("link")}<span>Copy link</span>`)}${button("help", "Keys", "?")}</span>
+      <span class="player-end">${button("help", "Keys", "?")}</span>
     </div>
-    <p class="player-gone" data-gone role="status" hidden></p>
     <p class="player-note" data-note role="status" hidden></p>
     <div class="player-body" data-body>
       <div class="player-sight" role="group" aria-label="What the observer sees" tabindex="0">
@@ -912,7 +821,7 @@
         <span data-alarms><i class="player-box player-alarm"></i> <span></span></span></p>
       <div class="player-ground">
         <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
-        <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See where everybody truly is", icon("fit"))}${button("all", "See all estimates of this frame, however far off", icon("all"))}</div>
+        <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See where everybody truly is", icon("fit"))}</div>
         <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-true player-pale"></span> without a box</b>
           <b><span class="player-given"></span> given</b> <b><span class="player-cone"></span> camera</b></p>
       </div>
@@ -927,7 +836,6 @@
           <p data-person-text></p></div>
         <div class="player-flags">
           ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}
-          ${check("ids", "Ids", "i")}${check("smooth", "Smooth", "m")}${check("loop", "Loop", "l")}
         </div>
       </div>
       <div class="player-transport">
@@ -938,9 +846,8 @@
       </div>
       <div class="player-over-time">
         <label class="player-metric">Over time ${choices("metric", [["dx", "Δx, people, m"], ["dt", "Δt, camera, m"], ["dr", "Δr, camera, rad"]])}</label>
-        ${button("telling", "Go to the moment of the largest error, and on to the next", `<span class="player-tip">▼</span> Moments`)}
-        <span class="player-key">▼ largest error; grey and ticks: given</span>
-        <span class="player-pair" data-pair></span>
+        ${button("worst", "Go to the frame of the largest error", `<span class="player-tip">▼</span> Largest error`)}
+        <span class="player-key">grey and ticks: given</span>
         <canvas class="player-strip" data-strip role="img" aria-label="Error over time, a line a solver"></canvas>
       </div>
       <p class="player-said" data-said aria-live="polite"></p>
@@ -949,8 +856,8 @@
       <dl>${KEYS.map(([key, text]) => `<dt><kbd>${key}</kbd></dt><dd>${text}</dd>`).join("")}</dl>
       <p>Drag the map to move it; wheel or pinch to zoom; point at a person to see its errors, click to keep it.</p>
       <form method="dialog"><button>Close</button></form></dialog>`;
-  const PARTS = ["sequence", "order", "board", "facts", "gone", "note", "body", "ego", "boxes-line", "map", "solvers", "person",
-    "person-text", "scrub", "clock", "speed", "metric", "pair", "strip", "said", "help"];
+  const PARTS = ["sequence", "board", "facts", "note", "body", "ego", "boxes-line", "map", "solvers", "person",
+    "person-text", "scrub", "clock", "speed", "metric", "strip", "said", "help"];
 
   /** Build the player into an element; the parts by the names of their data attributes. */
   function build(element) {
@@ -969,15 +876,16 @@
   /* What it is: what is chosen, what is loaded, the drawing of it, and what is said of it. */
 
   const MOST = 3, AT_FIRST = 2; // solvers at a time, and where the address names none
-  const FLAGS = { follow: false, trails: true, errors: true, ids: false, smooth: true, loop: false };
+  const FLAGS = { follow: false, trails: true, errors: true };
 
   class Session {
     constructor(element, { board, state, onState }) {
       this.ui = build(element);
       this.onState = onState || (() => {});
       this.views = { ego: new EgoView(this.ui.ego), map: new MapView(this.ui.map), strip: new Strip(this.ui.strip) };
-      this.flags = { ...FLAGS, smooth: !matchMedia("(prefers-reduced-motion: reduce)").matches };
-      Object.assign(this, { at: 0, playing: false, speed: 1, order: "worst", metric: "dx", pinned: -1, hovered: -1, turn: 0 });
+      this.flags = { ...FLAGS };
+      this.smooth = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+      Object.assign(this, { at: 0, playing: false, speed: 1, metric: "dx", pinned: -1, hovered: -1, turn: 0 });
       this.tick = this.tick.bind(this);
       this.isGiven = this.isGiven.bind(this);
       this.isAlarm = this.isAlarm.bind(this);
@@ -1012,7 +920,7 @@
       }
     }
 
-    /** Take sequence and solvers from a state, or what is worth seeing first, and say what of it there is not. */
+    /** Take sequence and solvers from a state, or what is worth seeing first. */
     choose(state) {
       const { index, board, colours, ui } = this, names = Object.keys(board.solvers);
       this.solvers = names.map((name) => ({ name, number: colours.get(name), shape: SHAPES[(colours.get(name) - 1) % SHAPES.length] }));
@@ -1025,16 +933,13 @@
       this.sequence = index.sequences.includes(number) ? number : this.sorted()[0];
       this.metric = Object.values(board.solvers).some(({ dx }) => dx.some((value) => value !== null)) ? "dx" : "dt";
       ui.metric.value = this.metric;
-      this.sayGone(state.sequence, wanted.filter((name) => name && !names.includes(name)));
       list(ui.board, Object.keys(index.boards).map((name) => [name, name.replace(/-(?=[^-]*$)/, ", ")]), this.name);
       this.listSequences();
     }
 
-    /** Numbers of the sequences in the order that is chosen, by the mean Δx of the chosen solvers. */
+    /** Numbers of the sequences, the largest mean Δx of the chosen solvers first. */
     sorted() {
-      const { index, order } = this, sign = order === "worst" ? -1 : 1;
-      if (order === "number") return [...index.sequences];
-      return [...index.sequences].sort((a, b) => sign * (this.errorOf(a) - this.errorOf(b)) || a - b);
+      return [...this.index.sequences].sort((a, b) => this.errorOf(b) - this.errorOf(a) || a - b);
     }
 
     errorOf(sequence) {
@@ -1085,7 +990,7 @@
       }
       ui.scrub.max = clip.T - 1;
       this.recolour();
-      this.go(Number(this.wanted ?? this.moments[0]) || 0);
+      this.go(Number(this.wanted ?? this.worst) || 0);
       this.wanted = null;
       this.moment.go(this.at, false, false);
       if (fresh) views.ego.turnTo(this.moment);
@@ -1094,7 +999,7 @@
     recolour() {
       if (!this.clip) return;
       this.theme = readTheme(this.ui.root, this.solvers.map(({ number }) => number), this.clip.colours, this.index.palette);
-      for (const solver of this.solvers) Object.assign(solver, { colour: this.theme.solvers.get(solver.number), stamp: null });
+      for (const solver of this.solvers) solver.colour = this.theme.solvers.get(solver.number);
       this.drawn = this.solvers.filter((solver) => this.chosen.includes(solver.name));
       this.listSolvers();
       this.showCurves();
@@ -1115,7 +1020,9 @@
         box.disabled = !checked && chosen.length >= MOST;
         box.addEventListener("change", () => this.toggle(solver.name, box.checked));
         const mark = create("canvas", { width: 32, height: 32, className: "player-mark", ariaHidden: "true" });
-        strokeShape(mark.getContext("2d"), solver, 16, 16, 10, 4);
+        const context = mark.getContext("2d");
+        addMark(context, solver.shape, 16, 16, 10);
+        Object.assign(context, { lineWidth: 4, strokeStyle: solver.colour }).stroke();
         solver.cells = ["dx", "dt", "mean"].map(() => create("td", {}));
         return create("tr", {}, create("th", { scope: "row" }, create("label", {}, box, mark, solver.name)), ...solver.cells);
       }));
@@ -1125,10 +1032,9 @@
     showCurves() {
       const { views, drawn, estimates, metric, clip, theme, ui } = this, values = estimates.map((estimate) => estimate[metric]);
       const given = Array.from({ length: clip.T }, (_, t) => clip.tracks.some((_one, k) => this.isGiven(t, k)));
-      this.moments = tellingMoments(values, this.board.caps[metric], clip.dt);
-      views.strip.show(drawn.map(({ colour }, n) => ({ colour, values: values[n] })), given, this.moments, theme);
-      ui.pair.textContent = nearer(drawn, values);
-      ui.button("telling").disabled = !this.moments.length;
+      this.worst = worstFrame(values, this.board.caps[metric]);
+      views.strip.show(drawn.map(({ colour }, n) => ({ colour, values: values[n] })), given, this.worst, theme);
+      ui.button("worst").disabled = this.worst < 0;
     }
 
     toggle(name, on) {
@@ -1172,14 +1078,14 @@
       this.before = now;
       this.at += (passed * this.speed) / this.clip.dt;
       if (this.at < end) return;
-      if (this.flags.loop && end > 0) this.at %= end;
-      else { this.at = end; this.play(false); }
+      this.at = end;
+      this.play(false);
     }
 
     draw() {
       const { moment, views, flags, theme, drawn } = this, selected = this.hovered >= 0 ? this.hovered : this.pinned;
       const options = { ...flags, isGiven: this.isGiven, isAlarm: this.isAlarm, selected };
-      moment.go(this.at, flags.smooth && this.playing, views.ego.pictures);
+      moment.go(this.at, this.smooth && this.playing, views.ego.pictures);
       views.ego.draw(moment, theme, options);
       views.map.draw(moment, drawn, theme, options);
       views.strip.draw(this.at);
@@ -1241,14 +1147,6 @@
       ui.map.ariaLabel = `Map from above: the observer, the people around, and the estimates of ${names.join(", ") || "no solver"}.`;
     }
 
-    /** Say what an address asks for that cannot be played here. */
-    sayGone(sequence, solvers) {
-      const isGone = sequence !== undefined && String(sequence) !== String(this.sequence);
-      const gone = [isGone ? `Sequence ${sequence} cannot be played here; this is sequence ${this.sequence}.` : "",
-        solvers.length ? `There is no solver ${solvers.join(", ")} on this board.` : ""].filter(Boolean);
-      Object.assign(this.ui.gone, { textContent: gone.join(" "), hidden: !gone.length });
-    }
-
     state() {
       return { sequence: this.sequence, frame: Math.round(this.at), solvers: this.chosen.join(",") };
     }
@@ -1280,20 +1178,12 @@
     }
   }
 
-  /** Which of two solvers is nearer the truth, in words. */
-  function nearer(drawn, curves) {
-    if (curves.length !== 2) return "";
-    const apart = Array.from(curves[0], (first, t) => curves[1][t] - first).filter((one) => one === one);
-    const [first, second] = [1, -1].map((sign) => apart.filter((one) => sign * one > 0).length);
-    return apart.length ? `${drawn[first >= second ? 0 : 1].name} is nearer the truth in ${Math.max(first, second)} of ${apart.length} frames` : "";
-  }
-
   /* Controls and keys joined to the player, and how the page mounts it. */
 
   const ZOOM = 1.3, PAN = 60; // a press of a key
   const PLAIN = { " ": "play", ArrowLeft: "previous", ArrowRight: "next", Home: "start", End: "end" };
-  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", a: "all", w: "telling", "?": "help" };
-  const FLAG_KEYS = { f: "follow", l: "loop", t: "trails", e: "errors", i: "ids", m: "smooth" };
+  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", w: "worst", "?": "help" };
+  const FLAG_KEYS = { f: "follow", t: "trails", e: "errors" };
   const SHIFTS = { ArrowLeft: [PAN, 0], ArrowRight: [-PAN, 0], ArrowUp: [0, PAN], ArrowDown: [0, -PAN] };
 
   const actions = {
@@ -1305,12 +1195,10 @@
     in: (s) => zoom(s, ZOOM),
     out: (s) => zoom(s, 1 / ZOOM),
     fit: (s) => { s.views.map.fitTruth(); s.ask(); },
-    all: (s) => { s.views.map.fitAll(s.moment); s.ask(); },
-    telling: (s) => jump(s, s.moments[(s.moments.indexOf(Math.round(s.at)) + 1) % s.moments.length] ?? s.at),
+    worst: (s) => jump(s, s.worst),
     earlier: (s) => neighbour(s, -1),
     later: (s) => neighbour(s, 1),
     help: (s) => s.ui.help.showModal(),
-    link: copyLink,
   };
 
   function jump(s, frame) {
@@ -1328,20 +1216,12 @@
     if (s.playing) s.play(false);
     s.sequence = sequence;
     s.ui.sequence.value = sequence;
-    s.ui.gone.hidden = true;
     s.show().then(() => s.tell());
   }
 
   function neighbour(s, by) {
     const order = s.sorted(), next = order[order.indexOf(s.sequence) + by];
     if (next !== undefined) pick(s, next);
-  }
-
-  async function copyLink(s) {
-    s.tell();
-    const said = s.ui.button("link").querySelector("span"), say = (textContent, className) => Object.assign(said, { textContent, className });
-    await navigator.clipboard.writeText(location.href).then(() => say("Copied", "said"), () => say("Copy the address above", "said"));
-    setTimeout(() => say("Copy link", ""), 2500);
   }
 
   function setFlag(s, name, on) {
@@ -1367,7 +1247,6 @@
     on("board", "change", (name) => { // another board of the split, the same sequence, frame and solvers
       location.hash = vbbench.address.format({ board: `${s.index.split}/${name}`, view: "play", options: s.state() });
     });
-    on("order", "change", (order) => { s.order = order; s.listSequences(); });
     on("scrub", "input", (value) => jump(s, Number(value)));
     ui.speed.value = s.speed;
     on("speed", "change", (value) => { s.speed = Number(value); });
@@ -1407,19 +1286,8 @@
     else if (key in PLAIN) actions[PLAIN[key]](s);
     else if (key in OTHER) actions[OTHER[key]](s);
     else if (key in FLAG_KEYS) setFlag(s, FLAG_KEYS[key], !s.flags[FLAG_KEYS[key]]);
-    else if (key === "[" || key === "]") pin(s, nextPerson(s, key === "]" ? 1 : -1));
     else return;
     event.preventDefault();
-  }
-
-  /** The next person who is there in this frame. */
-  function nextPerson(s, by) {
-    const { K } = s.clip, { px } = s.moment.truth;
-    for (let n = 1, k = s.pinned; n <= K; n++) {
-      k = (k + by + K) % K;
-      if (px[k] === px[k]) return k;
-    }
-    return -1;
   }
 
   const player = (vbbench.player = { session: null, decodeClip, decodeEstimate });
