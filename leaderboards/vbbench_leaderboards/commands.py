@@ -29,8 +29,6 @@ def add(
 ) -> None:
     """Score a submission and write its result file.
 
-    In a challenge's results it is taken in for the team --name, if a phase is open: 'vbbench challenge accept'.
-
     Args:
         submission: Folder with submission.json, poses and positions.
         dataset: The dataset that it answers.
@@ -43,20 +41,11 @@ def add(
             figures again; --date, its day, YYYY-MM-DD.
         overwrite: Replace an existing result.
     """
-    from vbbench_leaderboards.results.folder import challenge_folder_of
     from vbbench_leaderboards.results.result import parse_facts
     from vbbench_leaderboards.submitting import add as write
 
     facts = parse_facts(named("fact of a row", about, _facts_of_rows()))
-    date = facts.pop("date", "")
-    challenge = challenge_folder_of(results)
-    if challenge is None:
-        print(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **facts))
-        return
-    from vbbench_leaderboards.challenge.definition import parse_moment
-    from vbbench_leaderboards.challenge.submissions import accept
-
-    print(accept(challenge, submission, name, parse_moment(date), **facts).text())
+    print(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, **facts))
 
 
 def try_(

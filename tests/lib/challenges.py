@@ -26,7 +26,6 @@ organisers = "Somebody"
 contact = "somebody@example.org"
 licence = "CC BY 4.0"
 protocol = "sequential"
-baseline = ""
 rules = ["Be kind."]
 [data]
 split = "sim"
@@ -50,7 +49,6 @@ name = "honest"
 name = "cheat"
 members = "M. Allory"
 """
-FACTS = ["--about", "authors=somebody", "trained_on=nothing", "tuned_on=nothing", "delay=0"]
 
 
 def vbbench(*words: object) -> int:

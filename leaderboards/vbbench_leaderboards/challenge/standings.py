@@ -95,8 +95,6 @@ def status_text(organiser: Organiser, moment: datetime) -> str:
         used = ", ".join(f"{taken.count(one.name)} of {one.submissions} in {one.name}" for one in challenge.phases)
         refused = len(own) - len(taken)
         lines.append(f"  {team.name:<16} {used}" + f"; {refused} refused" * bool(refused))
-    near = [entry for entry in entries if entry.is_accepted and entry.reason]
-    lines += [f"  look at number {entry.number} of {entry.team}: {entry.reason}" for entry in near]
     lines.append(f"  log: {len(entries)} submissions, none changed later")
     return "\n".join([*lines, standings_text(organiser, moment)])
 
@@ -124,7 +122,7 @@ def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
             "Licence": challenge.licence,
         },
     )
-    own = {name: assets()[name] for name in ("assets/page.css", "assets/page.js", "assets/challenge.js")}
+    own = {name: assets()[name] for name in ("assets/page.css", "assets/page.js")}
     with WorkFolder(out, partial(check_site, out)) as work:
         work.begin()
         work.new.mkdir()
