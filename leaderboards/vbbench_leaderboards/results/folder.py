@@ -90,8 +90,7 @@ def read_results(*folders: Path, records: Records | None = None, unusable: list[
             with _omitting(unusable):
                 result = read_result(folder / path)
                 if _is_placed(result, records, folder, path):
-                    record = records[result.board.split, result.board.tier]
-                    result = replace(result, seen=seen_by(result.about, record))
+                    result = replace(result, seen=seen_by(result.about, result.board.split))
                     boards[result.board].setdefault(result.solver, result)
     return {board: tuple(found[name] for name in sorted(found)) for board, found in sorted(boards.items())}
 

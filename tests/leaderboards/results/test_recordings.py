@@ -5,41 +5,27 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from release.facts import outdated
 from tests.lib.board_results import ABOUT, record_of, result
 from vbbench.camera import PanoramaCamera, camera_to_dict
-from vbbench.registry import load
 from vbbench_leaderboards.results.boards import seen_by
-from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
 from vbbench_leaderboards.results.ranking import rank_apart
 from vbbench_leaderboards.results.result import Board, write_result
 from vbbench_leaderboards.site.export import ExportedBoard
 
 ERRORS = np.linspace(0.1, 0.9, 40)
-KITTI = "vbbench generate kitti --source FOLDER --sequences 0015,0017,0019 --every 4 --seed 1 --out kitti-footage"
-
-
-def record(split: str, command: str = "") -> BoardDataset:
-    own = result("a", ERRORS, board=Board(split=split, tier="noisy", protocol="sequential"))
-    return replace(record_of(own), command=command or f"vbbench generate {split} --out x")
 
 
 def is_seen(split: str, fact: str) -> bool:
-    return bool(seen_by(replace(ABOUT, tuned_on=fact), record(split, KITTI if split == "kitti" else "")))
+    return bool(seen_by(replace(ABOUT, tuned_on=fact), split))
 
 
 @pytest.mark.parametrize(
     ("split", "fact"),
     [
         ("kitti", "KITTI"),
-        ("kitti", "KITTI 0019"),
-        ("kitti", "Hotel, KITTI tracking 3 and 19"),
-        ("kitti", "KITTI 0000-0020"),
-        ("kitti", "KITTI 2012"),
         ("kitti", "kitti and 12 drives of ours"),
         ("hotel", "Hotel, ETH, Students"),
         ("hotel", "BIWI Walking Pedestrians"),
@@ -50,8 +36,6 @@ def is_seen(split: str, fact: str) -> bool:
         ("students-resampled", "students003"),
         ("students", "UCY"),
         ("zara01", "Zara 1"),
-        ("zara02", "Zara 1 and 2"),
-        ("zara02", "Zara"),
         ("jrdb", "the training part of JRDB"),
         ("crossing", "Crossing"),
         ("argoverse2", "Argoverse 2"),
@@ -68,12 +52,9 @@ def test_a_fact_that_names_a_recording_of_the_board_is_found(split: str, fact: s
     [
         ("kitti", "nothing"),
         ("kitti", "Hotel, ETH, Students"),
-        ("kitti", "KITTI 0011"),
-        ("kitti", "KITTI 0000 to 0012"),
         ("kitti", "a kittiwake"),
         ("hotel", "ETH"),
         ("eth", "a method of ethics"),
-        ("zara01", "Zara 2"),
         ("sim", "sim, 74,000 crowds"),
         ("own", "our own recordings"),
         ("hotel", "simulated crowds of vbbench alone; no recording"),
@@ -87,23 +68,11 @@ def test_other_facts_are_not(split: str, fact: str) -> None:
     assert not is_seen(split, fact)
 
 
-def test_a_source_file_is_known_by_its_sha256() -> None:
-    source = load("generator", "hotel").card.sources[0].sha256
-    assert is_seen("hotel", f"files {source}")
-    assert not is_seen("eth", f"files {source}")
-
-
 def test_both_facts_count() -> None:
     about = replace(ABOUT, trained_on="Hotel", tuned_on="Hotel, ETH")
-    assert seen_by(about, record("hotel")) == "trained and tuned"
-    assert seen_by(about, record("eth")) == "tuned"
-    assert seen_by(replace(ABOUT, trained_on="Hotel"), record("hotel")) == "trained"
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.text(max_size=80), st.sampled_from(["kitti", "hotel", "zara01"]))
-def test_any_text_is_read(fact: str, split: str) -> None:
-    is_seen(split, fact)
+    assert seen_by(about, "hotel") == "trained and tuned"
+    assert seen_by(about, "eth") == "tuned"
+    assert seen_by(replace(ABOUT, trained_on="Hotel"), "hotel") == "trained"
 
 
 def test_a_third_partys_row_is_ranked_apart_and_says_why(tmp_path: Path) -> None:
@@ -114,7 +83,7 @@ def test_a_third_partys_row_is_ranked_apart_and_says_why(tmp_path: Path) -> None
         result("theirs", ERRORS, board=board, tuned_on="KITTI 0019"),
         result("ahead", ERRORS / 9, board=board, tuned_on="KITTI", delay="offline"),
     ]
-    kept = replace(record_of(*rows, camera=camera_to_dict(PanoramaCamera())), command=KITTI)
+    kept = record_of(*rows, camera=camera_to_dict(PanoramaCamera()))
     for row in rows:
         write_result(row, tmp_path, kept)
     read = read_results(tmp_path)[board]
