@@ -69,12 +69,11 @@ def try_(
     """
     from vbbench_leaderboards.site.building import build as make
     from vbbench_leaderboards.site.player import Films
-    from vbbench_leaderboards.submitting import try_solver
+    from vbbench_leaderboards.submitting import TRIED, try_solver
 
-    trial = try_solver(solver, board, work, name=name, jobs=jobs)
-    print(trial.text())
+    print(try_solver(solver, board, work, name=name, jobs=jobs))
     if out is not None:
-        make(out, trial.results, *_folders(None), films=Films(work=work, jobs=jobs))
+        make(out, work / TRIED, *_folders(None), films=Films(work=work, jobs=jobs))
         print(out / "index.html")
 
 
@@ -230,17 +229,16 @@ def _folders(results: Path | None) -> list[Path]:
     return [results] if results else [*added, published]
 
 
-def demo(out: Path = Path("vbbench-demo"), full: bool = False, jobs: int = 1) -> None:
+def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
     """Generate, solve, score and draw a first result, with a page to open in a browser.
 
     Args:
         out: Folder to make.
-        full: Run every solver that comes with vbbench, under every protocol; minutes.
         jobs: Processes.
     """
     from vbbench_leaderboards.demo import make_demo
 
-    print(make_demo(out, full=full, jobs=jobs))
+    print(make_demo(out, jobs=jobs))
 
 
 _NAMED = (add, build, check, export, rerun, template)

@@ -1,7 +1,6 @@
 """What a submitter needs: a template of a solver, a trial on a published board, and adding a submission."""
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -129,39 +128,10 @@ TRIED = "tried"
 """Folder of the results that were tried, in the work folder: they are nobody's but yours."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Trial:
-    """A solver that was tried on a board.
-
-    Parameters
-    ----------
-    board : the board.
-    results : the folder that holds its result, and others that were tried.
-    name : what it is called there.
-    """
-
-    board: Board
-    results: Path
-    name: str
-
-    def text(self) -> str:
-        """Its place among the published results, for people."""
-        rows = read_results(self.results, published_results())[self.board]
-        places = rank_apart(rows)["dx"].places
-        own = next(result for result in rows if result.solver == self.name)
-        rivals = sum(result.group == own.group for result in rows)
-        place, figure = places[self.name], headline(own, "dx")
-        between = "" if place.best == place.worst else f" (between {place.best} and {place.worst})"
-        interval = "" if figure.low is None else f", 95 % interval {figure.low:.4f}–{figure.high:.4f}"
-        return (
-            f"{self.name} on {self.board.key}: rank {place.rank}{between} of {rivals} {KINDS[own.group]}, "
-            f"Δx {figure.value:.4f} m{interval}"
-        )
-
-
-def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int = 1) -> Trial:
+def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int = 1) -> str:
     """Make a published board's dataset, if it is not there, and solve and score it with a solver.
 
+    Returns its place among the published results, for people; its result is in the folder `TRIED` of the work folder.
     Raises VbbenchError if the board is not published, or this machine makes another dataset.
 
     Parameters
@@ -179,7 +149,14 @@ def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int
     answers = submission_folder(work, wanted, name)
     solve(dataset, solver, wanted.protocol, answers, jobs=jobs, overwrite=True)
     add(answers, dataset.folder, work / TRIED, name=name, overwrite=True)
-    return Trial(board=wanted, results=work / TRIED, name=name)
+    rows = read_results(work / TRIED, published_results())[wanted]
+    own = next(result for result in rows if result.solver == name)
+    place, figure = rank_apart(rows)["dx"].places[name], headline(own, "dx")
+    between = "" if place.best == place.worst else f" (between {place.best} and {place.worst})"
+    rivals = sum(result.group == own.group for result in rows)
+    interval = "" if figure.low is None else f", 95 % interval {figure.low:.4f}–{figure.high:.4f}"
+    where = f"{name} on {board}: rank {place.rank}{between} of {rivals} {KINDS[own.group]}"
+    return f"{where}, Δx {figure.value:.4f} m{interval}"
 
 
 def _check_declared(solver: str) -> None:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Mapping
-from pathlib import Path
 
 import pytest
 from playwright.sync_api import Page, expect
@@ -50,12 +49,6 @@ def test_a_name_leads_to_the_solvers_page_and_back(open_page: Open, boards: Boar
     page.locator(".top").get_by_role("link", name="What it means").click()
     expect(page.locator("#meanings")).to_be_in_viewport()
     expect(page.locator("#solver-title")).to_be_hidden()
-
-
-def test_a_bundled_solvers_code_comes_with_the_site(open_page: Open, site: Path) -> None:
-    page = open_page("#/solver/vb-cv")
-    address = page.locator("#page .facts a", has_text="code").get_attribute("href") or ""
-    assert "class ConstantVelocityBirdifier" in (site / address).read_text("utf-8")
 
 
 def test_a_solver_has_one_colour_everywhere(open_page: Open) -> None:

@@ -70,20 +70,6 @@ def accept(submission: Path, /, challenge: Path, team: str, date: str = "") -> N
     print(submissions.accept(challenge, submission, team, parse_moment(date)).text())
 
 
-def status(folder: Path, /, date: str = "") -> None:
-    """Say which phase is open, what each team has handed in, and who leads.
-
-    Args:
-        folder: The challenge.
-        date: As of when, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
-    """
-    from vbbench_leaderboards.challenge.definition import parse_moment
-    from vbbench_leaderboards.challenge.organiser import Organiser
-    from vbbench_leaderboards.challenge.standings import status_text
-
-    print(status_text(Organiser(folder), parse_moment(date)))
-
-
 def close(folder: Path, /, date: str = "") -> None:
     """Score the hidden part, once the last phase has closed, and say who won.
 
@@ -97,6 +83,4 @@ def close(folder: Path, /, date: str = "") -> None:
     print(end(folder, parse_moment(date)))
 
 
-COMMANDS: dict[str, Callable[..., Any]] = {
-    one.__name__: one for one in (accept, bundle, check, close, generate, new, status)
-}
+COMMANDS: dict[str, Callable[..., Any]] = {one.__name__: one for one in (accept, bundle, check, close, generate, new)}

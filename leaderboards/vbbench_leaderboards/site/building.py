@@ -89,9 +89,6 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
     for solver in site.solvers:
         key = f"pages/solver/{solver}"
         yield f"data/{key}.js", provided(key, {"name": solver, "html": solver_page(site, solver)})
-    yield from (
-        (source.address, source.text) for source in {one.address: one for one in site.sources.values()}.values()
-    )
 
 
 def assets() -> dict[str, str]:

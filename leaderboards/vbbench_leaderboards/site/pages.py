@@ -5,7 +5,6 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -50,9 +49,6 @@ OWN_SOLVER = "mysolver:MySolver"
 
 TEMPLATE_LINES = ["vbbench leaderboard template mine", "cd mine"]
 
-WITHHELD = "data"
-"""The folder of a dataset whose truth was withheld, as its maintainer hands it out; the truth lies next to it."""
-
 
 def render(template: str, **values: Any) -> str:
     """The text of a template; whatever is written into HTML is escaped."""
@@ -72,6 +68,7 @@ def _environment() -> Environment:
         made.globals.update({name: value for name, value in vars(module).items() if not name.startswith("_")})
     made.globals.update(
         the_paper=the_paper,
+        place_of=place_of,
         scatter=scatter,
         distribution=distribution,
         DOWNLOADS=DOWNLOADS,
@@ -81,15 +78,6 @@ def _environment() -> Environment:
         PROTOCOLS=words.PROTOCOLS,
     )
     return made
-
-
-@dataclass(frozen=True, kw_only=True)
-class Source:
-    """Where a solver is written: ``module:class``, the address of its copy in the site, and the module's text."""
-
-    place: str
-    address: str
-    text: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,12 +123,6 @@ class Site:
             for result in self.results[board]:
                 found[result.solver][board] = result
         return found
-
-    @cached_property
-    def sources(self) -> dict[str, Source]:
-        """Solver → its source file, of those that come with vbbench and name no other code."""
-        silent = [name for name, own in self.solvers.items() if not any(row.about.code for row in own.values())]
-        return bundled_sources(silent)
 
     @cached_property
     def colours(self) -> dict[str, int]:
@@ -227,18 +209,10 @@ def _order(board: Board) -> list[tuple[int, str]]:
     return [(order.index(name) if name in order else len(order), name) for name, order in parts]
 
 
-def bundled_sources(solvers: Iterable[str]) -> dict[str, Source]:
-    """The source files of those solvers that come with vbbench, by name: code that needs no net."""
-    found = {}
-    for name in solvers:
-        point = registered("solver").get(name)
-        if point is None or point.dist is None or point.dist.name != "vbbench":
-            continue
-        spec = find_spec(point.value.partition(":")[0])
-        if spec is not None and spec.origin is not None:
-            address = f"code/{spec.name.replace('.', '/')}.py.txt"
-            found[name] = Source(place=point.value, address=address, text=Path(spec.origin).read_text("utf-8"))
-    return found
+def place_of(solver: str) -> str:
+    """``module:class`` of a solver that comes with vbbench; "" for others."""
+    point = registered("solver").get(solver)
+    return point.value if point is not None and point.dist is not None and point.dist.name == "vbbench" else ""
 
 
 def front_page(site: Site) -> str:
@@ -358,18 +332,15 @@ def again_lines(site: Site, board: Board) -> list[str]:
 
 
 def _solving(site: Site, board: Board, solver: str) -> list[str]:
-    """Lines that run as they are, for this board."""
-    record, answer = site.dataset(board), f"{board.split}-{board.tier}-{board.protocol}"
+    """Lines that run as they are, for this board; data whose truth was withheld are where the challenge put them."""
+    record = site.dataset(board)
     if is_published(site, board):
         return [f"vbbench leaderboard try {solver} --board {board.key} --out site"]
     withheld = record.seed is None
-    folder = f"{'../' * (solver == OWN_SOLVER)}{WITHHELD}" if withheld else f"{board.split}-{board.tier}"
-    score = f"vbbench score {answer} --dataset {folder}"
-    return [
-        *([] if withheld else [record.command]),
-        f"vbbench solve {folder} --solver {solver} --protocol {board.protocol} --out {answer}",
-        score + f" --truth {folder}.truth" * withheld,
-    ]
+    folder = f"{'../' * (solver == OWN_SOLVER)}data" if withheld else f"{board.split}-{board.tier}"
+    solve = f"vbbench solve {folder} --solver {solver} --protocol {board.protocol} --out answer"
+    score = f"vbbench score answer --dataset {folder}" + f" --truth {folder}.truth" * withheld
+    return [solve, score] if withheld else [record.command, solve, score]
 
 
 def is_published(site: Site, board: Board) -> bool:

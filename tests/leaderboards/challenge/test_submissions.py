@@ -101,8 +101,6 @@ def test_the_whole_story(
     plain = score(room / "sf", tiny / "data", tiny / "data.truth", sequences=organiser.parts["hidden"])
     assert hidden["cheat"] == pytest.approx(plain.summaries["dx"].capped, rel=1e-5)
     assert hidden["honest"] < hidden["cheat"]
-    assert vbbench("challenge", "status", tiny, "--date", "2027-02-08") == 0
-    assert "cheat            1 of 3 in development, 1 of 2 in final; 2 refused" in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -287,12 +285,12 @@ def test_results_that_came_in_another_way_are_not_shown(
     capsys.readouterr()
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        assert vbbench("challenge", "status", tiny, "--date", "2026-12-03") == 0
-        said = capsys.readouterr()
-        assert "cheat.json: no submission in the log accounts for it" in said.err
-        assert said.out.count("of 2026-12-02") == 1
+        build = ["leaderboard", "build", "--results", tiny / "results", "--out", tmp_path / "site"]
+        assert vbbench(*build, "--date", "2026-12-03") == 0
+        assert "cheat.json: no submission in the log accounts for it" in capsys.readouterr().err
+        assert (tmp_path / "site" / "index.html").read_text("utf-8").count("2026-12-02, number") == 1
         shutil.copy(board / "honest.json", board / "cheat.json")
-        assert vbbench("leaderboard", "build", "--results", tiny / "results", "--out", tmp_path / "site") == 0
+        assert vbbench(*build) == 0
         assert "belongs in sim/sequential-noisy/honest.json" in capsys.readouterr().err
 
 
@@ -309,7 +307,7 @@ def test_a_changed_log_is_refused(room: Path, refused: Refused) -> None:
         assert vbbench(*accept(room, answer, team)) == 0
     log = room / "tiny" / "log.jsonl"
     log.write_text(log.read_text("utf-8").replace('"honest"', '"cheat"', 1), encoding="utf-8")
-    assert "log.jsonl, line 2: a line before this one was changed" in refused("challenge", "status", room / "tiny")
+    assert "log.jsonl, line 2: a line before this one was changed" in refused(*accept(room, "cv"))
 
 
 def test_what_is_kept_must_be_what_was_handed_in(room: Path, refused: Refused) -> None:
