@@ -161,7 +161,8 @@ def summary_faults(result: Result) -> Iterator[str]:
     own, protocol = result.per_sequence, get_protocol(result.board.protocol)
     summaries = summarise(own.timeline, protocol, own.figures, own.figures)
     for name, metric in METRICS.items():
-        kept, fresh = result.score[metric.section][name], summaries[name].to_dict()
+        kept: dict[str, Any] = result.score[metric.section][name]
+        fresh: dict[str, Any] = summaries[name].to_dict()
         wanted = {key: value for key, value in fresh.items() if not key.startswith("frame_")}
         if metric.over == "frames":
             wanted["frame_mean"] = float(np.average(own.figures[name], weights=own.frames))
