@@ -428,14 +428,14 @@ def test_boxes_that_end_at_a_nearer_person_do_not_move_those_behind(known: bool)
 
 
 TALL = np.array([1.55, 1.62, 1.66, 1.78, 1.88, 1.70])
-SWITCH = 14
+SWITCH = 15
 """Frame from which boxes are of another person, or the camera looks elsewhere."""
 
 
-def walkers(switched: bool = False, turn: float = 0.0) -> Crowd:
+def walkers(switched: bool = False, turn: float = 0.0, dt: float = DT) -> Crowd:
     """Six people of the heights `TALL` before a camera that follows them; column 2 may go over to one .2 m taller."""
     rng, frames = np.random.default_rng(1), 24
-    time = DT * np.arange(frames)
+    time = dt * np.arange(frames)
     poses = np.stack([time, 0.0 * time, turn * (np.arange(frames) >= SWITCH)], axis=-1)
     start = np.stack([rng.uniform(5.0, 10.0, 6), np.linspace(-3.0, 3.0, 6)], axis=-1)
     velocity = np.stack([rng.uniform(0.7, 1.3, 6), rng.normal(0.0, 0.2, 6)], axis=-1)
@@ -447,14 +447,16 @@ def walkers(switched: bool = False, turn: float = 0.0) -> Crowd:
     return Crowd(poses, places, boxes)
 
 
+@pytest.mark.parametrize("dt", [DT, 0.1])
 @pytest.mark.parametrize("known", [True, False])
-def test_an_identity_switch_starts_a_new_person_and_does_not_move_the_camera(known: bool) -> None:
-    scene = walkers(switched=True)
-    same, other = (Run(6, known=known).through(one) for one in (walkers(), scene))
+def test_an_identity_switch_starts_a_new_person_and_does_not_move_the_camera(known: bool, dt: float) -> None:
+    """At 10 Hz the switch is between two key frames."""
+    scene = walkers(switched=True, dt=dt)
+    same, other = (Run(6, known=known, changes={"dt": dt}).through(one) for one in (walkers(dt=dt), scene))
     for t in range(SWITCH, len(scene.poses)):
         np.testing.assert_allclose(other[t]["pose"], same[t]["pose"], atol=0.03)
         np.testing.assert_allclose(other[t]["places"][2] - other[t]["pose"][:2], (4.5, 3.5), atol=0.4)
-    before, after = (other[t]["heights"] for t in (SWITCH - 1, SWITCH))
+    before, after = (other[t]["heights"] for t in (SWITCH - 1, SWITCH + 1))
     assert after[2] > before[2] + 0.05
     np.testing.assert_allclose(np.delete(after, 2), np.delete(before, 2), atol=0.01)
 

@@ -147,7 +147,10 @@ class Estimator {
     squares_ = count_ = 0.0;
     variance_ = 1.0;
     learns_ = !recording.known_calibration;
-    if (learns_) noise_.start(model_.people.noise, c.noise_spread, recording.dt);
+    if (learns_) {
+      noise_.start(model_.people.noise, c.noise_spread, recording.dt, recording_.dt);
+      model_.people.noise = noise_.noise();
+    }
     for (int g = 0; g < kGlobals; ++g) {
       calibration.free[g] = std[g] > 0.0 && g < kOdometryScale;
       calibration.information[g][g] = std[g] > 0.0 ? 1.0 / (std[g] * std[g]) : 0.0;
@@ -389,12 +392,14 @@ class Estimator {
       expected.push_back(one);
     }
     frame.at[2] += turn / information;
+    for (Expected& one : expected) one.bearing += turn / information;
+    find_switches(input, frame, expected);
     for (Expected& one : expected) {
       if (!std::isnan(one.bearing)) {
         const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
         const double across = one.bearing_error * r;
-        const double aside = wrap(one.bearing + turn / information - elementary::atan2(dy, dx)) * r * one.variance /
-                             (one.variance + across * across);
+        const double aside =
+            wrap(one.bearing - elementary::atan2(dy, dx)) * r * one.variance / (one.variance + across * across);
         const double along = (one.range - r) * one.variance / (one.variance + square(one.range_error));
         one.at[0] += (along * dx - aside * dy) / r;
         one.at[1] += (along * dy + aside * dx) / r;
@@ -413,6 +418,42 @@ class Estimator {
       if (person.column >= 0) output.heights[person.column] = elementary::exp(person.log_height);
     output.converged = converged_;
     if (recording_.covariances) spread_between(output, expected);
+  }
+
+  /// Identity switches between key frames: the column of a box that is more probably of another person has nobody until
+  /// the next key frame.
+  void find_switches(const Input& input, const Frame& frame, std::vector<Expected>& expected) {
+    std::vector<int> found;
+    int again = 0;
+    for (int i = 0; i < static_cast<int>(expected.size()); ++i) {
+      const Expected& one = expected[i];
+      if (std::isnan(one.bearing) || input.cut[one.column]) continue;
+      const Person& person = window_.people[where_[one.column]];
+      if (person.frames() < 2 || person.last() + 1 != static_cast<int>(window_.frames.size())) continue;
+      ++again;
+      const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
+      const double aside = Innovation::kAside * input.boxes[5 * one.column + 4] / one.bearing_error;
+      const double farther = elementary::hypot(Innovation::kFarther, person.height_std) * r / one.range_error;
+      Innovation box;
+      box.cues = 2;
+      box.e = {wrap(one.bearing - elementary::atan2(dy, dx)) / one.bearing_error, (one.range - r) / one.range_error};
+      const double errors[2] = {one.bearing_error * r, one.range_error}, away[2] = {aside, farther};
+      for (int c = 0; c < 2; ++c) {
+        box.same[c][c] = model_.people.noise.excess[c] + one.variance / square(errors[c]);
+        box.other[c][c] = box.same[c][c] + square(away[c]);
+      }
+      if (association_.is_another(box, model_)) found.push_back(i);
+    }
+    association_.count(found, again);
+    for (const int i : found) {
+      Expected& one = expected[i];
+      window_.people[where_[one.column]].column = -1;
+      where_[one.column] = -1;
+      std::erase_if(between_, [&](const Between& shown) { return shown.node == one.column; });
+      const Box box = Box::of(input.boxes + 5 * one.column, input.cut[one.column]);
+      one.at = placed(box, elementary::log(recording_.height_mean), frame);
+      one.bearing = NAN;
+    }
   }
 
   /// Covariances between key frames: those of the last key frame plus those of the motion since.

@@ -16,9 +16,10 @@ class NoiseLearner {
   static constexpr int kShares = 19, kTimes = 6, kGrid = kShares * kTimes,
                        kLate = 2;  ///< boxes count once so many later frames are solved
 
-  void start(const BoxNoise& first, double spread, double dt) {
+  void start(const BoxNoise& first, double spread, double dt, double key_frame) {
     nu_ = first.nu;
     dt_ = dt;
+    key_frame_ = key_frame;
     noise_ = first;
     for (int s = 0; s < kShares; ++s) share_[s] = 0.002 * elementary::exp(s * (elementary::log(80.0) / (kShares - 1)));
     for (int t = 0; t < kTimes; ++t) {
@@ -32,6 +33,9 @@ class NoiseLearner {
           const double later = elementary::log(time_[t] / first.time[c]) / 2.0;
           weight_[c][s * kTimes + t] = -0.5 * (off * off + later * later);
         }
+    for (int c = 0; c < 3; ++c) summarise(c);
+    noise_.share = first.share;
+    noise_.time = first.time;
   }
 
   /// Updates the posterior with the boxes of the frame `kLate` before the newest.
@@ -59,25 +63,34 @@ class NoiseLearner {
         if (one.seen && one.node == i) next(one.share, one.box);
       next(1.0, node.box);
     }
-    for (int c = 0; c < 3; ++c) {
-      double top = -1e300, sum = 0.0, share = 0.0, time = 0.0;
-      for (const double w : weight_[c]) top = std::max(top, w);
-      for (int s = 0; s < kShares; ++s)
-        for (int t = 0; t < kTimes; ++t) {
-          weight_[c][s * kTimes + t] -= top;
-          const double p = elementary::exp(weight_[c][s * kTimes + t]);
-          sum += p;
-          share += p * elementary::log(share_[s]);
-          time += p * elementary::log(time_[t]);
-        }
-      noise_.share[c] = elementary::exp(share / sum);
-      noise_.time[c] = elementary::exp(time / sum);
-    }
+    for (int c = 0; c < 3; ++c) summarise(c);
   }
 
   const BoxNoise& noise() const { return noise_; }
 
  private:
+  /// Computes means of ln σ and ln τ of a cue, and the excess of the expected variance of innovations in a key frame.
+  void summarise(int c) {
+    double top = -1e300, sum = 0.0, share = 0.0, time = 0.0, variance = 0.0;
+    const auto innovation = [&](double sigma, double tau) {
+      const double rho = elementary::exp(-key_frame_ / tau);
+      return sigma * sigma * (1.0 - rho * rho);
+    };
+    for (const double w : weight_[c]) top = std::max(top, w);
+    for (int s = 0; s < kShares; ++s)
+      for (int t = 0; t < kTimes; ++t) {
+        weight_[c][s * kTimes + t] -= top;
+        const double p = elementary::exp(weight_[c][s * kTimes + t]);
+        sum += p;
+        share += p * elementary::log(share_[s]);
+        time += p * elementary::log(time_[t]);
+        variance += p * innovation(share_[s], time_[t]);
+      }
+    noise_.share[c] = elementary::exp(share / sum);
+    noise_.time[c] = elementary::exp(time / sum);
+    noise_.excess[c] = variance / sum / innovation(noise_.share[c], noise_.time[c]);
+  }
+
   /// Weighs the grid by the cues of a box, given those of the box before, if that was in the frame before.
   void add(const std::array<Cue, 3>& now, const std::array<Cue, 3>& before, const Box& box,
            const std::array<double, 3>& leverage) {
@@ -127,7 +140,7 @@ class NoiseLearner {
     }
   }
 
-  double nu_ = 6.0, dt_ = 0.4;
+  double nu_ = 6.0, dt_ = 0.4, key_frame_ = 0.4;  ///< dt_, key_frame_: s from one frame, and key frame, to the next
   BoxNoise noise_;
   std::array<double, kShares> share_;
   std::array<double, kTimes> time_, memory_;  ///< s, and the correlation of boxes one frame apart

@@ -42,10 +42,11 @@ struct Box {
 };
 
 /// Errors of boxes in column, height and foot: σ in box heights with a correlation time in s, white σ in px, and the
-/// degrees of freedom.
+/// degrees of freedom. While σ and time are uncertain, an innovation has `excess` times the variance that they give.
 struct BoxNoise {
   std::array<double, 3> share, time;
   double pixel, nu;
+  std::array<double, 3> excess{1.0, 1.0, 1.0};
 };
 
 /// Unknowns of one box, in the order of a `Cue`'s gradient.
