@@ -1,4 +1,4 @@
-"""The crowd engine: agent-steps a second a core beside pysocialforce and JuPedSim, threads, and the first use.
+"""The crowd engine: agent-steps a second a core beside pysocialforce and JuPedSim, and the first use.
 
 JuPedSim may live in an environment of its own, whose interpreter $JUPEDSIM_PYTHON names:
 
@@ -18,12 +18,11 @@ from time import perf_counter
 import numpy as np
 
 from tests.lib.library_crowd import walk_by_library
-from vbbench_generators.social_force import Crowd, Model, simulate, simulate_many
+from vbbench_generators.social_force import Crowd, Model, simulate
 
 DT = 0.1  # seconds a step
 SIZES = {10: (400, 20, 15), 50: (200, 10, 25), 800: (20, 2, 50)}  # people: our steps, pysocialforce's, target ratio
 REPEATS = 7
-SCENES = 64
 
 JUPEDSIM = """
 import json, sys, time
@@ -49,10 +48,9 @@ FIRST_USE = """
 from time import perf_counter, process_time
 started, busy = perf_counter(), process_time()
 from benchmarks.bench_simulation import crowd
-from vbbench_generators.social_force import Model, simulate, simulate_many
+from vbbench_generators.social_force import Model, simulate
 for people in (10, 300):
     simulate(crowd(people), Model(), frames=2, dt=0.1, substeps=1)
-    simulate_many([crowd(people)] * 2, Model(), frames=2, dt=0.1, substeps=1)
 print(perf_counter() - started, process_time() - busy)
 """
 
@@ -80,7 +78,7 @@ def quickest(*runs: Callable[[], object], repeats: int = REPEATS) -> list[float]
 def steps(people: int, count: int) -> Callable[[], object]:
     """A run of ``count`` steps on one thread."""
     one = crowd(people)
-    return lambda: simulate(one, Model(), frames=count + 1, dt=DT, substeps=1, threads=1)
+    return lambda: simulate(one, Model(), frames=count + 1, dt=DT, substeps=1)
 
 
 def beside_pysocialforce() -> None:
@@ -92,25 +90,6 @@ def beside_pysocialforce() -> None:
         ours_a_second, library_a_second = people * ours / seconds[0], people * theirs / seconds[1]
         ratio = f"{ours_a_second / library_a_second:7.1f}x  ≥ {target}x"
         print(f"  K = {people:3}                   {library_a_second:13,.0f} {ours_a_second:11,.0f} {ratio}")
-
-
-def threads() -> None:
-    scenes, large = [crowd(50, seed) for seed in range(SCENES)], crowd(800)
-
-    def many(count: int) -> Callable[[], object]:
-        return lambda: simulate_many(scenes, Model(), frames=21, dt=0.4, substeps=8, threads=count)
-
-    def one(count: int) -> Callable[[], object]:
-        return lambda: simulate(large, Model(), frames=11, dt=DT, substeps=1, threads=count)
-
-    print("\nthreads                                one         two     gain  target")
-    for name, run, steps_walked in (
-        (f"{SCENES} sequences of Sim, 50 each", many, 50 * SCENES * 160),
-        ("one crowd of 800", one, 800 * 10),
-    ):
-        single, double = quickest(run(1), run(2), repeats=3 * REPEATS)
-        rates = [steps_walked / spent for spent in (single, double)]
-        print(f"  {name:28} {rates[0]:11,.0f} {rates[1]:11,.0f} {single / double:7.2f}x  ≥ 1.9x on an idle machine")
 
 
 def beside_jupedsim() -> None:
@@ -143,12 +122,11 @@ def first_use() -> None:
     runs = [subprocess.run(command, capture_output=True, text=True, check=True).stdout.split() for _ in range(5)]
     seconds, busy = (min(map(float, column[1:])) for column in zip(*runs, strict=True))
     spent = f"{seconds:.2f} s, of which the processor was busy {busy:.2f} s"
-    print(f"\nimport and one crowd of each kind: {spent}; target < 1 s")
+    print(f"\nimport and two crowds: {spent}; target < 1 s")
 
 
 def main() -> None:
     beside_pysocialforce()
-    threads()
     beside_jupedsim()
     first_use()
 

@@ -21,7 +21,6 @@
 #include "sights.hpp"
 #include "skyline.hpp"
 #include "social_force/march.hpp"
-#include "threads.hpp"
 #include "tracking/boxes.hpp"
 #include "tracking/filter.hpp"
 #include "views/robot.hpp"
@@ -95,11 +94,7 @@ social_force::Settings settings_of(const nb::dict& numbers) {
                                                               {"wall_factor", &Settings::wall_factor},
                                                               {"wall_fall_off", &Settings::wall_fall_off},
                                                               {"wall_reach", &Settings::wall_reach},
-                                                              {"body_radius", &Settings::body_radius},
-                                                              {"cohesion", &Settings::cohesion},
-                                                              {"gaze", &Settings::gaze},
-                                                              {"separation", &Settings::separation},
-                                                              {"personal_space", &Settings::personal_space}};
+                                                              {"body_radius", &Settings::body_radius}};
   Settings settings;
   for (const auto& [name, number] : names) settings.*number = finite(numbers, name);
   return settings;
@@ -109,56 +104,27 @@ std::span<const social_force::Wall> walls_of(const Array<const double>& walls) {
   return {reinterpret_cast<const social_force::Wall*>(walls.data()), walls.shape(0)};
 }
 
-void check_scenes(const social_force::Crowds& crowds, std::size_t goals, std::size_t members, std::size_t groups) {
-  const auto within = [](Int first, Int last, std::size_t count) {
-    return 0 <= first && first <= last && last <= static_cast<Int>(count);
-  };
-  for (const social_force::Scene& scene : crowds.scenes) {
-    const Int people = scene.last - scene.first;
-    if (!within(scene.first, scene.last, static_cast<std::size_t>(crowds.people)) || people == 0)
-      refuse("scenes must have people who are in states");
-    if (!within(scene.first_goal, scene.last_goal, goals) || scene.last_goal - scene.first_goal < people)
-      refuse("scenes must have a goal for everybody");
-    if (!within(scene.first_group, scene.last_group, groups - 1)) refuse("scenes must have groups that are in groups");
-    for (Int g = scene.first_group; g < scene.last_group; ++g) {
-      if (!within(crowds.groups[g], crowds.groups[g + 1], members)) refuse("groups must be where members start");
-      for (Int m = crowds.groups[g]; m < crowds.groups[g + 1]; ++m)
-        if (crowds.members[m] < 0 || crowds.members[m] >= people) refuse("members must be people of their scene");
-    }
-  }
-}
-
-void march(const nb::object& scenes, const nb::object& states, const nb::object& speeds, const nb::object& goals,
-           const nb::object& members, const nb::object& groups, const nb::object& walls, const nb::dict& numbers,
-           double dt, Int substeps, const nb::object& paths, Int threads, bool large) {
-  const auto in_scenes = array<const Int>(scenes, "scenes", {kAny, 6});
+void march(const nb::object& states, const nb::object& speeds, const nb::object& goals, const nb::object& walls,
+           const nb::dict& numbers, double dt, Int substeps, const nb::object& paths) {
   const auto in_states = array<const double>(states, "states", {4, kAny});
   const std::size_t people = in_states.shape(1);
   const auto in_speeds = array<const double>(speeds, "speeds", {people});
-  const auto in_goals = array<const double>(goals, "goals", {kAny, 2});
-  const auto in_members = array<const Int>(members, "members", {kAny});
-  const auto in_groups = array<const Int>(groups, "groups", {kAny});
+  const auto in_goals = array<const double>(goals, "goals", {people, kAny, 2});
   const auto in_walls = array<const double>(walls, "walls", {kAny, 4});
   const auto out_paths = array<double>(paths, "paths", {kAny, people, 2});
   const int frames = whole(static_cast<Int>(out_paths.shape(0)), "the number of frames", 1);
-  const int team_size = whole(threads, "threads", 1);
-  if (in_groups.size() == 0) refuse("groups must end with the number of members");
-  social_force::Crowds crowds;
-  crowds.scenes = {reinterpret_cast<const social_force::Scene*>(in_scenes.data()), in_scenes.shape(0)};
-  crowds.people = static_cast<Int>(people);
-  crowds.states = in_states.data();
-  crowds.speeds = in_speeds.data();
-  crowds.goals = in_goals.data();
-  crowds.members = in_members.data();
-  crowds.groups = in_groups.data();
-  crowds.walls = walls_of(in_walls);
-  crowds.settings = settings_of(numbers);
-  crowds.dt = dt;
-  crowds.substeps = whole(substeps, "substeps", 1);
-  check_scenes(crowds, in_goals.shape(0), in_members.size(), in_groups.size());
+  social_force::Crowd crowd;
+  crowd.people = whole(static_cast<Int>(people), "the number of people", 0);
+  crowd.goals_each = whole(static_cast<Int>(in_goals.shape(1)), "the number of goals", 1);
+  crowd.states = in_states.data();
+  crowd.speeds = in_speeds.data();
+  crowd.goals = in_goals.data();
+  crowd.walls = walls_of(in_walls);
+  crowd.settings = settings_of(numbers);
+  crowd.dt = dt;
+  crowd.substeps = whole(substeps, "substeps", 1);
   const nb::gil_scoped_release released;
-  Team team(team_size);
-  (large ? social_force::march_large : social_force::march)(crowds, frames, out_paths.data(), team);
+  social_force::march(crowd, frames, out_paths.data());
 }
 
 // Tiers -----------------------------------------------------------------------------------------------------------
@@ -384,12 +350,10 @@ nb::tuple whiten(const nb::object& value, const nb::object& phi, const nb::objec
 
 NB_MODULE(_core, m) {
   m.doc() = "The generators' inner loops in C++.";
-  m.def("available_threads", &available_threads, "How many threads this process may run at the same time.");
   m.def("elementary", &elementary_function, nb::arg("name"), array_arg("x"), array_arg("y"),
         "What the function of elementary.hpp called `name` is of x; `atan2` of x and y.");
-  m.def("march", &march, array_arg("scenes"), array_arg("states"), array_arg("speeds"), array_arg("goals"),
-        array_arg("members"), array_arg("groups"), array_arg("walls"), nb::arg("numbers"), nb::arg("dt"),
-        nb::arg("substeps"), array_arg("paths"), nb::arg("threads"), nb::arg("large"), "Walks crowds, into paths.");
+  m.def("march", &march, array_arg("states"), array_arg("speeds"), array_arg("goals"), array_arg("walls"),
+        nb::arg("numbers"), nb::arg("dt"), nb::arg("substeps"), array_arg("paths"), "Walks a crowd, into paths.");
   m.def("sweep", &sweep, array_arg("figures"), array_arg("distances"), array_arg("half"), array_arg("top"),
         nb::arg("columns"), nb::arg("bottom"), nb::arg("wraps"), "What shows of people whom nearer ones hide.");
   m.def("link_rows", &link_rows, array_arg("numbers"), nb::arg("kept"), nb::arg("fresh"),

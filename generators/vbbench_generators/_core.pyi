@@ -7,42 +7,31 @@ from typing import Any
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 
-def available_threads() -> int:
-    """How many threads this process may run at the same time."""
-
 def elementary(name: str, x: FloatArray, y: FloatArray) -> FloatArray:
     """What the function of cpp/elementary.hpp called ``name`` is of x [N]; `atan2` of x and y."""
 
 def march(
     *,
-    scenes: IntArray,
     states: FloatArray,
     speeds: FloatArray,
     goals: FloatArray,
-    members: IntArray,
-    groups: IntArray,
     walls: FloatArray,
     numbers: dict[str, float],
     dt: float,
     substeps: int,
     paths: FloatArray,
-    threads: int,
-    large: bool,
 ) -> None:
-    """Walk crowds by the social force, and write ``paths``.
+    """Walk a crowd by the social force, and write ``paths``.
 
     Parameters
     ----------
-    scenes : [S, 6] for each scene where its people, goals and groups start and end in the arrays below.
-    states : [4, N] x, y, vx, vy of everybody in m and m/s.
-    speeds : [N] desired speeds in m/s.
-    goals : [P, 2] in m, of one person after the other.
-    members, groups : indices, within their scene, of people in groups, and where each group starts among them.
+    states : [4, K] x, y, vx, vy of everybody in m and m/s.
+    speeds : [K] desired speeds in m/s.
+    goals : [K, G, 2] in m.
     walls : [M, 4] segments x0, y0, x1, y1 in m.
     numbers : of the model, see `vbbench_generators.social_force.NUMBERS`.
     dt : seconds per frame, in ``substeps`` steps.
-    paths : [T, N, 2] in m.
-    threads : of which each walks a scene; where scenes are ``large``, they share the people of one.
+    paths : [T, K, 2] in m.
     """
 
 def sweep(

@@ -1,18 +1,14 @@
-"""Simulation of crowds by social force. Results do not depend on the number of threads."""
+"""Simulation of crowds by social force."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vbbench.geometry import FloatArray, IntArray, frozen_array
+from vbbench.geometry import FloatArray, frozen_array
 from vbbench_generators import _core
 
-__all__ = ["Crowd", "GroupForces", "Model", "Moussaid", "WallForce", "simulate", "simulate_many"]
-
-NO_GROUP = -1
+__all__ = ["Crowd", "Model", "Moussaid", "WallForce", "simulate"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,14 +23,12 @@ class Crowd:
     velocities : [K, 2] in m/s.
     speeds : [K] desired speeds in m/s.
     goals : [K, G, 2] in m, the goals of each person in turn; people stay at the last one.
-    groups : [K] group number, −1 for people who walk alone; by default, all do.
     """
 
     positions: FloatArray
     velocities: FloatArray
     speeds: FloatArray
     goals: FloatArray
-    groups: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     def __post_init__(self) -> None:
         people = len(np.atleast_1d(self.positions))
@@ -44,10 +38,6 @@ class Crowd:
             if not np.all(np.isfinite(values)):
                 raise ValueError(f"{name} must be finite; they hold NaN or infinity")
             object.__setattr__(self, name, values)
-        groups = self.groups if np.size(self.groups) else np.full(people, NO_GROUP)
-        object.__setattr__(self, "groups", frozen_array("groups", groups, (people,), np.int64))
-        if np.any(self.groups < NO_GROUP):
-            raise ValueError("groups must be numbers from 0, or -1 for people who walk alone")
         if np.any(self.speeds < 0):
             raise ValueError("speeds must not be negative")
         if self.goals.shape[1] == 0:
@@ -57,10 +47,6 @@ class Crowd:
     def people(self) -> int:
         """Number of people K."""
         return len(self.positions)
-
-    def members(self) -> list[IntArray]:
-        """Indices of the people of each group."""
-        return [np.flatnonzero(self.groups == group) for group in np.unique(self.groups) if group != NO_GROUP]
 
 
 STOP_RADIUS = 0.5
@@ -121,27 +107,6 @@ class WallForce:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GroupForces:
-    """Forces within a group, with the effective factors of pysocialforce.
-
-    Parameters
-    ----------
-    cohesion : attraction to the centre of the group, in 1/s².
-    gaze : acceleration or braking that keeps the others in view, in m/s².
-    separation : repulsion between members closer than ``personal_space``, in 1/s².
-    personal_space : distance in m.
-    """
-
-    cohesion: float = 1.0
-    gaze: float = 1.0
-    separation: float = 1.0
-    personal_space: float = 0.55
-
-    def __post_init__(self) -> None:
-        _check(self, "cohesion", "gaze", "separation", "personal_space")
-
-
-@dataclass(frozen=True, kw_only=True)
 class Model:
     """The forces of a crowd.
 
@@ -149,7 +114,6 @@ class Model:
     ----------
     repulsion : repulsion between people.
     walls : repulsion of walls.
-    groups : forces within groups.
     relaxation_time : τ in s, within which the desired velocity is regained.
     top_speed : maximum speed, relative to the desired speed.
     arrival_radius : distance in m from a goal at which a person turns to the next one; at least 0.5.
@@ -157,7 +121,6 @@ class Model:
 
     repulsion: Moussaid = field(default_factory=Moussaid)
     walls: WallForce = field(default_factory=WallForce)
-    groups: GroupForces = field(default_factory=GroupForces)
     relaxation_time: float = 0.5
     top_speed: float = 1.3
     arrival_radius: float = 1.0
@@ -174,25 +137,14 @@ NUMBERS = (
     *("relaxation_time", "top_speed", "arrival_radius", "stop_radius"),
     *("factor", "velocity_weight", "reach", "side_sharpness", "brake_sharpness"),
     *("wall_factor", "wall_fall_off", "wall_reach", "body_radius"),
-    *("cohesion", "gaze", "separation", "personal_space"),
 )
 """Names of a model's numbers; lengths are in m, times in s."""
-
-LARGE = 256
-"""Crowds of this size or larger are simulated one at a time, with each step spread over threads."""
 
 NO_WALLS: tuple[tuple[float, float, float, float], ...] = ()
 
 
 def simulate(
-    crowd: Crowd,
-    model: Model,
-    *,
-    frames: int,
-    dt: float,
-    substeps: int,
-    walls: ArrayLike = NO_WALLS,
-    threads: int | None = None,
+    crowd: Crowd, model: Model, *, frames: int, dt: float, substeps: int, walls: ArrayLike = NO_WALLS
 ) -> FloatArray:
     """Simulate one crowd.
 
@@ -205,48 +157,11 @@ def simulate(
     dt : seconds per frame.
     substeps : integration steps per frame.
     walls : [M, 4] line segments x0, y0, x1, y1 in m.
-    threads : maximum number, by default that of the processors; the result does not depend on it.
 
     Returns
     -------
     [T, K, 2] positions in m.
     """
-    return simulate_many([crowd], model, frames=frames, dt=dt, substeps=substeps, walls=walls, threads=threads)[0]
-
-
-def simulate_many(
-    crowds: Sequence[Crowd],
-    model: Model,
-    *,
-    frames: int,
-    dt: float,
-    substeps: int,
-    walls: ArrayLike = NO_WALLS,
-    threads: int | None = None,
-) -> list[FloatArray]:
-    """Simulate several independent crowds in parallel; parameters and arrays are those of `simulate`."""
-    segments = _checked(frames, dt, substeps, walls)
-    if threads is not None and threads < 1:
-        raise ValueError(f"threads must be at least 1, not {threads}")
-    paths: list[FloatArray] = [np.empty((frames, crowd.people, 2)) for crowd in crowds]
-    most = _core.available_threads()
-    threads = most if threads is None else min(threads, most)
-    # The largest first, so that threads end together.
-    small = sorted((n for n, c in enumerate(crowds) if 0 < c.people < LARGE), key=lambda n: -crowds[n].people)
-    if small:
-        packed = _pack([crowds[n] for n in small], model, segments, dt, substeps)
-        together = np.empty((frames, packed["states"].shape[1], 2))
-        _core.march(**packed, paths=together, threads=min(threads, len(small)), large=False)
-        for n, scene in zip(small, packed["scenes"], strict=True):
-            paths[n][:] = together[:, scene[0] : scene[1]]
-    for n, crowd in enumerate(crowds):
-        if crowd.people >= LARGE:
-            _core.march(**_pack([crowd], model, segments, dt, substeps), paths=paths[n], threads=threads, large=True)
-    return paths
-
-
-def _checked(frames: int, dt: float, substeps: int, walls: ArrayLike) -> FloatArray:
-    """Return the walls as [M, 4]; raise ValueError where a number is out of range."""
     if frames < 1 or substeps < 1:
         raise ValueError(f"frames and substeps must be at least 1, not {frames} and {substeps}")
     if not (np.isfinite(dt) and dt > 0):
@@ -255,35 +170,23 @@ def _checked(frames: int, dt: float, substeps: int, walls: ArrayLike) -> FloatAr
     segments = frozen_array("walls", segments if segments.size else np.empty((0, 4)), (None, 4))
     if not np.all(np.isfinite(segments)):
         raise ValueError("walls must be finite; they hold NaN or infinity")
-    return np.ascontiguousarray(segments)
-
-
-def _pack(crowds: Sequence[Crowd], model: Model, walls: FloatArray, dt: float, substeps: int) -> dict[str, Any]:
-    """The concatenated arrays of crowds for `_core.march`."""
-    members = [crowd.members() for crowd in crowds]
-    groups = [group for crowd_groups in members for group in crowd_groups]
-    ends = np.cumsum(
-        [(crowd.people, crowd.goals.size // 2, len(own)) for crowd, own in zip(crowds, members, strict=True)], axis=0
+    paths: FloatArray = np.empty((frames, crowd.people, 2))
+    _core.march(
+        states=np.ascontiguousarray(np.column_stack((crowd.positions, crowd.velocities)).T),
+        speeds=crowd.speeds,
+        goals=crowd.goals,
+        walls=segments,
+        numbers=model_numbers(model),
+        dt=float(dt),
+        substeps=int(substeps),
+        paths=paths,
     )
-    bounds = np.stack((np.vstack((np.zeros((1, 3), np.int64), ends[:-1])), ends), axis=2)
-    states = np.concatenate([np.column_stack((crowd.positions, crowd.velocities)) for crowd in crowds]).T
-    return {
-        "scenes": bounds.reshape(len(crowds), 6).astype(np.int64),
-        "states": np.ascontiguousarray(states),
-        "speeds": np.concatenate([crowd.speeds for crowd in crowds]),
-        "goals": np.concatenate([crowd.goals.reshape(-1, 2) for crowd in crowds]),
-        "members": np.concatenate([np.empty(0, np.int64), *groups]),
-        "groups": np.cumsum([0, *map(len, groups)], dtype=np.int64),
-        "walls": np.array(walls),
-        "numbers": model_numbers(model),
-        "dt": float(dt),
-        "substeps": int(substeps),
-    }
+    return paths
 
 
 def model_numbers(model: Model) -> dict[str, float]:
     """The model's numbers by the names of `NUMBERS`."""
     walls = vars(model.walls)
-    own = {**vars(model), **vars(model.groups), **vars(model.repulsion), "stop_radius": STOP_RADIUS}
+    own = {**vars(model), **vars(model.repulsion), "stop_radius": STOP_RADIUS}
     own |= {f"wall_{name}": value for name, value in walls.items()} | {"body_radius": walls["body_radius"]}
     return {name: float(own[name]) for name in NUMBERS}

@@ -1,4 +1,4 @@
-"""The crowd engine as a whole: symmetries, goals, walls, groups, threads, and what it says to wrong input."""
+"""The crowd engine as a whole: symmetries, goals, walls, and what it says to wrong input."""
 
 from dataclasses import replace
 from typing import Any
@@ -10,21 +10,20 @@ from hypothesis import strategies as st
 
 from tests.lib.library_crowd import walk_by_library
 from vbbench.geometry import FloatArray
-from vbbench_generators.social_force import Crowd, Model, Moussaid, WallForce, simulate, simulate_many
+from vbbench_generators.social_force import Crowd, Model, Moussaid, WallForce, simulate
 
 MODEL = Model()
 STEP: dict[str, Any] = {"dt": 0.1, "substeps": 1}
 
 
-def crowd(people: int, seed: int = 0, grouped: bool = False, goals: int = 2) -> Crowd:
+def crowd(people: int, seed: int = 0, goals: int = 2) -> Crowd:
     """People as dense as in Sim, 50 on 16 m x 16 m, on their way."""
     rng, half = np.random.default_rng(seed), 8.0 * np.sqrt(people / 50)
     positions, places = rng.uniform(-half, half, (people, 2)), rng.uniform(-half, half, (people, goals, 2))
     way = places[:, 0] - positions
     velocities = way / np.linalg.norm(way, axis=1, keepdims=True) * rng.uniform(0.5, 1.5, (people, 1))
-    groups = np.where(np.arange(people) < people // 2, np.arange(people) // 3, -1) if grouped else np.full(people, -1)
     speeds = rng.uniform(0.8, 1.6, people)
-    return Crowd(positions=positions, velocities=velocities, speeds=speeds, goals=places, groups=groups)
+    return Crowd(positions=positions, velocities=velocities, speeds=speeds, goals=places)
 
 
 def lone(goal: list[list[float]], speed: float = 1.3) -> Crowd:
@@ -41,27 +40,20 @@ def turned(one: Crowd, angle: float, shift: FloatArray) -> Crowd:
 @settings(max_examples=20, deadline=None)
 @given(angle=st.floats(-7, 7), x=st.floats(-50, 50), y=st.floats(-50, 50), seed=st.integers(0, 99))
 def test_crowds_walk_the_same_way_wherever_the_world_points(angle: float, x: float, y: float, seed: int) -> None:
-    one, shift = crowd(12, seed, grouped=True), np.array([x, y])
+    one, shift = crowd(12, seed), np.array([x, y])
     paths = simulate(one, MODEL, frames=6, **STEP)
     again = simulate(turned(one, angle, shift), MODEL, frames=6, **STEP)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     np.testing.assert_allclose(again, paths @ turn.T + shift, atol=1e-8)
 
 
-@pytest.mark.parametrize("walls", [(), [[-8, -8, 8, -8], [-8, 8, 8, 8]]], ids=["open", "walls"])
-def test_bytes_do_not_depend_on_company_or_threads(walls: Any) -> None:
-    crowds = [crowd(people, people, grouped=True) for people in (10, 300, 1, 50, 2, 257)]
-    alone = [simulate(one, MODEL, frames=4, dt=0.2, substeps=2, walls=walls, threads=1).tobytes() for one in crowds]
-    for threads in (None, 1, 2):
-        paths = simulate_many(crowds, MODEL, frames=4, dt=0.2, substeps=2, walls=walls, threads=threads)
-        assert [path.tobytes() for path in paths] == alone
-
-
-def test_a_large_crowd_walks_as_a_small_one_up_to_rounding(monkeypatch: pytest.MonkeyPatch) -> None:
-    one = crowd(60)
-    small = simulate(one, MODEL, frames=5, **STEP)
-    monkeypatch.setattr("vbbench_generators.social_force.LARGE", 2)
-    np.testing.assert_allclose(simulate(one, MODEL, frames=5, **STEP), small, atol=1e-10)
+def test_a_crowd_in_blocks_walks_as_one_without_up_to_rounding() -> None:
+    """From 256 people on forces are summed in blocks; two crowds of 150 too far apart to meet are one of 300."""
+    near, far = crowd(150, 1), crowd(150, 2)
+    far = replace(far, positions=far.positions + 1e4, goals=far.goals + 1e4)
+    both = Crowd(**{name: np.concatenate([getattr(near, name), values]) for name, values in vars(far).items()})
+    paths = [simulate(one, MODEL, frames=5, **STEP) for one in (near, far, both)]
+    np.testing.assert_allclose(paths[2], np.concatenate(paths[:2], axis=1), atol=1e-8)
 
 
 def test_momentum_is_kept_by_moussaid() -> None:
@@ -99,18 +91,9 @@ def test_walls_keep_people_out() -> None:
     assert simulate(lone([[6.0, 0.1]]), MODEL, frames=200, **STEP, walls=wall)[:, 0, 0].max() < 3.0
 
 
-def test_a_group_stays_closer_together_than_strangers() -> None:
-    positions = np.array([[0.0, 0.0], [0.0, 3.0], [0.0, -3.0]])
-    goals = positions[:, None] + (30.0, 0.0)
-    strangers = Crowd(positions=positions, velocities=np.tile([1.0, 0.0], (3, 1)), speeds=np.full(3, 1.0), goals=goals)
-    friends = replace(strangers, groups=np.zeros(3, dtype=np.int64))
-    spread = [np.ptp(simulate(one, Model(), frames=100, **STEP)[-1, :, 1]) for one in (strangers, friends)]
-    assert spread[1] < 0.7 * spread[0]
-
-
 def test_degenerate_crowds_stay_finite() -> None:
     zeros, walls = np.zeros((5, 2)), [[0, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0.05, 0]]
-    one = Crowd(positions=zeros, velocities=zeros, speeds=np.zeros(5), goals=zeros[:, None], groups=[0, 0, 1, 1, -1])
+    one = Crowd(positions=zeros, velocities=zeros, speeds=np.zeros(5), goals=zeros[:, None])
     moving = replace(one, velocities=np.arange(10).reshape(5, 2), speeds=np.ones(5))
     for start in (one, moving):
         assert np.all(np.isfinite(simulate(start, MODEL, frames=9, **STEP, walls=walls)))
@@ -119,7 +102,6 @@ def test_degenerate_crowds_stay_finite() -> None:
 def test_nobody_at_all_is_a_crowd_too() -> None:
     none = Crowd(positions=np.empty((0, 2)), velocities=np.empty((0, 2)), speeds=[], goals=np.empty((0, 1, 2)))
     assert simulate(none, Model(), frames=3, **STEP).shape == (3, 0, 2)
-    assert simulate_many([], Model(), frames=3, **STEP) == []
 
 
 def test_substeps_are_frames_in_between() -> None:
@@ -135,7 +117,6 @@ def test_substeps_are_frames_in_between() -> None:
         ({"positions": np.full((3, 2), np.nan)}, "positions must be finite"),
         ({"speeds": [1.0, 1.0, -1.0]}, "negative"),
         ({"goals": np.empty((3, 0, 2))}, "goals"),
-        ({"groups": [0, 0, -2]}, "groups"),
     ],
 )
 def test_crowds_that_make_no_sense(change: dict[str, Any], message: str) -> None:
@@ -152,7 +133,6 @@ def test_crowds_that_make_no_sense(change: dict[str, Any], message: str) -> None
         ({"substeps": 0}, "substeps"),
         ({"walls": [[0, 1, 2]]}, "walls"),
         ({"walls": [[0, 1, 2, np.nan]]}, "walls"),
-        ({"threads": 0}, "threads"),
     ],
 )
 def test_steps_that_make_no_sense(change: dict[str, Any], message: str) -> None:
@@ -185,12 +165,20 @@ def forces_on(
     """Forces [S, K, 2] in m/s² on people of S scenes: what a step changes of their velocities, as goals do not pull."""
     model = model or Model()
     speeds, goals = np.full(places.shape[1], FAST), np.full((places.shape[1], 1, 2), FAR)
-    crowds = [
-        Crowd(positions=here, velocities=velocity, speeds=speeds, goals=goals)
-        for here, velocity in zip(places, velocities, strict=True)
-    ]
     without_pull = Model(relaxation_time=1e200, repulsion=model.repulsion, walls=model.walls)
-    paths = np.array(simulate_many(crowds, without_pull, frames=2, dt=DT, substeps=1, **walls))
+    paths = np.array(
+        [
+            simulate(
+                Crowd(positions=here, velocities=velocity, speeds=speeds, goals=goals),
+                without_pull,
+                frames=2,
+                dt=DT,
+                substeps=1,
+                **walls,
+            )
+            for here, velocity in zip(places, velocities, strict=True)
+        ]
+    )
     return ((paths[:, 1] - paths[:, 0]) / DT - velocities) / DT
 
 

@@ -30,7 +30,7 @@ def imported() -> Any:
 
 
 def walk_by_library(crowd: Crowd, model: Model, *, frames: int, dt: float, substeps: int = 1) -> FloatArray:
-    """Positions [T, K, 2] of people without walls, groups and further goals; otherwise as `simulate`."""
+    """Positions [T, K, 2] of people without walls and further goals; otherwise as `simulate`."""
     repulsion = model.repulsion
     with redirect_stdout(StringIO()), np.errstate(all="ignore"):
         library = imported()

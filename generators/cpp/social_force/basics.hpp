@@ -19,7 +19,6 @@ struct Settings {
   double relaxation_time, top_speed, arrival_radius, stop_radius;
   double factor, velocity_weight, reach, side_sharpness, brake_sharpness;
   double wall_factor, wall_fall_off, wall_reach, body_radius;
-  double cohesion, gaze, separation, personal_space;
 };
 
 /// K people: place (m), velocity (m/s), unit vector to the current goal, and distance (m) from it.

@@ -1,6 +1,4 @@
-// Crowds step by step: goals, forces, and the semi-implicit integration v += F·Δt, x += v·Δt.
-//
-// Scenes run in parallel, or one large crowd at a time with the work of each step divided among threads.
+// A crowd step by step: goals, forces, and the semi-implicit integration v += F·Δt, x += v·Δt.
 #pragma once
 
 #include <algorithm>
@@ -10,31 +8,22 @@
 #include <vector>
 
 #include "basics.hpp"
-#include "groups.hpp"
 #include "moussaid.hpp"
-#include "threads.hpp"
 #include "walls.hpp"
 
 namespace vbbench::social_force {
 
 constexpr double kBrakeRadius = 0.2;  ///< m from the goal at which a person brakes, as in pysocialforce
-/// Parts into which the people of a large crowd fall; fixed, so that sums do not depend on the number of threads.
-constexpr int kBlocks = 16;
+/// From so many people on, forces are summed in blocks of people, and the blocks in order: this fixes their last bits.
+constexpr int kLarge = 256, kBlocks = 16;
 
-/// Where the people, goals and groups of a scene start and end among those of all crowds.
-struct Scene {
-  std::int64_t first, last, first_goal, last_goal, first_group, last_group;
-};
-
-/// Concatenated crowds, and the parameters of their simulation.
-struct Crowds {
-  std::span<const Scene> scenes;
-  std::int64_t people = 0;                ///< N, of all scenes
-  const double* states = nullptr;         ///< [4, N] x, y, vx, vy in m and m/s
-  const double* speeds = nullptr;         ///< [N] desired, in m/s
-  const double* goals = nullptr;          ///< [P, 2] in m, of one person after the other
-  const std::int64_t* members = nullptr;  ///< indices, within their scene, of people in groups
-  const std::int64_t* groups = nullptr;   ///< where each group starts among the members, and the last ends
+/// A crowd of K people, and the parameters of its simulation.
+struct Crowd {
+  int people = 0;
+  std::int64_t goals_each = 0;      ///< G
+  const double* states = nullptr;   ///< [4, K] x, y, vx, vy in m and m/s
+  const double* speeds = nullptr;   ///< [K] desired, in m/s
+  const double* goals = nullptr;    ///< [K, G, 2] in m
   std::span<const Wall> walls;
   Settings settings;
   double dt = 0.0;  ///< seconds per frame
@@ -54,18 +43,12 @@ inline void add_row_forces(const People& people, int first, int stride, std::spa
   }
 }
 
-/// The state of a scene during its simulation.
+/// The state of a crowd during its simulation.
 class Walk {
  public:
-  Walk(const Scene& scene, const Crowds& crowds)
-      : crowds_(crowds),
-        scene_(scene),
-        rows_(People::kRows * (scene.last - scene.first)),
-        people_(rows_.data(), static_cast<int>(scene.last - scene.first)),
-        goals_((scene.last_goal - scene.first_goal) / people_.count),
-        current_(people_.count) {
-    for (int row = 0; row < 4; ++row)
-      std::copy_n(crowds.states + row * crowds.people + scene.first, people_.count, rows_.data() + row * people_.count);
+  explicit Walk(const Crowd& crowd)
+      : crowd_(crowd), rows_(People::kRows * crowd.people), people_(rows_.data(), crowd.people), current_(crowd.people) {
+    std::copy_n(crowd.states, 4 * crowd.people, rows_.data());
   }
 
   const People& people() const { return people_; }
@@ -73,13 +56,13 @@ class Walk {
   /// Assigns the next goal to people who have arrived, and computes direction and distance of goals.
   void aim() {
     for (int k = 0; k < people_.count; ++k) {
-      const double* own = crowds_.goals + 2 * (scene_.first_goal + k * goals_);
+      const double* own = crowd_.goals + 2 * k * crowd_.goals_each;
       double dx, dy, distance;
       for (;; ++current_[k]) {
         dx = own[2 * current_[k]] - people_.x[k];
         dy = own[2 * current_[k] + 1] - people_.y[k];
         distance = std::sqrt(dx * dx + dy * dy);
-        if (distance > crowds_.settings.arrival_radius || current_[k] == goals_ - 1) break;
+        if (distance > crowd_.settings.arrival_radius || current_[k] == crowd_.goals_each - 1) break;
       }
       people_.distance[k] = distance;
       people_.ahead_x[k] = distance > 0.0 ? dx / distance : 0.0;
@@ -87,28 +70,25 @@ class Walk {
     }
   }
 
-  /// Adds forces within groups and takes a step, given the `forces` of all else.
-  void move(Forces& forces) {
-    for (std::int64_t g = scene_.first_group; g < scene_.last_group; ++g)
-      add_group_forces(people_, {crowds_.members + crowds_.groups[g], crowds_.members + crowds_.groups[g + 1]},
-                       crowds_.settings, forces);
-    const double step = crowds_.dt / crowds_.substeps;
+  /// Takes a step, given the `forces` of all but the goals.
+  void move(const Forces& forces) {
+    const double step = crowd_.dt / crowd_.substeps;
     for (int k = 0; k < people_.count; ++k) step_of(k, forces.x[k], forces.y[k], step);
   }
 
-  /// Writes everybody's place into the row [N, 2] of a frame.
+  /// Writes everybody's place into the row [K, 2] of a frame.
   void record(double* places) const {
     for (int k = 0; k < people_.count; ++k) {
-      places[2 * (scene_.first + k)] = people_.x[k];
-      places[2 * (scene_.first + k) + 1] = people_.y[k];
+      places[2 * k] = people_.x[k];
+      places[2 * k + 1] = people_.y[k];
     }
   }
 
  private:
   /// The desired force is (speed · e − v)/τ, −v/τ at the goal; the speed is capped; who has arrived stands still.
   void step_of(int k, double fx, double fy, double step) {
-    const Settings& s = crowds_.settings;
-    const double desired = crowds_.speeds[scene_.first + k], distance = people_.distance[k];
+    const Settings& s = crowd_.settings;
+    const double desired = crowd_.speeds[k], distance = people_.distance[k];
     const double wish = distance > kBrakeRadius ? desired : 0.0;
     const double ax = (wish * people_.ahead_x[k] - people_.vx[k]) / s.relaxation_time + fx;
     const double ay = (wish * people_.ahead_y[k] - people_.vy[k]) / s.relaxation_time + fy;
@@ -122,64 +102,32 @@ class Walk {
     people_.y[k] += people_.vy[k] * step;
   }
 
-  const Crowds& crowds_;
-  Scene scene_;
+  const Crowd& crowd_;
   std::vector<double> rows_;
   People people_;
-  std::int64_t goals_;  ///< of each person
   std::vector<std::int64_t> current_;
 };
 
-/// Simulates one scene: steps(walk) takes the steps of a frame; `paths` [T, N, 2] in m.
-template <class Steps>
-void march_frames(const Scene& scene, const Crowds& crowds, int frames, double* paths, const Steps& step) {
-  Walk walk(scene, crowds);
+/// Simulates a crowd and fills `paths` [T, K, 2] in m.
+inline void march(const Crowd& crowd, int frames, double* paths) {
+  const int people = crowd.people, blocks = people < kLarge ? 1 : kBlocks;
+  Walk walk(crowd);
+  Pairs pairs(people);
+  std::vector<Forces> forces(blocks, Forces(people));
   walk.record(paths);
-  for (int frame = 1; frame < frames; ++frame) {
-    for (int n = 0; n < crowds.substeps; ++n) {
-      walk.aim();
-      step(walk);
-    }
-    walk.record(paths + frame * crowds.people * 2);
-  }
-}
-
-/// Simulates scenes, each on one thread of the team, and fills `paths` [T, N, 2] in m.
-inline void march(const Crowds& crowds, int frames, double* paths, Team& team) {
-  team.run(static_cast<int>(crowds.scenes.size()), [&](int n) {
-    const Scene& scene = crowds.scenes[n];
-    const int people = static_cast<int>(scene.last - scene.first);
-    Pairs pairs(people);
-    Forces forces(people);
-    march_frames(scene, crowds, frames, paths, [&](Walk& walk) {
-      std::ranges::fill(forces.x, 0.0);
-      std::ranges::fill(forces.y, 0.0);
-      add_row_forces(walk.people(), 0, 1, crowds.walls, crowds.settings, pairs, forces);
-      walk.move(forces);
-    });
-  });
-}
-
-/// Simulates large scenes one after the other: blocks of people are divided among the team, and summed in order.
-inline void march_large(const Crowds& crowds, int frames, double* paths, Team& team) {
-  for (const Scene& scene : crowds.scenes) {
-    const int people = static_cast<int>(scene.last - scene.first);
-    std::vector<Forces> forces(kBlocks, Forces(people));
-    march_frames(scene, crowds, frames, paths, [&](Walk& walk) {
-      team.run(kBlocks, [&](int block) {
-        Pairs pairs(people);
-        std::ranges::fill(forces[block].x, 0.0);
-        std::ranges::fill(forces[block].y, 0.0);
-        add_row_forces(walk.people(), block, kBlocks, crowds.walls, crowds.settings, pairs, forces[block]);
-      });
-      for (int block = 1; block < kBlocks; ++block) {
-        for (int k = 0; k < people; ++k) {
-          forces[0].x[k] += forces[block].x[k];
-          forces[0].y[k] += forces[block].y[k];
-        }
+  for (int n = 0; n < (frames - 1) * crowd.substeps; ++n) {
+    walk.aim();
+    for (int block = 0; block < blocks; ++block) {
+      std::ranges::fill(forces[block].x, 0.0);
+      std::ranges::fill(forces[block].y, 0.0);
+      add_row_forces(walk.people(), block, blocks, crowd.walls, crowd.settings, pairs, forces[block]);
+      for (int k = 0; block > 0 && k < people; ++k) {
+        forces[0].x[k] += forces[block].x[k];
+        forces[0].y[k] += forces[block].y[k];
       }
-      walk.move(forces[0]);
-    });
+    }
+    walk.move(forces[0]);
+    if ((n + 1) % crowd.substeps == 0) walk.record(paths + static_cast<std::int64_t>((n + 1) / crowd.substeps) * people * 2);
   }
 }
 

@@ -307,15 +307,7 @@ def walk(scenario: Scenario, crowd: Crowd, model: Model) -> FloatArray:
     """Positions [T, K, 2] in m of a crowd in the frames after the warm-up."""
     walls = np.array(scenario.walls).reshape(-1, 4)
     frames = scenario.warm_up_frames + scenario.frames
-    paths = simulate(
-        crowd,
-        model,
-        frames=frames,
-        dt=scenario.dt,
-        substeps=scenario.substeps,
-        walls=walls,
-        threads=1,  # sequences fill the cores
-    )
+    paths = simulate(crowd, model, frames=frames, dt=scenario.dt, substeps=scenario.substeps, walls=walls)
     return paths[scenario.warm_up_frames :]
 
 
