@@ -113,10 +113,7 @@ def test_published_files_are_read_like_those_with_the_games_own_axes(tmp_path, s
     ("speed", "turn", "tilt"),
     [(0.0, 0.0, (-2.0, 0.0)), (1.2, 0.0, (-2.0, 1.5)), (1.2, 4.0, (-0.5, 1.5)), (0.0, 8.0, (-15.0, -1.0))],
 )
-@pytest.mark.parametrize("where", [None, (2, 0, 1), (1, 2, 0)])
-def test_axes_signs_and_order_are_those_under_which_people_move_as_people_do(
-    tmp_path, monkeypatch, speed, turn, tilt, where
-):
+def test_poses_are_right_however_the_camera_moves(tmp_path, monkeypatch, speed, turn, tilt):
     """A camera that stands, goes straight on, or turns; who stands and who walks must not move with it."""
     rng = np.random.default_rng(5)
     start, walk = rng.uniform([7.0, -3.0], [18.0, 3.0], (12, 2)), rng.normal(0.0, 1.0, (12, 2))
@@ -136,8 +133,6 @@ def test_axes_signs_and_order_are_those_under_which_people_move_as_people_do(
     for row in values["annotations"]:
         joints = np.reshape(row["keypoints_3d"], (-1, 4))
         row["keypoints_3d"] = (joints + rng.normal(0.0, 0.01, joints.shape)).reshape(-1).tolist()
-    for image in values["images"] if where else []:
-        image["cam_world_rot"] = [-image["cam_world_rot"][n] for n in where]
     found = find_camera_path(read_annotations(write(tmp_path, values) / "annotations" / "000.json"))
     assert (found.pitch, found.roll) == pytest.approx(np.radians(tilt), abs=1e-3)
     positions, angles = (known[10:90] for known in track(100))

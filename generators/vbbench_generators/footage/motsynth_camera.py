@@ -7,7 +7,6 @@ half a second and a second before, and compares the prediction in the picture.
 """
 
 from dataclasses import dataclass, replace
-from itertools import permutations, product, starmap
 
 import numpy as np
 
@@ -21,49 +20,52 @@ HEAD_TOP, HIPS, ANKLES = 0, (16, 19), (18, 21)
 ANKLE_HEIGHT = 0.08
 """Of an ankle above the sole, in m."""
 
-PLACES = {
-    "x, -height, y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
-    "x, y, height": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-}
-"""How ``cam_world_pos`` is read: the matrix from the three numbers to (x, y, height); files have the first."""
 
-
-@dataclass(frozen=True)
-class AngleReading:
-    """A convention of the angles ``cam_world_rot``.
+@dataclass(frozen=True, kw_only=True)
+class Convention:
+    """How the camera's pose is written.
 
     Parameters
     ----------
-    where : indices of pitch, roll and yaw.
-    signs : signs of the three; pitch is positive upwards, roll clockwise as the camera sees, yaw to the left.
+    places, angles : ``cam_world_pos`` and ``cam_world_rot`` in words.
+    matrix : [3, 3] from the numbers of ``cam_world_pos`` to (x, y, height).
+    where, signs : indices of pitch, roll and yaw in ``cam_world_rot``, and their signs; pitch is positive upwards, roll
+        clockwise as the camera sees, yaw to the left.
     fixed_axes : whether roll turns about a fixed axis, after yaw and pitch; else about the camera's own.
     """
 
+    places: str
+    angles: str
+    matrix: tuple[tuple[int, ...], ...]
     where: tuple[int, ...]
     signs: tuple[int, ...]
     fixed_axes: bool
 
-    def __str__(self) -> str:
-        words = dict(zip(self.where, ("pitch", "roll", "yaw"), strict=True))
-        signs = dict(zip(self.where, self.signs, strict=True))
-        return ", ".join("-" * (signs[n] < 0) + words[n] for n in range(3))
 
-
-KNOWN_READINGS = (
-    AngleReading((0, 2, 1), (1, 1, -1), fixed_axes=True),
-    AngleReading((0, 1, 2), (1, 1, 1), fixed_axes=False),
+CONVENTIONS = (
+    Convention(
+        places="x, -height, y",
+        angles="pitch, -yaw, roll",
+        matrix=((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+        where=(0, 2, 1),
+        signs=(1, 1, -1),
+        fixed_axes=True,
+    ),
+    Convention(
+        places="x, y, height",
+        angles="pitch, roll, yaw",
+        matrix=((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        where=(0, 1, 2),
+        signs=(1, 1, 1),
+        fixed_axes=False,
+    ),
 )
-"""That of Quo Vadis, a public program that reads the files, and the game's own; they count before equal ones."""
-READINGS = tuple(starmap(AngleReading, product(permutations(range(3)), product((1, -1), repeat=3), (True, False))))
+"""That of the published files, as Quo Vadis, a public program, reads them; and the game's own."""
 
 MOST_SHIFT = 5
 """Frames by which poses may be too early or too late."""
 MOST_LEAN = 8.0
 """Degrees that people may lean on average."""
-LEVEL = 1.0
-"""Degrees of tilt, of people and ground, by which readings of the angles may differ and count as equal."""
-GROUND_RELIEF, GROUND_SLOPE = 0.1, 0.03
-"""Of feet around a plane in m, and of that plane: what is usual."""
 MOST_JOINT_ERROR = 10.0
 """px that the median joint may be off."""
 MOST_BOX_ERROR, MOST_POSE_ERROR = 0.15, 0.25
@@ -73,10 +75,8 @@ AHEAD = 0.5
 """s that places are predicted ahead: long enough for a camera's turns, short enough for people's."""
 CLEARLY = 0.8
 """A shift is taken if its error is less than so many times the error without."""
-EQUAL = 1.05
-"""Readings under which speeds of people differ by less than this factor count as equal."""
 MOST_TRIPLES = 3000
-"""Predictions from which the reading and the shift are chosen."""
+"""Predictions from which the convention and the shift are chosen."""
 FASTEST, QUICKEST = 100.0, 15.0
 """In m/s and rad/s: no camera that walks, drives or turns is faster from a frame to the next."""
 MOST_TILT_SPREAD = 0.05
@@ -125,10 +125,10 @@ def find_camera_path(found: Annotations) -> CameraPath:
         problem = f"boxes lie {box_error:.0%} of their height from their people"
         raise FileError(found.path, f"{problem}: joints and boxes are not of one video")
     reading = _find_reading(found)
-    pose_shift = reading.shift
-    turned = replace(found, positions=found.positions @ np.array(PLACES[reading.places]).T)
+    convention, pose_shift = reading.convention, reading.shift
+    turned = replace(found, positions=found.positions @ np.array(convention.matrix).T)
     found = _shift_poses(turned, pose_shift)
-    axes = camera_axes(found.angles, reading.angles)
+    axes = camera_axes(found.angles, convention)
     _refuse_leaps(found, axes, pose_shift)
     places = _to_world(found, axes, found.joints)
     right, down, forward = np.moveaxis(axes, 2, 0)
@@ -154,12 +154,12 @@ def find_camera_path(found: Annotations) -> CameraPath:
         people=places[:, HIPS, :2].mean(axis=1),
         statures=statures,
         report={
-            "places": reading.places,
-            "angles": str(reading.angles),
+            "places": convention.places,
+            "angles": convention.angles,
             "joint_px": joint_error,
             "box_error": box_error,
             "pose_shift": pose_shift,
-            "pose_error": reading.motion.error,
+            "pose_error": reading.error,
             "lean_degrees": reading.lean,
             "pitch_spread": spreads["pitch"],
             "roll_spread": spreads["roll"],
@@ -180,16 +180,16 @@ def _refuse_leaps(found: Annotations, axes: FloatArray, shift: int) -> None:
         raise FileError(found.path, f"{problem}; a video is one shot of one camera, in m and degrees")
 
 
-def camera_axes(angles: FloatArray, reading: AngleReading) -> FloatArray:
+def camera_axes(angles: FloatArray, convention: Convention) -> FloatArray:
     """[T, 3, 3] right, down and forward of the camera as columns, in the world, from angles [T, 3] in degrees.
 
     The camera looks along +y; pitch turns it about x, roll about y, yaw about z.
     """
     from scipy.spatial.transform import Rotation
 
-    pitch, roll, yaw = np.radians(angles[:, reading.where] * reading.signs).T
+    pitch, roll, yaw = np.radians(angles[:, convention.where] * convention.signs).T
     level, rolled = Rotation.from_euler("ZX", np.stack([yaw, pitch], -1)), Rotation.from_euler("y", roll[:, None])
-    turned = (rolled * level if reading.fixed_axes else level * rolled).as_matrix()
+    turned = (rolled * level if convention.fixed_axes else level * rolled).as_matrix()
     return np.stack([turned[..., 0], -turned[..., 2], turned[..., 1]], axis=-1)
 
 
@@ -221,90 +221,45 @@ def _partners(found: Annotations, shift: int) -> tuple[IntArray, IntArray]:
 
 @dataclass(frozen=True, kw_only=True)
 class _Reading:
-    """A convention of places and angles, a shift of poses, and people's motion under both: see `_find_reading`."""
+    """A convention; mean lean of people in degrees, and the shift of poses with its error under it."""
 
-    places: str
-    angles: AngleReading
+    convention: Convention
     lean: float
     shift: int
-    motion: "_Motion"
-
-
-@dataclass(frozen=True)
-class _Motion:
-    """Median error of predicted places in box heights; mean speed, and median of its vertical part, in m/s."""
-
-    error: float = np.inf
-    speed: float = np.inf
-    climb: float = np.inf
+    error: float
 
 
 def _find_reading(found: Annotations) -> _Reading:
-    """Choose the convention of places and angles.
-
-    The criteria, in turn, are upright people on level ground, small errors of prediction, small vertical speed, and low
-    speed. (If the camera moves straight on, predictions fit under any convention, but the last two criteria do not.)
-    """
-    triples = _triples(found)
-    tried: dict[bytes, _Reading] = {}
-    for angles, lean in _level_readings(found):
-        axes = camera_axes(found.angles, angles)
-        for places, matrix in PLACES.items():
-            positions = found.positions @ np.array(matrix).T
-            key = _relative_poses(axes, positions)
-            if key not in tried:
-                motions = _motions(found, axes, positions, triples)
-                shift = _best({shift: motion.error for shift, motion in motions.items()})
-                tried[key] = _Reading(places=places, angles=angles, lean=lean, shift=shift, motion=motions[shift])
-    left = list(tried.values())
-    for name, more, factor in (("error", 0.003, 1.0 / CLEARLY), ("climb", 0.05, 1.0), ("speed", 0.01, EQUAL)):
-        values = [getattr(reading.motion, name) for reading in left]
-        left = [reading for reading, value in zip(left, values, strict=True) if value <= factor * min(values) + more]
-    best = left[0]
-    if not best.motion.error <= MOST_POSE_ERROR:
-        problem = f"people jump by {best.motion.error:.0%} of their height, at best ({best.shift:+d} frames, "
-        problem += f"cam_world_pos as {best.places}, cam_world_rot as {best.angles})"
+    """The convention under which people stand upright and walk as predicted."""
+    triples, leans = _triples(found), [_lean(found, convention) for convention in CONVENTIONS]
+    if min(leans) > MOST_LEAN:
+        problem = (
+            f"people do not stand upright however cam_world_rot is read: they lean {min(leans):.0f} degrees at best"
+        )
+        problem += f"{min(leans):.0f} degrees at best, as ({CONVENTIONS[leans.index(min(leans))].angles})"
+        raise FileError(found.path, problem)
+    readings = []
+    for convention, lean in zip(CONVENTIONS, leans, strict=True):
+        if lean <= MOST_LEAN:
+            axes, positions = camera_axes(found.angles, convention), found.positions @ np.array(convention.matrix).T
+            errors = _errors(found, axes, positions, triples)
+            shift = _best(errors)
+            readings.append(_Reading(convention=convention, lean=lean, shift=shift, error=errors[shift]))
+    best = min(readings, key=lambda reading: reading.error)
+    if not best.error <= MOST_POSE_ERROR:
+        problem = f"people jump by {best.error:.0%} of their height, at best ({best.shift:+d} frames, "
+        problem += f"cam_world_pos as {best.convention.places}, cam_world_rot as {best.convention.angles})"
         raise FileError(found.path, f"{problem}: the camera's poses are not those of these boxes")
     return best
 
 
-def _level_readings(found: Annotations) -> list[tuple[AngleReading, float]]:
-    """Conventions under which people are upright and the ground is level, best first, with the lean in degrees."""
+def _lean(found: Annotations, convention: Convention) -> float:
+    """Degrees by which the mean of people's bodies, from ankles to head, leans under a convention."""
     rows = np.linspace(0, len(found.frame) - 1, min(len(found.frame), MOST_TRIPLES)).astype(int)
-    ankles = found.joints[rows][:, ANKLES]
-    bodies = found.joints[rows, HEAD_TOP] - ankles.mean(axis=1)
+    bodies = found.joints[rows, HEAD_TOP] - found.joints[rows][:, ANKLES].mean(axis=1)
     bodies = bodies / np.maximum(np.linalg.norm(bodies, axis=1, keepdims=True), 1e-9)
-    leans, tilts = {}, {}
-    for reading in READINGS:
-        axes = camera_axes(found.angles, reading)[found.frame[rows]]
-        mean = np.einsum("nwc,nc->nw", axes, bodies).mean(axis=0)
-        leans[reading] = float(np.degrees(np.arctan2(np.hypot(mean[0], mean[1]), mean[2])))
-        tilts[reading] = float(np.hypot(leans[reading], _ground_slope(np.einsum("nwc,njc->njw", axes, ankles))))
-    upright = [reading for reading in READINGS if leans[reading] <= MOST_LEAN]
-    if not upright:
-        best = min(leans, key=lambda reading: leans[reading])
-        problem = f"they lean {leans[best]:.0f} degrees at best, as ({best})"
-        raise FileError(found.path, f"people do not stand upright however cam_world_rot is read: {problem}")
-    least = min(tilts[reading] for reading in upright)
-    level = [reading for reading in upright if tilts[reading] <= least + LEVEL]
-    level.sort(key=lambda reading: (reading not in KNOWN_READINGS, tilts[reading]))
-    return [(reading, leans[reading]) for reading in level]
-
-
-def _ground_slope(ankles: FloatArray) -> float:
-    """Inclination in degrees of the plane through the lower of two ``ankles`` [N, 2, 3], relative to level axes."""
-    feet = ankles[np.arange(len(ankles)), ankles[..., 2].argmin(axis=1)]
-    feet = feet - feet.mean(axis=0)
-    level, usual = feet[:, :2], (GROUND_RELIEF / GROUND_SLOPE) ** 2
-    slope = np.linalg.solve(level.T @ level + usual * np.eye(2), level.T @ feet[:, 2])
-    return float(np.degrees(np.arctan(np.linalg.norm(slope))))
-
-
-def _relative_poses(axes: FloatArray, positions: FloatArray) -> bytes:
-    """A key of the camera's relative poses under a convention; conventions with equal keys are equivalent."""
-    moved = np.einsum("twc,tw->tc", axes, positions - positions[0])
-    whole = [np.einsum("twc,wd->tcd", axes, axes[0]).reshape(len(axes), 9), axes[:, 2], moved]
-    return bytes((np.round(np.hstack(whole), 5) + 0.0).tobytes())
+    x, y, z = np.einsum("nwc,nc->nw", camera_axes(found.angles, convention)[found.frame[rows]], bodies).mean(axis=0)
+    return float(np.degrees(np.arctan2(np.hypot(x, y), z)))
 
 
 def _triples(found: Annotations) -> IntArray:
@@ -318,27 +273,22 @@ def _triples(found: Annotations) -> IntArray:
     return rows[:, np.linspace(0, len(last) - 1, min(len(last), MOST_TRIPLES)).astype(int)]
 
 
-def _motions(found: Annotations, axes: FloatArray, positions: FloatArray, rows: IntArray) -> dict[int, _Motion]:
-    """The motion of people of ``rows`` [3, M] by each shift of the poses, in frames."""
+def _errors(found: Annotations, axes: FloatArray, positions: FloatArray, rows: IntArray) -> dict[int, float]:
+    """Median error in box heights of predicted places of ``rows`` [3, M], by each shift of the poses in frames."""
     hips = found.joints[rows][:, :, HIPS].mean(axis=2)
-    motions = {}
+    errors = {}
     for shift in range(-MOST_SHIFT, MOST_SHIFT + 1):
         frames = found.frame[rows] + shift
         known = ((frames >= 0) & (frames < found.frames)).all(axis=0)
         if not known.any():
-            motions[shift] = _Motion()
+            errors[shift] = np.inf
             continue
         here, seen = frames[:, known], hips[:, known]
         world = positions[here] + np.einsum("sntc,snc->snt", axes[here], seen)
         expected = np.einsum("ntc,nt->nc", axes[here[2]], 2.0 * world[1] - world[0] - positions[here[2]])
         off = np.linalg.norm(found.project(expected) - found.project(seen[2]), axis=-1)
-        walk = (world[2] - world[0]) / (2.0 * AHEAD)
-        motions[shift] = _Motion(
-            error=float(np.nanmedian(off / found.boxes[rows[2, known], 3])),
-            speed=float(np.linalg.norm(walk, axis=-1).mean()),
-            climb=float(np.median(np.abs(walk[:, 2]))),
-        )
-    return motions
+        errors[shift] = float(np.nanmedian(off / found.boxes[rows[2, known], 3]))
+    return errors
 
 
 def _best(errors: dict[int, float]) -> int:
