@@ -244,7 +244,10 @@ def _in_feet(values):
         (_cut, r"frame 30: the camera moves .* and turns \d\d degrees from the frame before; a video is one shot"),
         (_in_feet, r"people by keypoints_3d: their median height must be 0\.5 to 2\.5 m, not 5\.\d+; it must be in m"),
         (lambda v: v["annotations"][0].update(bbox=[1, 2, 3]), r"length >= 4 - at `\$\.annotations\[0\]\.bbox`"),
-        (lambda v: v["annotations"][0].update(ped_id="x"), r"Expected `int`, got `str` - at `\$\.annotations\[0\]\.ped_id`"),
+        (
+            lambda v: v["annotations"][0].update(ped_id="x"),
+            r"Expected `int`, got `str` - at `\$\.annotations\[0\]\.ped_id`",
+        ),
         (lambda v: v["annotations"].append(v["annotations"][0]), "person 0 has two boxes in frame 0"),
         (
             lambda v: v.update(annotations=[row for row in v["annotations"] if row["image_id"] < 1015]),

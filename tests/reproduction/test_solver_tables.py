@@ -1,17 +1,15 @@
-"""Tables 2 and 3 of the paper: averages against pandas, and stand-ins."""
+"""Tables 2 and 3 of the paper: averages against pandas, and what is missing."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError
 from vbbench.paper import PROTOCOLS, SIGMA_H, SPLITS, the_paper
-from vbbench.reproduction.grid import STAND_INS, Making, SimulatedRecording, row_at
+from vbbench.reproduction.grid import Making, row_at
 from vbbench.reproduction.solver_tables import COUNTERPARTS, SolverTable, SolverTableStudy
 
 DEMO = SolverTableStudy(table=2, splits=("demo",), solvers=("cv", "vb-cv"), every=16)
@@ -81,35 +79,3 @@ def test_what_is_missing_is_said_with_its_command(no_data: Path, tmp_path: Path)
     assert json.loads(report.json)["missing"].keys() == {"hotel", "eth"}
     with pytest.raises(VbbenchError, match="vbbench fetch hotel"):
         SolverTableStudy(table=2, splits=("hotel",), source=no_data).run(tmp_path / "out")
-
-
-@pytest.mark.slow
-def test_a_simulated_crowd_stands_in_for_a_missing_recording(no_data: Path, tmp_path: Path) -> None:
-    few = replace(STAND_INS["shibuya02"], people=40, every=20)
-    study = SolverTableStudy(table=3, splits=("shibuya02",), solvers=("cv",), stand_ins={"shibuya02": few})
-    found = study.measure(tmp_path / "out", Making())
-    own = found.recordings["shibuya02"]
-    assert own["simulated"]
-    assert own["title"] == "Simulated crowd, lifted like shibuya02"
-    assert found.name("shibuya02") == "shibuya02 (simulated)"
-    report = study.report(found)
-    assert "**`shibuya02` is a stand-in**" in report.markdown
-    assert "## shibuya02 (simulated), the paper's way" in report.markdown
-    one_step, sequential = (row_at(found.rows, protocol=p, sigma_h=SIGMA_H)["figures"]["dx"].mean for p in PROTOCOLS)
-    assert one_step < 0.01 < 0.1 < sequential
-    made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()}
-    assert study.run(tmp_path / "out").json == report.json
-    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*") if path.is_file()} == made
-
-
-@pytest.mark.slow
-def test_table3_simulates_what_is_missing(
-    no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(STAND_INS, "shibuya01", SimulatedRecording(people=40, every=30))
-    command = ["reproduce", "table3", "--split", "shibuya01", "--solver", "cv", "--out", tmp_path / "out", "--json"]
-    status, printed, _ = run(capsys, *command)
-    assert status == 0
-    values = json.loads(printed)
-    assert values["recordings"]["shibuya01"]["simulated"]
-    assert values["paper"]["shibuya01"]["CV"] == {"dx": 0.221}

@@ -10,7 +10,6 @@ import pytest
 
 from tests.cli.test_cli import run
 from tests.lib import motsynth_recording
-from tests.lib.head_crowds import square
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
@@ -19,8 +18,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import ForesightedPlan, Options, Simulation
 from vbbench.paper import the_paper
 from vbbench.registry import load
-from vbbench.reproduction import grid
-from vbbench.reproduction.grid import Making, SimulatedRecording
+from vbbench.reproduction.grid import Making
 from vbbench.reproduction.table1 import Counted, Table1Study, Tally, all_rows, count_people
 
 
@@ -139,27 +137,6 @@ def test_what_is_missing_is_said_with_the_command(no_data: Path, tmp_path: Path)
         "your own download, named with --motsynth DIR",
     ]
     assert not (tmp_path / "out").exists()
-
-
-def test_where_shibuya_is_missing_a_recording_like_it_is_made(
-    no_data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scenario = tmp_path / "square.toml"
-    scenario.write_text(square(frames=90), "utf-8")
-    monkeypatch.setattr(grid, "SCENARIO", str(scenario))
-    monkeypatch.setitem(grid.STAND_INS, "shibuya02", SimulatedRecording(people=60, every=1))
-    found = Table1Study(splits=("shibuya02",)).measure(tmp_path / "out", Making())
-    assert cells(found, "Shibuya02")[1][1] == "missing: `vbbench fetch shibuya02`"
-    ours = cells(found, "like Shibuya02, simulated")[1]
-    tally = found[1].tally
-    assert tally is not None
-    assert ours[1:3] == ["`shibuya02`", str(len(tally.frames))]
-    assert ours[4] == f"{tally.passing.min()} / {tally.passing.mean():.2f} / {tally.passing.max()}"
-    written = {path: path.stat().st_mtime_ns for path in (tmp_path / "out").rglob("*") if path.is_file()}
-    again = Table1Study(splits=("shibuya02",)).measure(tmp_path / "out", Making())
-    assert again[1].tally is not None
-    assert again[1].tally.row == tally.row
-    assert {path: path.stat().st_mtime_ns for path in written} == written
 
 
 def test_motsynth_is_counted_where_its_folder_is_named(tmp_path: Path) -> None:

@@ -58,9 +58,8 @@ def export_mot(
     frames: bool = False,
     backend: str = "auto",
     truth: Path | None = None,
-    heads: bool = False,
 ) -> None:
-    """Write boxes, and rendered pictures, as one MOTChallenge folder per sequence; or boxes of heads.
+    """Write boxes, and rendered pictures, as one MOTChallenge folder per sequence.
 
     Args:
         folder: The dataset.
@@ -69,21 +68,11 @@ def export_mot(
         frames: Also render the pictures, without marks, for your own detector and tracker.
         backend: With --frames: the renderer; see 'vbbench render'.
         truth: Folder with the truth tables, if they are not in the dataset.
-        heads: Write the heads that a camera 13 m above the crowd sees in a sequence's scene, as one folder of
-            MOTChallenge Head Tracking 21.
     """
-    from vbbench.errors import VbbenchError
     from vbbench.exchange.mot import export_mot as export
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.rendering import Backend
 
-    if heads and frames:
-        raise VbbenchError("--heads writes no pictures: remove --frames")
-    if heads:
-        from vbbench.exchange.heads import HeadOptions, export_heads
-
-        print(export_heads(Dataset(folder, truth), out, HeadOptions(), sequence=sequence))
-        return
     drawn_by = Backend(name=backend) if frames else None
     print(export(Dataset(folder, truth), out, sequence=sequence, backend=drawn_by, announce=announce))
 

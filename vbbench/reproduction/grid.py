@@ -1,10 +1,8 @@
 """The grid of a study: datasets, protocols and solvers. Each dataset and submission is made unless it exists already.
 
-Long work therefore continues where it stopped. Where a recording of Shibuya is missing, a simulated crowd, annotated as
-CroHD is, takes its place under its own name (docs/heads.md).
+Long work therefore continues where it stopped.
 """
 
-import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from vbbench.errors import SourceMissingError, UnknownNameError, VbbenchError
-from vbbench.exchange.heads import TRUTH_FACTS, HeadOptions, export_heads
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.folders.locks import loose_files
 from vbbench.generation import generate_partitioned, write_dataset
-from vbbench.generation.generator import Generator, Options, Plan, Simulation
+from vbbench.generation.generator import Generator, Options, Plan
 from vbbench.generation.planning import planned
 from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import in_parallel, progress_bar
@@ -223,38 +220,3 @@ def how_to_get(split: str) -> str:
     """The command that downloads a split's source, or the option that names the user's own download."""
     generator: Generator = load("generator", split)
     return f"`vbbench fetch {split}`" if generator.card.sources else f"your own download, named with `--{split} DIR`"
-
-
-@dataclass(frozen=True, kw_only=True)
-class SimulatedRecording:
-    """A crowd of ``people``; of those recorded, every ``every``-th becomes an observer unless a study has a number."""
-
-    people: int
-    every: int
-
-
-SCENARIO = "shibuya"
-"""Of split `sim`: people crossing a square in all directions, 1000 frames at 25 a second."""
-STAND_INS = {
-    "shibuya01": SimulatedRecording(people=575, every=100),
-    "shibuya02": SimulatedRecording(people=390, every=60),
-}
-"""So that 254 and 178 people are seen at a time; by the paper's Table 1 it is 806 · 317 / 1000 = 256 and 170."""
-
-
-def record_crowd(what: SimulatedRecording, folder: Path, seed: int, making: Making) -> Path:
-    """The folder of a recording of heads, made from a simulated crowd unless it exists."""
-    simulation = Simulation(scenario=SCENARIO, sequences=1, people=(what.people,))
-    crowd = making.dataset("sim", folder / "crowd", Options(simulation=simulation, seed=seed))
-    recording = folder / "recording"
-    facts = recording / TRUTH_FACTS  # written last
-    if facts.is_file() and json.loads(facts.read_text("utf-8"))["dataset"] == crowd.info.id:
-        return recording
-    return export_heads(crowd, recording, HeadOptions(), seed=seed)
-
-
-def stand_in_plan(split: str, folder: Path, seed: int, making: Making) -> Plan:
-    """A split of Shibuya made from the simulated recording in ``folder``."""
-    recording = record_crowd(STAND_INS[split], folder, seed, making)
-    plan: Plan = load("generator", split).plan(Options(source=recording, seed=seed))
-    return plan

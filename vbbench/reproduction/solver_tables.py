@@ -1,12 +1,12 @@
 """The paper's Tables 2, 3 and 4: solvers on its recordings, with heights known and unknown, and on its street.
 
 The paper gives its means over frames; Table 2 is of Hotel, ETH and Students, Table 3 of two recordings of Shibuya.
-Where a recording is missing, a simulated one may take its place, under its own name. Table 4 is of split `street` with
+Table 4 is of split `street` with
 centre lines drawn by hand, with jitter, and with boxes of a tracker by the paper's rule of tracks.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,12 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vbbench.errors import SourceMissingError, VbbenchError
-from vbbench.files.dataset import Dataset
 from vbbench.generation.generator import Generator, Options, Simulation
 from vbbench.paper import BEST, COLUMNS, HEADLINE, PROTOCOLS, SIGMA_H, SPLITS, the_paper
 from vbbench.registry import load
 from vbbench.reproduction import grid
-from vbbench.reproduction.grid import Cell, Making, Row, SimulatedRecording, Study
+from vbbench.reproduction.grid import Cell, Making, Row, Study
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.scoring.metrics import METRICS, section
 from vbbench.scoring.scorecard import Summary
@@ -46,14 +45,10 @@ class SolverTable(NamedTuple):
     missing: dict[str, str]
     rows: list[Row]
 
-    def name(self, split: str) -> str:
-        """The split's name, which differs for a stand-in."""
-        return f"{split} (simulated)" if self.recordings[split]["simulated"] else split
-
     @property
     def sequences(self) -> str:
         """How many sequences of each recording were solved, as text."""
-        counts = ", ".join(f"{self.name(split)} {own['sequences']}" for split, own in self.recordings.items())
+        counts = ", ".join(f"{split} {own['sequences']}" for split, own in self.recordings.items())
         return f"sequences: {counts or 'none'}"
 
 
@@ -67,10 +62,9 @@ class SolverTableStudy(Study):
     splits : of that table.
     solvers : registered names or ``module:attribute``.
     protocols, sigmas : every combination of them; σ_h in m.
-    every : only every so-many-th sequence of a recording; ``None`` for all, and of a stand-in as many as are sensible.
+    every : only every so-many-th sequence of a recording.
     seed : of the datasets.
     source : where the recordings are, if not in the usual places.
-    stand_ins : by split, what is simulated where its recording is missing.
     """
 
     table: int
@@ -78,10 +72,9 @@ class SolverTableStudy(Study):
     solvers: Sequence[str] = tuple(COUNTERPARTS)
     protocols: Sequence[str] = PROTOCOLS
     sigmas: Sequence[float] = (0.0, SIGMA_H)
-    every: int | None = None
+    every: int = 1
     seed: int = 0
     source: Path | None = None
-    stand_ins: Mapping[str, SimulatedRecording] = field(default_factory=lambda: grid.STAND_INS)
 
     @property
     def name(self) -> str:
@@ -93,17 +86,19 @@ class SolverTableStudy(Study):
         if not self.sigmas:
             raise VbbenchError("nothing to measure: name a σ_h")
         grid.check_splits(self.splits, SPLITS[self.table], f"split of the paper's Table {self.table}")
-        grid.check_every(1 if self.every is None else self.every)
+        grid.check_every(self.every)
         grid.check_grid(self.solvers, self.protocols)
 
     def measure(self, out: Path, making: Making) -> SolverTable:
-        """A dataset for each split and σ_h; recordings that are missing are simulated, or omitted."""
+        """A dataset for each split and σ_h; recordings that are missing are omitted."""
         found = SolverTable({}, {}, [])
         for split in dict.fromkeys(self.splits):
             cells = list[Cell]()
             try:
                 for sigma_h in dict.fromkeys(self.sigmas):
-                    dataset, simulated = self._dataset(split, sigma_h, out, making)
+                    stride = grid.stride_of(self.every)
+                    options = Options(height_std=sigma_h, seed=self.seed, stride=stride, source=self.source)
+                    dataset = making.dataset(split, out / f"{split}-sigma-{sigma_h:g}" / "dataset", options)
                     cells += making.cells(dataset, self.solvers, self.protocols, sigma_h)
             except SourceMissingError:
                 if self.source is not None:
@@ -112,8 +107,7 @@ class SolverTableStudy(Study):
                 continue
             generator: Generator = load("generator", split)
             found.recordings[split] = {
-                "title": f"Simulated crowd, lifted like {split}" if simulated else generator.card.title,
-                "simulated": simulated,
+                "title": generator.card.title,
                 "sequences": len(dataset),
                 "caution": dataset.info.caution,
             }
@@ -122,26 +116,10 @@ class SolverTableStudy(Study):
             found.rows.extend(_row(split, cell) for cell in cells)
         return found
 
-    def _dataset(self, split: str, sigma_h: float, out: Path, making: Making) -> tuple[Dataset, bool]:
-        """The dataset at one σ_h (m), and whether it is of a stand-in."""
-        options = Options(
-            height_std=sigma_h, seed=self.seed, stride=grid.stride_of(self.every or 1), source=self.source
-        )
-        try:
-            return making.dataset(split, out / f"{split}-sigma-{sigma_h:g}" / "dataset", options), False
-        except SourceMissingError:
-            stand_in = self.stand_ins.get(split)
-            if stand_in is None or self.source is not None:
-                raise
-        recording = grid.record_crowd(stand_in, out / f"{split}-simulated", self.seed, making)
-        options = replace(options, source=recording, stride=grid.stride_of(self.every or stand_in.every))
-        return making.dataset(split, out / f"{split}-simulated-sigma-{sigma_h:g}" / "dataset", options), True
-
     def report(self, found: SolverTable) -> Report:
         """Times the paper's at a glance, then a table for each recording; JSON has figures over sequences, too."""
         tables = [self._at_a_glance(found)] if found.recordings and SIGMA_H in self.sigmas else []
         tables += [_over_frames(found, split) for split in found.recordings]
-        simulated = [split for split, own in found.recordings.items() if own["simulated"]]
         missing = list(found.missing.values())
         conditions = f"panorama, tier ideal, seed {self.seed}, {found.sequences}"
         printed = {split: {row.solver: dict(row.figures) for row in the_paper().select(split)} for split in self.splits}
@@ -157,10 +135,10 @@ class SolverTableStudy(Study):
         return Report(
             name=self.name,
             title=f"Table {self.table}: every solver, {conditions}",
-            facts=paragraphs("solver_table", sigma_h=SIGMA_H, table=self.table, simulated=simulated, missing=missing),
+            facts=paragraphs("solver_table", sigma_h=SIGMA_H, table=self.table, missing=missing),
             tables=tables,
             values=values,
-            whole=not found.missing and not simulated,
+            whole=not found.missing,
         )
 
     def _at_a_glance(self, found: SolverTable) -> Table:
@@ -187,7 +165,7 @@ class SolverTableStudy(Study):
             head=[
                 "solver",
                 "compared with",
-                *(f"{protocol}, {found.name(split)}" for protocol, split in combinations),
+                *(f"{protocol}, {split}" for protocol, split in combinations),
                 *(f"{protocol}: times the paper's" for protocol in self.protocols),
             ],
             rows=rows,
@@ -224,7 +202,7 @@ def _over_frames(found: SolverTable, split: str) -> Table:
     ]
     caution = [f"Caution: {own['caution']}."] if own["caution"] else []
     return Table(
-        title=f"{found.name(split)}, the paper's way: mean ± standard deviation over frames",
+        title=f"{split}, the paper's way: mean ± standard deviation over frames",
         facts=[f"{own['title']}; {own['sequences']} sequences. In brackets: divided by the paper's.", *caution],
         head=["protocol", "σ_h (m)", "solver", *_LABELS],
         rows=[

@@ -15,7 +15,7 @@ from vbbench.files.dataset_info import DatasetInfo, summary
 from vbbench.generation.generator import ForesightedPlan, Plan
 from vbbench.geometry import IntArray
 from vbbench.paper import the_paper
-from vbbench.reproduction.grid import STAND_INS, Making, Study, check_splits, how_to_get, plan_if_here, stand_in_plan
+from vbbench.reproduction.grid import Making, Study, check_splits, how_to_get, plan_if_here
 from vbbench.reproduction.report import Report, paragraphs
 from vbbench.table import Table
 
@@ -93,8 +93,7 @@ class Printed(NamedTuple):
 class Counted(NamedTuple):
     """One of our splits next to a row of the paper; nobody is tallied where the split's source is missing.
 
-    ``counted`` is who the paper's people are taken to be, ``differs`` what differs and why; ``simulated`` marks a
-    stand-in.
+    ``counted`` is who the paper's people are taken to be, ``differs`` what differs and why.
     """
 
     split: str
@@ -102,7 +101,6 @@ class Counted(NamedTuple):
     printed: Printed
     counted: str
     differs: str
-    simulated: bool = False
     tally: Tally | None = None
 
 
@@ -111,13 +109,9 @@ def all_rows() -> list[Counted]:
     paper = the_paper()
     printed = {split: Printed(str(row.sequences), row.frames, row.people) for split, row in paper.table1.items()}
     printed["game"] = Printed("–", str(paper.photorealistic.frames), str(paper.photorealistic.people))
-    rows = []
-    for split, (title, of, counted) in _ROWS.items():
-        rows.append(Counted(split, title, printed[of], counted, _differs(split)))
-        if split in STAND_INS:
-            (like,) = paragraphs("table1_like", people=STAND_INS[split].people)
-            rows.append(Counted(split, f"like {title}, simulated", printed[of], counted, like, simulated=True))
-    return rows
+    return [
+        Counted(split, title, printed[of], counted, _differs(split)) for split, (title, of, counted) in _ROWS.items()
+    ]
 
 
 def _differs(split: str) -> str:
@@ -159,19 +153,13 @@ class Table1Study(Study):
         """Raise VbbenchError if a split is not in the table."""
         check_splits(self.splits, tuple(_ROWS), "split of the paper's Table 1")
 
-    def measure(self, out: Path, making: Making) -> list[Counted]:
-        """Count every split, where CroHD's labels are missing also a simulated recording in ``out``."""
-        rows, missing = list[Counted](), set[str]()
+    def measure(self, out: Path, making: Making) -> list[Counted]:  # noqa: ARG002  nothing is made
+        """Count every split whose source is here."""
+        rows = []
         for row in all_rows():
-            if row.split not in self.splits or (row.simulated and row.split not in missing):
-                continue
-            if row.simulated:
-                plan: Plan | None = stand_in_plan(row.split, out / f"like-{row.split}", self.seed, making)
-            else:
+            if row.split in self.splits:
                 plan = plan_if_here(row.split, self.motsynth if row.split == "motsynth" else None, self.seed)
-            if plan is None:
-                missing.add(row.split)
-            rows.append(row if plan is None else row._replace(tally=count_people(plan)))
+                rows.append(row if plan is None else row._replace(tally=count_people(plan)))
         return rows
 
     def report(self, found: list[Counted]) -> Report:
@@ -217,7 +205,6 @@ def _values(row: Counted) -> dict[str, Any]:
     values: dict[str, Any] = {
         "split": row.split,
         "title": row.title,
-        "simulated": row.simulated,
         "paper": row.printed._asdict(),
         "counted": row.counted,
     }

@@ -111,19 +111,16 @@ class TrajectoriesStudy(Study):
         found = Trajectories([], {})
         folders = {name: getattr(self, name) for name in ("kitti", "jrdb", "motsynth", "argoverse2", "nuscenes")}
         for split in self.splits or shown_splits():
-            name, folder, plan = split, out / split, grid.plan_if_here(split, folders.get(split), self.seed)
+            plan = grid.plan_if_here(split, folders.get(split), self.seed)
             if plan is None:
                 found.missing[split] = grid.how_to_get(split)
-                if split not in grid.STAND_INS:
-                    continue
-                name, folder = f"like {split}, simulated", out / f"like-{split}"
-                plan = grid.stand_in_plan(split, folder, self.seed, making)
+                continue
             number = typical_sequence(plan)
-            dataset = making.planned(single(plan, number), folder / "dataset")
+            dataset = making.planned(single(plan, number), out / split / "dataset")
             protocol = self.protocols[0] if dataset.info.truth == "whole" else "cold-start"
             cell = making.cell(dataset, self.solvers[0], protocol)
             means = {metric: float(own.mean) for metric, own in cell.summaries.items() if np.isfinite(own.mean)}
-            found.examples.append(Example(name, number, protocol, load_replay(dataset, 0, [cell.submission]), means))
+            found.examples.append(Example(split, number, protocol, load_replay(dataset, 0, [cell.submission]), means))
         if not found.examples:
             raise VbbenchError(
                 f"nothing to show: the source of {', '.join(found.missing)} is not here; 'vbbench splits' has more"
