@@ -254,7 +254,7 @@ def _in_feet(values):
             "nobody is seen for 1 s: the camera's poses cannot be checked",
         ),
         (lambda v: v.pop("images"), "missing required field `images`"),
-        (lambda v: v["annotations"].clear(), r"length >= 1 - at `\\$\\.annotations`"),
+        (lambda v: v["annotations"].clear(), r"length >= 1 - at `\$\.annotations`"),
     ],
 )
 def test_what_does_not_fit_is_one_clear_line(tmp_path, edit, message):
