@@ -29,6 +29,8 @@ def add(
 ) -> None:
     """Score a submission and write its result file.
 
+    In a challenge's results it is taken in for the team --name, if a phase is open: 'vbbench challenge accept'.
+
     Args:
         submission: Folder with submission.json, poses and positions.
         dataset: The dataset that it answers.
@@ -41,11 +43,20 @@ def add(
             figures again; --date, its day, YYYY-MM-DD.
         overwrite: Replace an existing result.
     """
+    from vbbench_leaderboards.results.folder import challenge_folder_of
     from vbbench_leaderboards.results.result import parse_facts
     from vbbench_leaderboards.submitting import add as write
 
     facts = parse_facts(named("fact of a row", about, _facts_of_rows()))
-    print(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, **facts))
+    date = facts.pop("date", "")
+    challenge = challenge_folder_of(results)
+    if challenge is None:
+        print(write(submission, dataset, results, truth=truth, overwrite=overwrite, name=name, date=date, **facts))
+        return
+    from vbbench_leaderboards.challenge.definition import parse_moment
+    from vbbench_leaderboards.challenge.submissions import accept
+
+    print(accept(challenge, submission, name, parse_moment(date), **facts).text())
 
 
 def try_(
@@ -229,16 +240,17 @@ def _folders(results: Path | None) -> list[Path]:
     return [results] if results else [*added, published]
 
 
-def demo(out: Path = Path("vbbench-demo"), jobs: int = 1) -> None:
+def demo(out: Path = Path("vbbench-demo"), full: bool = False, jobs: int = 1) -> None:
     """Generate, solve, score and draw a first result, with a page to open in a browser.
 
     Args:
         out: Folder to make.
+        full: Run every solver that comes with vbbench, under every protocol; minutes.
         jobs: Processes.
     """
     from vbbench_leaderboards.demo import make_demo
 
-    print(make_demo(out, jobs=jobs))
+    print(make_demo(out, full=full, jobs=jobs))
 
 
 _NAMED = (add, build, check, export, rerun, template)

@@ -1,4 +1,4 @@
-"""The demo: one simulated split, a few solvers and protocols, and a page with a map, a table and the player."""
+"""The demo: one simulated split, a few solvers and protocols or all, and a page with a map, a table and the player."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,9 +15,11 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.parallel.parts import in_parallel, progress_bar, without_bars
 from vbbench.pictures.plotting import plot_to_file
-from vbbench.protocol import get_protocol
+from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.solving import solve
+from vbbench.solving.provenance import solver_cards
 from vbbench.table import Table
+from vbbench_leaderboards.results.boards import bundled_solvers
 from vbbench_leaderboards.results.folder import dataset_folder, read_results, submission_folder
 from vbbench_leaderboards.results.ranking import headline
 from vbbench_leaderboards.results.result import Board, Result
@@ -27,7 +29,7 @@ from vbbench_leaderboards.site.player import Films
 from vbbench_leaderboards.submitting import add
 
 SPLIT, TIER, SEQUENCES = "demo", "field", 12
-DEMO_PROTOCOLS = ("sequential", "cold-start")
+FEW = ("sequential", "cold-start")
 SOLVERS = {
     "ground-plane": "distances by box height, a Kalman filter a person",
     "vb-sf": "the paper's cascade",
@@ -40,24 +42,28 @@ SHOWN = "map-causal"
 PAGE = "index.html"
 
 
-def make_demo(out: Path | str, *, jobs: int = 1) -> str:
+def make_demo(out: Path | str, *, full: bool = False, jobs: int = 1) -> str:
     """Generate `SEQUENCES` sequences, solve them with `SOLVERS` under two protocols, and write the page; the table.
 
     Parameters
     ----------
     out : folder to make: ``index.html``, ``map.png``, datasets, submissions, results and the site with the player.
+    full : with every bundled solver under every protocol.
     jobs : processes.
     """
-    out = Path(out)
+    out, protocols, solvers = Path(out), PROTOCOLS if full else FEW, SOLVERS
+    if full:
+        bundled = bundled_solvers()
+        solvers = {card.name: card.summary for card in solver_cards() if card.name in bundled}
     with _demo_folder(out):
         dataset = generate(
             SPLIT, dataset_folder(out, SPLIT, TIER), Options(tier=TIER, limit=SEQUENCES), jobs=jobs, overwrite=True
         )
-        results = _results(dataset, out, [(one, protocol) for protocol in DEMO_PROTOCOLS for one in SOLVERS], jobs)
-        rows = [_row(one, [results[one, protocol] for protocol in DEMO_PROTOCOLS]) for one in SOLVERS]
-        head = ["solver", "what it is", *(f"Δx, {name} (m)" for name in DEMO_PROTOCOLS), "ms per frame"]
-        shown = _shown_sequence(dataset, results[SHOWN, DEMO_PROTOCOLS[0]])
-        board = Board(split=SPLIT, protocol=DEMO_PROTOCOLS[0], tier=TIER)
+        results = _results(dataset, out, [(one, protocol) for protocol in protocols for one in solvers], jobs)
+        rows = [_row(one, words, [results[one, protocol] for protocol in protocols]) for one, words in solvers.items()]
+        head = ["solver", "what it is", *(f"Δx, {name} (m)" for name in protocols), "ms per frame"]
+        shown = _shown_sequence(dataset, results[SHOWN, FEW[0]])
+        board = Board(split=SPLIT, protocol=FEW[0], tier=TIER)
         plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
         build(out / "site", out / "results", films=Films(work=out))
         write_text_atomically(out / PAGE, _page(dataset, head, rows, board, shown))
@@ -109,9 +115,9 @@ def _submission(out: Path, solver: str, protocol: str) -> Path:
     return submission_folder(out, Board(split=SPLIT, protocol=protocol, tier=TIER), solver)
 
 
-def _row(solver: str, results: list[Result]) -> list[str]:
+def _row(solver: str, words: str, results: list[Result]) -> list[str]:
     errors = [f"{headline(one, 'dx').value:.2f}" for one in results]
-    return [solver, SOLVERS[solver], *errors, f"{1e3 * (results[0].score['seconds_per_frame'] or 0.0):.1f}"]
+    return [solver, words, *errors, f"{1e3 * (results[0].score['seconds_per_frame'] or 0.0):.1f}"]
 
 
 def _page(dataset: Dataset, head: list[str], rows: list[list[str]], board: Board, sequence: int) -> str:

@@ -1,4 +1,4 @@
-"""The page of a challenge as its readers see it: on every screen."""
+"""The page of a challenge as its readers see it: which phase is open on their day, on every screen."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +24,27 @@ def page_of_challenge(tmp_path_factory: pytest.TempPathFactory) -> Path:
     build = ["leaderboard", "build", "--results", folder / "results", "--out", room / "site"]
     assert vbbench(*build, "--date", "2026-12-03") == 0
     return room / "site"
+
+
+@pytest.mark.parametrize(
+    ("day", "words", "states"),
+    [
+        ("2026-11-30T23:59:59Z", "No phase is open. Phase development opens on 2026-12-01.", ["not open yet"] * 2),
+        ("2026-12-31T23:59:59Z", "Phase development is open, to the end of 2026-12-31", ["open", "not open yet"]),
+        ("2027-01-01T00:00:00Z", "No phase is open. Phase final opens on 2027-02-01.", ["closed", "not open yet"]),
+        ("2027-02-08T00:00:00Z", "The challenge is over: its last phase closed after 2027-02-07.", ["closed"] * 2),
+    ],
+)
+def test_the_reader_learns_what_holds_on_the_day(
+    page_of_challenge: Path, visitor: Callable[..., Visitor], day: str, words: str, states: list[str]
+) -> None:
+    guest = visitor(page_of_challenge)
+    page = guest.context.new_page()
+    page.clock.set_fixed_time(day)
+    page.goto(f"{guest.root}/index.html")
+    expect(page.locator("#now")).to_contain_text(words)
+    assert page.locator("#phases .state").all_inner_texts() == states
+    assert page.locator("#phases tr[aria-current]").count() == states.count("open")
 
 
 @pytest.mark.parametrize(("scheme", "screen"), [("light", DESKTOP), ("dark", PHONE)], ids=["light", "phone"])

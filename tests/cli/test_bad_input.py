@@ -356,7 +356,7 @@ def test_a_failure_of_the_program_stays_one(monkeypatch: pytest.MonkeyPatch) -> 
             "vbbench: answr: 1 fault; fix and score again\n  1. there is no such folder; name ",
         ),
         (
-            "challenge close crwd",
+            "challenge status crwd",
             "vbbench: crwd: holds no challenge.toml; make a challenge with 'vbbench challenge new'\n",
         ),
     ],

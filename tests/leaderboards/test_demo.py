@@ -8,6 +8,7 @@ import pytest
 
 from vbbench.errors import VbbenchError
 from vbbench_leaderboards import demo
+from vbbench_leaderboards.results.boards import bundled_solvers
 from vbbench_leaderboards.results.folder import read_results
 
 
@@ -52,3 +53,14 @@ def test_it_can_be_made_again_in_its_own_folder_and_in_no_other(made: tuple[Path
     with pytest.raises(VbbenchError, match="demo"):
         demo.make_demo(tmp_path)
     assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+@pytest.mark.slow
+def test_all_of_it_has_a_row_for_each_bundled_solver_and_a_column_for_each_protocol(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(demo, "SEQUENCES", 2)
+    table = demo.make_demo(tmp_path / "out", full=True)
+    for solver in bundled_solvers():
+        figures = re.search(rf"(?m)^{solver} .*?((?: +\d+\.\d+){{5}}) *$", table)
+        assert figures is not None

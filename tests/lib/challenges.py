@@ -26,6 +26,7 @@ organisers = "Somebody"
 contact = "somebody@example.org"
 licence = "CC BY 4.0"
 protocol = "sequential"
+baseline = ""
 rules = ["Be kind."]
 [data]
 split = "sim"
@@ -49,6 +50,7 @@ name = "honest"
 name = "cheat"
 members = "M. Allory"
 """
+FACTS = ["--about", "authors=somebody", "trained_on=nothing", "tuned_on=nothing", "delay=0"]
 
 
 def vbbench(*words: object) -> int:

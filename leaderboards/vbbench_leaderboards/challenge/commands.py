@@ -30,17 +30,18 @@ def generate(folder: Path, /, jobs: int = 1) -> None:
     make(folder, lambda words: parse({"generate": data.generate}, [*words, "--jobs", str(jobs)])())
 
 
-def bundle(folder: Path, /, out: Path, archive: bool = False) -> None:
+def bundle(folder: Path, /, out: Path, archive: bool = False, codabench: bool = False) -> None:
     """Make what participants get: the data without truth, their card, licence, rules and commands.
 
     Args:
         folder: The challenge.
         out: Folder to make; replaced only if it is such a bundle.
         archive: Also write OUT.zip, whose bytes are the same on every machine.
+        codabench: Also write OUT.codabench.zip, with the truth, to be uploaded to Codabench and published nowhere else.
     """
     from vbbench_leaderboards.challenge.bundle import make_bundle
 
-    print(*make_bundle(folder, out, archive=archive), sep="\n")
+    print(*make_bundle(folder, out, archive=archive, codabench=codabench), sep="\n")
 
 
 def check(submission: Path, /, challenge: Path) -> None:
@@ -55,11 +56,12 @@ def check(submission: Path, /, challenge: Path) -> None:
     print(check_for_participant(submission, challenge))
 
 
-def accept(submission: Path, /, challenge: Path, team: str, date: str = "") -> None:
+def accept(submission: Path, /, challenge: Path, team: str = "", date: str = "") -> int:
     """Take a team's submission into a challenge, or refuse it and say why; both are kept in its log.
 
     Args:
-        submission: Folder with submission.json, poses and positions (.parquet or .csv).
+        submission: Folder with submission.json, poses and positions (.parquet or .csv); without --team an inbox, whose
+            folders have the names of the teams that they are from. Exit status 1: one of these was refused.
         challenge: The organiser's folder.
         team: Whose it is, as in challenge.toml.
         date: When it was handed in, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
@@ -67,7 +69,30 @@ def accept(submission: Path, /, challenge: Path, team: str, date: str = "") -> N
     from vbbench_leaderboards.challenge import submissions
     from vbbench_leaderboards.challenge.definition import parse_moment
 
-    print(submissions.accept(challenge, submission, team, parse_moment(date)).text())
+    moment = parse_moment(date)
+    if team:
+        print(submissions.accept(challenge, submission, team, moment).text())
+        return 0
+    refused = False
+    for answer in submissions.accept_inbox(challenge, submission, moment):
+        taken = isinstance(answer, submissions.Receipt)
+        print(answer.text() if isinstance(answer, submissions.Receipt) else f"refused: {answer}", flush=True)
+        refused |= not taken
+    return int(refused)
+
+
+def status(folder: Path, /, date: str = "") -> None:
+    """Say which phase is open, what each team has handed in, and who leads.
+
+    Args:
+        folder: The challenge.
+        date: As of when, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
+    """
+    from vbbench_leaderboards.challenge.definition import parse_moment
+    from vbbench_leaderboards.challenge.organiser import Organiser
+    from vbbench_leaderboards.challenge.standings import status_text
+
+    print(status_text(Organiser(folder), parse_moment(date)))
 
 
 def close(folder: Path, /, date: str = "") -> None:
@@ -83,4 +108,6 @@ def close(folder: Path, /, date: str = "") -> None:
     print(end(folder, parse_moment(date)))
 
 
-COMMANDS: dict[str, Callable[..., Any]] = {one.__name__: one for one in (accept, bundle, check, close, generate, new)}
+COMMANDS: dict[str, Callable[..., Any]] = {
+    one.__name__: one for one in (accept, bundle, check, close, generate, new, status)
+}

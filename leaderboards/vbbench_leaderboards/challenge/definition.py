@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Literal
 
 from vbbench.errors import FileError, VbbenchError, is_printable
-from vbbench.parsing.toml_text import read_toml
+from vbbench.parsing.toml_text import read_toml, toml_table
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 from vbbench_leaderboards.site.words import is_web_address
 
 Part = Literal["public", "hidden"]
+BASELINE = "baseline"
+"""The team whose answers are those of a solver that comes with vbbench."""
 
 START = Path(__file__).with_name("start.toml")
 """The template of the file."""
@@ -131,8 +133,9 @@ class Challenge:
     about, rules : paragraphs and rules, one text each.
     organisers, contact : who holds it, and the address for submissions and questions.
     licence, bundle : of the data; and the web address of the participants' bundle, where it is published.
-    protocol : how it is solved; answers are complete.
+    protocol, missing_rows : how it is solved, and whether an answer may be incomplete.
     phases : in order of time; a hidden one is the last.
+    baseline : solver of vbbench whose answers are first in every phase, those of the team `BASELINE`; "" for none.
     """
 
     name: str
@@ -143,10 +146,12 @@ class Challenge:
     protocol: Literal["sequential", "rollout", "cold-start"]
     data: SecretSet
     phases: tuple[Phase, ...]
+    missing_rows: Literal["refuse", "hold"] = "refuse"
     about: tuple[str, ...] = ()
     rules: tuple[str, ...] = ()
     bundle: str = ""
     teams: tuple[Team, ...] = ()
+    baseline: str = "cv"
 
     def __post_init__(self) -> None:
         _require(re.fullmatch(_NAME, self.name), f"name = '{self.name}': {_NAME_RULE}")
@@ -158,7 +163,10 @@ class Challenge:
             _require(is_printable(text), f"{key}: write each text on one line, without control characters")
         unusable = f"bundle = '{self.bundle}' is not an address; give one that begins with https://"
         _require(not self.bundle or is_web_address(self.bundle), unusable)
-        _check_unique("teams", [team.name.casefold() for team in self.teams])
+        names = [team.name.casefold() for team in self.teams]
+        _check_unique("teams", names)
+        taken = f"[[teams]] name = '{BASELINE}' is that of vbbench's own row; choose another"
+        _require(not self.baseline or BASELINE not in names, taken)
         _require(self.phases, "[[phases]]: there is none; add one")
         _check_unique("phases", [phase.name for phase in self.phases])
         for before, after in zip(self.phases, self.phases[1:], strict=False):
@@ -200,6 +208,12 @@ class Challenge:
         if name not in names:
             known = f"known: {', '.join(names) or 'none yet'}. teams stand in {CHALLENGE_FILE}"
             raise VbbenchError(f"no team of {self.name} is called '{name}'; {known}")
+
+    @property
+    def placeholders(self) -> list[str]:
+        """The keys whose text is that of the template."""
+        template = toml_table(START)
+        return [key for key in ("title", "organisers", "contact") if getattr(self, key) == template[key]]
 
     @property
     def all_rules(self) -> list[str]:

@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +20,11 @@ from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.tables import file_sha256
 from vbbench.folders.locks import NO_LINKS, locked
 from vbbench.folders.work_folder import WorkFolder
-from vbbench.geometry import wrap_angle
+from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.scoring import score
 from vbbench.scoring.answers import OR_HOLD, Checked, CheckedSubmission, check_submission
-from vbbench_leaderboards.challenge.definition import Challenge, Part, Phase, parse_moment
+from vbbench.solving import solve
+from vbbench_leaderboards.challenge.definition import BASELINE, Challenge, Part, Phase, parse_moment
 from vbbench_leaderboards.challenge.organiser import Entry, Organiser, append, digest_of_last
 from vbbench_leaderboards.challenge.standings import standings_text
 from vbbench_leaderboards.results.ranking import headline
@@ -30,6 +33,10 @@ from vbbench_leaderboards.results.result import NOBODY_YET, About, Result, write
 FILES = (SUBMISSION_FILE, "poses.parquet", "positions.parquet", "poses.csv", "positions.csv")
 MOST_BYTES = 1 << 30
 """Of one file: no answer to a challenge is larger."""
+
+NEAR = 0.05
+"""Answers are called a near copy, in m, where half of all positions lie closer to another team's: noise of 2 cm moves
+them by 2.4 cm, two good solvers differ by their errors, which are several times as large."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,7 +75,7 @@ class Receipt:
         return f"{taken}\nPublic part, {sequences}, capped: Δx {dx} m, Δt {dt} m, Δr {dr} rad"
 
 
-def accept(folder: Path, submission: Path, team: str, moment: datetime) -> Receipt:
+def accept(folder: Path, submission: Path, team: str, moment: datetime, **about: Any) -> Receipt:
     """Take a submission of a team into the challenge in ``folder``; accepted or refused, it is written into the log.
 
     Raises VbbenchError if it is refused: the team is unknown, no phase is open, the team has used up its submissions,
@@ -77,9 +84,13 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime) -> Recei
     Parameters
     ----------
     moment : when it was handed in.
+    about : facts of the team's row (`About`) that replace or complete what the submission declares.
     """
     organiser = Organiser(folder)
-    organiser.challenge.check_team(team)
+    if team != BASELINE:
+        organiser.challenge.check_team(team)
+        _take_baseline(organiser, moment)
+        organiser = Organiser(folder)
     with locked(folder):
         _ = organiser.parts  # what is wrong with the challenge is no refusal of a team
         entries, phase = organiser.entries, organiser.challenge.phase_at(moment)
@@ -93,14 +104,36 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime) -> Recei
             before=digest_of_last(entries),
         )
         try:
-            return _take(organiser, submission, blank, moment)
+            return _take(organiser, submission, blank, moment, about)
         except VbbenchError as error:
             refused = replace(blank, decision="refused", reason=str(error).partition("\n")[0])
             append(folder, entries, refused)
             raise
 
 
-def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime) -> Receipt:
+def accept_inbox(folder: Path, inbox: Path, moment: datetime) -> Iterator[Receipt | VbbenchError]:
+    """Take the submissions in an inbox, whose folders have the names of their teams; yield receipts and refusals."""
+    teams = sorted(path.name for path in inbox.iterdir() if path.is_dir()) if inbox.is_dir() else []
+    if not teams or (inbox / SUBMISSION_FILE).exists():
+        raise VbbenchError(f"{inbox} is no inbox: name the `team`, or put submissions into folders named like teams")
+    for team in teams:
+        try:
+            yield accept(folder, inbox / team, team, moment)
+        except VbbenchError as error:
+            yield error
+
+
+def _take_baseline(organiser: Organiser, moment: datetime) -> None:
+    """Take the baseline's answers into the phase that is open, unless they are there."""
+    challenge, phase = organiser.challenge, organiser.challenge.phase_at(moment)
+    if not challenge.baseline or phase is None or BASELINE in organiser.last_accepted({phase.name}):
+        return
+    with TemporaryDirectory() as room:
+        answers = solve(Dataset(organiser.data), challenge.baseline, challenge.protocol, Path(room) / "answers")
+        accept(organiser.folder, answers, BASELINE, phase.opens)
+
+
+def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> Receipt:
     challenge, team, accepted = organiser.challenge, blank.team, [one for one in organiser.entries if one.is_accepted]
     last = max((entry.time for entry in accepted if entry.team == team), default="")
     if last and moment < datetime.fromisoformat(last):  # the last one is the one that counts
@@ -112,7 +145,7 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
             info = check(challenge, work.new, organiser.dataset).info
         except VbbenchError as error:  # it is named as it was handed in
             raise VbbenchError(*str(error).replace(str(work.new), str(submission)).split("\n")) from error
-        about = About.of(info, date=blank.day)
+        about = About.of(info, **{"date": blank.day, **facts})
         if about.authors.strip() == NOBODY_YET:
             raise VbbenchError(f"the authors are '{NOBODY_YET}', as in the template; name who made the solver")
         answers = digest_of_answers(work.new, organiser.dataset)
@@ -125,7 +158,8 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
             if other.answers == answers and other.team != team:
                 where = f"on {other.day} (submission {other.number})"
                 raise VbbenchError(f"these are the answers that {other.team} handed in {where}; hand in your own")
-        entry = replace(blank, answers=answers, files=file_hashes(work.new), about=vars(about))
+        near, files = _near_copy(organiser, team, work.new), file_hashes(work.new)
+        entry = replace(blank, answers=answers, files=files, about=vars(about), reason=near)
         result = result_of(organiser, entry, work.new, "public") if phase.part == "public" else None
         work.publish()
     if result is not None:
@@ -134,26 +168,42 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
     return Receipt(challenge=challenge.name, entry=entry, phase=phase, used=len(own) + 1, result=result)
 
 
+def _near_copy(organiser: Organiser, team: str, submission: Path) -> str:
+    """Which other team's last answers are nearly the same, in words for the log; "" if none are."""
+    own = _positions(submission, organiser.dataset)
+    others = {entry.team: entry for entry in organiser.entries if entry.is_accepted and entry.team != team}
+    for other in others.values():
+        apart = np.linalg.norm(own - _positions(organiser.folder / other.folder, organiser.dataset), axis=1)
+        if (middle := float(np.nanmedian(apart))) < NEAR:
+            return f"half of the positions lie within {middle:.3f} m of those of {other.team}, number {other.number}"
+    return ""
+
+
+def _positions(submission: Path, dataset: Dataset) -> FloatArray:
+    """The positions [N, 2] that a submission without a fault answers, in one order."""
+    return np.concatenate([one.positions for _, one in CheckedSubmission(submission, dataset, None).chunks()])
+
+
 def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
     """Check all that can be checked without truth: what `vbbench check` does, and the challenge's own demands.
 
     Raises VbbenchError if it answers another dataset, or another protocol, or has faults; every fault of its rows is
     listed.
     """
-    info, name = SubmissionInfo.read(submission), challenge.name
+    info, name, refuses = SubmissionInfo.read(submission), challenge.name, challenge.missing_rows == "refuse"
     if info.dataset != dataset.info.id:
         wanted = f"{name} is dataset {dataset.info.id}, solve that"
         raise VbbenchError(f"{submission} answers dataset {info.dataset}; {wanted}")
     if info.protocol != challenge.protocol:
         problem = f"is solved under {info.protocol}; {name} is held under {challenge.protocol}, solve it so"
         raise VbbenchError(f"{submission} {problem}")
-    if info.failure_policy != "refuse":
+    if refuses and info.failure_policy != "refuse":
         policy = f"failure_policy is '{info.failure_policy}'"
         raise VbbenchError(f"{submission}: {policy}; {name} wants every answer: 'refuse'")
     try:
         return check_submission(submission, dataset)
     except SubmissionError as error:
-        faults = tuple(fault.replace(OR_HOLD, "") for fault in error.faults)
+        faults = tuple(fault.replace(OR_HOLD, "") if refuses else fault for fault in error.faults)
         raise SubmissionError(submission, faults) from error
 
 

@@ -4,11 +4,14 @@ import json
 import re
 import shlex
 import shutil
+import subprocess
+import sys
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from tests.lib.challenges import SECRET, TEXT, make_challenge, run_lines, vbbench
 from tests.lib.made_results import made_results
@@ -19,6 +22,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
+from vbbench.scoring import score
+from vbbench.version import ON_PYPI
 from vbbench_leaderboards.challenge.definition import parse_moment, read_challenge
 from vbbench_leaderboards.challenge.organiser import Organiser, parts_of
 from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
@@ -287,3 +292,42 @@ def test_a_solver_that_says_nothing_of_itself_is_told_before_anything_is_made(tm
 def test_a_trial_may_have_a_name(made: Path, tmp_path: Path) -> None:
     with pytest.raises(VbbenchError, match="no published board is called 'sim/sequential'"):
         try_solver("cv", "sim/sequential", tmp_path, name="mine")
+
+
+def test_texts_of_the_template_are_not_handed_out(
+    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    room = shutil.copytree(made, tmp_path / "room")
+    text = TEXT.replace('"Somebody"', '"Your laboratory"').replace("somebody@", "challenge@")
+    (room / "challenge.toml").write_text(text, encoding="utf-8")
+    assert vbbench("challenge", "bundle", room, "--out", tmp_path / "out") == 2
+    assert "challenge.toml: organisers, contact: as in the template" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_codabench_gets_an_archive_that_scores(made: Path, tmp_path: Path) -> None:
+    assert vbbench("challenge", "bundle", made, "--out", tmp_path / "tiny", "--codabench") == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["tiny", "tiny.codabench.zip"]
+    with zipfile.ZipFile(tmp_path / "tiny.codabench.zip") as archive:
+        archive.extractall(tmp_path / "there")
+    there = tmp_path / "there"
+    competition = yaml.safe_load((there / "competition.yaml").read_text("utf-8"))
+    assert [task["name"] for task in competition["tasks"]] == ["public part", "hidden part"]
+    for phase, (task,) in zip(competition["phases"], ([0], [1]), strict=True):
+        assert phase["tasks"] == [task]
+        assert (there / competition["tasks"][task]["reference_data"] / "truth").is_dir()
+    assert competition["phases"][0]["end"] == "2027-01-01 00:00:00"
+    named = [competition["image"], competition["terms"], *(page["file"] for page in competition["pages"])]
+    assert all((there / name).is_file() for name in named)
+    assert not list(there.rglob("seed.json"))
+    installs = (there / "scoring" / "Containerfile").read_text("utf-8")
+    assert ("COPY vbbench-*.whl /" in installs) != ON_PYPI
+    words = shlex.split(yaml.safe_load((there / "scoring" / "metadata.yaml").read_text("utf-8"))["command"])
+    program, *_ = words[1:3][1:]
+    (tmp_path / "scores").mkdir()
+    folders = [there / "reference-hidden", made.parent / "cv", tmp_path / "scores"]
+    subprocess.run([sys.executable, "-m", program, *folders], check=True)
+    found = json.loads((tmp_path / "scores" / "scores.json").read_text("utf-8"))
+    assert set(found) == {column["key"] for column in competition["leaderboards"][0]["columns"]}
+    hidden = score(made.parent / "cv", made / "data", made / "data.truth", sequences=Organiser(made).parts["hidden"])
+    assert found["dx"] == pytest.approx(hidden.summaries["dx"].capped)

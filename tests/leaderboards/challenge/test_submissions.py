@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from tests.folders.test_locks import held
-from tests.lib.challenges import make_challenge, memorised, run_lines, vbbench
+from tests.lib.challenges import FACTS, make_challenge, memorised, run_lines, vbbench
 from vbbench.scoring import score
 from vbbench_leaderboards.challenge.organiser import Organiser, parts_of, read_log
 from vbbench_leaderboards.results.folder import read_results
@@ -101,6 +101,8 @@ def test_the_whole_story(
     plain = score(room / "sf", tiny / "data", tiny / "data.truth", sequences=organiser.parts["hidden"])
     assert hidden["cheat"] == pytest.approx(plain.summaries["dx"].capped, rel=1e-5)
     assert hidden["honest"] < hidden["cheat"]
+    assert vbbench("challenge", "status", tiny, "--date", "2027-02-08") == 0
+    assert "cheat            1 of 3 in development, 1 of 2 in final; 2 refused" in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -273,6 +275,18 @@ def test_copies_are_found_in_whatever_form(room: Path, refused: Refused) -> None
     assert vbbench(*accept(room, "cv", date="2027-02-01")) == 0  # one's own counts in the next phase, too
 
 
+def test_the_door_of_the_leaderboard_is_the_same(
+    room: Path, refused: Refused, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tiny = room / "tiny"
+    add = ["leaderboard", "add", room / "cv", "--dataset", tiny / "data", "--truth", tiny / "data.truth"]
+    add += ["--results", tiny / "results", "--name", "honest", *FACTS]
+    assert "takes no submissions on 2027-01-10" in refused(*add, "--date", "2027-01-10")
+    assert "is called 'mine'" in refused(*add[: -len(FACTS) - 1], "mine", *FACTS, "--date", "2026-12-02")
+    assert vbbench(*add, "--date", "2026-12-02") == 0
+    assert "taken from honest in phase development" in capsys.readouterr().out
+
+
 def test_results_that_came_in_another_way_are_not_shown(
     room: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -285,12 +299,12 @@ def test_results_that_came_in_another_way_are_not_shown(
     capsys.readouterr()
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        build = ["leaderboard", "build", "--results", tiny / "results", "--out", tmp_path / "site"]
-        assert vbbench(*build, "--date", "2026-12-03") == 0
-        assert "cheat.json: no submission in the log accounts for it" in capsys.readouterr().err
-        assert (tmp_path / "site" / "index.html").read_text("utf-8").count("2026-12-02, number") == 1
+        assert vbbench("challenge", "status", tiny, "--date", "2026-12-03") == 0
+        said = capsys.readouterr()
+        assert "cheat.json: no submission in the log accounts for it" in said.err
+        assert said.out.count("of 2026-12-02") == 1
         shutil.copy(board / "honest.json", board / "cheat.json")
-        assert vbbench(*build) == 0
+        assert vbbench("leaderboard", "build", "--results", tiny / "results", "--out", tmp_path / "site") == 0
         assert "belongs in sim/sequential-noisy/honest.json" in capsys.readouterr().err
 
 
@@ -307,7 +321,7 @@ def test_a_changed_log_is_refused(room: Path, refused: Refused) -> None:
         assert vbbench(*accept(room, answer, team)) == 0
     log = room / "tiny" / "log.jsonl"
     log.write_text(log.read_text("utf-8").replace('"honest"', '"cheat"', 1), encoding="utf-8")
-    assert "log.jsonl, line 2: a line before this one was changed" in refused(*accept(room, "cv"))
+    assert "log.jsonl, line 2: a line before this one was changed" in refused("challenge", "status", room / "tiny")
 
 
 def test_what_is_kept_must_be_what_was_handed_in(room: Path, refused: Refused) -> None:
@@ -336,3 +350,47 @@ def test_the_page_shows_what_may_be_known(room: Path, tmp_path: Path) -> None:
     for part in ("public", "hidden"):
         assert (site / part / "index.html").is_file()
         assert "--dataset ../data --truth ../data.truth" in (site / part / "index.html").read_text("utf-8")
+
+
+def test_an_inbox_is_taken_in_one_command(room: Path, refused: Refused, capsys: pytest.CaptureFixture[str]) -> None:
+    inbox = room / "inbox"
+    shutil.copytree(room / "cv", inbox / "honest")
+    shutil.copytree(room / "sf", inbox / "strangers")
+    asked = ["challenge", "accept", inbox, "--challenge", room / "tiny", "--date", "2026-12-02"]
+    assert vbbench(*asked) == 1
+    said = capsys.readouterr().out
+    assert "tiny: taken from honest in phase development" in said
+    assert "refused: no team of tiny is called 'strangers'" in said
+    asked[2] = room / "cv"
+    assert "is no inbox" in refused(*asked)
+
+
+@pytest.mark.parametrize(("noise", "flagged"), [(0.02, True), (0.3, False)])
+def test_near_copies_are_shown_to_the_organiser_alone(
+    room: Path, capsys: pytest.CaptureFixture[str], noise: float, flagged: bool
+) -> None:
+    assert vbbench(*accept(room, "cv")) == 0
+    rows = pd.read_parquet(room / "cv" / "positions.parquet")
+    rows[["x", "y"]] += np.random.default_rng(0).normal(0.0, noise, (len(rows), 2))
+    rows.to_parquet(room / "cv" / "positions.parquet")
+    assert vbbench(*accept(room, "cv", "cheat")) == 0
+    assert "half of the positions" not in capsys.readouterr().out
+    assert vbbench("challenge", "status", room / "tiny", "--date", "2026-12-03") == 0
+    said = capsys.readouterr().out
+    assert ("look at number 2 of cheat: half of the positions lie within 0.0" in said) == flagged
+    assert "of those of honest, number 1" in said or not flagged
+
+
+def test_the_baseline_stands_there_first(room: Path, refused: Refused, capsys: pytest.CaptureFixture[str]) -> None:
+    path = room / "tiny" / "challenge.toml"
+    path.write_text(path.read_text("utf-8").replace('baseline = ""', 'baseline = "cv"'), encoding="utf-8")
+    assert "are the answers that baseline handed in on 2026-12-01" in refused(*accept(room, "cv"))
+    assert vbbench(*accept(room, "sf")) == 0
+    assert [(entry.team, entry.decision) for entry in read_log(room / "tiny")] == [
+        ("baseline", "accepted"),
+        ("honest", "refused"),
+        ("honest", "accepted"),
+    ]
+    assert set(dx(room, "public")) == {"baseline", "honest"}
+    path.write_text(path.read_text("utf-8").replace('"cheat"', '"Baseline"'), encoding="utf-8")
+    assert "is that of vbbench's own row" in refused(*accept(room, "sf"))

@@ -26,12 +26,12 @@ from vbbench.pictures import solver_colours as solvers
 from vbbench.pictures.replay import Replay
 
 
-def rerun() -> Any:
-    """The package.
+def rerun(purpose: str = "vbbench view") -> Any:
+    """The package; ``purpose`` begins the message where it is missing.
 
     Raises MissingExtraError if it is not installed.
     """
-    with needs_extra("viewer", "vbbench view"):
+    with needs_extra("viewer", purpose):
         import rerun as package
     return package
 
@@ -59,14 +59,18 @@ class Opened(Enum):
 
 def open_viewer(path: Path) -> Opened:
     """Start the rerun viewer on a recording, and leave it running, if there are a display and a viewer."""
-    program = viewer_program()
+    program, found = viewer_program(), can_open()
+    if found is Opened.SHOWN and program is not None:
+        silence = subprocess.DEVNULL
+        subprocess.Popen([program, str(path)], stdin=silence, stdout=silence, stderr=silence, start_new_session=True)
+    return found
+
+
+def can_open() -> Opened:
+    """What a viewer that is started now would be."""
     if not _has_display():
         return Opened.NO_DISPLAY
-    if program is None:
-        return Opened.NO_VIEWER
-    silence = subprocess.DEVNULL
-    subprocess.Popen([program, str(path)], stdin=silence, stdout=silence, stderr=silence, start_new_session=True)
-    return Opened.SHOWN
+    return Opened.SHOWN if viewer_program() else Opened.NO_VIEWER
 
 
 def viewer_program() -> str | None:
@@ -126,6 +130,8 @@ class Tape:
     """
 
     def __init__(self, stream: Any, frames: int, dt: float) -> None:
+        from vbbench.pictures.viewer.marks import rerun
+
         self.rr = rerun()
         self.stream, self.frames, self.dt = stream, frames, dt
 

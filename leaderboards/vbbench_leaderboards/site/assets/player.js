@@ -130,10 +130,10 @@
     });
   }
 
-  /** The frame of the largest error, where a solver is lost or two differ most; the first of nearly equal ones. */
+  /** The frame of the largest error, where a solver is lost or two differ most; the first of equal ones. */
   function worstFrame(curves, cap) {
     const error = signal(curves, cap), most = Math.max(...error, 0);
-    return most > 0 ? error.findIndex((value) => value >= 0.95 * most) : -1;
+    return most > 0 ? error.indexOf(most) : -1;
   }
 
   /* Drawing: colours of the page, marks of solvers, sharp canvases. */
