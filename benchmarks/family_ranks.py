@@ -31,7 +31,7 @@ from vbbench.reproduction.transfer import errors_of
 from vbbench.reproduction.variants import registered_variants
 
 LONGEST = 20
-SPLIT, STRIDE = "eth-15fps", 10
+SPLIT, STRIDE = "eth-15fps", 3
 """Whose people tier `field` shows, and every how many-th window of them is taken."""
 RANKED = (
     *("cv", "sf", "ground-plane", "vb-cv", "vb-sf", "map-causal", "map-batch", "vb-former", "vb-former-pure"),
