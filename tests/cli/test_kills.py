@@ -30,7 +30,6 @@ SEED = 0xC0FFEE << 100
 WALK = Path(__file__).parents[1] / "lib" / "short_walk.toml"
 SIM = f"generate sim --options scenario={WALK} --camera panorama"
 SECRET = f"{SIM} --withhold-truth --seed"
-REPORTING = "tests.solving.test_extras:Reporting"
 
 
 def make_tiny() -> int:
@@ -61,8 +60,6 @@ SCENERY = {
     "plaza": "generate demo --limit 1 --out plaza",
     "others": "solve data --solver vb-cv --protocol sequential --out others",
     "plaza-answers": "solve plaza --solver cv --out plaza-answers",
-    "mystery": f"{SECRET} {SEED} --out mystery --scheduler here",
-    "pieces": f"solve data --solver {REPORTING} --protocol sequential --scheduler here --out pieces",
     "board": f"{ADD} --results board --name first",
     "old-board": f"{ADD} --results old-board --reference old",
     "site": "leaderboard build --results old-board --out site",
@@ -97,8 +94,6 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "generate --scheduler": making_data(f"{SIM} --out out --scheduler here"),
     "solve --overwrite": making_answers("solve data --solver cv --out out --overwrite", out="others"),
-    "merge withheld truth": making_secrets("merge out", out="mystery"),
-    "merge a submission": making_answers("merge out", out="pieces"),
     "card": Scenario(command="card data --creator Somebody --overwrite", found=finding("data")),
     "leaderboard add --overwrite": Scenario(
         command=f"{ADD} --results board --overwrite", found=finding("plaza", "plaza-answers", board="old-board")
@@ -141,7 +136,7 @@ def test_killed_at_every_moment(stage: Stage, name: str) -> None:
     check(rehearsal.faults_on_a_full_disk(rehearsal.steps_that_take_space))
 
 
-@pytest.mark.parametrize("name", ["generate --withhold-truth --overwrite", "merge withheld truth", "export mot"])
+@pytest.mark.parametrize("name", ["generate --withhold-truth --overwrite", "generate --scheduler", "export mot"])
 def test_killed_and_killed_again(stage: Stage, name: str) -> None:
     first = Rehearsal.of(stage, SCENARIOS[name])
     for point in spread(first.moments, 4):

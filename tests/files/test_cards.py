@@ -18,7 +18,6 @@ from tests.generators.test_footage import recording as footage
 from tests.generators.test_footage import relative
 from tests.lib.crohd_files import write_recording
 from tests.lib.make_dataset import Crowd, write_dataset
-from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.cards.readme import hub_identifier, licence_address, size_category
@@ -29,10 +28,8 @@ from vbbench.files.dataset_checks import TABLES
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import OPTIONAL, SCHEMAS
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.generation import generate, generate_partitioned
+from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
-from vbbench.parallel import cluster
-from vbbench.parallel.partitions import merge
 from vbbench.registry import load, registered
 from vbbench.sequence import Odometry
 
@@ -204,16 +201,6 @@ def test_nothing_but_dataset_json_is_read(crowd: Path, tmp_path: Path) -> None:
     """However large the tables are, cards take no longer."""
     (tmp_path / "dataset.json").write_bytes((crowd / "dataset.json").read_bytes())
     assert card_texts(tmp_path) == {name: (crowd / name).read_text("utf-8") for name in (README, CROISSANT)}
-
-
-def test_merged_partitions_have_the_same_cards(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "on_cluster", last_part_first)
-    generate_partitioned("demo", tmp_path / "parts", Options(limit=2), scheduler="tcp://nowhere")
-    assert not (tmp_path / "parts" / README).exists()
-    merge(tmp_path / "parts")
-    generate("demo", tmp_path / "d", Options(limit=2))
-    for name in (README, CROISSANT):
-        assert (tmp_path / "parts" / name).read_bytes() == (tmp_path / "d" / name).read_bytes()
 
 
 def test_a_publisher_completes_them_and_mlcroissant_has_nothing_left_to_say(copy: Path) -> None:

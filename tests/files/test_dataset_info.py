@@ -146,7 +146,7 @@ TABLE = {"bytes": 1, "rows": 1, "sha256": "0" * 64}
         (lambda v: v["camera"].update(focal=-1), "key 'camera': .*focal must be 0.01 to"),
         (lambda v: v["camera"].update(focal="wide"), "key 'camera': .*focal must be a number"),
         (lambda v: v["camera"].update(zoom=1), "key 'camera': .*zoom"),
-        (drop("counts", "frames"), r"lacks frames - at `\$\.counts`"),
+        (drop("counts", "frames"), r"missing required field `frames` - at `\$\.counts`"),
         (lambda v: v["counts"].update(frames=-1), r"Expected `int` >= 0 - at `\$\.counts\.frames`"),
         (lambda v: v["tables"].update({"../x": TABLE}), r"unknown field `\.\./x` - at `\$\.tables`"),
         (lambda v: v["tables"].update({"/etc/passwd": TABLE}), r"unknown field `/etc/passwd` - at `\$\.tables`"),

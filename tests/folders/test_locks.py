@@ -14,16 +14,14 @@ import pytest
 
 from tests.lib.challenges import withheld_challenge
 from tests.lib.stopping import contents, names, stopped_at
-from tests.parallel.test_parts import last_part_first
 from vbbench.cli import main
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.exchange.tum import export_dataset_tum
 from vbbench.files.dataset import Dataset
 from vbbench.folders.locks import LOCK, BusyError, locked
 from vbbench.folders.work_folder import WorkFolder
-from vbbench.generation import generate, generate_partitioned
+from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.parallel import cluster
 from vbbench.solving import solve
 
 OPTIONS = Options(limit=2)
@@ -40,9 +38,6 @@ with locked(Path(sys.argv[1])):
 @pytest.fixture(scope="module")
 def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("room")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cluster, "on_cluster", last_part_first)
-        generate_partitioned("demo", folder / "spread", OPTIONS, scheduler="tcp://nowhere")
     dataset = generate("demo", folder / "data", OPTIONS)
     export_dataset_tum(dataset, folder / "files")
     solve(dataset, "cv", "rollout", folder / "answer")
@@ -67,7 +62,6 @@ COMMANDS = {
         "generate demo --limit 2 --out out --scheduler tcp://127.0.0.1:1",
         "solve {data} --solver cv --out out",
         "solve {data} --solver cv --out out --scheduler tcp://127.0.0.1:1",
-        "merge {spread} --out out",
         "leaderboard build --out out",
         "challenge bundle {tiny} --out out",
     ],
@@ -94,7 +88,7 @@ def test_the_second_command_ends_at_once_in_one_line(
         with held(tmp_path / place) as holder:
             before = contents(tmp_path)
             for command in commands:
-                made = {name: room / name for name in ("data", "spread", "files", "tiny")}
+                made = {name: room / name for name in ("data", "files", "tiny")}
                 words = command.format(**made).split()
                 assert main(words) == 2, command
                 said = capsys.readouterr()
@@ -106,21 +100,6 @@ def test_the_second_command_ends_at_once_in_one_line(
                 assert "wait until it is done, or choose another folder" in line
                 assert contents(tmp_path) == before, command
         assert names(tmp_path) == [], place
-
-
-def test_merging_in_place_and_generating_there_exclude_one_another(
-    room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "spread").mkdir()
-    for path in (room / "spread").iterdir():
-        (tmp_path / "spread" / path.name).symlink_to(path)
-    with held(tmp_path / "spread.partial"):
-        assert main(["merge", "spread"]) == 2
-        assert main(["generate", "demo", "--limit", "2", "--overwrite", "--out", "spread"]) == 2
-    assert main(["merge", "spread"]) == 0
-    assert Dataset("spread").info.id == Dataset(room / "data").info.id
-    assert (room / "spread" / "partitioned" / "layout.json").is_file()
 
 
 @pytest.mark.slow

@@ -22,11 +22,10 @@ from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
-from vbbench.folders.work_folder import DONE, JOURNAL, MARK, WorkFolder
-from vbbench.generation import generate, generate_partitioned
+from vbbench.folders.work_folder import DONE, JOURNAL, WorkFolder
+from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
-from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import Part
 from vbbench.pictures.video import write_mp4
 from vbbench.solving import solve
@@ -44,14 +43,11 @@ def _no_cluster(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two datasets whole, and both with their truth withheld; partitions of the second."""
+    """Two datasets whole, and both with their truth withheld."""
     folder = tmp_path_factory.mktemp("room")
     for name, options in (("old", OTHER), ("new", OPTIONS)):
         generate("demo", folder / name, options)
         generate("demo", folder / f"{name}-apart", options, withhold_truth=True)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(cluster, "on_cluster", last_part_first)
-        generate_partitioned("demo", folder / "spread", OPTIONS, scheduler="tcp://nowhere")
     return folder
 
 
@@ -140,20 +136,6 @@ def test_a_folder_that_cannot_be_renamed_changes_nothing(
     assert "truth is the published one" in verify(out, truth)
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"carried": 3}'])
-def test_a_damaged_journal_is_one_line_and_a_strangers_is_no_journal(room: Path, tmp_path: Path, text: str) -> None:
-    out = tmp_path / "out"
-    shutil.copytree(room / "old", out)
-    (tmp_path / "out.partial" / "new").mkdir(parents=True)
-    (tmp_path / "out.partial" / JOURNAL).write_text(text)
-    assert Dataset(out).info.seed == 1
-    assert names(tmp_path / "out.partial") == ["new", JOURNAL]
-    (tmp_path / "out.partial" / "new").rmdir()
-    (tmp_path / "out.partial" / MARK).write_text("{}")
-    with pytest.raises(FileError, match=r"swap\.json: is damaged"):
-        Dataset(out)
-
-
 def strangers(folder: Path) -> Iterator[Path]:
     for name in ("out.partial", "out.old"):
         path = folder / name / "thesis.tex"
@@ -166,15 +148,13 @@ def commands(room: Path, out: Path) -> list[tuple[str, Callable[[], object]]]:
     dataset, scheduler = Dataset(room / "new"), {"scheduler": "tcp://nowhere", "overwrite": True}
     return [
         ("new", partial(generate, "demo", out, OPTIONS, overwrite=True)),
-        ("new", partial(generate_partitioned, "demo", out, OPTIONS, **scheduler)),  # type: ignore[arg-type]
+        ("new", partial(generate, "demo", out, OPTIONS, **scheduler)),  # type: ignore[arg-type]
         ("answer", partial(solve, dataset, "cv", "rollout", out, overwrite=True)),
         ("answer", partial(solve, dataset, "cv", "rollout", out, **scheduler)),  # type: ignore[arg-type]
-        ("spread", partial(merge, out)),
-        ("new", partial(merge, room / "spread", out, overwrite=True)),
     ]
 
 
-@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize("number", range(4))
 def test_folders_of_somebody_else_are_never_touched(room: Path, tmp_path: Path, number: int) -> None:
     out = tmp_path / "at" / "out"
     solve(Dataset(room / "new"), "cv", "rollout", tmp_path / "answer")

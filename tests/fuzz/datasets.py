@@ -1,4 +1,4 @@
-"""Kinds of files of datasets, submissions, partitions and leaderboards."""
+"""Kinds of files of datasets, submissions and leaderboards."""
 
 import hashlib
 import json
@@ -24,8 +24,6 @@ from vbbench.files.cards.writing import card_texts
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo, describe
 from vbbench.files.verification import verify
-from vbbench.parallel.partitions import Layout, PartitionedTable, read_layout, write_layout, write_partition
-from vbbench.parallel.parts import PackedPart
 from vbbench.parsing.json_text import canonical_digest
 from vbbench.scoring import score
 from vbbench_leaderboards.results.folder import read_results
@@ -39,7 +37,7 @@ TRACKED = Crowd(scenes=1, frames=8, people=4, stay=(4, 8), sequences=3, tier="tr
 def _made(what: str) -> Path:
     """A folder made once, of which every kind has a copy."""
     folder = Path(mkdtemp(prefix="vbbench-fuzz-"))
-    {"board": tiny_board, "partitions": _write_partitions}.get(what, _write)(folder / "made")
+    (tiny_board if what == "board" else _write)(folder / "made")
     return folder / "made"
 
 
@@ -50,16 +48,6 @@ def _write(folder: Path) -> None:
     tables = true_answers(folder / "small", 0.1)
     submit(folder / "parquet", folder / "small", tables)
     submit_csv(folder / "csv", folder / "small", tables)
-
-
-def _write_partitions(folder: Path) -> None:
-    write_dataset(folder / "whole", SMALL)
-    names = ("sequences", "observations", "given", "truth/poses", "truth/scenes", "truth/people")
-    data = {name: (folder / "whole" / f"{name}.parquet").read_bytes() for name in names}
-    part = PackedPart(name="part-00000000", files=data, columns={name: [] for name in names}, facts={})
-    write_partition(folder, part)
-    layout = Layout(marker="dataset.json", tables=list(names), parts=[part.name])
-    write_layout(folder, layout, (folder / "whole" / "dataset.json").read_text("utf-8"))
 
 
 def _copy(what: str) -> Callable[[Path], object]:
@@ -78,15 +66,6 @@ def _read_described(folder: Path) -> None:
     describe(DatasetInfo.read(folder))
     card_texts(folder)
     verify(folder)
-
-
-def _read_partitions(folder: Path) -> None:
-    layout = read_layout(folder)
-    DatasetInfo.read(folder / "partitioned")
-    for name in layout.tables:
-        table = PartitionedTable(folder, name, layout.parts)
-        for part in layout.parts:
-            list(table.groups(part))
 
 
 def _sealed(file: str, seal: Callable[[dict[str, Any]], str]) -> dict[str, Any]:
@@ -157,11 +136,6 @@ def _board(name: str, file: str, **more: object) -> Kind:
     )
 
 
-def _partition(name: str, file: str) -> Kind:
-    mutations = PARQUET if file.endswith(".parquet") else JSON
-    return Kind(name=name, make=_copy("partitions"), target=file, mutations=mutations, read=_read_partitions)
-
-
 KINDS = (
     Kind(
         name="dataset-json",
@@ -192,8 +166,5 @@ KINDS = (
     _board("result-sealed", str(FILE), **_sealed(f"results/{FILE}", digest)),
     _board("record", "tiny/ideal.json"),
     _board("record-sealed", "tiny/ideal.json", **_sealed("results/tiny/ideal.json", digest)),
-    _partition("layout", "partitioned/layout.json"),
-    _partition("part-facts", "partitioned/part-00000000.json"),
-    _partition("part-table", "observations/part-00000000.parquet"),
 )
-"""Datasets, submissions, boards and partitions."""
+"""Datasets, submissions and boards."""

@@ -197,10 +197,10 @@ def _keep_every_part() -> None:
 def _be_the_cluster() -> None:
     """This process does what ``--scheduler`` has a cluster do, one part after the other."""
     from vbbench.parallel import cluster
-    from vbbench.parallel.parts import PackedPart, Work, pack, part_name
+    from vbbench.parallel.parts import Work, packed
 
-    def one_by_one(work: Work, ranges: Sequence[tuple[int, int]], *_: object) -> Iterator[PackedPart]:
-        return (pack(work(first, last), part_name(first)) for first, last in ranges)
+    def one_by_one(work: Work, ranges: Sequence[tuple[int, int]], *_: object) -> Iterator[tuple[int, int, bytes]]:
+        return ((first, last, packed(work(first, last))) for first, last in ranges)
 
     cluster.on_cluster = one_by_one
 

@@ -18,14 +18,13 @@ import pytest
 
 from tests.generation.test_datasets import digests
 from tests.lib.commands import ROOT, ended, start, wait_until
-from tests.lib.slow_split import BEFORE_THE_GATE, GATE, PARTS, SEQUENCES
+from tests.lib.slow_split import BEFORE_THE_GATE, GATE
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
-from vbbench.generation import generate, generate_partitioned
+from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
-from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import Part
 from vbbench.reproduction.grid import Making
 from vbbench.scoring import score
@@ -173,7 +172,7 @@ def single(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 def finished_parts(out: Path) -> dict[str, int]:
     """Finished parts of an unfinished folder, and when each was written."""
-    found = out.with_name(out.name + ".partial").glob("new/partitioned/part-*.json")
+    found = out.with_name(out.name + ".partial").glob("parts/*.arrows")
     return {path.name: path.stat().st_mtime_ns for path in found}
 
 
@@ -191,12 +190,6 @@ def test_a_worker_killed_while_generating_loses_nothing(dask: Cluster, single: D
     dask.open_gate()
     status, errors = ended(run)
     assert status == 0, errors
-    with pytest.raises(VbbenchError, match=f"out is partitioned; run 'vbbench merge {out}'"):
-        Dataset(out)
-    parts = pd.concat([pd.read_parquet(path) for path in sorted((out / "sequences").iterdir())])
-    assert parts.sequence.tolist() == list(range(SEQUENCES))
-    assert len(pd.read_parquet(out / "observations")) == single.info.counts["observations"]
-    merge(out)
     assert digests(out) == digests(single.folder)
     verify(out)
 
@@ -226,12 +219,13 @@ def test_interrupted_and_resumed(dask: Cluster, single: Dataset, tmp_path: Path)
         assert ended(run) == (130, "vbbench: stopped; run the same command again to continue\n")
     kept = finished_parts(out)
     assert len(kept) == BEFORE_THE_GATE
+    dask.close_gate()
+    run = start(*command)
+    wait_until(at_the_gate(out, dask))
+    assert finished_parts(out) == kept
     dask.open_gate()
-    assert ended(start(*command))[0] == 0
-    written = {path.name: path.stat().st_mtime_ns for path in (out / "partitioned").glob("part-*.json")}
-    assert {name: written[name] for name in kept} == kept
-    assert len(written) == PARTS
-    assert digests(merge(out)) == digests(single.folder)
+    assert ended(run)[0] == 0
+    assert digests(out) == digests(single.folder)
 
 
 @pytest.mark.slow
@@ -248,7 +242,7 @@ def test_all_workers_lost_and_new_ones_go_on(dask: Cluster, single: Dataset, tmp
     dask.open_gate()
     dask.of(2)
     assert ended(start(*command))[0] == 0
-    assert digests(merge(out)) == digests(single.folder)
+    assert digests(out) == digests(single.folder)
 
 
 @pytest.mark.slow
@@ -265,7 +259,7 @@ def test_a_lost_scheduler_is_one_line_and_another_cluster_goes_on(
     assert "the scheduler was lost; finished parts are kept" in errors
     dask.open_gate()
     assert ended(start("generate", SPLIT, "--out", out, "--scheduler", dask.of(2)))[0] == 0
-    assert digests(merge(out)) == digests(single.folder)
+    assert digests(out) == digests(single.folder)
 
 
 def test_workers_that_may_not_start_processes_isolate_solvers(single: Dataset, tmp_path: Path) -> None:
@@ -275,9 +269,7 @@ def test_workers_that_may_not_start_processes_isolate_solvers(single: Dataset, t
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None) as nannies:
         out = solve(single, "cv", "rollout", tmp_path / "out", scheduler=nannies.scheduler_address, isolate=True)
     here = solve(single, "cv", "rollout", tmp_path / "here")
-    pd.testing.assert_frame_equal(
-        pd.read_parquet(merge(out) / "poses.parquet"), pd.read_parquet(here / "poses.parquet")
-    )
+    pd.testing.assert_frame_equal(pd.read_parquet(out / "poses.parquet"), pd.read_parquet(here / "poses.parquet"))
 
 
 @pytest.mark.slow
@@ -310,7 +302,6 @@ def test_what_studies_need_is_made_on_a_cluster_as_it_is_here(dask: Cluster, tmp
     assert made.summaries == same.summaries
     nowhere = Making(scheduler="tcp://127.0.0.1:1")  # nothing is left to make
     assert nowhere.cell(data, "cv", "sequential").summaries == made.summaries
-    assert not list(tmp_path.rglob("partitioned"))
 
 
 def one_pose(first: int, last: int) -> Part:
@@ -388,8 +379,7 @@ def refusal(address: str) -> str:
 
 
 def generated(out: Path, address: str) -> Path:
-    generate_partitioned(SPLIT, out, Options(), scheduler=address)
-    return out
+    return generate(SPLIT, out, Options(), scheduler=address).folder
 
 
 @pytest.mark.slow
@@ -401,9 +391,9 @@ def test_an_encrypted_cluster_and_who_is_kept_out(
         secret.open_gate()
         address = secret.of(1)
         with known(tls):
-            assert digests(merge(generated(out, address))) == digests(single.folder)
+            assert digests(generated(out, address)) == digests(single.folder)
             solved = solve(single, "cv", "rollout", tmp_path / "cv", scheduler=address)
-            assert score(merge(solved), single.folder).coverage == 1.0
+            assert score(solved, single.folder).coverage == 1.0
             plain = address.replace("tls://", "tcp://")
             assert f"{plain} is not encrypted, as Dask's settings demand" in refusal(plain)
         strangers = make_certificates(tmp_path / "strangers")

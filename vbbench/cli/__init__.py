@@ -23,7 +23,6 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "tiers": data.tiers,
     "fetch": data.fetch,
     "generate": data.generate,
-    "merge": data.merge,
     "info": data.info,
     "verify": data.verify,
     "card": data.card,

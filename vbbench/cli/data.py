@@ -82,14 +82,13 @@ def generate(
         limit: Make only this many sequences, from the first.
         options: A TOML file of options, or a dataset.json, whose options are taken; and single ones as NAME=VALUE.
         jobs: Processes; the bytes do not depend on it.
-        scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
+        scheduler: Address of a Dask cluster (tcp://...) that does the work instead.
         withhold_truth: Write the truth tables and the seed to OUT.truth; the dataset keeps their hashes.
         overwrite: Replace an existing dataset.
     """
     from vbbench.errors import VbbenchError
     from vbbench.files.dataset_info import describe
     from vbbench.files.withholding import secret_seed
-    from vbbench.generation import generate_partitioned
     from vbbench.generation.datasets import generate as make
     from vbbench.generation.datasets import who_knows
     from vbbench.generation.options_file import read_options
@@ -101,28 +100,12 @@ def generate(
     given |= {"sequences": sequences, "every": every, "limit": limit}
     written = read_options(options, split, seed=number).with_given(**given)
     wanted = written.options(split, source=source, homography=homography)
-    if scheduler is None:
-        facts = make(split, out, wanted, jobs=jobs, withhold_truth=withhold_truth, overwrite=overwrite).info
-    else:
-        kept = {"withhold_truth": withhold_truth, "overwrite": overwrite}
-        facts = generate_partitioned(split, out, wanted, scheduler=scheduler, **kept)
+    kept = {"withhold_truth": withhold_truth, "overwrite": overwrite}
+    facts = make(split, out, wanted, jobs=jobs, scheduler=scheduler, **kept).info
     doubt = who_knows(split, wanted.seed) if withhold_truth else None
     if doubt is not None:
         say_warning(doubt.replace("a secret seed", "--seed secret"))
     print(describe(facts))
-
-
-def merge(folder: Path, /, out: Path | None = None, overwrite: bool = False) -> None:
-    """Merge the partitions that generate or solve made with --scheduler.
-
-    Args:
-        folder: The partitioned dataset or submission.
-        out: Folder to make; default: the merged files replace the partitions.
-        overwrite: Replace an existing dataset or submission in OUT, and the truth next to it.
-    """
-    from vbbench.parallel.partitions import merge as merge_partitions
-
-    print(merge_partitions(folder, out, overwrite=overwrite))
 
 
 def info(folder: Path, /, json: bool = False) -> None:

@@ -42,7 +42,7 @@ def solve(
         protocol: Which truth the solver is given, and when.
         truth: Folder with the truth tables, if they are not in the dataset (one-step needs them).
         jobs: Processes; the answers do not depend on it.
-        scheduler: Address of a Dask cluster (tcp://...) that does the work instead; then 'vbbench merge OUT'.
+        scheduler: Address of a Dask cluster (tcp://...) that does the work instead.
         isolate: Run the solver in a separate process that never holds truth.
         fresh_processes: Isolate it in a new process for each group of sequences that share no frame of a scene, so that
             nothing learned in one answers another.

@@ -35,9 +35,6 @@ TRUTH_TABLES: dict[Known, tuple[str, ...]] = {
 ALWAYS = PUBLIC + TRUTH_TABLES["whole"]
 """The tables of a dataset whose truth is known."""
 
-COUNTS = ("sequences", "frames", "observations", "people_min", "people_max")
-"""The counts of every complete dataset."""
-
 LONGEST_TEXT = 1000
 Name = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}\Z")]
 Sha256 = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
@@ -79,13 +76,20 @@ TablesFacts = defstruct(
     rename={name.replace("/", "_"): name for name in TABLES},
     forbid_unknown_fields=True,
 )
-CountsFacts = defstruct(
-    "CountsFacts", [(name, Count | UnsetType, UNSET) for name in COUNTS], forbid_unknown_fields=True
-)
+
+
+class CountsFacts(Struct, forbid_unknown_fields=True):
+    """The counts of a dataset."""
+
+    sequences: Count
+    frames: Count
+    observations: Count
+    people_min: Count
+    people_max: Count
 
 
 class DatasetFacts(Struct, kw_only=True, forbid_unknown_fields=True):
-    """The object in a ``dataset.json``. The counts of a dataset in partitions are not known yet, nor its tables."""
+    """The object in a ``dataset.json``."""
 
     id: Annotated[str, Meta(pattern=r"^[0-9a-f]{16}\Z")]
     split: Name
@@ -100,7 +104,7 @@ class DatasetFacts(Struct, kw_only=True, forbid_unknown_fields=True):
     scenes: list[Text]
     definition: dict[str, Any]
     caution: Text | None
-    counts: CountsFacts  # type: ignore[valid-type]
+    counts: CountsFacts
     tables: TablesFacts  # type: ignore[valid-type]
     package_version: Annotated[str, Meta(max_length=80, pattern=r"^[ -~]*\Z")]
     format_version: int
@@ -118,11 +122,10 @@ class DatasetFacts(Struct, kw_only=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         if self.seed is not None and self.seed < 0:
             raise ValueError(f"Expected `int` >= 0, got {quoted(self.seed)} - at `$.seed`")
-        for part, needed in (("tables", PUBLIC + TRUTH_TABLES[self.truth]), ("counts", COUNTS)):
-            given = asdict(getattr(self, part))
-            missing = [name for name in needed if given[name.replace("/", "_")] is UNSET]
-            if missing and any(value is not UNSET for value in given.values()):
-                raise ValueError(f"Object lacks {', '.join(missing)} - at `$.{part}`")
+        given = asdict(self.tables)
+        missing = [name for name in PUBLIC + TRUTH_TABLES[self.truth] if given[name.replace("/", "_")] is UNSET]
+        if missing:
+            raise ValueError(f"Object lacks {', '.join(missing)} - at `$.tables`")
 
 
 def find_fault(values: Mapping[str, Any]) -> str | None:

@@ -15,7 +15,7 @@ from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.files.dataset_checks import Known, find_fault
 from vbbench.files.generate_command import generate_command
 from vbbench.files.tables import file_sha256
-from vbbench.folders.work_folder import WorkFolder, finish_swaps, refuse_partitioned
+from vbbench.folders.work_folder import WorkFolder, finish_swaps
 from vbbench.paper import the_paper
 from vbbench.parsing.json_text import canonical_digest, read_object
 from vbbench.solver import Carrier
@@ -163,7 +163,6 @@ class DatasetInfo:
         Raises FileError if it is missing, damaged, of another format version, or edited by hand; the key is named.
         """
         finish_swaps(folder)
-        refuse_partitioned(folder, INFO_FILE)
         path = folder / INFO_FILE
         if not path.is_file():
             if (folder / "submission.json").is_file():

@@ -15,7 +15,7 @@ from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.tables import FALLBACK, Columns, TableWriter, WholeWriter, to_arrow
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing
-from vbbench.folders.work_folder import finish_swaps, refuse_partitioned
+from vbbench.folders.work_folder import finish_swaps
 from vbbench.geometry import BoolArray
 from vbbench.parsing.json_text import read_json
 from vbbench.protocol import PROTOCOLS
@@ -136,7 +136,6 @@ class SubmissionInfo:
 def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
     """The declared facts, with empty text for invalid values, which are added to ``faults``."""
     finish_swaps(folder)
-    refuse_partitioned(folder, SUBMISSION_FILE)
     if not folder.is_dir():
         raise SubmissionError(folder, ["there is no such folder; name the folder of a submission"])
     values = _read_object(folder / SUBMISSION_FILE, faults)

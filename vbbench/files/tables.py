@@ -228,17 +228,6 @@ class TableWriter(WholeWriter):
             self._waiting.clear()
 
 
-def table_bytes(name: str, groups: Iterable[pa.Table], optional: Collection[str] = ()) -> bytes:
-    """The Parquet file that `TableWriter` would write."""
-    schema, sink = table_schema(name, optional), pa.BufferOutputStream()
-    with _parquet_writer(sink, schema) as writer:
-        for group in groups:
-            if len(group):
-                writer.write_table(with_columns(group, schema), row_group_size=len(group))
-    data: bytes = sink.getvalue().to_pybytes()
-    return data
-
-
 def _parquet_writer(sink: pa.NativeFile, schema: pa.Schema) -> pq.ParquetWriter:
     return pq.ParquetWriter(
         sink,

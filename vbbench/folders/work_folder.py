@@ -49,18 +49,14 @@ def next_to(folder: Path, ending: str) -> Path:
     return folder.with_name(folder.name + ending)
 
 
-def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
+def swap(work: Path, out: Path) -> None:
     """Rename ``work/new`` to ``out``, and ``work/new-truth``, if it exists, to the name of its truth.
 
     The folders that had these names move into the work folder.
 
     Raises FileError if a folder cannot be renamed; nothing is changed.
-
-    Parameters
-    ----------
-    carried : names in the old folder to move to the new one, unless it has them itself.
     """
-    write_text_atomically(work / JOURNAL, json.dumps({"carried": sorted(carried)}) + "\n")
+    (work / JOURNAL).touch()
     _flush(work)
     staged = [step for step in _steps(work, out) if step[0].exists()]
     try:
@@ -68,7 +64,7 @@ def swap(work: Path, out: Path, carried: Iterable[str] = ()) -> None:
     except OSError as error:
         _undo(work, staged)
         raise FileError(out, f"cannot be replaced ({os.strerror(error.errno or 0)}); choose another place") from error
-    _complete(work, out)
+    (work / JOURNAL).replace(work / DONE)
     _flush(out.parent)
 
 
@@ -83,7 +79,7 @@ def go_on(work: Path, out: Path) -> None:
     """Complete an interrupted swap; raise VbbenchError if another folder has taken a name meanwhile."""
     with plain_errors(out):
         _rename(work, out)
-        _complete(work, out)
+        (work / JOURNAL).replace(work / DONE)
 
 
 def is_done(work: Path) -> bool:
@@ -131,20 +127,6 @@ def _undo(work: Path, staged: list[tuple[Path, Path, Path]]) -> None:
         if old.exists():
             old.replace(name)
     (work / JOURNAL).unlink()
-
-
-def _complete(work: Path, out: Path) -> None:
-    """Move the carried files, and close the journal."""
-    path = work / JOURNAL
-    try:
-        carried = list(map(str, json.loads(path.read_text("utf-8"))["carried"]))
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise FileError(path, f"is damaged ({error!r}); look at what is in {work}, and remove that") from error
-    for name in carried:
-        old, new = work / OLD / Path(name).name, out / Path(name).name
-        if os.path.lexists(old) and not os.path.lexists(new):
-            old.replace(new)
-    path.replace(work / DONE)
 
 
 def _flush(folder: Path) -> None:
@@ -202,29 +184,29 @@ class WorkFolder:
     def __exit__(self, *_failure: object) -> None:
         self._leave()
 
-    def begin(self, key: str | None = None, *, partitioned: bool = False) -> bool:
+    def begin(self, key: str | None = None) -> bool:
         """Prepare for the work called ``key``; return whether it is still to be done.
 
-        Finished parts of the same work are kept: those in `parts`, or those in `new` if it is ``partitioned``. If the
-        same work was stopped after it had been published, nothing is left to do. Work without a key always starts new.
+        Finished parts of the same work are kept. If it was stopped after it had been published, nothing is left to do.
+        Work without a key always starts new.
         """
-        digest = secrets.token_hex(8) if key is None else sha256(f"{key} {partitioned}".encode()).hexdigest()[:16]
+        digest = secrets.token_hex(8) if key is None else sha256(key.encode()).hexdigest()[:16]
         if digest in self._done and self.out.exists():
             return False
         if self._done:
             self._check()
         resumed = _read_key(self._work) == digest
-        kept = {LOCK, MARK, *([NEW if partitioned else PARTS] if resumed else [])}
+        kept = {LOCK, MARK, *([PARTS] if resumed else [])}
         _remove(path for path in self._work.iterdir() if path.name not in kept)
         _remove(filter(is_temporary, list(self._work.rglob("*"))))
         write_text_atomically(self._work / MARK, json.dumps({"vbbench": __version__, "key": digest}) + "\n")
         self._placed = False
-        (self.new if partitioned else self.parts).mkdir(exist_ok=True)
+        self.parts.mkdir(exist_ok=True)
         return True
 
-    def publish(self, carried: Iterable[str] = ()) -> None:
-        """Replace the old folder, and its truth, by the new ones; see `swapping.swap`."""
-        swap(self._work, self.out, carried)
+    def publish(self) -> None:
+        """Replace the old folder, and its truth, by the new ones; see `swap`."""
+        swap(self._work, self.out)
         self._placed = True
 
     def _take_over(self) -> None:
@@ -242,7 +224,7 @@ class WorkFolder:
 
     def _leave(self) -> None:
         """Remove what is no longer needed, and release the lock."""
-        has_parts = any(self.parts.glob("*.arrows")) or any((self.new / PARTITIONED).glob("part-*"))
+        has_parts = any(self.parts.glob("*.arrows"))
         if HOLDS_OPEN_FILES:  # nor does it rename a folder with one
             self._lock.close()
         if self._placed:
@@ -291,21 +273,11 @@ def _remove(paths: Iterable[Path]) -> None:
             path.unlink()
 
 
-PARTITIONED = "partitioned"
-"""Folder in a partitioned dataset or submission: its facts, and those of each part."""
-
-
-def refuse_partitioned(folder: Path, marker: str) -> None:
-    """Raise VbbenchError if the dataset or submission in ``folder`` is still in partitions."""
-    if not (folder / marker).is_file() and (folder / PARTITIONED / marker).is_file():
-        raise VbbenchError(f"{folder} is partitioned; run 'vbbench merge {folder}'")
-
-
 def check_free(folder: Path, marker: str, what: str, overwrite: bool) -> None:
-    """Raise VbbenchError if ``folder`` may not be replaced: only one with ``marker``, or in partitions, ever is."""
+    """Raise VbbenchError if ``folder`` may not be replaced: only one with ``marker`` ever is."""
     if not folder.exists():
         return
-    if not any((place / marker).is_file() for place in (folder, folder / PARTITIONED)):
+    if not (folder / marker).is_file():
         raise VbbenchError(f"{folder} exists and is not a {what}; choose another folder or remove it")
     if not overwrite:
         raise VbbenchError(f"{folder} exists; set `overwrite` to replace it")

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from vbbench import lazy_names
 
 if TYPE_CHECKING:
-    from vbbench.generation.datasets import generate, generate_partitioned, write_dataset
+    from vbbench.generation.datasets import generate, write_dataset
 
-__all__ = ["generate", "generate_partitioned", "write_dataset"]
+__all__ = ["generate", "write_dataset"]
 
 __getattr__ = lazy_names(__name__, dict.fromkeys(__all__, "datasets"))

@@ -33,12 +33,11 @@ from vbbench.files.tables import (
 )
 from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_of, withhold
 from vbbench.folders.replacing import write_text_atomically
-from vbbench.folders.work_folder import PARTITIONED, WorkFolder, check_free
+from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
 from vbbench.generation.planning import build_sequence, is_endless, planned
 from vbbench.geometry import IntArray
-from vbbench.parallel.partitions import SCENES, Layout, write_layout, write_partition, write_partitions
-from vbbench.parallel.parts import Part, check_jobs, pack, part_name, write_in_parts
+from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.registry import load
 from vbbench.scene import Scene, World
 from vbbench.sequence import NOBODY, Odometry, SequenceData
@@ -161,13 +160,14 @@ def generate(
     options: Options,
     *,
     jobs: int = 1,
+    scheduler: str | None = None,
     withhold_truth: bool = False,
     overwrite: bool = False,
 ) -> Dataset:
-    """Make the dataset ``split`` in the folder ``out``; its bytes do not depend on ``jobs``.
+    """Make the dataset ``split`` in the folder ``out``, by ``jobs`` processes or the Dask cluster at ``scheduler``.
 
-    The same call continues interrupted work. With ``withhold_truth`` the truth tables and the seed are written to the
-    folder ``<out>.truth``.
+    Its bytes do not depend on either. The same call continues interrupted work. With ``withhold_truth`` the truth
+    tables and the seed are written to the folder ``<out>.truth``.
 
     Raises VbbenchError if the split is unknown, its sources are missing or wrong, or ``out`` exists and may not be
     replaced.
@@ -176,18 +176,18 @@ def generate(
     out = Path(out)
     load("generator", split)  # a name that is unknown is no reason to begin a folder
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
-        _write(planned(split, options), work, jobs, withhold_truth)
+        _write(planned(split, options), work, withhold_truth, jobs=jobs, scheduler=scheduler)
     return Dataset(out, truth_folder_of(out) if withhold_truth else None)
 
 
 def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, overwrite: bool = False) -> Dataset:
     """Make every sequence of a plan and write them to the folder ``out``; see `generate`."""
     with WorkFolder(out, partial(_check, out, overwrite, withhold_truth=False)) as work:
-        _write(plan, work, jobs, withhold_truth=False)
+        _write(plan, work, withhold_truth=False, jobs=jobs)
     return Dataset(out)
 
 
-def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool) -> None:
+def _write(plan: Plan, work: WorkFolder, withhold_truth: bool, *, jobs: int, scheduler: str | None = None) -> None:
     if not work.begin(_key(plan, withhold_truth)):
         return
     if withhold_truth:
@@ -195,7 +195,8 @@ def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool) -> Non
     tables = table_paths(_tables(plan), work, withhold_truth)
     streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
     build = partial(_build_part, plan)
-    facts = write_in_parts(build, _ranges(plan), work.parts, streamed, jobs=jobs, label=plan.info.split)
+    where: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler, "label": plan.info.split}
+    facts = write_in_parts(build, _ranges(plan), work.parts, streamed, **where)
     for name, groups in _shared_scenes(plan.scenes).items():
         with TableWriter(tables[name], name) as writer:
             for group in groups:
@@ -204,40 +205,6 @@ def _write(plan: Plan, work: WorkFolder, jobs: int, withhold_truth: bool) -> Non
     published = withhold(info, work.new_truth) if withhold_truth else info
     write_text_atomically(work.new / INFO_FILE, published.to_json())
     write_cards(work.new)
-    work.publish()
-
-
-def generate_partitioned(
-    split: str,
-    out: Path | str,
-    options: Options,
-    *,
-    scheduler: str,
-    withhold_truth: bool = False,
-    overwrite: bool = False,
-) -> DatasetInfo:
-    """Make the dataset ``split`` on the Dask cluster at ``scheduler``, in partitions that `partitions.merge` joins.
-
-    The rest is as in `generate`.
-    """
-    out = Path(out)
-    load("generator", split)
-    with WorkFolder(out, partial(_check, out, overwrite, withhold_truth)) as work:
-        plan = planned(split, options)
-        if work.begin(_key(plan, withhold_truth), partitioned=True):
-            _write_partitions(plan, work, scheduler, withhold_truth)
-    return DatasetInfo.read(out / PARTITIONED)
-
-
-def _write_partitions(plan: Plan, work: WorkFolder, scheduler: str, withhold_truth: bool) -> None:
-    build = partial(_build_part, plan)
-    facts = write_partitions(build, _ranges(plan), work.new, scheduler, label=plan.info.split)
-    parts = [part_name(first) for first, _ in _ranges(plan)]
-    if plan.scenes:
-        write_partition(work.new, pack(Part(groups=_shared_scenes(plan.scenes), facts={}), SCENES))
-        parts.append(SCENES)
-    layout = Layout(marker=INFO_FILE, tables=_tables(plan), parts=parts, withheld=withhold_truth)
-    write_layout(work.new, layout, _counted(plan, facts).to_json())
     work.publish()
 
 

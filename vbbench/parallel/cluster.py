@@ -19,7 +19,7 @@ from itertools import islice
 from typing import Any
 
 from vbbench.errors import VbbenchError, needs_extra
-from vbbench.parallel.parts import PackedPart, Work, pack, part_name
+from vbbench.parallel.parts import Work, packed
 
 PATIENCE = 10
 """Seconds to wait for the scheduler, and for a first worker."""
@@ -36,11 +36,14 @@ PACKAGES = ("vbbench", "numpy", "scipy")
 ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^\s/]+:\d+/?")
 """The form of a scheduler's address; with any other Dask would wait, and then show a traceback."""
 
+PackedPart = tuple[int, int, bytes]
+"""First and last of the sequences of a part, and the content of its file (`parts.packed`)."""
+
 _opened = threading.local()
 
 
 def on_cluster(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) -> Iterator[PackedPart]:
-    """Do the work on ranges of sequences, in any order.
+    """Do the work on ranges of sequences, in any order; yields each range's first and last, and its part as a file.
 
     Raises VbbenchError if there is no such cluster, its workers run other versions, or too many of them were lost.
 
@@ -214,4 +217,4 @@ def _run_part(name: str, wanted: dict[str, str], first: int, last: int) -> Packe
         raise VbbenchError(f"worker {worker.address} {problem}")
     if getattr(_opened, "name", None) != name:  # a thread keeps its own: open tables are not to be shared
         _opened.work, _opened.name = pickle.loads(worker.plugins[name].work), name  # noqa: S301
-    return pack(_opened.work(first, last), part_name(first))
+    return first, last, packed(_opened.work(first, last))

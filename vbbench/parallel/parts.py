@@ -2,7 +2,8 @@
 
 The work on N sequences is divided into parts of a fixed number of sequences, or fewer if these are large, so that
 workers and the writer of the tables need only some megabytes each. A worker writes its part's tables, one Arrow stream
-after the other, into a file that is renamed when it is complete; the tables are then written from the parts in order.
+after the other, into a file that is renamed when it is complete; one of a cluster sends them, and the file is written
+here. The tables are then written from the parts in order.
 The division depends on the work alone, and is visible only as row groups of ``sequences``, one per part.
 """
 
@@ -27,7 +28,8 @@ import pyarrow as pa
 
 from vbbench.errors import VbbenchError, plain_errors
 from vbbench.files.sequence_tables import Ranges
-from vbbench.files.tables import OPTIONAL, TableWriter, table_bytes, table_schema, with_columns
+from vbbench.files.tables import OPTIONAL, TableWriter, table_schema, with_columns
+from vbbench.folders.replacing import write_bytes_atomically
 from vbbench.parallel.stopping import HAS_SIGNALS, REASONS, end_with_parent
 
 if TYPE_CHECKING:
@@ -71,31 +73,12 @@ class Part:
         return sum(sum(map(len, groups)) * _row_bytes(groups[0].schema) for groups in self.groups.values() if groups)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PackedPart:
-    """One part as files: the bytes of its Parquet files and their columns, by table, and facts that go to JSON."""
-
-    name: str
-    files: dict[str, bytes]
-    columns: dict[str, list[str]]
-    facts: dict[str, Any]
-
-
-def part_name(first: int) -> str:
-    """Name of the part that begins with the sequence ``first``."""
-    return f"part-{first:08d}"
-
-
-def pack(part: Part, name: str) -> PackedPart:
-    """Encode a part; a table without rows makes no file."""
-    columns = part.columns
-    full = {table: groups for table, groups in part.groups.items() if any(len(group) for group in groups)}
-    return PackedPart(
-        name=name,
-        files={table: table_bytes(table, groups, columns[table]) for table, groups in full.items()},
-        columns={table: sorted(columns[table]) for table in full},
-        facts=part.facts,
-    )
+def packed(part: Part) -> bytes:
+    """The content of a part's file, compressed for the network."""
+    sink = pa.BufferOutputStream()
+    _write_streams(part, sink, pa.ipc.IpcWriteOptions(compression="zstd"))
+    content: bytes = sink.getvalue().to_pybytes()
+    return content
 
 
 def _row_bytes(schema: pa.Schema) -> int:
@@ -141,13 +124,24 @@ def without_bars() -> Iterator[None]:
 
 
 def write_in_parts(
-    work: Work, ranges: Ranges, parts: Path, tables: dict[str, Path], *, jobs: int = 1, label: str
+    work: Work,
+    ranges: Ranges,
+    parts: Path,
+    tables: dict[str, Path],
+    *,
+    jobs: int = 1,
+    scheduler: str | None = None,
+    label: str,
 ) -> list[dict[str, Any]]:
     """Do the work on ``ranges`` and write ``tables`` (path by name); return every part's facts in order.
 
-    Complete parts in the folder ``parts`` are kept. A table gets an optional column if any part has it. The first table
+    The work is done by ``jobs`` processes, or on the Dask cluster at ``scheduler`` (`cluster.on_cluster`). Complete
+    parts in the folder ``parts`` are kept. A table gets an optional column if any part has it. The first table
     is written while parts are computed, the others after it, one by one, since open tables keep footers in memory.
     """
+    if scheduler is not None:
+        _make_on_cluster(work, ranges, parts, scheduler, label)
+        jobs, label = 1, "tables"  # nothing is left to do but to write them
     make = partial(_make_part, work, parts)
     made = _make_here(make, ranges) if jobs == 1 else in_parallel(partial(make, keep=True), ranges, jobs)
     parts_made: list[Part | Path] = []
@@ -205,6 +199,22 @@ def _metadata(path: Path, key: bytes) -> dict[str, Any]:
     return values
 
 
+def _make_on_cluster(work: Work, ranges: Ranges, parts: Path, scheduler: str, label: str) -> None:
+    """Have a cluster compute the parts whose files are not complete, and write each as it comes."""
+    from vbbench.parallel.cluster import on_cluster
+
+    left = [(first, last) for first, last in ranges if not _is_whole(_part_file(parts, first, last))]
+    count = sum(last - first for first, last in ranges)
+    with progress_bar(count, label, done=count - sum(last - first for first, last in left)) as bar:
+        for first, last, content in on_cluster(work, left, scheduler) if left else ():
+            write_bytes_atomically(_part_file(parts, first, last), content)
+            bar.update(last - first)
+
+
+def _part_file(parts: Path, first: int, last: int) -> Path:
+    return parts / f"{first:08d}-{last:08d}.arrows"
+
+
 def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Part | Path]:
     started, held = perf_counter(), 0
     for first, last in ranges:
@@ -215,7 +225,7 @@ def _make_here(make: Callable[..., Part | Path], ranges: Ranges) -> Iterator[Par
 
 def _make_part(work: Work, parts: Path, first: int, last: int, *, keep: bool) -> Part | Path:
     """Compute one part unless its file is complete; a power cut may have truncated it."""
-    path = parts / f"{first:08d}-{last:08d}.arrows"
+    path = _part_file(parts, first, last)
     if _is_whole(path):
         return path
     part = work(first, last)
@@ -236,12 +246,12 @@ def _is_whole(path: Path) -> bool:
         return file.read() == _END
 
 
-def _write_streams(part: Part, file: pa.OSFile) -> None:
+def _write_streams(part: Part, file: pa.NativeFile, options: pa.ipc.IpcWriteOptions | None = None) -> None:
     columns = part.columns
     common = {FACTS: json.dumps(part.facts), COLUMNS: json.dumps({name: sorted(c) for name, c in columns.items()})}
     for name, groups in part.groups.items():
         schema = table_schema(name, columns[name])
-        with pa.ipc.new_stream(file, schema.with_metadata({NAME: name, **common})) as stream:
+        with pa.ipc.new_stream(file, schema.with_metadata({NAME: name, **common}), options=options) as stream:
             for group in groups:
                 stream.write_table(with_columns(group, schema))
 

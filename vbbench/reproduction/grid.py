@@ -15,10 +15,9 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.folders.locks import loose_files
-from vbbench.generation import generate_partitioned, write_dataset
+from vbbench.generation import generate, write_dataset
 from vbbench.generation.generator import Generator, Options, Plan
 from vbbench.generation.planning import planned
-from vbbench.parallel.partitions import merge
 from vbbench.parallel.parts import in_parallel, progress_bar
 from vbbench.protocol import get_protocol
 from vbbench.registry import load, make_solver
@@ -73,8 +72,7 @@ class Making:
         plan = planned(split, options)
         if self.scheduler is None or (not self.overwrite and (folder / INFO_FILE).is_file()):
             return self.planned(plan, folder)
-        generate_partitioned(split, folder, options, scheduler=self.scheduler, overwrite=self.overwrite)
-        return Dataset(merge(folder))
+        return generate(split, folder, options, scheduler=self.scheduler, overwrite=self.overwrite)
 
     def planned(self, plan: Plan, folder: Path) -> Dataset:
         """As `dataset`, of a plan that no command can make; a cluster does not make it either."""
@@ -94,8 +92,7 @@ class Making:
         """
         if self.overwrite or not (folder / SUBMISSION_FILE).is_file():
             where: dict[str, Any] = {"scheduler": self.scheduler, "overwrite": self.overwrite}
-            made = solve(dataset, solver, protocol, folder, jobs=self.jobs, **where)
-            return made if self.scheduler is None else merge(folder)
+            return solve(dataset, solver, protocol, folder, jobs=self.jobs, **where)
         info = SubmissionInfo.read(folder)
         there = f"{info.solver} {info.version}, {info.protocol}, dataset {info.dataset}"
         wanted = f"{solver} {solver_version(solver)}, {protocol}, dataset {dataset.info.id}"

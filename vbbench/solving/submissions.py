@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.sequence_tables import Ranges, part_ranges
+from vbbench.files.sequence_tables import part_ranges
 from vbbench.files.submission import OFFLINE, SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.submission_tables import answer_rows
 from vbbench.files.tables import to_arrow
@@ -20,8 +20,7 @@ from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.sources import data_folders
 from vbbench.geometry import IntArray
-from vbbench.parallel.partitions import Layout, write_layout, write_partitions
-from vbbench.parallel.parts import Part, Work, check_jobs, part_name, write_in_parts
+from vbbench.parallel.parts import Part, check_jobs, write_in_parts
 from vbbench.protocol import Protocol, get_protocol
 from vbbench.registry import load, make_solver, own_words
 from vbbench.sequence import Sequence
@@ -73,8 +72,7 @@ def solve(
 
     Parameters
     ----------
-    scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path; the
-        submission is then partitioned, and `partitions.merge` joins it.
+    scheduler : address of a Dask cluster to run it on, whose workers see the dataset under the same path.
     isolate : run the solver in a separate process that never gets truth; if the kernel has Landlock, it cannot read the
         dataset's files either.
     fresh_processes : isolate it, in a new process for each group of sequences that share no frame of a scene, solved in
@@ -90,15 +88,17 @@ def solve(
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source_digest(solver)} {how} {__version__}"
     solve_part = partial(_solve_part, dataset, solver, opened, rules, covariance, fresh_processes)
     words = {} if isolate else declared_facts(solver)
-    declared = partial(_declared, dataset, solver, protocol, words)
     ranges = ranges_of_groups(len(dataset)) if fresh_processes else part_ranges(len(dataset), dataset.cells)
-    label = f"{solver} {protocol}"
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
-        if work.begin(key, partitioned=scheduler is not None):
-            if scheduler is None:
-                _write_here(work, solve_part, ranges, declared, jobs, label)
-            else:
-                _write_in_partitions(work, solve_part, ranges, declared, scheduler, label)
+        if work.begin(key):
+            longest_first = ("positions", *(name for name in TABLES if name != "positions"))
+            tables = {name: work.new / f"{name}.parquet" for name in longest_first}
+            where: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler, "label": f"{solver} {protocol}"}
+            parts = write_in_parts(solve_part, ranges, work.parts, tables, **where)
+            if not any(part["heights"] for part in parts):
+                tables["heights"].unlink()
+            info = _declared(dataset, solver, protocol, words, parts)
+            write_text_atomically(work.new / SUBMISSION_FILE, info.to_json())
             work.publish()
     return out
 
@@ -117,34 +117,6 @@ def _check_truth(dataset: Dataset, rules: Protocol) -> None:
         )
 
 
-Declared = Callable[[list[dict[str, Any]]], SubmissionInfo]
-"""Makes of the facts of all parts what a submission says of itself."""
-
-
-def _write_here(work: WorkFolder, solve_part: Work, ranges: Ranges, declared: Declared, jobs: int, label: str) -> None:
-    """Solve on this machine and write one file per table."""
-    longest_first = ("positions", *(name for name in TABLES if name != "positions"))
-    tables = {name: work.new / f"{name}.parquet" for name in longest_first}
-    facts = write_in_parts(solve_part, ranges, work.parts, tables, jobs=jobs, label=label)
-    for name in tables.keys() - _reported(facts):
-        tables[name].unlink()
-    write_text_atomically(work.new / SUBMISSION_FILE, declared(facts).to_json())
-
-
-def _write_in_partitions(
-    work: WorkFolder,
-    solve_part: Work,
-    ranges: Ranges,
-    declared: Declared,
-    scheduler: str,
-    label: str,
-) -> None:
-    """Solve on a cluster and write files per part."""
-    facts = write_partitions(solve_part, ranges, work.new, scheduler, label=label)
-    layout = Layout(marker=SUBMISSION_FILE, tables=_reported(facts), parts=[part_name(first) for first, _ in ranges])
-    write_layout(work.new, layout, declared(facts).to_json())
-
-
 Opened = AbstractContextManager[Any]
 """Gives the solver to run, for as long as the context lasts."""
 
@@ -158,11 +130,6 @@ def _isolated(dataset: Dataset, out: Path) -> Callable[[str], Opened]:
     warn_of_open_files()
     hidden = [*folders_with(dataset.folder), *folders_with(dataset.truth_folder), *folders_with(out), *data_folders()]
     return partial(IsolatedSolver, hidden=hidden)
-
-
-def _reported(facts: list[dict[str, Any]]) -> list[str]:
-    """The tables of a submission; heights only if a part has them."""
-    return [name for name in TABLES if name != "heights" or any(part["heights"] for part in facts)]
 
 
 def _declared(

@@ -33,7 +33,7 @@ DEVICES = ("/dev/null", "/dev/zero", "/dev/full", "/dev/dri", "/dev/kfd")
 
 OF_DATASETS = frozenset(
     [
-        *("dataset.json", "submission.json", "seed.json", "partitioned", "pyvenv.cfg"),
+        *("dataset.json", "submission.json", "seed.json", "pyvenv.cfg"),
         *(f"{table}.{kind}" for table in ("poses", "positions", "given", "scenes") for kind in ("parquet", "csv")),
     ]
 )
