@@ -144,6 +144,8 @@ class Estimator {
     occlusion_.start();
     association_.start();
     odometry_ = false;
+    learned_ = true;
+    places_.assign(recording.columns, {NAN, NAN, NAN});
     squares_ = count_ = 0.0;
     variance_ = 1.0;
     learns_ = !recording.known_calibration;
@@ -159,6 +161,7 @@ class Estimator {
   }
 
   void step(const Input& input, Output& output) {
+    finish_key_frame();
     if (age_ > 0) follow_odometry(input);
     note_given(input);
     if (age_ % stride_ == 0) {
@@ -197,14 +200,16 @@ class Estimator {
       if (person.shown < 0 || i < 0 || i >= person.frames()) continue;
       for (int a = 0; a < 2; ++a) output.positions[2 * person.shown + a] = person.nodes[i].at[a];
     }
+    if (!recording_.covariances) return;
+    learn();
     Window::Covariances found;
-    if (recording_.covariances && window_.covariances(model_, frame, false, found))
-      write_covariances(frame, &Person::shown, found, output);
+    if (window_.covariances(model_, frame, false, found)) write_covariances(frame, &Person::shown, found, output);
   }
 
-  /// Archives the state on which later frames depend.
+  /// Archives the state on which later frames depend. The last factorisation is not archived, so it is used before.
   template <class Archive>
   void archive(Archive& a) {
+    learn();
     a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
     a(moved_known_), a(converged_), a(stride_), a(places_), a(by_odometry_), a(odometry_spread_), a(unled_);
     a(strayed_), a(cold_), a(anchored_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
@@ -242,7 +247,10 @@ class Estimator {
     return share > 0.0 && (frame > 0 || share == 1.0) ? frame : -1;
   }
 
-  void solve_key_frame(const Input& input, Output& output) {
+  /// What the answer of a key frame need not wait for: the model is learned from the solution, and the oldest frames of
+  /// a full window are marginalised.
+  void finish_key_frame() {
+    learn();
     const int first = std::max(size, static_cast<int>(std::min(kColdTime / recording_.dt, 2.0 * size)));
     const int longest = anchored_ || window_.held > 0 ? size : first;
     const bool full = static_cast<int>(window_.frames.size()) >= longest;
@@ -254,6 +262,20 @@ class Estimator {
       ages_.erase(ages_.begin());
       index_people();
     }
+  }
+
+  /// Learns from the last solution, once.
+  void learn() {
+    if (learned_) return;
+    learned_ = true;
+    window_.weigh_walks(model_);
+    learn_walk();
+    learn_pace(window_, model_);
+    learn_roughness(window_.frames, window_.posterior, evenness_weight(), model_.motion);
+    if (learns_) learn_boxes();
+  }
+
+  void solve_key_frame(const Input& input, Output& output) {
     ages_.push_back(age_);
     add_frame(input);
     add_people(input);
@@ -273,11 +295,7 @@ class Estimator {
     if (!changed.empty()) solution = window_.solve_changed(model_, rounds, least, changed);
     watch();
     output.converged = converged_ = solution.steps > 0 && blind_ <= kBlind && is_plausible();
-    window_.weigh_walks(model_);
-    learn_walk();
-    learn_pace(window_, model_);
-    learn_roughness(window_.frames, window_.posterior, evenness_weight(), model_.motion);
-    if (learns_) learn_boxes();
+    learned_ = false;
     moved_ = Pose{};
     moved_spread_ = Spread{};
     moved_known_ = true;
@@ -464,11 +482,11 @@ class Estimator {
       for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b] + moved_spread_[a][b];
     for (const Expected& one : expected) {
       double* to = output.position_covariances + 4 * one.column;
-      const int p = where_[one.column];
-      if (p >= 0 && p < static_cast<int>(places_.size()) && !std::isnan(places_[p][0])) {
-        to[0] = places_[p][0] + one.variance;
-        to[1] = to[2] = places_[p][1];
-        to[3] = places_[p][2] + one.variance;
+      const std::array<double, 3>& place = places_[one.column];
+      if (where_[one.column] >= 0 && !std::isnan(place[0])) {
+        to[0] = place[0] + one.variance;
+        to[1] = to[2] = place[1];
+        to[3] = place[2] + one.variance;
       } else {
         const double r = elementary::hypot(one.at[0] - output.pose[0], one.at[1] - output.pose[1]);
         const double far = height_std_ * r;
@@ -1007,12 +1025,15 @@ class Estimator {
       for (int a = 0; a < 2; ++a) output.positions[2 * person.column + a] = person.nodes.back().at[a];
     }
     if (!recording_.covariances) return;
+    if (!window_.is_linearised()) learn();
     Window::Covariances found;
     if (!window_.covariances(model_, newest, true, found)) return;
     odometry_spread_ = found.odometry;
     write_covariances(newest, &Person::column, found, output);
     newest_ = found.pose;
-    places_ = found.places;
+    places_.assign(recording_.columns, {NAN, NAN, NAN});
+    for (std::size_t p = 0; p < window_.people.size(); ++p)
+      if (window_.people[p].column >= 0) places_[window_.people[p].column] = found.places[p];
     next_ = found.next;
   }
 
@@ -1066,8 +1087,8 @@ class Estimator {
   Pose moved_{};  ///< since the last key frame, by odometry
   Spread moved_spread_{}, newest_{};
   bool moved_known_ = false, converged_ = true;
-  int stride_ = 1;  ///< frames from one key frame to the next
-  std::vector<std::array<double, 3>> places_;
+  int stride_ = 1;                             ///< frames from one key frame to the next
+  std::vector<std::array<double, 3>> places_;  ///< m², covariances in the last key frame by column
   std::array<std::array<double, 2>, 3> by_odometry_{};
   std::array<std::array<double, 2>, 2> odometry_spread_{};
   double unled_ = 0.0;    ///< s since a cold start, or since odometry, in which nothing measured how the camera moves
@@ -1083,7 +1104,7 @@ class Estimator {
   std::vector<int> given_age_;     ///< last frame in which the pose, then the place of each column was given
   double height_std_ = 0.055;
   int age_ = 0;
-  bool odometry_ = false, learns_ = false;
+  bool odometry_ = false, learns_ = false, learned_ = true;
   double blind_ = 0.0;  ///< s for which nobody was in sight
   NoiseLearner noise_;
   Occlusion occlusion_;

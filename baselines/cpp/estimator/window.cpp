@@ -116,7 +116,7 @@ bool Window::weigh_learned(const Model& model, int frame) {
 }
 
 bool Window::covariances(const Model& model, int frame, bool fresh, Covariances& out) {
-  if (!(fresh && damping_ <= kDamping) && !linearise(model, 0.0)) return false;
+  if (!(fresh && is_linearised()) && !linearise(model, 0.0)) return false;
   const int newest = static_cast<int>(frames.size()) - 1, next = std::min(kHeld, newest);
   // Columns of the unknowns that are wanted: two poses, odometry, places; then U⁻ᵀ of these.
   const int places = 8, count = padded(places + 2 * static_cast<int>(people.size()));

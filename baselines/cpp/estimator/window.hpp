@@ -79,6 +79,9 @@ class Window {
   /// small.
   bool covariances(const Model& model, int frame, bool fresh, Covariances& out);
 
+  /// Whether the factors are those of the last step, without damping.
+  bool is_linearised() const { return damping_ <= kDamping; }
+
   /// Marginalises the oldest frame into priors of people and calibration.
   void marginalise(const Model& model);
 
