@@ -11,6 +11,16 @@ from vbbench_generators.recordings.loading import load_scenes, scale_to_field
 from vbbench_generators.recordings.recipe import Recipe, get_recipe, read_recipe
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
 
+FIXED = {
+    "box": "mean",
+    "level": False,
+    "closing": "motion",
+    "vertical_vanishing_point": None,
+    "walking_speed": 1.3,
+    "apply_walking_speed": False,
+}
+"""Settings of lifting that recipes could choose before; ids of datasets include them."""
+
 
 @dataclass(frozen=True)
 class RecipeSplit:
@@ -54,7 +64,7 @@ class RecipeSplit:
             "files": [list(file) for file in loaded.files],
         }
         if recipe.lifting is not None:
-            definition |= {"recording": recipe.recording, "lifting": asdict(recipe.lifting)}
+            definition |= {"recording": recipe.recording, "lifting": {**asdict(recipe.lifting), **FIXED}}
         scenes, rules = loaded.scenes, recipe.sequences
         if self.half_width is not None:
             scenes, rules = scale_to_field(scenes, rules, self.half_width)

@@ -1,6 +1,6 @@
 """The camera above the heads, and the homography between its picture and the ground."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -50,11 +50,6 @@ class GroundCamera:
         """Jacobian [N, 2, 2] of the ground position (X, Y) in m by the picture (u, v) in px."""
         matrix, depth, ground = self.heads_to_ground, self.depth(x, nu), self.to_ground(x, nu)
         return (matrix[:2, :2] - ground[:, :, None] * matrix[2, :2]) / depth[:, None, None]
-
-    def scaled(self, factor: float, head_height: float) -> "GroundCamera":
-        """The camera whose ground is ``factor`` times as large; heads stay at ``head_height`` m."""
-        height = (self.height - head_height) * factor + head_height
-        return replace(self, height=height, heads_to_ground=np.diag([factor, factor, 1.0]) @ self.heads_to_ground)
 
 
 def camera_of_plane(plane: SizePlane, focal: float, head_size: float, head_height: float) -> GroundCamera:

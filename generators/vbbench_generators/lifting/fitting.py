@@ -145,7 +145,7 @@ class PlaneFit:
         return np.cov(draws, rowvar=False)
 
 
-def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, seed: int) -> PlaneFit:
+def fit_plane(heads: Heads, size: FloatArray, *, resamples: int, seed: int) -> PlaneFit:
     """Fit the plane to the sizes [N] in px of heads.
 
     Minimises a Student-t loss of the residuals (s − ŝ)/ŝ, since the noise of a box grows with its size. They are
@@ -155,7 +155,6 @@ def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, se
 
     Parameters
     ----------
-    level : whether c is 0.
     resamples, seed : number of resamplings of tracks for the covariance, and their seed.
     """
     x, nu, track = heads.x, heads.nu, heads.track
@@ -163,9 +162,8 @@ def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, se
     if len(starts) < LEAST_TRACKS:
         raise PlaneError(f"{len(starts)} tracks are too few to calibrate a camera; {LEAST_TRACKS} are the least")
     scale = float(np.hypot(np.ptp(x), np.ptp(nu))) or 1.0
-    columns = [np.ones_like(x), nu / scale] if level else [np.ones_like(x), nu / scale, x / scale]
     share, pair = _shares(x, nu, track)
-    fit = fit_mixed(np.stack(columns, axis=1), size, share, pair, starts)
+    fit = fit_mixed(np.stack([np.ones_like(x), nu / scale, x / scale], axis=1), size, share, pair, starts)
     draws = _resample(fit, resamples, seed)
     if fit.beta[1] <= 3.0 * np.std(draws[:, 1]):
         raise PlaneError("heads do not grow significantly towards the picture's lower edge: too few rows, or too steep")
@@ -174,8 +172,8 @@ def fit_plane(heads: Heads, size: FloatArray, *, level: bool, resamples: int, se
 
 
 def _plane(beta: FloatArray, scale: float) -> SizePlane:
-    gradients = [float(value) / scale for value in beta[1:]]
-    return SizePlane(a=float(beta[0]), b=gradients[0], c=gradients[1] if len(gradients) > 1 else 0.0)
+    a, b, c = beta.tolist()
+    return SizePlane(a=a, b=b / scale, c=c / scale)
 
 
 def _shares(x: FloatArray, nu: FloatArray, track: IntArray) -> tuple[FloatArray, IntArray]:

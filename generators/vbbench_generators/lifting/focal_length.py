@@ -54,14 +54,8 @@ def stretch(plane: SizePlane, focal: float) -> float:
 
 
 def find_focal_length(fit: PlaneFit, heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FocalLengths:
-    """Estimate the focal length by the evidence that ``settings`` name, or by the prior if too few people walk.
-
-    Raises ValueError if the vertical vanishing point is not below the picture's centre, opposite the horizon.
-    """
-    if settings.vertical_vanishing_point is not None:
-        return _by_vanishing_point(fit, np.array(settings.vertical_vanishing_point) - boxes.centre)
-    closing = _by_motion(fit, heads, boxes.size[0], settings) if settings.closing == "motion" else None
-    return closing or _by_prior(fit, boxes.size[0], settings)
+    """Estimate the focal length by how people walk and the prior, or by the prior alone if too few walk."""
+    return _by_motion(fit, heads, boxes.size[0], settings) or _by_prior(fit, boxes.size[0], settings)
 
 
 def _by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> FocalLengths:
@@ -71,19 +65,6 @@ def _by_prior(fit: PlaneFit, width: int, settings: LiftingSettings) -> FocalLeng
     median = settings.focal_median * width
     draws = median * np.exp(settings.focal_spread * ndtri(_LEVELS))
     return _close(median, fit.resampled, [draws for _ in fit.resampled], "prior", 0)
-
-
-def _by_vanishing_point(fit: PlaneFit, point: FloatArray) -> FocalLengths:
-    """Focal length from the (x, ν) in px where plumb lines meet: f² = f·tan θ · (f / tan θ), horizon and nadir.
-
-    Raises ValueError if the point is on the horizon's side of the picture's centre.
-    """
-    planes = (fit.plane, *fit.resampled)
-    squares = [plane.depth * float(plane.levelled(point[:1], point[1:])[1][0]) for plane in planes]
-    if squares[0] <= 0.0:
-        raise ValueError("the vertical vanishing point is on the horizon's side of the picture's centre")
-    draws = [np.array([np.sqrt(max(square, 1.0))]) for square in squares[1:]]
-    return _close(float(np.sqrt(squares[0])), fit.resampled, draws, "vanishing-point", 0)
 
 
 def _by_motion(fit: PlaneFit, heads: Heads, width: int, settings: LiftingSettings) -> FocalLengths | None:

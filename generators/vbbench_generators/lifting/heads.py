@@ -8,9 +8,7 @@ import numpy as np
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.parsing.numbers import Within, check_ranges
 
-BoxSize = Literal["mean", "width", "height"]
-Closing = Literal["motion", "prior"]
-Method = Literal["motion", "prior", "vanishing-point", "homography"]
+Method = Literal["motion", "prior", "homography"]
 """What closed the focal length, or ``homography``: the user gave all of the camera."""
 
 
@@ -20,40 +18,26 @@ class LiftingSettings:
 
     Parameters
     ----------
-    head_size : size of a head in m, in the sense of ``box``.
+    head_size : size of a head in m: √(width·height) of its box, whose noise is the smallest.
     head_height : height of a head's centre above the ground, in m.
-    box : the size of a box: ``mean`` is √(width·height), whose noise is the smallest.
-    level : whether the camera is known to have no roll.
-    closing : evidence for the focal length: isotropy of walking speeds with the prior, or the prior alone.
-    vertical_vanishing_point : (u, v) in px where plumb lines meet; if given, it determines the focal length.
     focal_median, focal_spread : log-normal prior of the focal length in picture widths: median, standard deviation.
     direction_spread : standard deviation of each harmonic of the true dependence of log speed on direction.
     window : seconds over which a walking speed is measured.
     gap : longest gap in s that is interpolated; a track with a longer one becomes two people.
-    walking_speed : median speed of walkers in m/s that the scale is checked against.
-    apply_walking_speed : whether the scale is also set by it.
     resamples : how often tracks are resampled for the intervals.
     """
 
     head_size: Annotated[float, Within(0.01, 10.0, "m")] = 0.24
     head_height: Annotated[float, Within(0.01, 10.0, "m")] = 1.58
-    box: BoxSize = "mean"
-    level: bool = False
-    closing: Closing = "motion"
-    vertical_vanishing_point: tuple[Annotated[float, Within(-1e9, 1e9, "px")], ...] | None = None
     focal_median: Annotated[float, Within(0.01, 100.0)] = 1.0
     focal_spread: Annotated[float, Within(0.001, 10.0)] = 0.4
     direction_spread: Annotated[float, Within(1e-6, 1.0)] = 0.02
     window: Annotated[float, Within(0.01, 3600.0, "s")] = 2.0
     gap: Annotated[float, Within(0.0, 3600.0, "s")] = 4.0
-    walking_speed: Annotated[float, Within(0.01, 10.0, "m/s")] = 1.3
-    apply_walking_speed: bool = False
     resamples: Annotated[int, Within(20, 10_000)] = 60
 
     def __post_init__(self) -> None:
         check_ranges(self)
-        if self.vertical_vanishing_point is not None and len(self.vertical_vanishing_point) != 2:
-            raise ValueError("vertical_vanishing_point must be two numbers, u and v in px")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,10 +164,9 @@ class SizePlane:
 _CUT = 0.5
 
 
-def box_sizes(boxes: FloatArray, kind: BoxSize) -> FloatArray:
-    """The size [N] in px of head ``boxes`` [N, 4], by ``kind``."""
-    width, height = boxes[:, 2], boxes[:, 3]
-    return {"mean": np.sqrt(width * height), "width": width, "height": height}[kind]
+def box_sizes(boxes: FloatArray) -> FloatArray:
+    """The size √(width·height) [N] in px of head ``boxes`` [N, 4]."""
+    return np.sqrt(boxes[:, 2] * boxes[:, 3])
 
 
 def roundness(heads: Heads, boxes: FloatArray, focal: float) -> float:
@@ -207,7 +190,7 @@ def roundness(heads: Heads, boxes: FloatArray, focal: float) -> float:
     return float(np.clip((weight * centred * ratio).sum() / spread, 0.0, 1.0)) if spread > 0.0 else 0.0
 
 
-def lengthening(heads: Heads, focal: float, kind: BoxSize) -> FloatArray:
-    """Factor [N] by which a sphere's size in the picture, by ``kind``, exceeds f·D/Z (diameter D at the depth Z)."""
+def lengthening(heads: Heads, focal: float) -> FloatArray:
+    """Factor [N] by which a sphere's size in the picture exceeds f·D/Z (diameter D at the depth Z)."""
     across, down = 0.5 * np.log1p((heads.x / focal) ** 2), 0.5 * np.log1p((heads.nu / focal) ** 2)
-    return np.exp({"mean": (across + down) / 2.0, "width": across, "height": down}[kind])
+    return np.exp((across + down) / 2.0)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -49,14 +49,13 @@ class Calibration:
     camera_height : above the ground, in m.
     horizon : row in px, from the picture's top, where the horizon crosses the middle column.
     stretch : g = f / cos θ in px; depths are proportional to it.
-    head_size, head_height : assumed size and height of heads in m; the size after any correction by the walking speed.
+    head_size, head_height : assumed size and height of heads in m.
     head_scatter : robust standard deviation of head sizes about their plane, relative to the size; ``None`` if unused.
     roundness : share, 0 to 1, of a sphere's perspective elongation off the axis that was removed from the sizes.
     size_plane : (a, b, c) of head sizes, in px, px per row and px per column; ``None`` if unused.
     size_plane_covariance : [3, 3] of these three, from resampled tracks; ``None`` if unused.
     walkers : number of people used as evidence.
-    walking_speed : median speed of walkers in m/s before any correction by it; ``None`` if nobody walks.
-    scale_applied : factor by which all lengths were multiplied to reach the recipe's walking speed; 1 if not asked.
+    walking_speed : median speed of walkers in m/s; ``None`` if nobody walks.
     smoothing_residual_m, smoothing_residual_px : root mean square of the smoother's corrections of tracks.
     boxes, tracks : numbers after lifting, without boxes on or above the horizon; long gaps divide a track.
     """
@@ -77,7 +76,6 @@ class Calibration:
     size_plane_covariance: tuple[tuple[float, ...], ...] | None
     walkers: int
     walking_speed: float | None
-    scale_applied: float
     smoothing_residual_m: float
     smoothing_residual_px: float
     boxes: int
@@ -93,7 +91,6 @@ class FoundCamera:
     camera : the most probable camera.
     others : cameras drawn from the posterior; empty if the camera was given.
     fit : the fit of the head sizes; ``None`` if unused.
-    scale : factor by which all lengths were multiplied.
     """
 
     camera: GroundCamera
@@ -102,13 +99,6 @@ class FoundCamera:
     walkers: int
     fit: PlaneFit | None
     roundness: float = 0.0
-    scale: float = 1.0
-
-    def scaled(self, factor: float, head_height: float) -> "FoundCamera":
-        """The same in a world ``factor`` times as large, with heads at ``head_height`` m."""
-        camera = self.camera.scaled(factor, head_height)
-        others = tuple(other.scaled(factor, head_height) for other in self.others)
-        return replace(self, camera=camera, others=others, scale=self.scale * factor)
 
 
 def calibration_of(
@@ -120,7 +110,7 @@ def calibration_of(
     ----------
     heads : the lifted heads.
     middle : row in px of the picture's centre.
-    speed : median walking speed in m/s before ``found`` was scaled by it.
+    speed : median walking speed in m/s.
     """
 
     def interval(figure: Callable[[GroundCamera], float]) -> Interval:
@@ -140,7 +130,7 @@ def calibration_of(
         camera_height=interval(lambda camera: camera.height),
         horizon=interval(lambda camera: middle + camera.horizon),
         stretch=interval(lambda camera: camera.focal / np.cos(camera.tilt)),
-        head_size=settings.head_size * found.scale,
+        head_size=settings.head_size,
         head_height=settings.head_height,
         head_scatter=None if fit is None else fit.scatter,
         roundness=found.roundness,
@@ -148,7 +138,6 @@ def calibration_of(
         size_plane_covariance=None if fit is None else tuple(map(tuple, fit.covariance.tolist())),
         walkers=found.walkers,
         walking_speed=speed,
-        scale_applied=found.scale,
         smoothing_residual_m=smoothed.residual_m,
         smoothing_residual_px=smoothed.residual_px,
         boxes=len(heads.x),
@@ -159,7 +148,6 @@ def calibration_of(
 _METHODS = {
     "motion": "self-calibrated from head sizes and from how people walk",
     "prior": "self-calibrated from head sizes, the lens by its prior",
-    "vanishing-point": "self-calibrated from head sizes and a vertical vanishing point",
     "homography": "by the user's homography",
 }
 
@@ -233,10 +221,8 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
         raise VbbenchError(f"{boxes.name}: the camera cannot be found: {error}; {advice}") from error
     heads = heads.take(kept)
     speed = walking_speed(heads, found.camera, settings.window)
-    if settings.apply_walking_speed and speed is not None and found.fit is not None:
-        found = found.scaled(settings.walking_speed / speed, settings.head_height)
     heads = split_at_gaps(heads, settings.gap)
-    smoothed = smooth_tracks(heads, found.camera, settings.head_size * found.scale, boxes.name)
+    smoothed = smooth_tracks(heads, found.camera, settings.head_size, boxes.name)
     calibration = calibration_of(found, heads, smoothed, settings, boxes.centre[1], speed)
     return Lifted(tracks=smoothed.scene, calibration=calibration)
 
@@ -247,8 +233,8 @@ def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) ->
     seen, drawn = heads.take(boxes.whole), boxes.boxes[boxes.whole]
     for last in (False, True):
         ball = roundness(seen, drawn, focal)
-        size = box_sizes(drawn, settings.box) / lengthening(seen, focal, settings.box) ** ball
-        fit = fit_plane(seen, size, level=settings.level, resamples=settings.resamples, seed=SEED)
+        size = box_sizes(drawn) / lengthening(seen, focal) ** ball
+        fit = fit_plane(seen, size, resamples=settings.resamples, seed=SEED)
         closing = find_focal_length(fit, heads.take(_below_horizon(fit.plane.at(heads.x, heads.nu))), boxes, settings)
         if last or ball < _HARDLY:
             break
