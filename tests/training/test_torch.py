@@ -50,22 +50,13 @@ def feed(source: Source, **asked: Any) -> Any:
     return Feed(source, 4, **asked)
 
 
-def stream(source: Source, workers: int = 0, **asked: Any) -> Any:
-    from torch.utils.data import DataLoader
-
-    from vbbench.training.torch import SampleStream, collate
-
-    return DataLoader(SampleStream(source, batch_size=4, **asked), 4, num_workers=workers, collate_fn=collate)
-
-
-@pytest.mark.parametrize("batches", [feed, stream])
-def test_any_number_of_workers_gives_every_sample_once_in_one_order(source: Source, batches: Any) -> None:
+def test_any_number_of_workers_gives_every_sample_once_in_one_order(source: Source) -> None:
     assert source.size
-    alone = places(batches(source, seed=3))
-    assert sorted(alone) == sorted(places(batches(source, seed=None)))
+    alone = places(feed(source, seed=3))
+    assert sorted(alone) == sorted(places(feed(source, seed=None)))
     assert len(set(alone)) == source.size
     for workers in (1, 2):
-        assert places(batches(source, seed=3, workers=workers)) == alone
+        assert places(feed(source, seed=3, workers=workers)) == alone
 
 
 def test_batches_hold_the_same_numbers_whoever_made_them(crowd: Dataset) -> None:
@@ -107,34 +98,25 @@ def test_a_feed_goes_on_where_it_stopped(source: Source, workers: int) -> None:
         feed(source, seed=5).load_state_dict(state)
 
 
-def test_a_stream_goes_on_after_whole_batches(source: Source) -> None:
-    assert places(stream(source, seed=2, first=4)) == places(stream(source, seed=2))[4:]
-    with pytest.raises(VbbenchError, match="begins after whole batches, not 3 samples"):
-        stream(source, first=3)
-
-
 def test_an_endless_source_is_fed_for_ever() -> None:
     endless = GeneratedSamples("sim", OPTIONS)
     batches = zip(range(4), feed(endless, workers=2), strict=False)
     assert places(batch for _, batch in batches) == [(number, 0) for number in range(16)]
-    batches = zip(range(3), stream(endless, workers=2, first=8), strict=False)
-    assert places(batch for _, batch in batches) == [(number, 0) for number in range(8, 20)]
     with pytest.raises(TypeError, match="has no length"):
         len(feed(endless))
 
 
-@pytest.mark.parametrize("batches", [feed, stream])
-def test_ranks_share_an_epoch_in_equal_numbers_of_batches(source: Source, batches: Any) -> None:
+def test_ranks_share_an_epoch_in_equal_numbers_of_batches(source: Source) -> None:
     assert source.size
-    shares = [places(batches(source, rank=rank, world_size=2, seed=1)) for rank in range(2)]
+    shares = [places(feed(source, rank=rank, world_size=2, seed=1)) for rank in range(2)]
     assert not set(shares[0]) & set(shares[1])
     rounds = -(-source.size // 4) // 2
     assert [-(-len(share) // 4) for share in shares] == [rounds, rounds]
     assert sum(map(len, shares)) >= min(source.size, 8 * rounds - 3)
     with pytest.raises(VbbenchError, match="rank 2 of 2"):
-        batches(source, rank=2, world_size=2)
+        feed(source, rank=2, world_size=2)
     with pytest.raises(VbbenchError, match=rf"{source.size} samples are too few for {source.size} ranks with batches"):
-        batches(source, rank=0, world_size=source.size)
+        feed(source, rank=0, world_size=source.size)
 
 
 def test_a_dataset_is_read_by_number_and_by_batch(crowd: Dataset) -> None:

@@ -1,4 +1,4 @@
-"""Samples as PyTorch datasets: random access, streams, and batches in an order that no number of workers changes."""
+"""Samples as PyTorch datasets: random access, and batches in an order that no number of workers changes."""
 
 from collections.abc import Iterator
 from collections.abc import Sequence as Several
@@ -16,7 +16,7 @@ from vbbench.training.sources import Source
 
 with needs_extra("torch", "vbbench.training.torch"):
     import torch
-    from torch.utils.data import DataLoader, Dataset, IterableDataset, get_worker_info
+    from torch.utils.data import DataLoader, Dataset
 
 Tensors = Sample[torch.Tensor]
 """A sample, or a batch, of tensors: see `Sample`."""
@@ -45,7 +45,7 @@ class SampleDataset(Dataset[Tensors]):
 
     def __len__(self) -> int:
         if self.source.size is None:
-            raise VbbenchError("these samples have no end: give a 'stop', or read them as a stream (SampleStream)")
+            raise VbbenchError("these samples have no end: give a 'stop', or read them by a Feed")
         return self.source.size
 
     def __getitem__(self, number: int) -> Tensors:
@@ -56,51 +56,6 @@ class SampleDataset(Dataset[Tensors]):
     def __getitems__(self, numbers: list[int]) -> list[Tensors]:
         """Samples of a batch, which are read together; `DataLoader` asks for them so."""
         return [to_tensors(sample) for sample in self.source.read(numbers)]
-
-
-class SampleStream(IterableDataset[Tensors]):
-    """Samples of a source one after another, shared out among workers and ranks without overlap.
-
-    Workers take turns of ``batch_size`` samples: so a `DataLoader` of that batch size gives the same samples, in the
-    same order, with any number of workers.
-
-    Raises VbbenchError if ``first`` is no number of whole batches, or there is no such rank.
-
-    Parameters
-    ----------
-    source : the samples; one without an end makes a stream without an end.
-    batch_size : that of the `DataLoader`.
-    seed : shuffles a source that ends, every epoch (`set_epoch`) again; ``None`` for their own order.
-    first : how many samples of this rank to skip, such as those that an earlier run had: whole batches.
-    rank, world_size : this process among those of distributed training.
-    """
-
-    def __init__(
-        self,
-        source: Source,
-        *,
-        batch_size: int = 1,
-        seed: int | None = None,
-        first: int = 0,
-        rank: int = 0,
-        world_size: int = 1,
-    ) -> None:
-        super().__init__()
-        self.source, self.first = source, first
-        self._order = Order(source.size, batch_size, seed, rank, world_size)
-        if first < 0 or first % batch_size:
-            raise VbbenchError(f"a stream in batches of {batch_size} begins after whole batches, not {first} samples")
-        self._epoch = 0
-
-    def set_epoch(self, epoch: int) -> None:
-        """Shuffle as in this epoch from now on."""
-        self._epoch = epoch
-
-    def __iter__(self) -> Iterator[Tensors]:
-        info = get_worker_info()
-        worker, workers = (0, 1) if info is None else (info.id, info.num_workers)
-        for numbers in islice(self._order.batches(self._epoch, self.first), worker, None, workers):
-            yield from map(to_tensors, self.source.read(numbers))
 
 
 class Feed:
