@@ -1,8 +1,7 @@
-"""All studies in one folder: what is done is kept, what cannot be made is said, and the page stands alone."""
+"""All studies in one folder: what cannot be made is said, and the page stands alone."""
 
 import json
 import re
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,27 +13,24 @@ from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.paper import the_paper
 from vbbench.reproduction.grid import Making
 from vbbench.reproduction.report import Report
-from vbbench.reproduction.studies import DONE, PAGE, chosen_studies, reproduce_all
+from vbbench.reproduction.studies import PAGE, chosen_studies, reproduce_all
 from vbbench.table import Table
 
 TABLE = Table(title="Of `cv`", head=["who", "Δx < 1 m"], rows=[["**us**", "0.5"], ["the paper", ""]])
 
 
-@dataclass
-class Counted:
-    """A study that counts how often it is made."""
-
-    name: str
-    times: int = field(default=0, repr=False)
-    whole: bool = True
+class Small:
+    """A study that is made at once."""
 
     def run(self, out: Path | str, making: Making) -> Report:
-        self.times += 1
-        picture = Figure((1, 1))
-        facts = ["The paper says < 1.", "- one\n- two"]
-        values = {"figure": 0.5, "jobs": making.jobs}
-        shown: dict[str, Any] = {"facts": facts, "tables": [TABLE], "values": values, "pictures": {"": picture}}
-        return Report(name="counted", title="A & B", whole=self.whole, **shown)
+        facts, picture = ["The paper says < 1.", "- one\n- two"], Figure((1, 1))
+        shown: dict[str, Any] = {
+            "facts": facts,
+            "tables": [TABLE],
+            "values": {"figure": 0.5},
+            "pictures": {"": picture},
+        }
+        return Report(name="small", title="A & B", **shown)
 
 
 class Missing:
@@ -44,20 +40,8 @@ class Missing:
         raise VbbenchError("hotel: its source is missing; get it with 'vbbench fetch hotel'")
 
 
-pytestmark = pytest.mark.filterwarnings("ignore:missing is not made")
-
-
-@pytest.fixture
-def counted() -> Counted:
-    return Counted("seed 0")
-
-
-@pytest.fixture
-def studies(counted: Counted) -> dict[str, Any]:
-    return {"missing": Missing(), "counted": counted}
-
-
-def test_the_page_shows_every_study_and_needs_no_other_file(studies: dict[str, Any], tmp_path: Path) -> None:
+def test_the_page_shows_every_study_and_needs_no_other_file(tmp_path: Path) -> None:
+    studies: dict[str, Any] = {"missing": Missing(), "small": Small()}
     with pytest.warns(VbbenchWarning, match="missing is not made: hotel: its source is missing"):
         page = reproduce_all(studies, tmp_path / "out", Making())
     html = page.read_text("utf-8")
@@ -69,38 +53,11 @@ def test_the_page_shows_every_study_and_needs_no_other_file(studies: dict[str, A
     assert '<th>who</th><th class="figure">Δx &lt; 1 m</th>' in html
     assert '<td><b>us</b></td><td class="figure">0.5</td>' in html
     assert the_paper().link in html
-    assert "<code>vbbench reproduce counted</code>" in html
+    assert "<code>vbbench reproduce small</code>" in html
     assert re.findall(r'(?:src|href)="(?!data:image/png;base64,|#|https://arxiv)', html) == []
     assert html.count("data:image/png") == 1
-    written = sorted(path.name for path in (tmp_path / "out" / "counted").iterdir())
-    assert written == ["counted.json", "counted.md", "counted.png", DONE]
-
-
-def test_a_study_that_is_done_is_kept(studies: dict[str, Any], counted: Counted, tmp_path: Path) -> None:
-    first = reproduce_all(studies, tmp_path / "out", Making()).read_text("utf-8")
-    assert reproduce_all(studies, tmp_path / "out", Making()).read_text("utf-8") == first
-    assert counted.times == 1
-    reproduce_all(studies, tmp_path / "out", Making(overwrite=True))
-    assert counted.times == 2
-    again = Counted("seed 1")
-    reproduce_all(studies | {"counted": again}, tmp_path / "out", Making())
-    assert again.times == 1
-
-
-def test_a_study_that_waits_for_a_source_is_made_again(tmp_path: Path) -> None:
-    waits = Counted("seed 0", whole=False)
-    done = tmp_path / "out" / "counted" / DONE
-    reproduce_all({"counted": waits}, tmp_path / "out", Making())
-    done.write_text(json.dumps(json.loads(done.read_text("utf-8")) | {"seconds": 99.0}), "utf-8")
-    html = reproduce_all({"counted": waits}, tmp_path / "out", Making()).read_text("utf-8")
-    assert waits.times == 2
-    assert "<small>99 s</small>" in html  # the second time nearly everything was there
-
-
-def test_what_was_missing_is_made_once_it_is_there(studies: dict[str, Any], counted: Counted, tmp_path: Path) -> None:
-    reproduce_all(studies, tmp_path / "out", Making())
-    html = reproduce_all(studies | {"missing": counted}, tmp_path / "out", Making()).read_text("utf-8")
-    assert "Not made" not in html
+    written = sorted(path.name for path in (tmp_path / "out" / "small").iterdir())
+    assert written == ["small.json", "small.md", "small.png"]
 
 
 def test_numbers_that_are_not_known_are_null() -> None:

@@ -66,7 +66,7 @@ def reproduce(
     """Make the paper's tables and figures again. The paper's numbers stand next to those measured here.
 
     table1               sequences, frames and people of every split
-    table2, table3       every solver on Hotel, ETH and Students, and on Shibuya or simulated crowds like it
+    table2, table3       every solver on Hotel, ETH and Students, and on Shibuya
     table4               errors on street with centre lines and with tracked boxes
     figure-trajectories  true and estimated trajectories, an example of every split
     figure-sigma         errors over the number of people, for several spreads of heights
@@ -74,7 +74,7 @@ def reproduce(
     figure-posterior     posteriors of observer and people, and their entropy
     figure-robot         how far a camera drifts without known motion: a simulated robot, KITTI, JRDB
     readings, transfer   errors under every reading of the paper; whether tier field ranks solvers as KITTI does
-    all                  a page of all but transfer, of every tenth sequence; run it again to continue
+    all                  a page of all but transfer, of every tenth sequence
 
     Args:
         names: Studies; several make one page.

@@ -338,7 +338,6 @@ class KeypointsStudy(Study):
             tables=[_by_distance(found), _by_line(found)],
             values=self._values(found),
             pictures={"": self.plot(found)},
-            whole=not found.missing,
         )
 
     def _facts(self, found: Keypoints) -> list[str]:

@@ -31,7 +31,6 @@ class Report:
     facts : what the paper states, what was done, what differs and why: a paragraph each.
     values : every number, for JSON, where ``null`` stands for NaN.
     pictures : by what follows ``name`` in the file's name; "" for the first.
-    whole : whether nothing is missing on this machine that more downloads would bring.
     """
 
     name: str
@@ -40,7 +39,6 @@ class Report:
     tables: Sequence[Table] = ()
     values: Mapping[str, Any]
     pictures: Mapping[str, Figure] = field(default_factory=dict)
-    whole: bool = True
 
     @property
     def markdown(self) -> str:

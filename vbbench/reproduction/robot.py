@@ -331,7 +331,6 @@ class RobotStudy(Study):
             tables=list(map(_table, found.courses)),
             values={**values, "recordings": list(map(_values, found.courses))},
             pictures={course.recording.name: plot_course(course, self.protocols) for course in found.courses},
-            whole=not found.missing,
         )
 
 

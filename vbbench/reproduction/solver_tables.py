@@ -138,7 +138,6 @@ class SolverTableStudy(Study):
             facts=paragraphs("solver_table", sigma_h=SIGMA_H, table=self.table, missing=missing),
             tables=tables,
             values=values,
-            whole=not found.missing,
         )
 
     def _at_a_glance(self, found: SolverTable) -> Table:

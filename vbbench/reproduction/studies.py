@@ -1,28 +1,26 @@
 """All studies by name, those that a command names with what its options set, and one page of several."""
 
 import base64
-import json
 import os
 import platform
 import time
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import fields, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from vbbench.errors import UnknownNameError, VbbenchError, VbbenchWarning, one_line
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.paper import SPLITS, the_paper
 from vbbench.parallel.parts import progress_bar
-from vbbench.parsing.json_text import read_json
 from vbbench.reproduction.grid import Making, Study
 from vbbench.reproduction.keypoints import KeypointsStudy
 from vbbench.reproduction.posterior import PosteriorStudy
 from vbbench.reproduction.readings import ReadingsStudy
-from vbbench.reproduction.report import templates, write_report
+from vbbench.reproduction.report import Report, templates, write_report
 from vbbench.reproduction.robot import RobotStudy
 from vbbench.reproduction.sigma import SigmaStudy
 from vbbench.reproduction.solver_tables import SolverTableStudy, Table4Study
@@ -32,8 +30,6 @@ from vbbench.reproduction.transfer import TransferStudy
 from vbbench.version import __version__
 
 PAGE = "index.html"
-DONE = "done.json"
-"""In a study's folder: what was measured, how long that took, and the report without its pictures."""
 PACKAGES = ("numpy", "scipy", "pyarrow", "matplotlib")
 """Packages whose versions the page states."""
 ALL = "all"
@@ -96,56 +92,40 @@ def chosen_studies(names: Sequence[str], options: Mapping[str, Any]) -> dict[str
 def reproduce_all(studies: Mapping[str, Study], out: Path | str, making: Making) -> Path:
     """Make every study in its own folder in ``out``, and the page; its path.
 
-    A study that is done is kept, unless ``making`` overwrites, or part of it waits for a source. If one cannot be made
-    because its source is missing, a warning and the page say so, and the others are made.
+    If one cannot be made because its source is missing, a warning and the page say so, and the others are made.
+    Datasets and submissions that exist are reused.
 
     Raises VbbenchError if another command writes there.
     """
-    out, found = Path(out), []
+    out, found = Path(out), list[Made]()
     with loose_files(out), progress_bar(len(studies), "reproduce all", unit="study") as bar:
         for name, study in studies.items():
             bar.set_postfix_str(name)
-            found.append(_made_or_kept(name, study, out / name, making))
+            begun, report, missing = time.perf_counter(), None, ""
+            try:
+                report = study.run(out / name, making)
+                write_report(report, out / name)
+            except VbbenchError as error:
+                missing = one_line(str(error))
+                warnings.warn(f"{name} is not made: {missing}", VbbenchWarning, stacklevel=2)
+            found.append(Made(name, repr(study), report, missing, time.perf_counter() - begun))
             bar.update()
         path = out / PAGE
         write_text_atomically(path, as_page(found, out))
     return path
 
 
-def _made_or_kept(name: str, study: Study, folder: Path, making: Making) -> dict[str, Any]:
-    """The content of `DONE`, or why the study is missing."""
-    done, wanted, seconds = folder / DONE, f"{__version__} {study!r}", 0.0
-    if not making.overwrite and done.is_file():
-        kept: dict[str, Any] = read_json(done)
-        if kept.get("measured") == wanted:
-            if kept.get("whole"):
-                return kept
-            seconds = kept["seconds"]  # most exists already, and takes less time
-    begun = time.perf_counter()
-    try:
-        report = study.run(folder, making)
-    except VbbenchError as error:
-        why = one_line(str(error))
-        warnings.warn(f"{name} is not made: {why}", VbbenchWarning, stacklevel=2)
-        return {"missing": why, "report": {"name": name, "title": name}}
-    write_report(report, folder)
-    facts = {
-        "measured": wanted,
-        "whole": report.whole,
-        "seconds": max(seconds, round(time.perf_counter() - begun, 1)),
-        "report": {
-            "name": report.name,
-            "title": report.title,
-            "facts": list(report.facts),
-            "tables": [asdict(table) for table in report.tables],
-            "pictures": [report.picture_name(key) for key in report.pictures],
-        },
-    }
-    write_text_atomically(done, json.dumps(facts, indent=1, ensure_ascii=False) + "\n")
-    return facts
+class Made(NamedTuple):
+    """A study on the page: its name, what it measured, its report or why there is none, and seconds."""
+
+    name: str
+    measured: str
+    report: Report | None
+    missing: str
+    seconds: float
 
 
-def as_page(studies: Sequence[Mapping[str, Any]], out: Path) -> str:
+def as_page(studies: Sequence[Made], out: Path) -> str:
     """One page of HTML that needs no other file: contents, a section a study with its pictures, versions and times."""
     packages = [f"{name} {version(name)}" for name in PACKAGES]
     return (
@@ -154,9 +134,9 @@ def as_page(studies: Sequence[Mapping[str, Any]], out: Path) -> str:
         .render(
             paper=the_paper(),
             studies=studies,
-            picture=lambda study, name: base64.b64encode((out / study["report"]["name"] / name).read_bytes()).decode(),
+            picture=lambda study, name: base64.b64encode((out / study.name / name).read_bytes()).decode(),
             made_with=[f"vbbench {__version__}", f"Python {platform.python_version()}", *packages],
             machine=f"{platform.machine()}, {os.cpu_count()} processors",
-            minutes=sum(one.get("seconds", 0.0) for one in studies) / 60,
+            minutes=sum(one.seconds for one in studies) / 60,
         )
     )

@@ -146,7 +146,6 @@ class TrajectoriesStudy(Study):
             tables=[table],
             values={**facts, "examples": examples, "missing": missing},
             pictures={"": self.plot(found)},
-            whole=not found.missing,
         )
 
     def plot(self, found: Trajectories) -> Figure:
