@@ -186,7 +186,7 @@ def test_what_was_exported_comes_back(dataset, files, tmp_path):
 
 @pytest.mark.slow
 def test_the_new_dataset_is_solved_and_scored(dataset, files, tmp_path):
-    made = import_mot(files, dataset, tmp_path / "back", pixel_std=0.0)
+    made = import_mot(files, dataset, tmp_path / "back")
     one, other = (
         score(solve(data, "cv", "one-step", tmp_path / name), data.folder).values()["metrics"]["dx"]["mean"]
         for name, data in (("made", made), ("before", dataset))

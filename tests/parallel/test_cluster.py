@@ -1,10 +1,6 @@
 """A real scheduler and real workers, some of them killed: nothing is lost, nothing is there twice."""
 
-import gc
 import os
-import re
-import shlex
-import shutil
 import signal
 import socket
 import subprocess
@@ -17,7 +13,7 @@ import pandas as pd
 import pytest
 
 from tests.generation.test_datasets import digests
-from tests.lib.commands import ROOT, ended, start, wait_until
+from tests.lib.commands import ended, start, wait_until
 from tests.lib.slow_split import BEFORE_THE_GATE, GATE
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
@@ -27,7 +23,6 @@ from vbbench.generation.generator import Options
 from vbbench.parallel import cluster
 from vbbench.parallel.parts import Part
 from vbbench.reproduction.grid import Making
-from vbbench.scoring import score
 from vbbench.solving import solve
 
 pytest.importorskip("distributed", reason="needs the extra dask")
@@ -54,20 +49,17 @@ class Cluster:
     Its workers wait at the gate of the slow split until that is opened.
     """
 
-    def __init__(self, folder: Path, tls: Path | None = None) -> None:
-        self._folder, self._started, self.tls, self.gate = folder, 0, tls, folder / "gate"
-        self.address = f"{'tls' if tls else 'tcp'}://127.0.0.1:{free_port()}"
+    def __init__(self, folder: Path) -> None:
+        self._folder, self._started, self.gate = folder, 0, folder / "gate"
+        self.address = f"tcp://127.0.0.1:{free_port()}"
         self.workers: list[subprocess.Popen[bytes]] = []
         port = self.address.rpartition(":")[2]
-        protocol = self.address.partition(":")[0]
-        options = ["--host", "127.0.0.1", "--port", port, "--protocol", protocol]
-        self.scheduler = self._start(tls, "scheduler", *options)
+        self.scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", port)
         wait_until(lambda: reachable(self.address))
 
-    def _start(self, tls: Path | None, *command: str) -> "subprocess.Popen[bytes]":
+    def _start(self, *command: str) -> "subprocess.Popen[bytes]":
         settings = {"ALLOWED_FAILURES": "2", "NO_WORKERS_TIMEOUT": "1s"}
         environment = os.environ | {f"DASK_DISTRIBUTED__SCHEDULER__{key}": value for key, value in settings.items()}
-        environment |= certificates(tls)
         self._started += 1
         with (self._folder / f"{self._started}.log").open("wb") as log:
             return subprocess.Popen(
@@ -78,15 +70,15 @@ class Cluster:
                 cwd=self._folder,
             )
 
-    def worker(self, address: str, tls: Path | None) -> "subprocess.Popen[bytes]":
-        """One more, which gives up where it may not join."""
+    def worker(self) -> "subprocess.Popen[bytes]":
+        """One more."""
         options = ["--no-nanny", "--nthreads", "1", "--memory-limit", "1GiB", "--local-directory", "scratch"]
-        return self._start(tls, "worker", address, *options, "--death-timeout", "20")
+        return self._start("worker", self.address, *options)
 
     def of(self, count: int) -> str:
         """The address, when so many workers, or more, are there; one that ends meanwhile is replaced."""
         self._fill(count)
-        with known(self.tls), cluster._client(self.address) as client:
+        with cluster._client(self.address) as client:
             wait_until(lambda: self._fill(count) and len(client.scheduler_info(n_workers=-1)["workers"]) >= count)
         return self.address
 
@@ -94,7 +86,7 @@ class Cluster:
         """Start as many workers as are missing; true if none was."""
         self.workers = [worker for worker in self.workers if worker.poll() is None]
         missing = count - len(self.workers)
-        self.workers += [self.worker(self.address, self.tls) for _ in range(missing)]
+        self.workers += [self.worker() for _ in range(missing)]
         return missing <= 0
 
     def close_gate(self) -> None:
@@ -110,33 +102,9 @@ class Cluster:
             process.wait()
 
 
-def certificates(folder: Path | None) -> dict[str, str]:
-    """Dask's settings for a folder of certificates, as docs/scale.md has them."""
-    if folder is None:
-        return {}
-    start = "DASK_DISTRIBUTED__COMM__"
-    files = {
-        f"TLS__{who}__{file.upper()}": f"{file}.pem"
-        for who in ("SCHEDULER", "WORKER", "CLIENT")
-        for file in ("cert", "key")
-    }
-    found = {f"{start}{name}": str(folder / file) for name, file in {**files, "TLS__CA_FILE": "ca.pem"}.items()}
-    return found | {f"{start}REQUIRE_ENCRYPTION": "true"}
-
-
 @contextmanager
-def known(folder: Path | None) -> Iterator[None]:
-    """This process with these settings."""
-    import dask
-
-    values = dask.config.collect_env(certificates(folder))
-    with dask.config.set(dask.config.merge(dask.config.config, values)):
-        yield
-
-
-@contextmanager
-def started(folder: Path, tls: Path | None = None) -> Iterator[Cluster]:
-    running = Cluster(folder, tls)
+def started(folder: Path) -> Iterator[Cluster]:
+    running = Cluster(folder)
     try:
         yield running
     finally:
@@ -350,58 +318,13 @@ def test_no_dask(monkeypatch: pytest.MonkeyPatch) -> None:
         list(cluster.on_cluster(one_pose, [(0, 32)], "tcp://127.0.0.1:8786"))
 
 
-def make_certificates(folder: Path) -> Path:
-    """A folder of certificates, made as docs/scale.md says."""
-    page = (ROOT / "docs" / "scale.md").read_text("utf-8")
-    commands = re.findall(r"^    \$ (mkdir|openssl|cp)\b(.*)$", page, flags=re.M)
-    assert [name for name, _ in commands] == ["mkdir", "openssl", "cp"]
-    folder.mkdir()
-    for name, arguments in commands:
-        subprocess.run(shlex.split(name + arguments), cwd=folder, check=True, capture_output=True)
-    return folder / "tls"
+def test_an_address_must_fit_the_settings_of_encryption(monkeypatch: pytest.MonkeyPatch) -> None:
+    from dask import config
 
-
-@pytest.fixture(scope="module")
-def tls(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    if shutil.which("openssl") is None:
-        pytest.skip("makes certificates with openssl")
-    return make_certificates(tmp_path_factory.mktemp("certificates") / "ours")
-
-
-def refusal(address: str) -> str:
-    """Why there is no cluster; what is left of a client goes before the next one starts, or Dask waits for itself."""
-    try:
-        list(cluster.on_cluster(one_pose, [(0, 32)], address))
-    except VbbenchError as error:
-        text = str(error)
-    gc.collect()
-    return text
-
-
-def generated(out: Path, address: str) -> Path:
-    return generate(SPLIT, out, Options(), scheduler=address).folder
-
-
-@pytest.mark.slow
-def test_an_encrypted_cluster_and_who_is_kept_out(
-    tls: Path, single: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    out = tmp_path / "out"
-    with started(tmp_path, tls) as secret:
-        secret.open_gate()
-        address = secret.of(1)
-        with known(tls):
-            assert digests(generated(out, address)) == digests(single.folder)
-            solved = solve(single, "cv", "rollout", tmp_path / "cv", scheduler=address)
-            assert score(solved, single.folder).coverage == 1.0
-            plain = address.replace("tls://", "tcp://")
-            assert f"{plain} is not encrypted, as Dask's settings demand" in refusal(plain)
-        strangers = make_certificates(tmp_path / "strangers")
-        monkeypatch.setattr(cluster, "PATIENCE", 3)
-        for folder in (strangers, None):
-            with known(folder):
-                assert "check that it knows the certificates of Dask's" in refusal(address)
-        for outsider in (secret.worker(plain, None), secret.worker(address, strangers)):
-            assert outsider.wait(120) != 0
-        with known(tls), cluster._client(address) as client:
-            assert len(client.scheduler_info(n_workers=-1)["workers"]) == 1
+    monkeypatch.setattr(cluster, "PATIENCE", 0.1)
+    tcp, tls = (f"{protocol}://127.0.0.1:{free_port()}" for protocol in ("tcp", "tls"))
+    encrypted, plain = config.set({"distributed.comm.require-encryption": True}), "is not encrypted, as Dask's settings"
+    with encrypted, pytest.raises(VbbenchError, match=plain):
+        list(cluster.on_cluster(one_pose, [(0, 32)], tcp))
+    with pytest.raises(VbbenchError, match="check that it knows the certificates of Dask's"):
+        list(cluster.on_cluster(one_pose, [(0, 32)], tls))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vbbench.birdify.cues import Cues, HeightPrior, compare_cues
+from vbbench.birdify.cues import HeightPrior, compare_cues
 from vbbench.birdify.report import FEW_PEOPLE, MISPLACED, Report, Spread, place_std, plus_minus
 from vbbench.birdify.verdict import judge
 from vbbench.camera import Camera
@@ -14,12 +14,6 @@ from vbbench.files.dataset import Dataset
 from vbbench.geometry import BoolArray, FloatArray, shorter_way, world_to_relative
 from vbbench.sequence import Sequence
 
-HUNDREDFOLD = (80.0, 125.0)
-"""Ratios of a mount height in cm to the one that fits."""
-SMALLER = 0.92
-"""Largest share of the picture's size that a smaller one, of which boxes may be, is recognised at."""
-SHORTEST, SEATED = 0.9, 1.5
-"""Mean heights in m between which people sit or are children, if the camera file is right."""
 SCALE_DOUBT, TILT_DOUBT = 0.1, 0.02
 """A mount height that differs by a larger share, and a tilt of more rad, are worth a warning if they are certain."""
 FAST_PEOPLE, SLOW_PEOPLE, SHORT, TALL = 2.5, 0.45, 1.5, 1.95
@@ -85,7 +79,7 @@ def make_report(dataset: Dataset, recording: OwnRecording, answer: Estimate, sol
         misfits=misfits,
         odometry=None if odometry is None else float(np.isfinite(odometry.motions[1:, 0]).mean()),
     )
-    doubts = (*_doubts_of_cues(report, camera, sequence), *_doubts(report))
+    doubts = (*_doubts_of_cues(report, camera), *_doubts(report))
     return Report(**{**vars(report), "warnings": (*recording.notes, *doubts)})
 
 
@@ -136,7 +130,7 @@ def _doubts(report: Report) -> Iterator[str]:
         yield f"{report.misfits:.0%} of the boxes are not where their person is on the map: do tracks switch people?"
 
 
-def _doubts_of_cues(report: Report, camera: Camera, sequence: Sequence) -> Iterator[str]:
+def _doubts_of_cues(report: Report, camera: Camera) -> Iterator[str]:
     """Warnings if foot and height cues contradict the camera file, with possible causes."""
     cues = report.cues
     if cues is None:
@@ -144,14 +138,16 @@ def _doubts_of_cues(report: Report, camera: Camera, sequence: Sequence) -> Itera
     off = cues.mount_height / report.camera_height - 1.0
     if abs(off) > max(SCALE_DOUBT, 2.0 * cues.mount_height_std / report.camera_height):
         found = plus_minus(cues.mount_height, cues.mount_height_std)
+        height = report.height_mean / (1.0 + off)  # the focal length cancels
         yield (
-            f"feet and heights put the camera {found} m above the ground, the camera file "
-            f"{report.camera_height:g} m: {_causes_of_scale(report, 1.0 + off)}"
+            f"feet and heights put the camera {found} m above the ground, the camera file {report.camera_height:g} m: "
+            f"mount_height is wrong, people are {height:.2f} m tall in place of {report.height_mean:g} m "
+            "(height_mean), or boxes do not end at head and feet"
         )
     agree = "feet and heights agree best if"
     if _is_doubtful(cues.tilt, cues.tilt_std):
         found, way = plus_minus(abs(cues.tilt), cues.tilt_std), "higher" if cues.tilt > 0.0 else "lower"
-        causes = _causes_of_tilt(report, cues, camera, sequence)
+        causes = f"try pitch = {report.pitch + cues.tilt:.3f}, or check cy and the focal length"
         yield f"{agree} the camera looks {found} rad {way} than its file says: {causes}"
     if _is_doubtful(cues.roll, cues.roll_std):
         found, side = plus_minus(abs(cues.roll), cues.roll_std), "right" if cues.roll > 0.0 else "left"
@@ -168,41 +164,6 @@ def _doubts_of_cues(report: Report, camera: Camera, sequence: Sequence) -> Itera
 
 def _is_doubtful(angle: float, std: float) -> bool:
     return abs(angle) > max(TILT_DOUBT, 2.0 * std)
-
-
-def _causes_of_scale(report: Report, ratio: float) -> str:
-    """Possible causes if the cues fit a camera that is ``ratio`` times as high; the focal length cancels in them."""
-    if HUNDREDFOLD[0] < 1.0 / ratio < HUNDREDFOLD[1]:
-        return "mount_height is in cm; write m"
-    height = report.height_mean / ratio
-    who = "they sit, or are children: height_mean" if SHORTEST < height < SEATED else "height_mean"
-    people = f"people are {height:.2f} m tall in place of {report.height_mean:g} m ({who})"
-    return f"mount_height is wrong, {people}, or boxes do not end at head and feet"
-
-
-def _causes_of_tilt(report: Report, cues: Cues, camera: Camera, sequence: Sequence) -> str:
-    """Possible causes if the cues fit a camera with another pitch."""
-    pitch = report.pitch + cues.tilt
-    degrees = (
-        abs(report.pitch) > 5.0 * TILT_DOUBT and abs(np.radians(report.pitch) - pitch) < TILT_DOUBT + cues.tilt_std
-    )
-    smaller = _smaller_picture(cues.tilt, camera, sequence)
-    first = "" if smaller is None else f"are the boxes of a picture of {smaller}? Else "
-    asked = f" (is {report.pitch:g} in degrees?)" if degrees else ""
-    return f"{first}try pitch = {pitch:.3f}{asked}, or check cy{' and the focal length' if report.pitch else ''}"
-
-
-def _smaller_picture(tilt: float, camera: Camera, sequence: Sequence) -> str | None:
-    """Text of a smaller size of pictures that fits the boxes' horizon, columns and rows; ``None`` if none fits."""
-    if camera.intrinsics is None or camera.period is not None:
-        return None
-    u, v, _ = np.moveaxis(sequence.observations[sequence.observed], -1, 0)
-    (width, height), row = camera.picture_size, camera.intrinsics[1, 2]
-    share = 1.0 + np.tan(tilt) * camera.intrinsics[1, 1] / row
-    reach = max(float(u.max()) / width, float(v.max()) / height)
-    if not 0.2 < share < SMALLER or reach > share + 0.02:
-        return None
-    return f"{share * width:.0f} x {share * height:.0f} px"
 
 
 def _doubts_of_speed(report: Report) -> Iterator[str]:

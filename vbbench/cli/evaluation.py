@@ -89,10 +89,10 @@ def score(
     json: bool = False,
     format: Format = "text",  # noqa: A002
     per_sequence: Path | None = None,
-) -> int:
+) -> None:
     """Score a submission against a dataset's truth, or several side by side.
 
-    Exit status 2 means that a submission has faults; where another can be scored, they stand below the table.
+    Exit status 2 means that a submission has faults; all of them are listed.
 
     Args:
         submissions: Folders with submission.json, poses and positions (.parquet or .csv).
@@ -112,17 +112,15 @@ def score(
     if len(submissions) > 1:
         if per_sequence is not None:
             raise VbbenchError("--per-sequence is of one submission; score them one by one")
-        several = score_several(submissions, dataset, truth)
-        print(several.write(form))
-        return 2 if several.refused else 0
+        print(score_several(submissions, dataset, truth).write(form))
+        return
     result = judge(submissions[0], dataset, truth)
     if per_sequence is not None:
         result.write_per_sequence(per_sequence)
     if form in ("text", "json"):
         print(result.to_json() if form == "json" else result.table())
     else:
-        print(SideBySide(scores={submissions[0]: result}, refused={}).write(form))
-    return 0
+        print(SideBySide(scores={submissions[0]: result}).write(form))
 
 
 def compare(

@@ -145,7 +145,6 @@ def import_mot(
     dataset: Dataset,
     out: Path | str,
     *,
-    pixel_std: float | None = None,
     least_matched: float = LEAST_MATCHED,
     least_track: int = LEAST_FRAMES,
     person_class: str | None = None,
@@ -162,18 +161,12 @@ def import_mot(
     ----------
     folder : with ``sequence-000012.txt``, .csv or .json, or else ``sequence-000012/gt/gt.txt``, for sequence 12.
     dataset : the dataset of the pictures, with its truth.
-    pixel_std : standard deviation in px of a box's column, top and bottom that the dataset declares; ``None`` for that
-        of the bundled tracker.
     least_matched : share of the boxes that must match a person; fewer are refused.
     least_track : fewest frames in which a track that counts is matched.
     person_class : class of people in the files, by number or name, where they do not show it.
     announce : called with a line that says how many boxes were kept.
     """
     out = Path(out)
-    if pixel_std is None:
-        pixel_std = PIXEL_STD["perspective" if dataset.info.camera.period is None else "panorama"]
-    if not (np.isfinite(pixel_std) and pixel_std >= 0.0):
-        raise VbbenchError(f"pixel_std must be at least 0 px, not {pixel_std:g}")
     if dataset.info.truth != "whole":
         again = "make it again with --boxes FOLDER"
         raise VbbenchError(f"{dataset.folder}: not everybody's place was measured; {again}")
@@ -181,6 +174,7 @@ def import_mot(
         raise VbbenchError(f"least_matched is a share from 0 to 1, not {least_matched:g}")
     if least_track < 1:
         raise VbbenchError(f"least_track must be 1 or more, not {least_track}")
+    pixel_std = PIXEL_STD["perspective" if dataset.info.camera.period is None else "panorama"]
     plan = TrackedPlan(dataset, _files(Path(folder), len(dataset)), pixel_std, least_track, person_class)
     kept = _check_matches(plan, Path(folder), least_matched)
     made = write_dataset(plan, out, overwrite=overwrite)

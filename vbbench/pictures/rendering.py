@@ -28,7 +28,6 @@ from vbbench.version import __version__
 if TYPE_CHECKING:
     from vbbench.pictures.film.frames import View
     from vbbench.pictures.replay import Replay
-    from vbbench.pictures.video import Codec
 
 _WIDEST_BELOW, _WIDEST_NEXT = 1920, 1280
 """Width in px to which a film makes recorded pictures smaller, with the map below and next to them."""
@@ -199,8 +198,6 @@ def render_to_file(
     backend: Backend | None = None,
     footage: bool = False,
     submission: Path | str | None = None,
-    fps: float | None = None,
-    codec: "Codec | None" = None,
     announce: Callable[[str], object] = silent,
 ) -> Path:
     """Film a sequence: what the observer sees, with boxes and ids, next to the map of truth and estimate.
@@ -208,19 +205,17 @@ def render_to_file(
     Frames are written as they are made, so that memory does not grow with their number. In a folder of PNG files, an
     interrupted call continues where it stopped.
 
-    Raises VbbenchError if there is no such sequence, backend or codec, a renderer lacks truth, the submission answers
+    Raises VbbenchError if there is no such sequence or backend, a renderer lacks truth, the submission answers
     another dataset, or ``out`` cannot be written.
 
     Parameters
     ----------
     dataset : the dataset; a renderer needs its truth.
     sequence : number of the sequence.
-    out : an ``.mp4`` file, or a folder for one PNG file per frame.
+    out : an ``.mp4`` file in real time, or a folder for one PNG file per frame.
     backend : the renderer; by default the best that works.
     footage : show the pictures that the camera itself took, or a plain ground where there are none, without a renderer.
     submission : folder of a submission to draw over the truth.
-    fps : frames per second of an mp4; ``None`` for real time, one frame every dt seconds.
-    codec : of an mp4; see `write_mp4`.
     announce : called once with a line that names the renderer, or says what stands in for pictures.
 
     Returns
@@ -242,7 +237,7 @@ def render_to_file(
         film = Film(replay, view)
         with progress_bar(count, "frames", unit="frame") as bar:
             if out.suffix == ".mp4":
-                write_mp4(out, film.frames, count, 1.0 / dataset.info.dt if fps is None else fps, codec, bar.update)
+                write_mp4(out, film.frames, count, 1.0 / dataset.info.dt, bar.update)
             else:
                 key = _key(dataset, sequence, submission, made_by)
                 write_png_folder(out, film.frames, count, key, bar.update)

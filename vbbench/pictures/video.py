@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,28 +17,26 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import is_unused, replacing, write_bytes_atomically, write_text_atomically
 
-with needs_extra("render", "writing pictures and films"):
+with needs_extra("render", "reading and writing pictures and films"):
     import cv2
 
-Codec = Literal["h264", "vp9", "mpeg4"]
 Frames = Callable[[Iterable[int]], Iterator[NDArray[np.uint8]]]
 """Makes the pictures [H, W, 3] (sRGB) of the requested frames, one by one."""
 
 KEY_FILE = "film.txt"
 """In a folder of frames: the key of their film."""
 
-_CODES: dict[Codec, str] = {"h264": "avc1", "vp9": "vp09", "mpeg4": "mp4v"}
-"""Four-letter codes in order of preference: browsers play the first two, but not every OpenCV has the first."""
+_CODES = ("avc1", "vp09", "mp4v")
+"""Of H.264, VP9 and MPEG-4, in order of preference: browsers play the first two, not every OpenCV has the first."""
 _PNG_LEVEL = 3
 """Of zlib: about as small as the default, and three times as fast."""
 
 
-def write_mp4(
-    path: Path, frames: Frames, count: int, fps: float, codec: Codec | None = None, done: Callable[[], object] = int
-) -> None:
+def write_mp4(path: Path, frames: Frames, count: int, fps: float, done: Callable[[], object] = int) -> None:
     """Write frames 0 … ``count`` − 1 as an mp4 file, which appears when it is whole.
 
-    Raises VbbenchError if the codec is not available, or the file cannot be written.
+    The codec is the first of H.264, VP9 and MPEG-4 that this OpenCV can write. Raises VbbenchError if there is none, or
+    the file cannot be written.
 
     Parameters
     ----------
@@ -47,17 +44,14 @@ def write_mp4(
     frames : makes the pictures, of even width and height.
     count : number of frames.
     fps : frames per second.
-    codec : ``None`` for the first of H.264, VP9 and MPEG-4 that this OpenCV can write.
     done : called after every frame.
     """
-    if not (np.isfinite(fps) and 0.0 < fps <= 1000.0):
-        raise VbbenchError(f"fps must be above 0 and at most 1000, not {fps:g}")
     writer: cv2.VideoWriter | None = None
     with replacing(path, path.suffix) as temporary:
         try:
             for picture in frames(range(count)):
                 if writer is None:
-                    writer = _open_writer(temporary, fps, (picture.shape[1], picture.shape[0]), codec)
+                    writer = _open_writer(temporary, fps, (picture.shape[1], picture.shape[0]))
                 writer.write(cv2.cvtColor(picture, cv2.COLOR_RGB2BGR))
                 done()
         finally:
@@ -120,24 +114,19 @@ def _count_frames(path: Path) -> int:
         film.release()
 
 
-def _open_writer(path: Path, fps: float, size: tuple[int, int], codec: Codec | None) -> cv2.VideoWriter:
+def _open_writer(path: Path, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a missing codec is expected
     level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
-        for name in [codec] if codec else list(_CODES):
-            writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*_CODES[name]), fps, size)
+        for code in _CODES:
+            writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*code), fps, size)
             if writer.isOpened():
                 return writer
             writer.release()
     finally:
         cv2.utils.logging.setLogLevel(level)
-    if codec:
-        raise VbbenchError(f"this OpenCV cannot write {codec}; remove the codec, or name a folder for PNG files")
     raise VbbenchError(f"{path.parent}: no film can be written here; name a folder for PNG files instead")
 
-
-with needs_extra("render", "reading pictures and films"):
-    import cv2
 
 ENDINGS = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff", ".ppm")
 """Of pictures in a folder."""

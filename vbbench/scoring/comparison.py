@@ -38,11 +38,9 @@ class SideBySide:
     Parameters
     ----------
     scores : folder → its score.
-    refused : folder → what is wrong with the submission in it.
     """
 
     scores: Mapping[Path, Score]
-    refused: Mapping[Path, SubmissionError]
 
     def write(self, form: Format) -> str:
         """The table in a format."""
@@ -53,31 +51,27 @@ class SideBySide:
     def table(self) -> Table:
         """The table as text: capped means with intervals, the best of each column marked, and every caution."""
         cells = shown_cells([one.values() for one in self.scores.values()])
-        refused = [[name, "refused", *[""] * (len(SHOWN_HEAD) - 1)] for name in map(_name, self.refused)]
         return Table(
             title=self._title(),
             facts=list(self._facts()),
             head=["solver", *SHOWN_HEAD],
-            rows=[*([name, *row] for name, row in zip(self._names(), cells, strict=True)), *refused],
+            rows=[[name, *row] for name, row in zip(self._names(), cells, strict=True)],
         )
 
     def csv(self) -> str:
-        """A row per submission with all figures; those of a refused one are empty, and its faults are counted."""
+        """A row per submission with all figures."""
         rows = [
-            [folder, one.info.solver, one.info.version, *self._place(), *value_cells(one.values()), 0]
+            [folder, one.info.solver, one.info.version, *self._place(), *value_cells(one.values())]
             for folder, one in self.scores.items()
         ]
-        nothing = [""] * len(VALUES_HEAD)
-        rows += [[folder, "", "", *self._place(), *nothing, len(e.faults)] for folder, e in self.refused.items()]
-        return csv_text(("submission", "solver", "version", *_PLACE, *VALUES_HEAD, "faults"), rows).rstrip("\n")
+        return csv_text(("submission", "solver", "version", *_PLACE, *VALUES_HEAD), rows).rstrip("\n")
 
     def values(self) -> dict[str, Any]:
-        """The scores as ``vbbench score --json`` prints each, and the faults of those that were refused."""
+        """The scores as ``vbbench score --json`` prints each."""
         return {
             **dict(zip(_PLACE, self._place(), strict=True)),
             "ranked_by": RANKED_BY,
             "submissions": [{"submission": str(folder), **one.published()} for folder, one in self.scores.items()],
-            "refused": [{"submission": str(folder), "faults": e.faults} for folder, e in self.refused.items()],
         }
 
     @property
@@ -107,8 +101,6 @@ class SideBySide:
     def _facts(self) -> Iterator[str]:
         yield ranking_fact(self._one.protocol)
         yield from self._one.notes()
-        for folder, error in self.refused.items():
-            yield f"{_name(folder)} is refused: {'; '.join(map(unmarked, error.faults))}"
 
 
 _PLACE = ("dataset", "split", "tier", "protocol")
@@ -119,22 +111,21 @@ def score_several(
 ) -> SideBySide:
     """Score submission folders against the dataset that all of them answer; parameters as in `score`.
 
-    Raises VbbenchError if no submission can be scored, with every fault of each; if they answer different datasets, or
-    were made under different protocols, or the truth is not available.
+    Raises VbbenchError if one cannot be scored, with every fault of each; if they answer different datasets, or were
+    made under different protocols, or the truth is not available.
     """
     scores: dict[Path, Score] = {}
-    refused: dict[Path, SubmissionError] = {}
+    faults: list[str] = []
     folders = list(dict.fromkeys(map(Path, submissions)))
     _check_same_rows(folders)
     for folder in folders:
         try:
             scores[folder] = score(folder, dataset, truth)
         except SubmissionError as error:
-            refused[folder] = error
-    if not scores:
-        faults = (line for error in refused.values() for line in str(error).splitlines())
-        raise VbbenchError("none of these can be scored", *faults)
-    return SideBySide(scores=scores, refused=refused)
+            faults += str(error).splitlines()
+    if faults:
+        raise VbbenchError("not all of these can be scored", *faults)
+    return SideBySide(scores=scores)
 
 
 def _check_same_rows(folders: Sequence[Path]) -> None:
@@ -152,10 +143,6 @@ def _check_same_rows(folders: Sequence[Path]) -> None:
                     f"{other} answers {what} {expected}, {folder} {what} {own}; one table holds one {what}, score them "
                     "apart"
                 )
-
-
-def _name(folder: Path) -> str:
-    return unmarked(str(folder))
 
 
 @dataclass(frozen=True, kw_only=True)
