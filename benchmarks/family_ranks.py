@@ -34,7 +34,7 @@ LONGEST = 20
 SPLIT, STRIDE = "eth-15fps", 3
 """Whose people tier `field` shows, and every how many-th window of them is taken."""
 RANKED = (
-    *("cv", "sf", "ground-plane", "vb-cv", "vb-sf", "map-causal", "map-batch", "vb-former", "vb-former-pure"),
+    *("cv", "sf", "ground-plane", "vb-cv", "vb-sf", "map-causal", "map-batch", "vb-former"),
     *("vb-cv-free", "vb-sf-free", "map-causal-window-6"),
 )
 """Names of the variants that are ranked."""

@@ -107,19 +107,6 @@ inline double log1p(double x) {
   return x == 0.0 ? x : found;  // −0, too
 }
 
-inline double tanh(double x) {
-  const double away = std::abs(x), twice = away > 20.0 ? 40.0 : away + away;
-  const Power power = power_of(twice);
-  const double scale = std::bit_cast<double>(kOne + (power.k << 52)), e = scale * power.m + (scale - 1.0);
-  return std::isnan(x) ? x : std::copysign(e / (e + 2.0), x);
-}
-
-inline double asinh(double x) {
-  const double away = std::abs(x), square = away * away;
-  const double large = log(away) + (kLn2High + kLn2Low);
-  return std::copysign(away < 1e150 ? log1p(away + square / (1.0 + std::sqrt(1.0 + square))) : large, x);
-}
-
 struct SinCos {
   double sin, cos;
 };
@@ -160,24 +147,7 @@ inline double atan2(double y, double x) {
   return std::isnan(x + y) && !both ? x + y : std::copysign(found, y);
 }
 
-inline double tan(double x) {
-  const SinCos found = sin_cos(x);
-  return found.sin / found.cos;
-}
-inline double atan(double x) { return atan2(x, 1.0); }
-
 /// √(x² + y²) of lengths whose squares are numbers.
 inline double hypot(double x, double y) { return std::sqrt(x * x + y * y); }
-
-// Single numbers are rounded once.
-inline float exp(float x) { return static_cast<float>(exp(static_cast<double>(x))); }
-inline float log(float x) { return static_cast<float>(log(static_cast<double>(x))); }
-inline float tanh(float x) { return static_cast<float>(tanh(static_cast<double>(x))); }
-inline float asinh(float x) { return static_cast<float>(asinh(static_cast<double>(x))); }
-inline float sin(float x) { return static_cast<float>(sin(static_cast<double>(x))); }
-inline float cos(float x) { return static_cast<float>(cos(static_cast<double>(x))); }
-inline float atan2(float y, float x) {
-  return static_cast<float>(atan2(static_cast<double>(y), static_cast<double>(x)));
-}
 
 }  // namespace vbbench::elementary

@@ -15,7 +15,6 @@ using namespace vbbench;
 
 namespace vbbench {
 void bind_cascade(nb::module_& module);
-void bind_former(nb::module_& module);
 }  // namespace vbbench
 
 namespace {
@@ -258,9 +257,7 @@ struct Core {
 
 NB_MODULE(_core, m) {
   m.doc() = "The solvers' parts in C++.";
-  nb::set_leak_warnings(false);  // networks that solvers share live as long as the process
   bind_cascade(m);
-  bind_former(m);
   nb::class_<Core>(m, "Estimator",
                    "Sliding-window maximum a posteriori estimate of poses, calibration and people's paths.")
       .def(nb::init<>())

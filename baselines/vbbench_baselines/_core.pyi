@@ -1,17 +1,11 @@
 """The extension module: sources in ``baselines/cpp``, built by ``CMakeLists.txt``."""
 
-from collections.abc import Mapping
 from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench_baselines.cascade import CrowdGraph, Factors
 from vbbench_baselines.common.bearings import Sightings
 from vbbench_baselines.common.motion import Spreads
-
-Singles = NDArray[np.float32]
 
 class Estimator:
     """Sliding-window maximum a posteriori estimate of poses, calibration and people's paths.
@@ -96,37 +90,6 @@ class Estimator:
 
     def modes(self) -> list[float]:
         """Posterior of the motion modes in the newest step."""
-
-class FormerNetwork:
-    """The learned network with its weights, which are float32 in C order; see `former.inference`.
-
-    Raises
-    ------
-    VbbenchError
-        If the weights are not those of a network.
-    """
-
-    def __init__(self, weights: Mapping[str, Singles], heads: bool) -> None: ...
-    def advance(
-        self,
-        people: Singles,
-        observer: Singles,
-        sights: Singles,
-        given: Singles,
-        dt: float,
-        spread: float,
-        pose: Singles,
-        places: Singles,
-    ) -> None:
-        """Take a frame of ``dt`` s: update the state, and write the answer into the last two arrays.
-
-        Parameters
-        ----------
-        people, observer : [K, 49] and [56], records `WALKER` and `OBSERVER`.
-        sights, given : [K, 15] and [11], records `SIGHT` and `GIVEN`.
-        spread : the standard deviation of heights, as a share of their mean.
-        pose, places : [9] and [K, 4], records `POSE` and `PLACE`.
-        """
 
 def measure(sightings: Sightings, heights: FloatArray, variances: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Places of people of known or uncertain height by their boxes: mean and variance [K] in m and m².

@@ -85,7 +85,6 @@ _SOLVERS = (
     "map-causal",
     "map-batch",
     "vb-former",
-    "vb-former-pure",
 )
 
 

@@ -50,16 +50,10 @@ def turns() -> NDArray[np.float64]:
         ("sin", turns()),
         ("cos", spread(-8.0, 8.0)),
         ("cos", turns()),
-        ("tan", spread(-1.5, 1.5)),
-        ("atan", spread(-5.0, 5.0)),
-        ("tanh", spread(-25.0, 25.0)),
-        ("tanh", powers(-100.0, 0.0)),
-        ("asinh", spread(-25.0, 25.0)),
-        ("asinh", -powers(-100.0, 900.0)),
     ],
 )
 def test_errors_are_within_the_last_places(name: str, x: NDArray[np.float64]) -> None:
-    exact = getattr(np, {"atan": "arctan", "asinh": "arcsinh"}.get(name, name))(x.astype(np.longdouble))
+    exact = getattr(np, name)(x.astype(np.longdouble))
     assert worst(elementary(name, x, x), exact) < ENOUGH
 
 
@@ -77,11 +71,11 @@ def worst(found: NDArray[np.float64], exact: NDArray[np.longdouble]) -> float:
     return float((np.abs(found - exact) / np.spacing(np.abs(exact.astype(np.float64)))).max())
 
 
-@pytest.mark.parametrize("name", ["exp", "log", "log1p", "sin", "cos", "atan", "tanh", "asinh"])
+@pytest.mark.parametrize("name", ["exp", "log", "log1p", "sin", "cos"])
 def test_special_values_are_those_of_the_standard(name: str) -> None:
     x = np.array(SPECIAL)
     with np.errstate(all="ignore"):
-        wanted = getattr(np, {"atan": "arctan", "asinh": "arcsinh"}.get(name, name))(x)
+        wanted = getattr(np, name)(x)
     near = np.abs(x) < 1e299 if name in ("sin", "cos") else np.full(len(x), True)
     assert_same(elementary(name, x, x)[near], wanted[near])
 
@@ -112,8 +106,8 @@ def test_answers_are_the_same_bits_everywhere() -> None:
     assert hashlib.sha256(found).hexdigest() == BITS
 
 
-NAMES = ("exp", "log", "log1p", "sin", "cos", "tan", "atan", "tanh", "asinh", "atan2")
-BITS = "5dee6036d8aba3b8766f2efb4ffaf312c90699175f0b67c9d741b576baa6e924"
+NAMES = ("exp", "log", "log1p", "sin", "cos", "atan2")
+BITS = "4c5832aebd30bf137bc73beb5d2e6fd14040923f5b3a83682d7a573d693d02fd"
 
 
 def test_a_function_that_is_unknown_is_refused() -> None:

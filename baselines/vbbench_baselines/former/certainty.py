@@ -6,7 +6,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray, covariance_along, place_levers, pose_levers
 from vbbench_baselines.common.cold_start import Astray
-from vbbench_baselines.former.state import Array
+from vbbench_baselines.former.operations import Array
 
 NARROWEST, WIDEST = -7.0, 3.0
 """ln of the least and greatest standard deviations in m and rad that are learned."""

@@ -14,7 +14,7 @@ heads of all three modes. docs/learned-solver.md explains the choice of prior od
 import math
 from typing import NamedTuple
 
-from vbbench_baselines.former.state import Array, Operations
+from vbbench_baselines.former.operations import Array, Operations
 
 LAG = 0.8
 """τ in s: about one stride."""

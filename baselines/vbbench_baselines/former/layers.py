@@ -5,7 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from vbbench.geometry import FloatArray
-from vbbench_baselines.former.state import DOUBT, MEMORY, TRACES, Array, Operations
+from vbbench_baselines.former.operations import Array, Operations
+from vbbench_baselines.former.state import DOUBT, MEMORY, TRACES
 
 Weights = Mapping[str, Array]
 WIDTH, HEADS, HIDDEN, BLOCKS = 48, 3, 96, 2
@@ -68,8 +69,8 @@ class Network:
         return self.normalise("after", rows)
 
 
-def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
-    """The shape of each array of weights; ``pure``: the pose is output by the network, and not fitted."""
+def shapes() -> dict[str, tuple[int, ...]]:
+    """The shape of each array of weights."""
     found: dict[str, tuple[int, ...]] = {}
 
     def linear(name: str, of: int, to: int) -> None:
@@ -99,7 +100,7 @@ def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
         perceptron(f"{name}.think", WIDTH, HIDDEN, WIDTH)
     normalisation("after")
     linear("trust", WIDTH, 5)
-    linear("own_trust", WIDTH, 9 if pure else 6)
+    linear("own_trust", WIDTH, 6)
     linear("look_again", WIDTH + 8, WIDTH)
     linear("together", 2 * WIDTH, WIDTH)
     linear("trust_again", WIDTH, 6)
@@ -112,10 +113,10 @@ def shapes(pure: bool) -> dict[str, tuple[int, ...]]:
     return found
 
 
-def first_weights(rng: np.random.Generator, pure: bool) -> dict[str, FloatArray]:
+def first_weights(rng: np.random.Generator) -> dict[str, FloatArray]:
     """Initial weights: uniform (He et al. 2015), small in output layers, whose biases make it a plain filter."""
     made: dict[str, FloatArray] = {}
-    for name, shape in shapes(pure).items():
+    for name, shape in shapes().items():
         if name.endswith(".weights"):
             made[name] = rng.uniform(-1.0, 1.0, shape) / np.sqrt(shape[1])
         else:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from vbbench_baselines.former.heads import head_of
 from vbbench_baselines.former.layers import Network
+from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Weighing, fit, view, with_measured
 from vbbench_baselines.former.remembering import (
     Found,
@@ -25,7 +26,7 @@ from vbbench_baselines.former.remembering import (
     state_after,
 )
 from vbbench_baselines.former.scene import Scene, Sights, Told, foresee, rough_motion
-from vbbench_baselines.former.state import Array, State
+from vbbench_baselines.former.state import State
 
 FAR = 1e4
 """As good as infinite, for a logarithm."""
@@ -56,12 +57,10 @@ class Birdifier:
     Parameters
     ----------
     network : its layers.
-    pure : whether the pose is output by the network, and not fitted.
     heads : whether the fit includes the factor of `heads`.
     """
 
     network: Network
-    pure: bool = False
     heads: bool = True
 
     def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
@@ -103,19 +102,16 @@ class Birdifier:
             motion=said,
             head=head_of(xp, own.smooth, own.head_odds, scene.dt) if self.heads else None,
         )
-        motion = said if self.pure else fit(xp, scene.views, weighing, rough, 2)[0]
-        return weighing, scene.or_given(xp, motion)
+        return weighing, scene.or_given(xp, fit(xp, scene.views, weighing, rough, 2)[0])
 
     def _own_prior(self, scene: Scene, trust: Array) -> tuple[Array, Motion]:
-        """λ and x⁰ of the fit (`pose_fit`); for a pure network x⁰ is the answer."""
+        """λ and x⁰ of the fit (`pose_fit`)."""
         xp, dt, expected = self.network.operations, scene.dt, scene.expected
         inertia = scene.inertia * xp.exp(xp.clip(trust[..., 3:6], -6.0, 6.0))
         said = Motion(
             expected.step + xp.point(trust[..., 0], trust[..., 1]) * (0.3 * dt),
             expected.turn + trust[..., 2] * (0.5 * dt),
         )
-        if self.pure:
-            said = Motion(said.step + xp.point(trust[..., 6], trust[..., 7]) * dt, said.turn + trust[..., 8] * dt)
         return with_measured(xp, inertia, said, scene.told.measured)
 
     def _find(self, scene: Scene, weighing: Weighing, motion: Motion, rows: Array, own_row: Array) -> Found:
@@ -124,14 +120,12 @@ class Birdifier:
         again = self._look_again(scene, weighing, motion, rows)
         trust = self.network.linear("trust_again", again)
         offset = weighing.offset + xp.point(trust[..., 2], trust[..., 3]) * (scene.scale * (1.0 - placed))
-        uncertain = 0.0 * weighing.inertia
-        if not self.pure:
-            weights = xp.exp(xp.clip(trust[..., :2], -6.0, 4.0))
-            weighing = weighing._replace(
-                along=weighing.along * weights[..., 0], across=weighing.across * weights[..., 1], offset=offset
-            )
-            motion, variances = fit(xp, scene.views, weighing, motion, 2)
-            uncertain = xp.log(xp.stack(list(variances)) + 1e-9)
+        weights = xp.exp(xp.clip(trust[..., :2], -6.0, 4.0))
+        weighing = weighing._replace(
+            along=weighing.along * weights[..., 0], across=weighing.across * weights[..., 1], offset=offset
+        )
+        motion, variances = fit(xp, scene.views, weighing, motion, 2)
+        uncertain = xp.log(xp.stack(list(variances)) + 1e-9)
         motion = scene.or_given(xp, motion)
         places, off = self._places(scene, motion, offset, xp.sigmoid(trust[..., 4:6]))
         kept = xp.sqrt(places.real**2 + places.imag**2 + 1e-4)

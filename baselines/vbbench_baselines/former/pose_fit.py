@@ -13,7 +13,7 @@ predicted motion x⁰, plus the factor of `heads`.
 from typing import NamedTuple
 
 from vbbench_baselines.former.heads import Head, head_equations
-from vbbench_baselines.former.state import Array, Operations
+from vbbench_baselines.former.operations import Array, Operations
 
 
 class Motion(NamedTuple):

@@ -6,9 +6,10 @@ Input features of the network, scaled to about 1, in the order in which its weig
 from typing import NamedTuple
 
 from vbbench_baselines.former.layers import Network
+from vbbench_baselines.former.operations import Array, Operations
 from vbbench_baselines.former.pose_fit import Motion, view
 from vbbench_baselines.former.scene import Scene
-from vbbench_baselines.former.state import Array, Observer, Operations, State, Walkers
+from vbbench_baselines.former.state import Observer, State, Walkers
 
 
 def person_facts(xp: Operations, people: Walkers, scene: Scene, rough: Motion) -> Array:

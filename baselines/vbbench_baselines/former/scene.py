@@ -16,8 +16,9 @@ from vbbench.solver import Problem
 from vbbench_baselines.common.bearings import FEET_CUT, HEAD_CUT, SIDE_CUT, bearings_of
 from vbbench_baselines.former.heads import odds_after, smoothed
 from vbbench_baselines.former.layers import Network
+from vbbench_baselines.former.operations import Array, Operations
 from vbbench_baselines.former.pose_fit import Measured, Motion, Views, Weighing, align, fit, view, with_measured
-from vbbench_baselines.former.state import TRACES, Array, Observer, Operations, State, Walkers
+from vbbench_baselines.former.state import TRACES, Observer, State, Walkers
 
 
 class Walks(NamedTuple):

@@ -1,4 +1,4 @@
-"""``vb-former``: a network that learned view birdification on simulated crowds, frame by frame; and a pure one.
+"""``vb-former``: a network that learned view birdification on simulated crowds, frame by frame.
 
 The network works relative to the last pose. This module composes poses in the world, in float64, and transforms what is
 given there.
@@ -6,8 +6,7 @@ given there.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from functools import cache
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -21,11 +20,13 @@ from vbbench_baselines.common.bearings import usable
 from vbbench_baselines.common.facts import SIMULATED
 from vbbench_baselines.common.motion import SMALLEST, SURE
 from vbbench_baselines.former.certainty import Certainty
-from vbbench_baselines.former.inference import Inference, Records, Weights, bundled_weights, nothing_remembered
-from vbbench_baselines.former.network import Answer
+from vbbench_baselines.former.inference import Weights, bundled_weights
+from vbbench_baselines.former.layers import Network
+from vbbench_baselines.former.network import Answer, Birdifier
+from vbbench_baselines.former.operations import Array, Operations
 from vbbench_baselines.former.pose_fit import Measured, Motion
 from vbbench_baselines.former.scene import Sights, Told, sights_of
-from vbbench_baselines.former.state import Array
+from vbbench_baselines.former.state import State, nothing_seen
 
 FEWEST = 2
 """With fewer people who are seen, and expected somewhere, what is expected of the observer decides."""
@@ -55,35 +56,25 @@ class VbFormer:
 
     Parameters
     ----------
-    weights : of the network, pure or not, see `layers.shapes`; ``None`` for those that come with the package.
+    weights : of the network, see `layers.shapes`; ``None`` for those that come with the package.
     heads : whether the fit includes the factor of an observer's head that follows its motion (`heads`).
     """
 
     facts: ClassVar[Mapping[str, str]] = SIMULATED
-    bundled: ClassVar[str] = "vb-former"
 
     weights: Weights | None = None
     heads: bool = True
-    _own: Inference | None = field(default=None, init=False, repr=False, compare=False)
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
         self._problem, self._people = problem, len(problem.tracks)
-        self._network = self._inference()
+        weights = bundled_weights() if self.weights is None else self.weights
+        self._network = Birdifier(Network(Operations(), weights), heads=self.heads)
         self._dt = problem.dt
-        self._stature_spread = problem.height_std / problem.height_mean
-        self._remembered, self._begun = nothing_remembered(self._people), False
+        self._stature_spread = np.float32(problem.height_std / problem.height_mean)
+        self._state, self._begun = _nothing_seen(self._people), False
         self._pose, self._certainty = np.zeros(3), Certainty(problem.dt)
         self._nowhere = np.zeros(self._people, np.complex64)
-
-    def _inference(self) -> Inference:
-        """The compiled network: a shared one for the bundled weights, else that of the last start if unchanged."""
-        if self.weights is None:
-            return bundled_inference(self.bundled, self.heads)
-        own = self._own
-        if own is None or own.weights is not self.weights or own.heads != self.heads:
-            own = self._own = Inference(self.weights, self.heads)
-        return own
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -91,7 +82,7 @@ class VbFormer:
         self._take_in_past(given)
         sights = sights_of(self._problem, usable(frame.observations))
         told = self._given(given, sights)
-        expected = ((self._remembered.people["seen"] > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
+        expected = ((self._state.people.seen > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
         fallback = not told.moved and int(np.count_nonzero(expected)) < FEWEST
         answer = self._advance(sights, told)
         before, self._begun = self._pose, True
@@ -112,10 +103,11 @@ class VbFormer:
 
     def forget(self, columns: IntArray) -> None:
         """From the next frame on the ``columns`` [M] stand for new people, of whom nothing is known."""
-        people, observer = self._remembered
-        people[columns] = np.zeros((), people.dtype)
-        people["away"][columns] = observer["frames"] * self._dt
-        _keep_as_trained(people)
+        people, observer = self._state
+        for values in people:
+            values[columns] = 0.0
+        people.away[columns] = observer.frames * self._dt
+        self._state = _as_trained(self._state)
 
     def _take_in_past(self, given: Given) -> None:
         """Replace estimates of the two frames before by what is given of them."""
@@ -127,13 +119,14 @@ class VbFormer:
         if np.isnan(before).any():
             return
         motion, back = motion_between(before, last), np.exp(np.complex64(-1j) * np.float32(last[2] - before[2]))
-        people, own = self._remembered
-        for row, place, exact in ((1, "place", "exact"), (0, "place_before", "exact_before")):
+        people, own = self._state
+        for row, place, exact in ((1, people.place, people.exact), (0, people.place_before, people.exact_before)):
             known = ~np.isnan(given.positions[row, :, 0])
             if known.any():
-                people[place][known] = seen_from(last, given.positions[row])[known]
-                people[exact][known] = 1.0
-        own["step"], own["turn"], own["told"] = motion.step * back / self._dt, motion.turn / self._dt, 1.0
+                place[known] = seen_from(last, given.positions[row])[known]
+                exact[known] = 1.0
+        step, turn = np.complex64(motion.step * back / self._dt), np.float32(motion.turn / self._dt)
+        self._state = State(people, own._replace(step=step, turn=turn, told=np.float32(1.0)))
 
     def _given(self, given: Given, sights: Sights) -> Told:
         """What is given of this frame, relative to the last pose; the first frame's pose is the world's origin."""
@@ -155,11 +148,12 @@ class VbFormer:
 
     def _advance(self, sights: Sights, told: Told) -> Answer:
         """The network's answer; if that is not plausible, one with the pose unchanged and places by boxes alone."""
-        answer = self._network.advance(self._remembered, sights, told, self._dt, self._stature_spread)
-        _keep_as_trained(self._remembered.people)
+        with np.errstate(all="ignore"):
+            state, answer = self._network.advance(self._state, sights, told, np.float32(self._dt), self._stature_spread)
+        self._state = _as_trained(state)
         if self._is_sane(answer):
             return answer
-        self._remembered = nothing_remembered(self._people)
+        self._state = _nothing_seen(self._people)
         places, unsure = sights.ray * np.exp(sights.by_height), np.full((self._people + 2, 2), np.inf)
         return Answer(told.motion, told.motion, places, unsure.ravel()[:3], unsure[2:])
 
@@ -191,28 +185,21 @@ class VbFormer:
 
     def _heights(self) -> FloatArray:
         """Heights [K] of people in m by their boxes and places."""
-        offsets = self._remembered.people["offsets"][:, 0].astype(np.float64)
+        offsets = self._state.people.offsets[:, 0].astype(np.float64)
         heights: FloatArray = self._problem.height_mean * np.exp(offsets)
         return heights
 
 
-@dataclass(kw_only=True)
-class PureVbFormer(VbFormer):
-    """A learned solver for comparison, which outputs the pose by attention alone, without a fit."""
-
-    bundled: ClassVar[str] = "vb-former-pure"
+def _nothing_seen(people: int) -> State:
+    """The state of so many people before frame 0."""
+    return nothing_seen(lambda *n: np.zeros(n, np.float32), lambda *n: np.zeros(n, np.complex64), people)
 
 
-@cache
-def bundled_inference(solver: str, heads: bool) -> Inference:
-    """The compiled network with the weights that come with the package, see `bundled_weights`."""
-    return Inference(bundled_weights(solver), heads)
-
-
-def _keep_as_trained(people: Records) -> None:
-    """Limit the state to the range of the training's windows: people who were never seen are at the observer."""
-    people["place"][people["seen"] <= 0.5] = 0.0
-    np.minimum(people["away"], np.float32(LONGEST_AWAY), out=people["away"])
+def _as_trained(state: State) -> State:
+    """The state within the range of the training's windows: people who were never seen are at the observer."""
+    people = state.people
+    place = np.where(people.seen > 0.5, people.place, np.complex64(0.0))
+    return state._replace(people=people._replace(place=place, away=np.minimum(people.away, np.float32(LONGEST_AWAY))))
 
 
 def seen_from(pose: FloatArray, positions: FloatArray) -> NDArray[np.complex64]:

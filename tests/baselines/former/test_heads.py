@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.lib.numpy_operations import NumpyOperations
-from tests.lib.solver_runs import DT, run, walk
+from tests.lib.solver_runs import DT, run
 from vbbench.geometry import FloatArray
 from vbbench.sequence import Truth
 from vbbench_baselines.former import heads
-from vbbench_baselines.former.solver import PureVbFormer, VbFormer
+from vbbench_baselines.former.operations import Operations
+from vbbench_baselines.former.solver import VbFormer
 from vbbench_generators.views.looking import causal_headings
 
-XP, SECONDS = NumpyOperations(), np.float64(DT)
+XP, SECONDS = Operations(), np.float64(DT)
 
 
 def winding(seed: int) -> Truth:
@@ -88,9 +88,3 @@ def test_a_head_that_follows_helps_and_one_that_does_not_costs_little() -> None:
     others = [looking(truth, seed) for seed, truth in enumerate(following)]
     assert mean_error(following) < 0.85 * mean_error(following, heads=False)
     assert mean_error(others) < 1.05 * mean_error(others, heads=False)
-
-
-def test_a_pure_network_does_not_count_on_heads() -> None:
-    truth = walk(4, wobble=0.02)
-    one, other = (run(PureVbFormer(heads=heads), truth, "sequential") for heads in (True, False))
-    np.testing.assert_array_equal(one.poses, other.poses)

@@ -1,4 +1,4 @@
-"""The weights of the learned solver: only those of their recipe are read; PyTorch and C++ answer alike."""
+"""The weights of the learned solver: only those of their recipe are read; PyTorch and NumPy answer alike."""
 
 from hashlib import sha256
 from pathlib import Path
@@ -9,24 +9,24 @@ import pytest
 
 from tests.lib.solver_runs import CAMERAS, problem_of, see, walk
 from vbbench.errors import FileError
-from vbbench_baselines.former.inference import Inference, bundled_weights, nothing_remembered, read_weights
+from vbbench_baselines.former.inference import bundled_weights, read_weights
 from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Birdifier
-from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.scene import Sights, Told, sights_of
+from vbbench_baselines.former.operations import Operations
+from vbbench_baselines.former.pose_fit import Measured, Motion
+from vbbench_baselines.former.scene import Told, sights_of
 from vbbench_baselines.former.state import nothing_seen
 
 ONE = np.float32(1.0)
 
 
-def packed(folder: Path, *, pure: bool = False, told: str | None = None) -> Path:
+def packed(folder: Path, *, told: str | None = None, **changes: Any) -> Path:
     """A file of weights with its recipe, in which its SHA-256 may be another."""
     path = folder / "some.npz"
-    made = {name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(0), False).items()}
-    np.savez(path, **made)  # type: ignore[arg-type]
+    made = {name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(0)).items()}
+    np.savez(path, **made | changes)  # type: ignore[arg-type]
     told = sha256(path.read_bytes()).hexdigest() if told is None else told
-    text = f'sha256 = "{told}"\npure = {str(pure).lower()}\n[training]\nwindows = 3\n"one-step people" = 0.1\n'
-    path.with_suffix(".toml").write_text(text)
+    path.with_suffix(".toml").write_text(f'sha256 = "{told}"\n[training]\nwindows = 3\n"one-step people" = 0.1\n')
     return path
 
 
@@ -35,10 +35,9 @@ def test_weights_are_those_of_their_recipe(tmp_path: Path) -> None:
     assert all(values.dtype == np.float32 and not values.flags.writeable for values in weights.values())
 
 
-@pytest.mark.parametrize("solver", ["vb-former", "vb-former-pure"])
-def test_bundled_weights_are_small_and_are_read_once(solver: str) -> None:
-    weights = bundled_weights(solver)
-    assert weights is bundled_weights(solver)
+def test_bundled_weights_are_small_and_are_read_once() -> None:
+    weights = bundled_weights()
+    assert weights is bundled_weights()
     assert sum(values.nbytes for values in weights.values()) < 1e6
 
 
@@ -46,7 +45,7 @@ def test_bundled_weights_are_small_and_are_read_once(solver: str) -> None:
     ("changes", "message"),
     [
         ({"told": "0" * 64}, r"some.npz: its SHA-256 is \w{64}, and its recipe says 0{64}; put there what"),
-        ({"pure": True}, "'own_trust.bias' has the shape"),
+        ({"own_trust.bias": np.zeros(9)}, "'own_trust.bias' has the shape"),
     ],
 )
 def test_other_weights_are_one_clear_error(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
@@ -63,31 +62,34 @@ def test_missing_weights_are_one_clear_error(tmp_path: Path) -> None:
 
 
 @pytest.mark.extra
-@pytest.mark.parametrize("pure", [False, True])
-def test_pytorch_and_cpp_give_the_same_answers(pure: bool) -> None:
+@pytest.mark.parametrize("people", [0, 1, 5])
+@pytest.mark.parametrize("sure", [None, 0.0, 1.0])
+def test_pytorch_and_numpy_give_the_same_answers(people: int, sure: float | None) -> None:
     torch = pytest.importorskip("torch", reason="needs the extra torch")
     from vbbench_baselines.former.training.following import TensorOperations
 
     def tensor(values: Any) -> Any:
-        return torch.from_numpy(np.array(values))
+        if isinstance(values, tuple):
+            return type(values)(*map(tensor, values))
+        return None if values is None else torch.from_numpy(np.array(values))
 
-    truth = walk(0, people=5)
-    sequence = see(truth, CAMERAS[0], 1.0)
-    weights = {
-        name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(0), pure).items()
-    }
-    network = Inference(weights)
-    tensors = Birdifier(Network(TensorOperations(), {name: tensor(values) for name, values in weights.items()}), pure)
-    remembered = nothing_remembered(5)
-    other = nothing_seen(lambda *n: torch.zeros(n), lambda *n: torch.zeros(n, dtype=torch.complex64), 5)
+    sequence = see(walk(0, people=people), CAMERAS[0], 1.0)
+    weights = {name: values.astype(np.float32) for name, values in first_weights(np.random.default_rng(0)).items()}
+    network = Birdifier(Network(Operations(), weights))
+    tensors = Birdifier(Network(TensorOperations(), {name: tensor(values) for name, values in weights.items()}))
+    state = nothing_seen(lambda *n: np.zeros(n, np.float32), lambda *n: np.zeros(n, np.complex64), people)
+    other = tensor(state)
     problem, still = problem_of(sequence, CAMERAS[0], 1.0), Motion(np.complex64(0.0), np.float32(0.0))
+    moved = Motion(np.complex64(0.1 + 0.01j), np.float32(0.02))
+    measured = None if sure is None else Measured(moved, np.array([9.0, 16.0, 25.0], np.float32), np.float32(sure))
     for t, boxes in enumerate(sequence.observations):
-        sights = sights_of(problem, boxes)
-        told = Told(np.zeros(5, np.complex64), np.zeros(5, np.float32), still, ONE * (t == 0))
-        as_tensors = Told(tensor(told.places), tensor(told.placed), Motion(*map(tensor, still)), tensor(told.moved))
-        found = network.advance(remembered, sights, told, 0.4, 0.04)
-        seen = Sights(*map(tensor, sights))
-        other, same = tensors.advance(other, seen, as_tensors, tensor(np.float32(0.4)), tensor(np.float32(0.04)))
+        placed = ((np.arange(people) % 3 == 0) & (t == 2)).astype(np.float32)
+        told = Told(np.full(people, 3.0 + 1.0j, np.complex64), placed, still, ONE * (t == 0), measured)
+        frame = sights_of(problem, boxes), told, np.float32(0.4), np.float32(0.04)
+        with np.errstate(all="ignore"):
+            state, found = network.advance(state, *frame)
+        other, same = tensors.advance(other, *map(tensor, frame))
+        assert all(values.dtype in (np.float32, np.complex64) for part in state for values in part)
         np.testing.assert_allclose(found.places, same.places.numpy(), atol=1e-4)
         np.testing.assert_allclose(found.motion.step, same.motion.step.numpy(), atol=1e-4)
         np.testing.assert_allclose(found.pose_spread, same.pose_spread.numpy(), atol=1e-3)

@@ -7,7 +7,6 @@ def train_vb_former(
     out: Path,
     seed: int = 0,
     recipe: Path | None = None,
-    pure: bool = False,
     sequences: int | None = None,
     part: float = 1.0,
     crowds: Path | None = None,
@@ -20,7 +19,6 @@ def train_vb_former(
         out: Folder of the training; curve.png shows how it goes, and it ends with weights.npz.
         seed: Of the first weights and of what is drawn from the crowds.
         recipe: TOML file that says what is trained on; default: that of the weights that come with vbbench.
-        pure: Train a network that outputs the pose by itself and fits nothing.
         sequences: Learn from only about so many of the sequences.
         part: Make so many sequences, and learn from so many windows, next to what the recipe says: .01 tries it out.
         crowds: Folder of the simulated sequences, which several trainings can share; default: one in the training's.
@@ -40,7 +38,7 @@ def train_vb_former(
     with needs_extra("torch", "training"):
         from vbbench_baselines.former.training.loop import Asked, train
         from vbbench_baselines.former.training.recipe import read_recipe
-    asked = Asked(recipe=read_recipe(recipe), seed=seed, pure=pure, sequences=sequences, part=part)
+    asked = Asked(recipe=read_recipe(recipe), seed=seed, sequences=sequences, part=part)
     path = train(out, asked, crowds=crowds, device=device, jobs=jobs)
     sys.stderr.write(f"{path}\n")
 

@@ -12,9 +12,10 @@ from torch.nn import functional
 from vbbench.protocol import START_FRAMES
 from vbbench_baselines.former.certainty import NARROWEST, WIDEST
 from vbbench_baselines.former.network import Answer, Birdifier
+from vbbench_baselines.former.operations import Array, Operations
 from vbbench_baselines.former.pose_fit import Motion
 from vbbench_baselines.former.scene import Sights, Told
-from vbbench_baselines.former.state import Array, State, nothing_seen
+from vbbench_baselines.former.state import State, nothing_seen
 from vbbench_baselines.former.training.batches import COLD_START, ONE_STEP, Batch
 
 SHARPNESS = 4.0
@@ -57,13 +58,20 @@ class Errors(NamedTuple):
         return (people / (count + 1e-3) + camera).mean()
 
 
-class TensorOperations:
-    """See `vbbench_baselines.former.layers.Operations`."""
+class TensorOperations(Operations):
+    """The operations on tensors."""
 
     where, exp, log, sqrt = (staticmethod(do) for do in (torch.where, torch.exp, torch.log, torch.sqrt))
     asinh, tanh, sigmoid = (staticmethod(do) for do in (torch.asinh, torch.tanh, torch.sigmoid))
     clip, point = staticmethod(torch.clip), staticmethod(torch.complex)
-    silu, linear = staticmethod(functional.silu), staticmethod(functional.linear)
+
+    def silu(self, x: Array) -> Array:
+        """See `Operations`."""
+        return functional.silu(x)
+
+    def linear(self, x: Array, weights: Array, bias: Array) -> Array:
+        """See `Operations`."""
+        return functional.linear(x, weights, bias)
 
     def direction(self, angle: Array) -> Array:
         """See `Operations`."""

@@ -112,7 +112,6 @@ class Training:
     ----------
     recipe, crowds, held_out : the recipe, its sequences, and the validation batches.
     seed : seed of the initial weights and of the windows.
-    pure : see `vbbench_baselines.former.network.Birdifier`.
     device : PyTorch device, such as ``cuda``. Only on ``cpu`` are weights the same each time.
     jobs : number of processes; all but one draw windows ahead.
     batches, windows : number of batches and windows so far.
@@ -124,7 +123,6 @@ class Training:
     crowds: Crowds
     held_out: tuple[Batch, ...]
     seed: int
-    pure: bool = False
     device: str = "cpu"
     jobs: int = 1
     batches: int = 0
@@ -135,7 +133,7 @@ class Training:
 
     def __post_init__(self) -> None:
         torch.set_num_threads(1)
-        first = first_weights(np.random.default_rng(self.seed), self.pure)
+        first = first_weights(np.random.default_rng(self.seed))
         self.weights = {
             name: torch.nn.Parameter(torch.from_numpy(values.astype(np.float32)).to(self.device))
             for name, values in first.items()
@@ -202,7 +200,7 @@ class Training:
 
     def _birdifier(self, weights: Mapping[str, torch.Tensor]) -> Birdifier:
         """The network in training. Its fit excludes the factor of `heads`: in training windows heads turn freely."""
-        return Birdifier(Network(TensorOperations(), weights), pure=self.pure, heads=False)
+        return Birdifier(Network(TensorOperations(), weights), heads=False)
 
     @property
     def _part(self) -> float:
@@ -309,14 +307,12 @@ class Asked:
     ----------
     recipe : data and phases.
     seed : seed of the initial weights and of the windows.
-    pure : see `vbbench_baselines.former.network.Birdifier`.
     sequences : about how many of the sequences are used; ``None`` for all.
     part : share of the recipe's sequences and windows.
     """
 
     recipe: Recipe
     seed: int = 0
-    pure: bool = False
     sequences: int | None = None
     part: float = 1.0
 
@@ -347,7 +343,7 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
         if asked.sequences is not None:
             learned = learned.limited(asked.sequences)
         batches = held_out_batches(recipe, held_out)
-        training = Training(recipe, learned, batches, asked.seed, asked.pure, device, jobs)
+        training = Training(recipe, learned, batches, asked.seed, device, jobs)
         if (out / CHECKPOINT).is_file():
             training.resume(out / CHECKPOINT)
         with progress_bar(recipe.windows, "windows", done=training.windows, unit="window") as bar:
@@ -402,7 +398,7 @@ def _begin(out: Path, facts: dict[str, Any]) -> None:
 def _about(weights: Path, facts: dict[str, Any], results: dict[str, Any]) -> str:
     """The TOML text that `inference` reads: SHA-256 of the weights, facts of their training."""
     told = {"vbbench": __version__, **{name: facts[name] for name in ("seed", "part")}, **results}
-    lines = [f"sha256 = {json.dumps(sha256(weights.read_bytes()).hexdigest())}", f"pure = {json.dumps(facts['pure'])}"]
+    lines = [f"sha256 = {json.dumps(sha256(weights.read_bytes()).hexdigest())}"]
     lines += ["", "[training]", *(f"{json.dumps(name)} = {json.dumps(value)}" for name, value in told.items())]
     return "\n".join(lines) + "\n"
 
