@@ -4,11 +4,11 @@ import re
 from pathlib import Path
 from typing import Any
 
-from vbbench.errors import FileError, UnknownNameError, VbbenchError
+from vbbench.errors import UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SubmissionInfo
-from vbbench.files.tables import file_sha256
+from vbbench.files.verification import verify
 from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate
@@ -77,7 +77,7 @@ def add(
     path = results / board.key / f"{solver}.json"
     if path.exists() and not overwrite:
         raise VbbenchError(f"{path} exists; set `overwrite` to replace it, or give another `name`")
-    _check_sums(opened)
+    verify(dataset, truth)
     result = Result.of(score(submission, dataset, truth), submission, About.of(info, **about), name=solver)
     return write_result(result, results, record or BoardDataset.of(opened))
 
@@ -91,21 +91,6 @@ def _record_of(dataset: Dataset, results: Path) -> BoardDataset | None:
     folders = [results] if dataset.info.seed is None else [results, published_results()]
     place = next((folder for folder in folders if (folder / path).is_file()), None)
     return None if place is None else read_dataset(place / path)
-
-
-def _check_sums(dataset: Dataset) -> None:
-    """Raise FileError at the first table, truth included, without the SHA-256 that ``dataset.json`` publishes."""
-    for name, facts in dataset.info.tables.items():
-        path = dataset.table_path(name)
-        if not path.is_file():
-            advice = (
-                "name the folder that holds it with `truth`"
-                if name.startswith("truth/")
-                else "generate the dataset again"
-            )
-            raise FileError(path, f"the file is missing; {advice}")
-        if file_sha256(path) != facts["sha256"]:
-            raise FileError(path, "its SHA-256 is not the one in dataset.json; a result needs the published truth")
 
 
 def copy_template(out: Path | str) -> list[Path]:

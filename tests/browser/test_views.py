@@ -8,7 +8,6 @@ from playwright.sync_api import Page, expect
 
 from tests.lib.browsing import PHONE
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.site.charts import colour_number
 
 Boards = Mapping[Board, tuple[Result, ...]]
 Open = Callable[..., Page]
@@ -49,16 +48,6 @@ def test_a_name_leads_to_the_solvers_page_and_back(open_page: Open, boards: Boar
     page.locator(".top").get_by_role("link", name="What it means").click()
     expect(page.locator("#meanings")).to_be_in_viewport()
     expect(page.locator("#solver-title")).to_be_hidden()
-
-
-def test_a_solver_has_one_colour_everywhere(open_page: Open) -> None:
-    colours = set()
-    for address in ("#/kitti/sequential-footage", f"#/{DEMO.key}?show=vb-sf", "#/solver/vb-sf"):
-        page = open_page(address)
-        dot = page.locator(".dot" + f".c{colour_number('vb-sf')}").last
-        colours.add(dot.evaluate("one => getComputedStyle(one).backgroundColor"))
-        page.close()
-    assert len(colours) == 1
 
 
 def test_a_pair_of_solvers_is_one_click_from_the_player(open_page: Open) -> None:

@@ -27,7 +27,7 @@ from vbbench.sequence import Given
 from vbbench.solver import Frame, Problem
 from vbbench.solving import solve
 from vbbench_leaderboards.results.result import read_result
-from vbbench_leaderboards.submitting import TEMPLATE, copy_template, parse_board
+from vbbench_leaderboards.submitting import copy_template, parse_board
 
 PROTOCOLS = ("one-step", "sequential", "rollout")
 Said = Callable[..., str]
@@ -111,12 +111,6 @@ def test_csv_says_what_parquet_says_and_no_truth(dataset: Dataset, tmp_path: Pat
         pd.testing.assert_frame_equal(read, there, check_dtype=False, rtol=1e-7)
 
 
-def test_a_withheld_dataset_is_exported_too(tmp_path: Path) -> None:
-    generate("demo", tmp_path / "kept", Options(limit=1), withhold_truth=True)
-    assert main(["export", "csv", str(tmp_path / "kept"), "--out", str(tmp_path / "csv")]) == 0
-    assert (tmp_path / "csv" / "given.csv").is_file()
-
-
 def test_the_template_overwrites_nothing(mine: Path, dataset: Dataset, mistake: Said) -> None:
     (mine / "README.md").unlink()
     (mine / "mysolver.py").write_text("years of work", encoding="utf-8")
@@ -124,65 +118,6 @@ def test_the_template_overwrites_nothing(mine: Path, dataset: Dataset, mistake: 
     assert (mine / "mysolver.py").read_text("utf-8") == "years of work"
     assert "is a dataset" in mistake("leaderboard", "template", dataset.folder)
     assert "is not a folder" in mistake("leaderboard", "template", mine / "mysolver.py")
-
-
-def test_the_template_names_every_file_of_it() -> None:
-    text = (TEMPLATE / "README.md").read_text("utf-8")
-    assert all(f"`{path.name}`" in text for path in TEMPLATE.iterdir() if path.suffix in (".py", ".awk"))
-
-
-def test_no_truth_at_hand(dataset: Dataset, mine: Path, mistake: Said) -> None:
-    shutil.copytree(dataset.folder, mine / "bare", ignore=shutil.ignore_patterns("truth"))
-    answer = solve(dataset, "cv", "sequential", mine / "answer")
-    for command in ("score", "leaderboard add"):
-        assert "name the folder that holds it" in mistake(*command.split(), answer, "--dataset", mine / "bare")
-
-
-def test_another_dataset(dataset: Dataset, mine: Path, mistake: Said) -> None:
-    other = generate("demo", mine / "other", Options(limit=2))
-    answer = solve(other, "cv", "sequential", mine / "answer")
-    said = mistake("leaderboard", "add", answer, "--dataset", dataset.folder, "--results", mine / "results")
-    assert other.info.id in said
-    assert dataset.info.id in said
-    assert not (mine / "results").exists()
-
-
-@pytest.mark.parametrize("name", ["me/mine", "../mine", "", " ", "ä" * 50, "mysolver:MySolver"])
-def test_a_name_that_no_file_can_have(dataset: Dataset, mine: Path, mistake: Said, name: str) -> None:
-    answer = solve(dataset, "mysolver:MySolver", "sequential", mine / "answer")
-    asked = ["--name", name] if name else []
-    add = ["leaderboard", "add", answer, "--dataset", dataset.folder, "--results", mine / "results", *asked]
-    assert "--name" in mistake(*add)
-    assert not (mine / "results").exists()
-
-
-def test_missing_rows(dataset: Dataset, mine: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    answer = solve(dataset, "cv", "sequential", mine / "answer")
-    rows = pd.read_parquet(answer / "positions.parquet")
-    (answer / "positions.parquet").unlink()
-    rows.iloc[:-3].to_csv(answer / "positions.csv", index=False)
-    add = ["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--results", str(mine / "results")]
-    assert main(add) == 2
-    assert "3 faults" in capsys.readouterr().err
-    assert not (mine / "results").exists()
-
-
-@pytest.mark.parametrize(
-    "body", ["def step(self, frame): pass", "step = None\n    def solve(self, *facts): return [0]"]
-)
-def test_a_solver_that_answers_with_something_else(dataset: Dataset, mine: Path, mistake: Said, body: str) -> None:
-    name = f"odd{len(body)}"
-    (mine / f"{name}.py").write_text(f"class Odd:\n    def start(self, problem): pass\n    {body}\n", encoding="utf-8")
-    said = mistake("solve", dataset.folder, "--solver", f"{name}:Odd", "--protocol", "sequential", "--out", "odd")
-    assert "sequence 0: the solver returned a" in said
-
-
-def test_added_twice(dataset: Dataset, mine: Path, mistake: Said) -> None:
-    answer = solve(dataset, "cv", "sequential", mine / "answer")
-    add = ["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--results", str(mine / "results")]
-    assert main(add) == 0
-    assert "--overwrite" in mistake(*add)
-    assert main([*add, "--overwrite"]) == 0
 
 
 @pytest.mark.slow

@@ -6,7 +6,6 @@ import pytest
 from vbbench.scene import Scene
 from vbbench_renderers.meshes import Mesh, Surroundings
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings, walking_area
-from vbbench_renderers.surroundings.textures import TILE, Layer, textures
 
 STREET = (-11.0, -21.0, 11.0, 21.0)
 AREAS = [STREET, (2.0, -3.0, 18.0, 6.0), (-1.0, 0.0, 3.0, 4.0), (-60.0, -40.0, 60.0, 40.0)]
@@ -75,33 +74,6 @@ def test_the_mesh_is_sound(area: tuple[float, float, float, float], seed: int) -
     assert mesh.colours.min() >= 0.0
     assert mesh.colours.max() <= 1.0
     assert np.isclose(np.linalg.norm(place.sky.sun_direction), 1.0, atol=1e-5)
-
-
-@pytest.mark.parametrize("seed", [0, 3])
-def test_normals_and_windings_agree(seed: int) -> None:
-    mesh = built(STREET, seed).mesh
-    a, b, c = (mesh.vertices[mesh.triangles[:, n]].astype(float) for n in range(3))
-    facing = np.cross(b - a, c - a)
-    real = np.linalg.norm(facing, axis=1) > 1e-7
-    along = np.einsum("fc,fc->f", facing, mesh.normals[mesh.triangles].astype(float).mean(axis=1))
-    assert (along[real] > 0.0).mean() > 0.997  # a few leaves are bent away from the light that they are given
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("area", AREAS)
-@pytest.mark.parametrize("seed", [0, 1, 2, 3])
-def test_few_enough_triangles_for_a_software_renderer(area: tuple[float, float, float, float], seed: int) -> None:
-    count = len(built(area, seed).mesh.triangles)
-    assert count <= (MOST_AROUND_A_FIELD if area == AREAS[-1] else MOST_TRIANGLES)
-
-
-@pytest.mark.parametrize("layer", sorted(TILE))
-def test_textures_continue_over_their_borders(layer: Layer) -> None:
-    picture = textures()[layer].astype(float)
-    for axis in (0, 1):
-        inner = np.abs(np.diff(picture, axis=axis)).mean(axis=tuple({0, 1, 2} - {axis}))
-        border = np.abs(np.take(picture, 0, axis=axis) - np.take(picture, -1, axis=axis)).mean()
-        assert border <= 1.05 * inner.max()
 
 
 def test_plain_surroundings_are_ground_only() -> None:

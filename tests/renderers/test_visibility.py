@@ -8,10 +8,8 @@ import pytest
 
 from benchmarks.visibility import Onlooker, Seen
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.errors import VbbenchError
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
-from vbbench.sequence import NOBODY
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import RasterRenderer
 
@@ -38,37 +36,6 @@ def look(
 ) -> tuple[Picture, Seen]:
     picture = RasterRenderer(scene, surroundings=False).render(frame, camera, pose, observer=observer)
     return picture, Onlooker(scene, Walkers(scene, 0)).look(picture, frame, camera, pose, observer=observer)
-
-
-def vertices_of(scene: Scene, frame: int, focal: float) -> dict[int, Any]:
-    """All vertices of everybody's body in the world, by id."""
-    walkers, found = Walkers(scene, 0), {}
-    limbs = walkers.limbs(frame, ORIGIN[:2], focal)
-    for mesh, transform, person in zip(limbs.mesh, limbs.transform.astype(np.float64), limbs.person, strict=True):
-        placed = walkers.meshes[mesh].vertices @ transform[:, :3].T + transform[:, 3]
-        found.setdefault(int(scene.people[person]), []).append(placed)
-    return {person: np.concatenate(parts) for person, parts in found.items()}
-
-
-def project_points(points: Any, camera: Camera) -> Any:
-    """Columns and rows of world points for a camera at the origin that looks along x, by the camera's own equations."""
-    relative = np.stack([-points[:, 1], points[:, 0]], axis=-1)
-    return camera.project(relative, 2.0 * points[:, 2])[:, :2]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("camera", [LARGE, PanoramaCamera()], ids=["perspective", "panorama"])
-def test_boxes_are_where_bodies_project_to(camera: Camera) -> None:
-    reach, bearing = np.array([4.0, 6.0, 9.0, 13.0, 18.0, 25.0]), np.radians([-30.0, -12.0, 3.0, 14.0, 24.0, 34.0])
-    scene = crowd(np.stack([reach * np.cos(bearing), reach * np.sin(bearing)], axis=-1), walk=0.1)
-    _, seen = look(scene, camera)
-    assert seen.person.tolist() == scene.people.tolist()
-    assert (seen.visible > 0.999).all()
-    assert (seen.truncated == 0).all()
-    bodies = vertices_of(scene, 2, camera.focal)
-    for box, person in zip(seen.box, seen.person, strict=True):
-        points = project_points(bodies[int(person)], camera)
-        assert np.abs(np.concatenate([points.min(axis=0), points.max(axis=0)]) - box).max() <= 1.0
 
 
 def test_boxes_are_those_of_the_observation_model() -> None:
@@ -127,32 +94,3 @@ def test_a_box_over_the_seam_is_whole() -> None:
     u = float(seen.observations(AROUND)[0, 0])
     assert min(u, AROUND.width - u) < 10
     assert seen.visible.tolist() == [1.0, 1.0]
-
-
-def test_nobody_is_seen_where_nobody_is() -> None:
-    _, seen = look(crowd([]), SMALL)
-    assert seen.person.shape == (0,)
-    assert seen.observations(SMALL).shape == (0, 3)
-
-
-def test_pictures_of_other_backends_are_read_the_same_way() -> None:
-    scene = crowd([(3.0, 0.0), (5.0, 0.4)])
-    picture, seen = look(scene, SMALL)
-    blank = Picture(rgb=picture.rgb, depth=picture.depth, ids=np.where(picture.ids == 2, NOBODY, picture.ids))
-    again = Onlooker(scene, Walkers(scene, 0)).look(blank, 2, SMALL, ORIGIN)
-    assert again.visible[0] == 0.0
-    assert again.visible[1] == seen.visible[1]
-    assert np.array_equal(again.box[1], seen.box[1])
-
-
-def test_an_observer_who_is_not_in_the_scene_is_refused() -> None:
-    scene = crowd([(3.0, 0.0), (5.0, 0.0)])
-    picture, _ = look(scene, SMALL)
-    for nobody in (1, 3, 99):
-        with pytest.raises(VbbenchError, match=f"no person {nobody}; its people are 2, 5"):
-            Onlooker(scene, Walkers(scene, 0)).look(picture, 2, SMALL, ORIGIN, observer=nobody)
-
-
-def test_arrays_of_a_view_fit_together() -> None:
-    with pytest.raises(ValueError, match="box must have shape"):
-        Seen(person=np.arange(2), box=np.zeros((1, 4)), visible=np.zeros(2), truncated=np.zeros(2))

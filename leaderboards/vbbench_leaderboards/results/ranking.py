@@ -8,6 +8,7 @@ make a solver's mean so uncertain that nobody is significantly better, and being
 a significant difference can share a rank.
 """
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -104,6 +105,12 @@ def headline(result: Result, metric: str) -> Headline:
     figures = summary(result, metric)
     low, high = figures["capped_ci95"]
     return Headline(value=figures["capped"], low=low, high=high)
+
+
+def ranking_figure(result: Result) -> float:
+    """The figure by which the rows of a table are ordered; infinite where there is none."""
+    value = headline(result, HEADLINE_METRIC).value
+    return math.inf if value is None else value
 
 
 def failure_rate(result: Result) -> float | None:

@@ -158,20 +158,6 @@ class BlockForm(Form):
     data: Annotated[str, Meta(pattern=r"^[A-Za-z0-9+/]+=*\Z")]
 
 
-class ResultBlockForm(BlockForm):
-    """Counts and metrics of every scored sequence."""
-
-    def __post_init__(self) -> None:
-        _check_names(self.columns, (*COUNTS, *METRICS))
-
-
-class RecordBlockForm(BlockForm):
-    """Counts of every sequence that a protocol scores."""
-
-    def __post_init__(self) -> None:
-        _check_names(self.columns, COUNTS[:6])
-
-
 class PastForm(Form):
     """Earlier figures of a row: of each metric the capped mean and the ends of its interval."""
 
@@ -199,12 +185,13 @@ class ResultForm(Form, kw_only=True):
         Meta(min_length=2, max_length=2),
     ]
     score: ScoreForm
-    per_sequence: ResultBlockForm
+    per_sequence: BlockForm
     history: Annotated[list[PastForm], Meta(min_length=1)] | UnsetType = UNSET
     digest: Sha256
 
     def __post_init__(self) -> None:
         _check_seed(self.dataset.seed, "$.dataset.seed")
+        _check_names(self.per_sequence.columns, (*COUNTS, *METRICS))
 
 
 class CountsForm(Form):
@@ -239,11 +226,13 @@ class RecordForm(Form, kw_only=True):
     licence: Line500
     citation: Annotated[str, Meta(max_length=1000, pattern=_LINE)]
     tables: dict[Literal[TABLES], Sha256]  # type: ignore[valid-type]
-    scored: dict[Literal[PROTOCOLS], RecordBlockForm]  # type: ignore[valid-type]
+    scored: dict[Literal[PROTOCOLS], BlockForm]  # type: ignore[valid-type]
     digest: Sha256
 
     def __post_init__(self) -> None:
         _check_seed(self.seed, "$.seed")
+        for block in self.scored.values():
+            _check_names(block.columns, COUNTS[:6])
         try:
             camera_from_dict(self.camera)
         except VbbenchError as error:
@@ -283,13 +272,9 @@ def read_object(path: Path, kind: Kind) -> Values:
     file.
     """
     try:
-        values = read_json(path)
-    except FileNotFoundError as error:
-        raise FileError(path, "the file is missing") from error
+        values: Values = read_json(path)
     except (OSError, ValueError) as error:
         raise FileError(path, f"cannot be read ({error}); write it again with 'vbbench leaderboard add'") from error
-    if not isinstance(values, dict):
-        raise FileError(path, "is not a JSON object; write it again with 'vbbench leaderboard add'")
     _check(values, kind, path)
     try:
         fresh = digest(values)
@@ -381,7 +366,7 @@ def _lines(value: Any, depth: int = 0) -> str:
 
 def _check(values: Values, kind: Kind, path: Path) -> None:
     """Raise FileError at the first fault; another format version explains all others and comes first."""
-    version = values.get("format_version", FORMAT_VERSION)
+    version = values.get("format_version", FORMAT_VERSION) if isinstance(values, dict) else FORMAT_VERSION
     if version != FORMAT_VERSION:
         raise FileError(
             path,

@@ -197,8 +197,8 @@ def _frame(name: str, title: str, description: str, size: tuple[int, int], parts
 def _mark(solver: str, colour: int, words: str, parts: Iterable[Markup]) -> Markup:
     """A solver's series, which the keyboard reaches and whose figures are read out."""
     return Markup(
-        '<g class="mark c{colour}" data-solver="{solver}" data-tip="{words}" tabindex="0" role="img" '
-        'aria-label="{words}"><title></title>{parts}</g>'
+        '<g class="mark c{colour}" data-solver="{solver}" tabindex="0" role="img" '
+        'aria-label="{words}"><title>{words}</title>{parts}</g>'
     ).format(colour=colour, solver=solver, words=words, parts=Markup().join(parts))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.camera import Camera, camera_to_dict
+from vbbench.camera import Camera
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, IntArray, relative_to_world, world_to_relative
@@ -37,10 +37,8 @@ def encode_clip(camera: Camera, dt: float, sequence: Sequence, truth: Truth) -> 
     boxes = [pack(column, PIXEL) for column in np.moveaxis(sequence.observations, -1, 0)]
     columns = [*_places(truth.poses, truth.positions, truth), *boxes, pack(0.0 * given, 1.0)]
     return {
-        "sequence": sequence.index,
         "frames": sequence.frames,
         "dt": dt,
-        "camera": camera_to_dict(camera),
         "picture": picture_of(camera),
         "tracks": sequence.tracks.tolist(),
         "colours": person_slots(camera, sequence, truth).tolist(),

@@ -244,7 +244,7 @@ def _digits(results: Iterable[Result], metric: str = HEADLINE_METRIC) -> int:
 def board_page(site: Site, board: Board) -> str:
     """The piece that the page shows for a board."""
     results, record = site.results[board], site.dataset(board)
-    rows = sorted(results, key=lambda result: (_ranking_figure(result), result.solver))
+    rows = sorted(results, key=lambda result: (ranking.ranking_figure(result), result.solver))
     quoted = the_paper().select(board.split, board.tier) if board.protocol == QUOTED_PROTOCOL else ()
     score = results[0].score
     counts = f"{score['sequences']} of {score['sequences_in_dataset']} sequences, {score['frames']} frames"
@@ -271,11 +271,6 @@ def board_page(site: Site, board: Board) -> str:
             "Cite": record.citation,
         },
     )
-
-
-def _ranking_figure(result: Result) -> float:
-    found = headline(result, HEADLINE_METRIC).value
-    return math.inf if found is None else found
 
 
 def solver_page(site: Site, solver: str) -> str:

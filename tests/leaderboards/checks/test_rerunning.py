@@ -132,14 +132,6 @@ def better(result: Result) -> Result:
     return replace(result, per_sequence=replace(result.per_sequence, figures=figures))
 
 
-@pytest.mark.slow
-def test_several_fresh_processes_give_the_same_figures(remade: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vbbench_leaderboards.checks.rerunning.is_diagnostic", lambda _: False)
-    run = Rerun(results=remade / "results", work=remade / "work", seed=0, jobs=2)
-    states = [outcome.state for outcome in run.boards(["sim"], ["cv"], ["ideal"])]
-    assert states == ["as committed"] * (1 + len(PROTOCOLS))
-
-
 def test_rows_that_stand_say_who_made_them_again(remade: Path) -> None:
     assert command(remade, "--seed", SEED, "--update", "--by", "A. Judge, 2026-11-22") == 0
     rows = [read_result(file) for file in (remade / "results").glob("*/*/*.json")]
@@ -211,15 +203,6 @@ def test_damaged_files_are_drift_and_mended(remade: Path, capsys: pytest.Capture
     assert [path.read_bytes() for path in paths] == before
 
 
-def test_a_time_alone_is_no_drift(remade: Path) -> None:
-    path = remade / "results" / KEPT
-    before, result = path.read_bytes(), read_result(path)
-    write_result(replace(result, score={**result.score, "seconds_per_frame": 77.0}), remade / "results")
-    slower = path.read_bytes()
-    assert command(remade, "--seed", SEED, "--update") == 0
-    assert path.read_bytes() == slower != before
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("touched", "again"),
@@ -259,14 +242,6 @@ def test_missing_sources_are_said_and_left_out_unless_named(
         list(run.boards(solvers=["vbcv"]))
     with pytest.raises(UnknownNameError, match="did you mean 'noisy'"):
         list(run.boards(["hotel"], tiers=["noisi"]))
-
-
-@pytest.mark.slow
-def test_another_dataset_is_drift_of_the_record(remade: Path) -> None:
-    kept = read_dataset(remade / "results/sim/ideal.json")
-    write_dataset(replace(kept, counts={**kept.counts, "observations": 1}), remade / "results")
-    run = Rerun(results=remade / "results", work=remade / "work", seed=17, together=True)
-    assert "$.counts.observations: was 1" in next(run.boards(["sim"], ["cv"], ["ideal"])).text
 
 
 @pytest.mark.slow

@@ -154,7 +154,7 @@ def test_a_file_that_is_of_another_form_is_refused_with_its_place(
     ("spoil", "message"),
     [
         (lambda text: text[: len(text) // 2], "cannot be read"),
-        (lambda text: "[]", "is not a JSON object"),
+        (lambda text: "[]", "Expected `object`, got `array`"),
         (lambda text: text.replace('"seed": 0', '"seed": NaN'), "NaN is not a JSON number"),
         (lambda text: text.replace('"seed": 0', '"seed": 0, "seed": 0'), "key 'seed' stands twice"),
         (lambda text: text.replace('"seed": 0', '"seed": 1'), "it was changed by hand"),

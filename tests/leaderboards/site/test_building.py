@@ -13,8 +13,7 @@ import pytest
 
 from tests.lib.board_results import BOARD, record_of, result
 from tests.lib.colours import contrast
-from tests.lib.made_results import BOARDS, KITTI_CAUTION, SOLVERS, made_results
-from vbbench.cli import main
+from tests.lib.made_results import KITTI_CAUTION, SOLVERS, made_results
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
 from vbbench_leaderboards.results.ranking import rank_apart
@@ -110,17 +109,6 @@ def test_the_first_page_is_small(committed: Path) -> None:
     assert size < AIM < FIRST_PAGE
 
 
-@pytest.mark.slow
-def test_every_board_has_its_file_and_its_link(committed: Path) -> None:
-    keys = Outline((committed / "index.html").read_text("utf-8")).values("data-boards")[0].split()
-    assert set(keys) == {f"{s}/{p}-{t}" for s, t, protocols in BOARDS for p in protocols}
-    for key in keys:
-        assert (committed / "data" / f"{key}.js").is_file()
-    assert {path.relative_to(committed / "data").as_posix() for path in (committed / "data").glob("*/*-*.js")} == {
-        f"{key}.js" for key in keys
-    }
-
-
 def test_nothing_is_asked_of_other_places(committed: Path) -> None:
     for path in committed.rglob("*"):
         if path.suffix in (".css", ".js") and "data" not in path.parts:
@@ -205,12 +193,6 @@ def test_strangers_words_stay_words() -> None:
     assert HOSTILE in page.values("data-solver")
 
 
-@pytest.mark.parametrize("address", ["https://example.org/a?b=1&c=2", "http://example.org"])
-def test_web_addresses_become_links(address: str) -> None:
-    html = board_of(site_of(result("a", ERRORS, code=address)))["html"]
-    assert address in Outline(html).values("href")
-
-
 @pytest.mark.parametrize(
     "address",
     [
@@ -288,28 +270,6 @@ def test_bold_is_who_leads_alone_and_a_tie_is_a_sentence() -> None:
 
     assert bold(one=0.0, two=0.0, worse=0.1) == [False, False, False]
     assert bold(one=0.0, two=0.1, worse=0.2) == [True, False, False]
-
-
-def test_who_is_ranked_with_nobody_does_not_lead() -> None:
-    assert "first" not in headline_of(site_of(result("alone", ERRORS, board=FIELD)))
-
-
-def test_solvers_that_see_the_future_are_ranked_apart() -> None:
-    rows = [
-        result("ahead", ERRORS * 0.1, delay="offline"),
-        result("late", ERRORS * 0.2, delay=3),
-        result("causal", ERRORS),
-        result("worse", ERRORS + 0.2),
-    ]
-    site = site_of(*rows)
-    places = {name: place.rank for name, place in site.rankings[BOARD]["dx"].places.items()}
-    assert places == {"ahead": 1, "late": 2, "causal": 1, "worse": 2}
-    html = board_of(site)["html"]
-    causal, late = html.partition('<tbody class="apart">')[::2]
-    assert 'data-solver="causal"' in causal.partition("board-rows")[2]
-    assert 'data-solver="ahead"' in late.partition("</table>")[0]
-    assert 'data-solver="ahead"' not in causal.partition("board-rows")[2]
-    assert {(pair.a, pair.b) for pair in site.rankings[BOARD]["dx"].pairs} == {("ahead", "late"), ("causal", "worse")}
 
 
 def test_a_row_says_who_made_it_and_what_it_has_seen() -> None:
@@ -397,20 +357,3 @@ def test_a_build_that_fails_leaves_the_old_site(tmp_path: Path) -> None:
         build(out, results)
     assert (out / "index.html").read_text("utf-8") == "old"
     assert not (tmp_path / "out.partial").exists()
-
-
-def test_a_failure_halfway_leaves_nothing(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> None:
-        raise VbbenchError("no more")
-
-    monkeypatch.setattr("vbbench_leaderboards.site.building.site_files", fail)
-    monkeypatch.setattr("vbbench_leaderboards.site.building.rank_apart", lambda rows: {})
-    with pytest.raises(VbbenchError, match="no more"):
-        build(tmp_path / "out", made)
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_mistake_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "full").mkdir()
-    assert main(["leaderboard", "build", "--out", str(tmp_path / "full")]) == 2
-    assert capsys.readouterr().err.count("\n") == 1

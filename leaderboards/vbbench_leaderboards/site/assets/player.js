@@ -130,10 +130,10 @@
     });
   }
 
-  /** The frame of the largest error, where a solver is lost or two differ most; the first of equal ones. */
+  /** The frame of the largest error, where a solver is lost or two differ most; the first of nearly equal ones. */
   function worstFrame(curves, cap) {
     const error = signal(curves, cap), most = Math.max(...error, 0);
-    return most > 0 ? error.indexOf(most) : -1;
+    return most > 0 ? error.findIndex((value) => value >= 0.95 * most) : -1;
   }
 
   /* Drawing: colours of the page, marks of solvers, sharp canvases. */
@@ -400,7 +400,6 @@
       this.legend = canvas.parentElement.querySelector(".player-legend");
       this.below = 0; // CSS px at the bottom, under the legend
       this.home = true; // still as `fitTruth` left it
-      this.following = false; // when it is true, the centre is counted from the camera
     }
 
     start(clip) {
@@ -412,21 +411,13 @@
 
     /** Look at all who are ever seen, where they truly are; where that is not known, at what is around the camera's way. */
     fitTruth() {
-      const { clip, canvas, view, following } = this, around = MapView.AROUND[clip.known.includes(1) ? "crowd" : "way"];
+      const { clip, canvas, view } = this, around = MapView.AROUND[clip.known.includes(1) ? "crowd" : "way"];
       const seen = (values, own) => extent([...values.filter((_, i) => clip.observed[i]), ...own], around);
       const [left, right] = seen(clip.px, clip.x), [low, high] = seen(clip.py, clip.y);
       view.scale = Math.min(canvas.clientWidth / (right - left), (canvas.clientHeight - this.below) / (high - low)) || 40;
-      view.x = following ? 0 : (left + right) / 2;
-      view.y = (following ? 0 : (low + high) / 2) - this.below / 2 / view.scale; // above the legend
+      view.x = (left + right) / 2;
+      view.y = (low + high) / 2 - this.below / 2 / view.scale; // above the legend
       this.home = true;
-    }
-
-    /** Keep the camera in the middle, or the world where it is. */
-    follow(on, { x, y }) {
-      this.following = on;
-      this.view.x = on ? 0 : this.view.x + x;
-      this.view.y = on ? 0 : this.view.y + y;
-      this.home = false;
     }
 
     /** Zoom by a factor about a point of the canvas (CSS px). */
@@ -454,12 +445,12 @@
         this.fresh = this.clip;
       }
       this.k = view.scale * canvas.ratio;
-      this.ox = canvas.width / 2 - (view.x + (this.following ? truth.x : 0)) * this.k;
-      this.oy = canvas.height / 2 + (view.y + (this.following ? truth.y : 0)) * this.k;
+      this.ox = canvas.width / 2 - view.x * this.k;
+      this.oy = canvas.height / 2 + view.y * this.k;
       clear(this, theme.paper);
       this.drawGrid(theme);
       this.drawSight(truth, theme);
-      if (options.trails) this.drawTrails(moment, solvers, theme);
+      this.drawTrails(moment, solvers, theme);
       this.drawPeople(moment, theme, options);
       moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
       this.drawCamera(truth, theme.ink, theme.paper);
@@ -545,15 +536,13 @@
     drawEstimate(moment, room, solver, options) {
       const { context, canvas, clip, k } = this, { truth } = moment;
       const radius = Math.max(0.8 * MapView.PERSON * k, 3.2 * canvas.ratio);
-      if (options.errors) {
-        const line = (from, to, up, n) => { context.moveTo(this.sx(from), this.sy(up)); context.lineTo(this.sx(to), this.sy(n)); };
-        context.beginPath();
-        for (let n = 0; n < clip.K; n++) {
-          if (room.px[n] === room.px[n] && truth.px[n] === truth.px[n]) line(truth.px[n], room.px[n], truth.py[n], room.py[n]);
-        }
-        line(truth.x, room.x, truth.y, room.y);
-        Object.assign(context, { lineWidth: 1.6 * canvas.ratio, strokeStyle: solver.colour }).stroke();
+      const line = (from, to, up, n) => { context.moveTo(this.sx(from), this.sy(up)); context.lineTo(this.sx(to), this.sy(n)); };
+      context.beginPath();
+      for (let n = 0; n < clip.K; n++) {
+        if (room.px[n] === room.px[n] && truth.px[n] === truth.px[n]) line(truth.px[n], room.px[n], truth.py[n], room.py[n]);
       }
+      line(truth.x, room.x, truth.y, room.y);
+      Object.assign(context, { lineWidth: 1.6 * canvas.ratio, strokeStyle: solver.colour }).stroke();
       context.beginPath();
       for (let n = 0; n < clip.K; n++) {
         const shown = room.px[n] === room.px[n] && !options.isGiven(moment.frame, n);
@@ -797,21 +786,12 @@
   };
   const icon = (name) => `<svg viewBox="0 0 24 24" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
   const button = (name, text, content) => `<button type="button" data-do="${name}" title="${text}" aria-label="${text}">${content}</button>`;
-  const check = (name, text, key) => `<label class="player-check"><input type="checkbox" data-flag="${name}"> ${text} <kbd>${key}</kbd></label>`;
   const choices = (name, pairs) => `<select data-${name}>${pairs.map(([value, text]) => `<option value="${value}">${text}</option>`).join("")}</select>`;
-  const KEYS = [
-    ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
-    ["w", "the frame of the largest error"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
-    ["f", "follow the camera"], ["t", "trails"], ["e", "error lines"], ["?", "this help"],
-  ];
 
   const TEMPLATE = `
     <div class="player-head">
       <label class="player-which"><span>Sequence</span> <select data-sequence></select></label>
-      ${button("earlier", "Previous sequence, with a larger error", icon("back"))}${button("later", "Next sequence, with a smaller error", icon("on"))}
-      <label><span>Board</span> <select data-board></select></label>
       <span class="player-facts" data-facts></span>
-      <span class="player-end">${button("help", "Keys", "?")}</span>
     </div>
     <p class="player-note" data-note role="status" hidden></p>
     <div class="player-body" data-body>
@@ -821,7 +801,7 @@
         <span data-alarms><i class="player-box player-alarm"></i> <span></span></span></p>
       <div class="player-ground">
         <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
-        <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See where everybody truly is", icon("fit"))}</div>
+        <div class="player-zoom">${button("in", "Zoom in (+)", "+")}${button("out", "Zoom out (−)", "−")}${button("fit", "See where everybody truly is (0)", icon("fit"))}</div>
         <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-true player-pale"></span> without a box</b>
           <b><span class="player-given"></span> given</b> <b><span class="player-cone"></span> camera</b></p>
       </div>
@@ -834,38 +814,30 @@
         </table>
         <div class="player-person"><label>Person <select data-person></select></label>
           <p data-person-text></p></div>
-        <div class="player-flags">
-          ${check("follow", "Follow the camera", "f")}${check("trails", "Trails", "t")}${check("errors", "Error lines", "e")}
-        </div>
       </div>
       <div class="player-transport">
-        <span class="player-buttons">${button("start", "First frame", icon("start"))}${button("previous", "One frame back", icon("back"))}${button("play", "Play", icon("play"))}${button("next", "One frame on", icon("on"))}${button("end", "Last frame", icon("end"))}</span>
+        <span class="player-buttons">${button("start", "First frame (Home)", icon("start"))}${button("previous", "One frame back (←)", icon("back"))}${button("play", "Play", icon("play"))}${button("next", "One frame on (→)", icon("on"))}${button("end", "Last frame (End)", icon("end"))}</span>
         <input type="range" min="0" step="1" data-scrub aria-label="Frame">
         <output class="player-clock" data-clock></output>
         <label>Speed ${choices("speed", [["0.25", "¼×"], ["0.5", "½×"], ["1", "1×"], ["2", "2×"], ["4", "4×"]])}</label>
       </div>
       <div class="player-over-time">
         <label class="player-metric">Over time ${choices("metric", [["dx", "Δx, people, m"], ["dt", "Δt, camera, m"], ["dr", "Δr, camera, rad"]])}</label>
-        ${button("worst", "Go to the frame of the largest error", `<span class="player-tip">▼</span> Largest error`)}
+        ${button("worst", "Go to the frame of the largest error (w)", `<span class="player-tip">▼</span> Largest error`)}
         <span class="player-key">grey and ticks: given</span>
         <canvas class="player-strip" data-strip role="img" aria-label="Error over time, a line a solver"></canvas>
       </div>
       <p class="player-said" data-said aria-live="polite"></p>
-    </div>
-    <dialog class="player-help" data-help aria-label="Keys"><h3>Keys</h3>
-      <dl>${KEYS.map(([key, text]) => `<dt><kbd>${key}</kbd></dt><dd>${text}</dd>`).join("")}</dl>
-      <p>Drag the map to move it; wheel or pinch to zoom; point at a person to see its errors, click to keep it.</p>
-      <form method="dialog"><button>Close</button></form></dialog>`;
-  const PARTS = ["sequence", "board", "facts", "note", "body", "ego", "boxes-line", "map", "solvers", "person",
-    "person-text", "scrub", "clock", "speed", "metric", "strip", "said", "help"];
+    </div>`;
+  const PARTS = ["sequence", "facts", "note", "body", "ego", "boxes-line", "map", "solvers", "person",
+    "person-text", "scrub", "clock", "speed", "metric", "strip", "said"];
 
   /** Build the player into an element; the parts by the names of their data attributes. */
   function build(element) {
     element.innerHTML = `<section class="player" aria-label="Sequence player">${TEMPLATE}</section>`;
     const root = element.firstElementChild, camel = (name) => name.replace(/-./, ([, letter]) => letter.toUpperCase());
     const found = Object.fromEntries(PARTS.map((name) => [camel(name), root.querySelector(`[data-${name}]`)]));
-    const one = (attribute) => (name) => root.querySelector(`[${attribute}="${name}"]`);
-    return { ...found, root, button: one("data-do"), flag: one("data-flag") };
+    return { ...found, root, button: (name) => root.querySelector(`[data-do="${name}"]`) };
   }
 
   function list(select, pairs, value) {
@@ -876,14 +848,12 @@
   /* What it is: what is chosen, what is loaded, the drawing of it, and what is said of it. */
 
   const MOST = 3, AT_FIRST = 2; // solvers at a time, and where the address names none
-  const FLAGS = { follow: false, trails: true, errors: true };
 
   class Session {
     constructor(element, { board, state, onState }) {
       this.ui = build(element);
       this.onState = onState || (() => {});
       this.views = { ego: new EgoView(this.ui.ego), map: new MapView(this.ui.map), strip: new Strip(this.ui.strip) };
-      this.flags = { ...FLAGS };
       this.smooth = !matchMedia("(prefers-reduced-motion: reduce)").matches;
       Object.assign(this, { at: 0, playing: false, speed: 1, metric: "dx", pinned: -1, hovered: -1, turn: 0 });
       this.tick = this.tick.bind(this);
@@ -933,7 +903,6 @@
       this.sequence = index.sequences.includes(number) ? number : this.sorted()[0];
       this.metric = Object.values(board.solvers).some(({ dx }) => dx.some((value) => value !== null)) ? "dx" : "dt";
       ui.metric.value = this.metric;
-      list(ui.board, Object.keys(index.boards).map((name) => [name, name.replace(/-(?=[^-]*$)/, ", ")]), this.name);
       this.listSequences();
     }
 
@@ -956,7 +925,7 @@
       list(ui.sequence, this.sorted().map((sequence) => [sequence, text(sequence)]), this.sequence);
       const known = { relative: "; all as seen from the camera, Δx is Δx̃", poses: "; where people really are is not known" };
       const ends = sequences.length > 2 ? ", the best and the worst among them" : "";
-      ui.facts.textContent = `${count(sequences.length, "sequence")} of ${index.split}${ends}${known[index.truth] || ""}`;
+      ui.facts.textContent = `${count(sequences.length, "sequence")} of ${index.split}, ${this.name.replace(/-(?=[^-]*$)/, ", ")}${ends}${known[index.truth] || ""}`;
     }
 
     /** Load what is chosen, and go to a frame of it. */
@@ -1083,8 +1052,8 @@
     }
 
     draw() {
-      const { moment, views, flags, theme, drawn } = this, selected = this.hovered >= 0 ? this.hovered : this.pinned;
-      const options = { ...flags, isGiven: this.isGiven, isAlarm: this.isAlarm, selected };
+      const { moment, views, theme, drawn } = this, selected = this.hovered >= 0 ? this.hovered : this.pinned;
+      const options = { isGiven: this.isGiven, isAlarm: this.isAlarm, selected };
       moment.go(this.at, this.smooth && this.playing, views.ego.pictures);
       views.ego.draw(moment, theme, options);
       views.map.draw(moment, drawn, theme, options);
@@ -1182,8 +1151,7 @@
 
   const ZOOM = 1.3, PAN = 60; // a press of a key
   const PLAIN = { " ": "play", ArrowLeft: "previous", ArrowRight: "next", Home: "start", End: "end" };
-  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", w: "worst", "?": "help" };
-  const FLAG_KEYS = { f: "follow", t: "trails", e: "errors" };
+  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", w: "worst" };
   const SHIFTS = { ArrowLeft: [PAN, 0], ArrowRight: [-PAN, 0], ArrowUp: [0, PAN], ArrowDown: [0, -PAN] };
 
   const actions = {
@@ -1196,9 +1164,6 @@
     out: (s) => zoom(s, 1 / ZOOM),
     fit: (s) => { s.views.map.fitTruth(); s.ask(); },
     worst: (s) => jump(s, s.worst),
-    earlier: (s) => neighbour(s, -1),
-    later: (s) => neighbour(s, 1),
-    help: (s) => s.ui.help.showModal(),
   };
 
   function jump(s, frame) {
@@ -1219,18 +1184,6 @@
     s.show().then(() => s.tell());
   }
 
-  function neighbour(s, by) {
-    const order = s.sorted(), next = order[order.indexOf(s.sequence) + by];
-    if (next !== undefined) pick(s, next);
-  }
-
-  function setFlag(s, name, on) {
-    if (name === "follow" && on !== s.flags.follow) s.views.map.follow(on, s.moment.truth);
-    s.flags[name] = on;
-    s.ui.flag(name).checked = on;
-    s.ask();
-  }
-
   function pin(s, k) {
     Object.assign(s, { pinned: k, last: -1 });
     s.ui.person.value = k;
@@ -1241,21 +1194,14 @@
     const { ui } = s, on = (name, event, act) => ui[name].addEventListener(event, () => act(ui[name].value));
     ui.root.addEventListener("click", (event) => {
       const name = event.target.closest("[data-do]")?.dataset.do;
-      if (name && (s.clip || name === "help")) actions[name](s);
+      if (name && s.clip) actions[name](s);
     });
     on("sequence", "change", (value) => pick(s, Number(value)));
-    on("board", "change", (name) => { // another board of the split, the same sequence, frame and solvers
-      location.hash = vbbench.address.format({ board: `${s.index.split}/${name}`, view: "play", options: s.state() });
-    });
     on("scrub", "input", (value) => jump(s, Number(value)));
     ui.speed.value = s.speed;
     on("speed", "change", (value) => { s.speed = Number(value); });
     on("metric", "change", (metric) => { s.metric = metric; if (s.clip) { s.showCurves(); s.ask(); } });
     on("person", "change", (value) => pin(s, Number(value)));
-    for (const name of Object.keys(s.flags)) {
-      ui.flag(name).checked = s.flags[name];
-      ui.flag(name).addEventListener("change", (event) => { if (s.clip) setFlag(s, name, event.target.checked); });
-    }
     connectViews(s);
     const keys = (event) => onKey(s, event), sizes = new ResizeObserver(() => s.ask());
     document.addEventListener("keydown", keys);
@@ -1279,13 +1225,12 @@
   }
 
   function onKey(s, event) {
-    if (!s.clip || s.ui.help.open || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!s.clip || event.ctrlKey || event.metaKey || event.altKey) return;
     const { key, target } = event, busy = target.closest?.("input, select, textarea, button, a, summary");
     if (busy && (key in PLAIN || target.matches("select, textarea, input:not([type=checkbox], [type=range])"))) return;
     if (event.shiftKey && key in SHIFTS) { s.views.map.pan(...SHIFTS[key]); s.ask(); }
     else if (key in PLAIN) actions[PLAIN[key]](s);
     else if (key in OTHER) actions[OTHER[key]](s);
-    else if (key in FLAG_KEYS) setFlag(s, FLAG_KEYS[key], !s.flags[FLAG_KEYS[key]]);
     else return;
     event.preventDefault();
   }

@@ -1,5 +1,5 @@
 "use strict";
-/* The table of a board: order, solvers, columns, and the ranks by the metric that it is sorted by. */
+/* The table of a board: order, columns, and the ranks by the metric that it is sorted by. */
 const boardView = (function () {
   const BY = "dx", BIG_IS_GOOD = ["coverage"];
   const place = document.getElementById("board"), byId = (name) => document.getElementById(name);
@@ -18,6 +18,7 @@ const boardView = (function () {
     if (place.dataset.board !== board.key) {
       place.innerHTML = board.html; // written by the build, with every stranger's word escaped there
       place.dataset.board = board.key;
+      explain(place);
       wire();
     }
     place.setAttribute("aria-busy", "false");
@@ -27,7 +28,6 @@ const boardView = (function () {
     sort(column, metric, down);
     byId("board-table").classList.toggle("all", all);
     pressed(byId("more-columns"), all);
-    choose(options);
     showMetric(metric);
     say(column, down);
   }
@@ -73,24 +73,6 @@ const boardView = (function () {
     if (best !== worst) cell.append(make("span", { class: "ci" }, `${best}–${worst}`));
   }
 
-  /** Show the rows of the solvers that are chosen; and the same solvers in the charts. */
-  function choose(options) {
-    const chosen = options.show === undefined ? null : options.show.split(",").map(vbbench.address.decoded), shown = new Set();
-    for (const box of place.querySelectorAll("#chips input")) box.checked = !chosen || chosen.includes(box.value);
-    for (const row of rowsOf()) {
-      const { solver } = row.dataset;
-      row.hidden = chosen !== null && !chosen.includes(solver);
-      if (!row.hidden) shown.add(solver);
-    }
-    for (const apart of place.querySelectorAll("tbody.apart")) {
-      apart.hidden = !apart.nextElementSibling.querySelector("tr:not([hidden])");
-    }
-    for (const mark of place.querySelectorAll("svg [data-solver]")) {
-      mark.toggleAttribute("hidden", !shown.has(mark.dataset.solver));
-    }
-    byId("nothing-found").hidden = shown.size > 0;
-  }
-
   /** Show the charts and differences of a metric. */
   function showMetric(metric) {
     const shown = place.querySelector(`.pair[data-metric="${metric}"]`) ? metric : BY;
@@ -99,7 +81,7 @@ const boardView = (function () {
   }
 
   function say(column, down) {
-    const rows = rowsOf().filter((row) => !row.hidden).length, order = down ? "largest first" : "smallest first";
+    const rows = rowsOf().length, order = down ? "largest first" : "smallest first";
     const words = `${rows} ${rows === 1 ? "solver" : "solvers"}, sorted by ${headOf(column).textContent.trim()}, ${order}`;
     if (byId("board-says").textContent !== words) byId("board-says").textContent = words;
   }
@@ -122,10 +104,6 @@ const boardView = (function () {
       const all = showsAll(), unsorted = all && isMore(now.options.by) ? { by: undefined, order: undefined } : {};
       set({ columns: all ? undefined : "all", ...unsorted });
     });
-    on("#chips", "change", () => {
-      const boxes = [...place.querySelectorAll("#chips input")], chosen = boxes.filter((box) => box.checked);
-      set({ show: chosen.length === boxes.length ? undefined : chosen.map((box) => encodeURIComponent(box.value)).join(",") });
-    });
   }
 
   function fail(text) {
@@ -145,50 +123,11 @@ function make(name, facts, ...parts) {
   return element;
 }
 
-/* Tooltips: what a word means, or what a mark of a chart says; on hover and focus, gone with Escape. */
-(function () {
-  const tip = document.getElementById("tip");
-  let owner = null;
-
-  function show(element) {
-    const { def, tip: text } = element.dataset, words = def ? document.getElementById(def)?.textContent : text;
-    if (!words) return;
-    owner = element;
-    Object.assign(tip, { textContent: words, hidden: false });
-    follow();
-  }
-
-  function follow() {
-    if (!owner) return;
-    const at = owner.getBoundingClientRect(), own = tip.getBoundingClientRect();
-    const room = document.documentElement.clientWidth - own.width - 8, below = at.bottom + 8 + own.height < innerHeight;
-    tip.style.left = `${Math.max(8, Math.min(room, at.left + at.width / 2 - own.width / 2))}px`;
-    tip.style.top = `${below ? at.bottom + 8 : Math.max(8, at.top - own.height - 8)}px`;
-  }
-
-  function hide() {
-    owner = null;
-    tip.hidden = true;
-  }
-
-  function enter({ target }) {
-    const element = target instanceof Element && target.closest("[data-def], [data-tip]");
-    if (element && element !== owner) show(element);
-  }
-
-  function leave({ target, relatedTarget }) {
-    if (owner?.contains(target) && !owner.contains(relatedTarget)) hide();
-  }
-
-  for (const event of ["mouseover", "focusin"]) document.addEventListener(event, enter);
-  for (const event of ["mouseout", "focusout"]) document.addEventListener(event, leave);
-  document.addEventListener("scroll", follow, { capture: true, passive: true });
-  document.addEventListener("keydown", (event) => {
-    if (event.key !== "Escape" || !owner) return;
-    hide();
-    event.preventDefault();
-  });
-})();
+/** Say on hover what a word means, as the page explains it further down. */
+function explain(root) {
+  for (const word of root.querySelectorAll("[data-def]")) word.title = document.getElementById(word.dataset.def)?.textContent ?? "";
+}
+explain(document);
 
 /* What the address asks for is what the page shows: a board's table, its sequences in the player, a solver's own page. */
 (function () {
