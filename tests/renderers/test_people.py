@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.lib.work import work_of
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
@@ -181,3 +182,10 @@ def test_nobody_is_no_limbs() -> None:
 def test_a_frame_that_the_scene_has_not_is_refused(frame: float) -> None:
     with pytest.raises(VbbenchError, match=rf"no frame {frame:g}; its frames are 0 to 4"):
         Walkers(scene_of(straight(frames=5)), 0).limbs(frame, np.zeros(2))
+
+
+def test_limbs_are_placed_all_at_once() -> None:
+    few, many = (Walkers(scene_of(straight(count)), 0) for count in (25, 100))
+    little, much = (work_of(lambda walkers=walkers: walkers.limbs(10, np.zeros(2))) for walkers in (few, many))
+    assert much.calls == little.calls
+    assert much.bytes < 5 * little.bytes
