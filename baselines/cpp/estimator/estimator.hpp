@@ -168,10 +168,6 @@ class Estimator {
       solve_key_frame(input, output);
     } else {
       between_key_frames(input, output);
-      const double share = static_cast<double>(age_ % stride_) / stride_;
-      for (int k = 0; k < recording_.columns; ++k)
-        if (!std::isnan(input.boxes[5 * k]))
-          between_.push_back({k, share, true, false, Box::of(input.boxes + 5 * k, input.cut[k]), {}});
     }
     ++age_;
   }
@@ -329,6 +325,7 @@ class Estimator {
     std::array<double, 2> at;
     double variance, range, range_error;  ///< m², m
     double bearing, bearing_error;        ///< rad; NaN: there is no path yet
+    Box box;
   };
 
   /// Moves a frame by odometry: forward, left and turn.
@@ -367,7 +364,7 @@ class Estimator {
       const double* b = input.boxes + 5 * k;
       if (std::isnan(b[0])) continue;
       const Box box = Box::of(b, input.cut[k]);
-      Expected one{k, {}, 0.0, 0.0, 0.0, NAN, 0.0};
+      Expected one{k, {}, 0.0, 0.0, 0.0, NAN, 0.0, box};
       if (where_[k] >= 0) {
         const Person& person = window_.people[where_[k]];
         const int n = person.frames();
@@ -411,7 +408,9 @@ class Estimator {
     }
     frame.at[2] += turn / information;
     for (Expected& one : expected) one.bearing += turn / information;
-    find_switches(input, frame, expected);
+    find_hidden(frame, expected);
+    find_switches(frame, expected);
+    for (const Expected& one : expected) between_.push_back({one.column, share, true, false, one.box, {}});
     for (Expected& one : expected) {
       if (!std::isnan(one.bearing)) {
         const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
@@ -438,29 +437,44 @@ class Estimator {
     if (recording_.covariances) spread_between(output, expected);
   }
 
+  /// Marks boxes between key frames that end at a nearer outline; these measure no range.
+  void find_hidden(const Frame& frame, std::vector<Expected>& expected) {
+    std::vector<Occlusion::Outline> outlines;
+    for (Expected& one : expected) {
+      const int p = where_[one.column];
+      const double log_height = p < 0 ? elementary::log(recording_.height_mean) : window_.people[p].log_height;
+      outlines.push_back(Occlusion::outline(one.box, p, one.at, log_height, frame, window_.calibration));
+      outlines.back().error = std::sqrt(one.variance);
+      outlines.back().fresh = p < 0;
+    }
+    occlusion_.mark(std::move(outlines), model_, false);
+    for (Expected& one : expected)
+      if (one.box.hidden) one.range_error = INFINITY;
+  }
+
   /// Identity switches between key frames: the column of a box that is more probably of another person has nobody until
   /// the next key frame.
-  void find_switches(const Input& input, const Frame& frame, std::vector<Expected>& expected) {
+  void find_switches(const Frame& frame, std::vector<Expected>& expected) {
     std::vector<int> found;
     int again = 0;
     for (int i = 0; i < static_cast<int>(expected.size()); ++i) {
       const Expected& one = expected[i];
-      if (std::isnan(one.bearing) || input.cut[one.column]) continue;
+      if (std::isnan(one.bearing) || one.box.cut || one.box.hidden) continue;
       const Person& person = window_.people[where_[one.column]];
       if (person.frames() < 2 || person.last() + 1 != static_cast<int>(window_.frames.size())) continue;
       ++again;
       const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
-      const double aside = Innovation::kAside * input.boxes[5 * one.column + 4] / one.bearing_error;
+      const double aside = Innovation::kAside * one.box.width / one.bearing_error;
       const double farther = elementary::hypot(Innovation::kFarther, person.height_std) * r / one.range_error;
-      Innovation box;
-      box.cues = 2;
-      box.e = {wrap(one.bearing - elementary::atan2(dy, dx)) / one.bearing_error, (one.range - r) / one.range_error};
+      Innovation cues;
+      cues.cues = 2;
+      cues.e = {wrap(one.bearing - elementary::atan2(dy, dx)) / one.bearing_error, (one.range - r) / one.range_error};
       const double errors[2] = {one.bearing_error * r, one.range_error}, away[2] = {aside, farther};
       for (int c = 0; c < 2; ++c) {
-        box.same[c][c] = model_.people.noise.excess[c] + one.variance / square(errors[c]);
-        box.other[c][c] = box.same[c][c] + square(away[c]);
+        cues.same[c][c] = model_.people.noise.excess[c] + one.variance / square(errors[c]);
+        cues.other[c][c] = cues.same[c][c] + square(away[c]);
       }
-      if (association_.is_another(box, model_)) found.push_back(i);
+      if (association_.is_another(cues, model_)) found.push_back(i);
     }
     association_.count(found, again);
     for (const int i : found) {
@@ -468,8 +482,7 @@ class Estimator {
       window_.people[where_[one.column]].column = -1;
       where_[one.column] = -1;
       std::erase_if(between_, [&](const Between& shown) { return shown.node == one.column; });
-      const Box box = Box::of(input.boxes + 5 * one.column, input.cut[one.column]);
-      one.at = placed(box, elementary::log(recording_.height_mean), frame);
+      one.at = placed(one.box, elementary::log(recording_.height_mean), frame);
       one.bearing = NAN;
     }
   }

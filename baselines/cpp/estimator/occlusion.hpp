@@ -20,10 +20,46 @@ class Occlusion {
     a(ending_), a(whole_);
   }
 
+  struct Outline {
+    Box* box;
+    int person;                 ///< index of who has it
+    double azimuth, width;      ///< rad, the width of one height
+    double foot, head, length;  ///< slopes that the person's state predicts
+    double range, error;        ///< m, and σ of the predicted place in m
+    bool fresh;                 ///< whether this box is the first
+  };
+
+  /// The outline of a box whose person is expected at a place.
+  static Outline outline(Box& box, int person, const std::array<double, 2>& at, double log_height, const Frame& camera,
+                         const Calibration& calibration) {
+    const auto& global = calibration.at;
+    const double r = elementary::hypot(at[0] - camera.at[0], at[1] - camera.at[1]);
+    const double rho = std::max(r - global[kEdge], 0.3), length = elementary::exp(log_height) / rho;
+    const double pitch = global[kPitch] + camera.at[kPose], roll = global[kRoll] + camera.at[kPose + 1];
+    const double lift = -pitch * elementary::cos(box.azimuth) + roll * elementary::sin(box.azimuth);
+    const double foot = global[kMount] / rho - lift, width = box.width * length / std::max(box.length, 1e-6);
+    return {&box, person, box.azimuth, width, foot, foot - length, length, r, 0.0, false};
+  }
+
   /// Marks the boxes of the newest frame that end at a nearer outline. Returns the people whose mark has changed. The
   /// rate of such boxes is learned if `counts`.
   std::vector<int> mark(Window& window, const Model& model, bool counts) {
-    gather(window);
+    std::vector<Outline> outlines;
+    const int newest = static_cast<int>(window.frames.size()) - 1;
+    for (int p = 0; p < static_cast<int>(window.people.size()); ++p) {
+      Person& person = window.people[p];
+      if (person.last() != newest || !person.nodes.back().seen) continue;
+      outlines.push_back(outline(person.nodes.back().box, p, person.nodes.back().at, person.log_height,
+                                 window.frames[newest], window.calibration));
+      outlines.back().error = model.people.walk.sigma;
+      outlines.back().fresh = person.frames() == 1;
+    }
+    return mark(std::move(outlines), model, counts);
+  }
+
+  /// Marks the boxes of these outlines in the same way.
+  std::vector<int> mark(std::vector<Outline> outlines, const Model& model, bool counts) {
+    outlines_ = std::move(outlines);
     std::vector<int> changed;
     const double rate = ending_ / (ending_ + whole_);
     for (const Outline& one : outlines_) {
@@ -36,7 +72,7 @@ class Occlusion {
       const BoxNoise& noise = model.people.noise;
       const double pixel = noise.pixel / one.box->pixels, scale = one.length;
       const double sharp = noise.share[2] * noise.share[2] + pixel * pixel;
-      const double walk = one.fresh ? kFreshSpread : model.people.walk.sigma / one.range * (one.foot / scale + 1.0);
+      const double walk = one.fresh ? kFreshSpread : one.error / one.range * (one.foot / scale + 1.0);
       const double at_feet = density((one.box->foot - one.foot) / scale, std::sqrt(sharp + walk * walk));
       const double at_edge = density((one.box->foot - row) / scale, std::sqrt(sharp + kOutline * kOutline));
       const double hidden = rate * at_edge / (rate * at_edge + (1.0 - rate) * at_feet + 1e-300);
@@ -57,37 +93,8 @@ class Occlusion {
   static constexpr double kTail = 1e-3;        ///< density of outliers
   static constexpr int kColumns = 7;
 
-  struct Outline {
-    Box* box;
-    int person;                 ///< index in the window
-    double azimuth, width;      ///< rad, the width of one height
-    double foot, head, length;  ///< slopes that the person's state predicts
-    double range;               ///< m
-    bool fresh;                 ///< whether this box is the first
-  };
-
   static double density(double e, double sigma) {
     return elementary::exp(-0.5 * e * e / (sigma * sigma)) / sigma + kTail;
-  }
-
-  void gather(Window& window) {
-    outlines_.clear();
-    const int newest = static_cast<int>(window.frames.size()) - 1;
-    const Frame& camera = window.frames[newest];
-    const auto& global = window.calibration.at;
-    for (Person& person : window.people) {
-      if (person.last() != newest || !person.nodes.back().seen) continue;
-      Box& box = person.nodes.back().box;
-      const auto& at = person.nodes.back().at;
-      const double dx = at[0] - camera.at[0], dy = at[1] - camera.at[1], r = elementary::hypot(dx, dy);
-      const double rho = std::max(r - global[kEdge], 0.3), length = elementary::exp(person.log_height) / rho;
-      const double pitch = global[kPitch] + camera.at[kPose], roll = global[kRoll] + camera.at[kPose + 1];
-      const double lift = -pitch * elementary::cos(box.azimuth) + roll * elementary::sin(box.azimuth);
-      const double foot = global[kMount] / rho - lift;
-      outlines_.push_back({&box, static_cast<int>(&person - window.people.data()), box.azimuth,
-                           box.width * length / std::max(box.length, 1e-6), foot, foot - length, length, r,
-                           person.frames() == 1});
-    }
   }
 
   /// Whether nearer outlines cover the feet of `one`; `row` is then its lowest visible row.

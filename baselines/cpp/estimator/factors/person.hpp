@@ -203,9 +203,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
         visit(row);
       }
       if (!between->seen) continue;
-      Box shown = between->box;
-      shown.hidden = node.seen && node.box.hidden;
-      add_box(i, s, shown, place[0] + s * (node.at[0] - place[0]), place[1] + s * (node.at[1] - place[1]),
+      add_box(i, s, between->box, place[0] + s * (node.at[0] - place[0]), place[1] + s * (node.at[1] - place[1]),
               camera.data(), visited);
     }
     if (node.seen && nodes.boxes)
