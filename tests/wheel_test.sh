@@ -41,7 +41,7 @@ MapCausal(carried_by='robot')
 "
 published=$("$room/venv/bin/python" -c "from vbbench_leaderboards.results.folder import published_results as p; print(p())")
 "$room/venv/bin/vbbench" leaderboard check --results "$published"
-"$room/venv/bin/vbbench" leaderboard export --board hotel/sequential-field --format latex
+"$room/venv/bin/vbbench" leaderboard export --board hotel/sequential-field --format bibtex
 "$room/venv/bin/vbbench" leaderboard template mine
 test -s mine/mysolver.py
 "$room/venv/bin/vbbench" leaderboard build --out site

@@ -5,6 +5,7 @@ part of a page must be there, and a board or solver of the leaderboard must have
 elsewhere.
 """
 
+import re
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -92,7 +93,7 @@ def _fault(site: Path, page: Path, address: str) -> str | None:
 
 def _data_of(view: str) -> str:
     """The name of the data that a view of the leaderboard loads first."""
-    return f"pages/{view}" if view.startswith("solver/") else view.removesuffix("/play")
+    return f"pages/{view}" if view.startswith("solver/") else re.sub(r"/(play|compare)$", "", view)
 
 
 def main(site: Path) -> int:

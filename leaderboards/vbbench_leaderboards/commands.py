@@ -8,7 +8,7 @@ from vbbench.cli.parsing import Further, named
 
 RESULTS = Path("leaderboards/results")
 WORK = Path("out/leaderboard")
-Format = Literal["csv", "latex", "markdown"]
+Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
 
 
 def _facts_of_rows() -> dict[str, type]:
@@ -169,11 +169,11 @@ def export(
     format: Format = "csv",  # noqa: A002
     results: Path | None = None,
 ) -> None:
-    """Print the tables of boards for papers and programs.
+    """Print the tables of boards for papers and programs, or what to cite for them.
 
     Args:
         board: Boards by name, such as hotel/sequential-field; default: all.
-        format: csv, latex (with booktabs) or markdown.
+        format: csv, latex (with booktabs), markdown, json, or bibtex for the entries to cite.
         results: Folder of the result files; default: as of 'leaderboard build'.
     """
     from vbbench_leaderboards.results.folder import read_datasets, read_results

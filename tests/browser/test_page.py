@@ -20,9 +20,10 @@ def board(page: Page) -> str | None:
 
 
 def test_a_shared_address_opens_as_it_was(open_page: Open) -> None:
-    page = open_page("#/hotel/one-step-ideal?by=dr&order=down&columns=all")
+    page = open_page("#/hotel/one-step-ideal?by=dr&order=down&show=vb-cv,sf&columns=all")
     expect(page.locator("#board-table")).to_have_attribute("data-board", "hotel/one-step-ideal")
     expect(page.locator("th[data-column=dr]")).to_have_attribute("aria-sort", "descending")
+    expect(page.locator("#board-rows tr:visible")).to_have_count(2)
     expect(page.locator("th[data-column=drift_m]")).to_be_visible()
     expect(page.locator("#board-table")).to_be_in_viewport()
     page.reload()
@@ -58,7 +59,7 @@ def test_every_explained_word_is_explained_to_those_who_hear_the_page(open_page:
     assert not silent
 
 
-def test_the_keyboard_alone_sorts(open_page: Open) -> None:
+def test_the_keyboard_alone_sorts_filters_and_switches(open_page: Open) -> None:
     page = open_page(DEMO)
     page.keyboard.press("Tab")
     expect(page.locator(".skip")).to_be_focused()
@@ -70,7 +71,7 @@ def test_the_keyboard_alone_sorts(open_page: Open) -> None:
         reached.append(page.evaluate("document.activeElement.dataset.sort || document.activeElement.id"))
         if reached[-1] == "dr":
             break
-    assert {"more-columns", "dx", "dr"} <= set(reached)
+    assert {"filter", "more-columns", "dx", "dr"} <= set(reached)
     page.keyboard.press("Enter")
     expect(page.locator("th[data-column=dr]")).to_have_attribute("aria-sort", "ascending")
     expect(page.locator("#board-table [data-sort=dr]")).to_be_focused()

@@ -13,6 +13,7 @@ PLACES = {
     "board": ("#/hotel/one-step-ideal?columns=all", "#board-table"),
     "caution": ("#/demo/sequential-noisy", "#caution"),
     "player": ("#/demo/sequential-noisy/play", "[data-clock]"),
+    "comparison": ("#/demo/sequential-noisy/compare?a=vb-cv&b=cv", "#differences"),
     "solver": ("#/solver/vb-cv", "#every"),
 }
 SIZE = 24  # px, WCAG 2.2, 2.5.8

@@ -97,6 +97,34 @@ def test_it_steps_by_buttons_and_keys(player: Page) -> None:
     player.keyboard.press("Space")
 
 
+def test_ids_are_shown_on_demand(player: Page) -> None:
+    plain = player.evaluate(DRAWN)
+    player.keyboard.press("i")
+    expect(player.locator("[data-ids]")).to_be_checked()
+    wait_for_another(player, plain)
+    player.locator("[data-ids]").uncheck()
+    player.wait_for_function(f"plain => {DRAWN} === plain", arg=plain)
+
+
+def test_the_keys_are_explained(player: Page) -> None:
+    player.keyboard.press("?")
+    keys = player.get_by_role("dialog", name="Keys")
+    expect(keys).to_contain_text("the frame of the largest error")
+    player.keyboard.press("End")
+    player.keyboard.press("Escape")
+    expect(keys).to_be_hidden()
+    expect(clock(player)).to_contain_text("0 /")
+
+
+def test_another_board_shows_the_same_sequence_and_frame(player: Page) -> None:
+    player.locator("[data-scrub]").fill("4")
+    sequence = player.locator("[data-sequence]").input_value()
+    player.locator("[data-board]").select_option("one-step-noisy")
+    expect(player).to_have_url(re.compile(rf"/demo/one-step-noisy/play\?.*sequence={sequence}&.*frame=4"))
+    expect(clock(player)).to_contain_text("4 /")
+    expect(player.locator("[data-board]")).to_have_value("one-step-noisy")
+
+
 def test_scrubbing_and_the_error_strip_go_there(player: Page) -> None:
     player.locator("[data-scrub]").fill("7")
     expect(clock(player)).to_contain_text("7 /")
@@ -150,7 +178,7 @@ def test_the_map_zooms_and_moves(player: Page) -> None:
 
 
 def test_a_shared_address_opens_the_same_frame(visitor: Callable[..., Visitor]) -> None:
-    guest = visitor()
+    guest = visitor(permissions=["clipboard-read", "clipboard-write"])
     page = guest.open(FIRST)
     expect(clock(page)).to_contain_text("0 /")
     page.locator("[data-sequence]").select_option(index=2)
@@ -159,9 +187,12 @@ def test_a_shared_address_opens_the_same_frame(visitor: Callable[..., Visitor]) 
     page.locator("[data-scrub]").fill("5")
     page.locator("[data-solvers]").get_by_label(chosen(page)[0], exact=True).press("Space")
     expect(page.locator("[data-solvers] input:checked")).to_have_count(1)
-    expect(page).to_have_url(re.compile("frame=5"))
+    do(page, "link")
+    expect(page.get_by_role("button", name=re.compile("link|copied", re.I))).to_contain_text("Copied")
+    link = page.evaluate("navigator.clipboard.readText()")
+    assert "/play?" in link
     other = guest.context.new_page()
-    other.goto(page.url)
+    other.goto(link)
     expect(clock(other)).to_contain_text("5 /")
     assert other.locator("[data-sequence]").input_value() == sequence
     assert chosen(other) == chosen(page)
@@ -195,6 +226,9 @@ def test_an_address_gone_astray_plays_what_there_is(open_page: Open) -> None:
     page = open_page(f"{PLAY}?sequence=99999&frame=-4&solvers=nobody,,%25")
     expect(clock(page)).to_contain_text("0 /")
     assert len(chosen(page)) == 2
+    gone = page.locator("[data-gone]")
+    expect(gone).to_contain_text("Sequence 99999 cannot be played here")
+    expect(gone).to_contain_text("no solver nobody")
     again = open_page(f"{PLAY}?frame=1e9")
     expect(clock(again)).to_contain_text(f"{last_frame(again)} /")
 

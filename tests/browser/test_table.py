@@ -91,6 +91,33 @@ def test_solvers_share_a_rank_where_nothing_is_settled(board: Board, open_page: 
         assert len({rankings["dx"].places[solver].rank for solver in (STRANGER, TWIN)}) == 1
 
 
+def test_words_filter_the_rows(open_page: Open) -> None:
+    page = open_page(address(DEMO))
+    on_board(page, DEMO)
+    find = page.get_by_role("searchbox")
+    find.fill("VB-")
+    expect(page.locator("#board-rows tr:visible")).to_have_count(2)
+    assert set(solvers(page)) == {"vb-cv", "vb-sf"}
+    find.fill("nobody is called so")
+    expect(page.locator("#nothing-found")).to_be_visible()
+    find.fill("")
+    expect(page.locator("#board-rows tr:visible")).to_have_count(5)
+    expect(page.locator("#nothing-found")).to_be_hidden()
+
+
+def test_solvers_can_be_left_out_and_the_address_says_so(open_page: Open) -> None:
+    page = open_page(address(DEMO))
+    on_board(page, DEMO)
+    page.locator("#chips").get_by_label("sf", exact=True).uncheck()
+    page.locator("#chips").get_by_label(STRANGER).uncheck()
+    expect(page.locator("#board-rows tr:visible")).to_have_count(3)
+    assert set(solvers(page)) == {"cv", "vb-cv", "vb-sf"}
+    again = page.context.new_page()
+    again.goto(page.url)
+    expect(again.locator("#board-rows tr:visible")).to_have_count(3)
+    assert solvers(again) == solvers(page)
+
+
 def test_split_protocol_and_tier_are_switched(open_page: Open) -> None:
     page = open_page(address(HOTEL))
     on_board(page, HOTEL)
@@ -126,6 +153,8 @@ def test_who_sees_the_future_stays_below_however_the_table_is_sorted(open_page: 
     late = page.locator("#late-rows tr")
     expect(late).to_have_count(1)
     expect(page.locator("#board-table tbody.apart")).to_contain_text("ranked among themselves")
+    page.locator("#chips").get_by_label("map-batch").uncheck()
+    expect(page.locator("#board-table tbody.apart")).to_be_hidden()
 
 
 def test_the_papers_rows_are_quoted_and_take_no_rank(open_page: Open) -> None:

@@ -51,7 +51,7 @@ def test_the_reference_has_everything_public() -> None:
 
 BOARDS = "leaderboard/index.html#"
 PAGE = f"""<h1 id="top">a</h1><a href="below/b.html#part">b</a><a href="{BOARDS}/sim/board?by=dx">c</a>
-<a href="{BOARDS}/sim/board/play?solvers=cv,sf">d</a><a href="{BOARDS}/solver/cv">e</a>"""
+<a href="{BOARDS}/sim/board/compare?a=cv&amp;b=sf">d</a><a href="{BOARDS}/solver/cv">e</a>"""
 FAULTS = {
     '<a href="below/c.html">': "below/c.html leads to no file of the site",
     '<a href="below/b.html#none">': "below/b.html#none names no part of that page",

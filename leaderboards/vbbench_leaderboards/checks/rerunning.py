@@ -60,6 +60,8 @@ AS_COMMITTED, STANDS, DRIFTED, WRITTEN = "as committed", "stands", "drifted", "w
 
 _SAME = ("split", "tier", "title", "camera", "dt", "caution", "licence", "citation")
 _COUNTED = ("sequences", "mean_frames", "people_mean", "observations")
+_UNFINISHED = "unfinished-seed"
+"""File in the work folder that holds the seed of a run until the run ends."""
 
 Kept = TypeVar("Kept", BoardDataset, Result)
 
@@ -91,7 +93,7 @@ class Rerun:
     ----------
     results : folder of the result files.
     work : folder for datasets and submissions: itself where results are written again, else its folder ``again``.
-    seed : of all datasets; ``None`` for a new one.
+    seed : of all datasets; ``None`` for a new one, or that of a run that was stopped.
     by : who regenerates the figures, and when; for rows that stand or are written.
     update : write what drifted and what is new.
     together : solve with bundled solvers in one process a board, as diagnostics always are, for tests show that they
@@ -122,9 +124,8 @@ class Rerun:
             load("solver", name)
         for name in tiers:
             get_tier(name)
-        seed = secrets.randbelow(1 << 31) if self.seed is None else self.seed
-        sys.stderr.write(f"vbbench: seed {seed}; --seed {seed} repeats this run\n")
-        run, runs = replace(self, seed=seed), sum(len(one.boards) for one in sources) * len(chosen)
+        run = replace(self, seed=self._drawn_seed())
+        runs = sum(len(one.boards) for one in sources) * len(chosen)
         with progress_bar(runs, "leaderboard", unit="result") as bar:
             for one in sources:
                 pairs = [(board, solver) for board in one.boards for solver in chosen]
@@ -141,11 +142,27 @@ class Rerun:
                     fresh.append(self._result(folder, dataset, solver))
                     bar.update()
                 yield from self.outcomes(dataset, fresh, runs)
+        (self.room / _UNFINISHED).unlink()
 
     @property
     def room(self) -> Path:
         """Where datasets and submissions are made: what other seeds give is no part of the published boards."""
         return self.work if self.update else self.work / "again"
+
+    def _drawn_seed(self) -> int:
+        """The seed of this run, as given, that of a run that was stopped, or a new one, with a message which."""
+        note = self.room / _UNFINISHED
+        stopped = note.read_text("utf-8").strip() if note.is_file() else ""
+        if self.seed is not None:
+            seed, why = self.seed, "as asked"
+        elif stopped.isdigit():
+            seed, why = int(stopped), "of the run that was stopped; --seed or another --work takes another"
+        else:
+            seed, why = secrets.randbelow(1 << 31), "drawn for this run; --seed repeats it"
+        note.parent.mkdir(parents=True, exist_ok=True)
+        write_text_atomically(note, f"{seed}\n")
+        sys.stderr.write(f"vbbench: seed {seed}, {why}\n")
+        return seed
 
     def dataset(self, source: BoardSource) -> Dataset:
         """The dataset of a split and tier's boards; what is whole there and of the same code is kept."""

@@ -10,12 +10,13 @@ a significant difference can share a rank.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import FloatArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.block_bootstrap import Timeline, block_means
 from vbbench.scoring.metrics import METRICS
@@ -57,7 +58,8 @@ class Pair:
     a, b : names of the solvers.
     difference, ci95 : the mean and its interval, in the metric's unit; NaN where they share no sequence, and no
         interval where the board has too few sequences or too little time for one.
-    p : two-sided, corrected for all pairs of the board; 1 without an interval.
+    p : two-sided; corrected for all pairs of the board in a `Ranking`, there 1 without an interval.
+    sequences, won : how many have a figure of both, and in how many of them ``a`` is better.
     """
 
     a: str
@@ -65,6 +67,8 @@ class Pair:
     difference: float
     ci95: tuple[float, float]
     p: float
+    sequences: int
+    won: int
 
     @property
     def better(self) -> str | None:
@@ -89,6 +93,24 @@ class Ranking:
 
     places: dict[str, Place]
     pairs: tuple[Pair, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Contrasts:
+    """Every two solvers of a board.
+
+    Parameters
+    ----------
+    solvers : their names.
+    sequences : [N] numbers of the sequences.
+    figures : [solvers, N, metrics] capped errors, NaN where there is none; metrics in the order of `METRICS`.
+    pairs : (a, b), numbers of solvers with a < b → metric → their difference, its p-value for this pair alone.
+    """
+
+    solvers: tuple[str, ...]
+    sequences: IntArray
+    figures: FloatArray
+    pairs: dict[tuple[int, int], dict[str, Pair]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,28 +169,38 @@ def rank_apart(results: Sequence[Result]) -> dict[str, Ranking]:
 def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     """Rankings by metric (keys of `METRICS`) of the results of one board."""
     names = [result.solver for result in results]
-    figures, timeline = capped_errors(results)
+    _, figures, timeline = capped_errors(results)
     counts = np.isfinite(figures).sum(axis=1)
     means = np.where(counts > 0, np.nansum(figures, axis=1) / np.maximum(counts, 1), np.inf)
     one, other = np.triu_indices(len(results), 1)
-    differences = figures[one] - figures[other]  # [pairs, N, metrics]
-    found = block_means(timeline, np.moveaxis(differences, 1, 0).reshape(figures.shape[1], -1))
+    differences = np.moveaxis(figures[one] - figures[other], 1, 0)  # [N, pairs, metrics]
+    ends = [(names[a], names[b]) for a, b in zip(one, other, strict=True) for _ in METRICS]
+    every = _pairs(ends, timeline, differences.reshape(figures.shape[1], -1))
     rankings = {}
     for m, metric in enumerate(METRICS):
-        own = slice(m, None, len(METRICS))
-        p = holm(np.nan_to_num(found.p_values()[own], nan=1.0)).tolist()
-        columns = (found.mean[own].tolist(), found.interval()[own].tolist(), p)
-        pairs = tuple(
-            Pair(a=names[a], b=names[b], difference=difference, ci95=(low, high), p=chance)
-            for a, b, difference, (low, high), chance in zip(one, other, *columns, strict=True)
-        )
+        own = every[m :: len(METRICS)]
+        corrected = holm(np.nan_to_num(np.array([pair.p for pair in own]), nan=1.0)).tolist()
+        pairs = tuple(replace(pair, p=p) for pair, p in zip(own, corrected, strict=True))
         places = _places(dict(zip(names, means[:, m].tolist(), strict=True)), pairs)
         rankings[metric] = Ranking(places=places, pairs=pairs)
     return rankings
 
 
-def capped_errors(results: Sequence[Result]) -> tuple[FloatArray, Timeline]:
-    """[solvers, N, metrics] capped errors of all N sequences, NaN where there is none; and when these were."""
+def _pairs(names: Sequence[tuple[str, str]], timeline: Timeline, differences: FloatArray) -> list[Pair]:
+    """A pair for every column of differences A − B [N, M], whose solvers are (A, B); p of each alone."""
+    found = block_means(timeline, differences)
+    count, won = np.isfinite(differences).sum(axis=0), (differences < 0).sum(axis=0)
+    columns = (found.mean, found.interval(), found.p_values(), count, won)
+    return [
+        Pair(a=a, b=b, difference=mean, ci95=(low, high), p=p, sequences=sequences, won=better)
+        for (a, b), mean, (low, high), p, sequences, better in zip(
+            names, *(column.tolist() for column in columns), strict=True
+        )
+    ]
+
+
+def capped_errors(results: Sequence[Result]) -> tuple[IntArray, FloatArray, Timeline]:
+    """[N] all sequences; [solvers, N, metrics] their capped errors, NaN where there is none; and when they were."""
     own = [result.per_sequence for result in results]
     columns = ("sequence", "scene", "first_frame", "last_frame")
     every = np.concatenate([np.stack([getattr(one, name) for name in columns], axis=1) for one in own])
@@ -177,7 +209,7 @@ def capped_errors(results: Sequence[Result]) -> tuple[FloatArray, Timeline]:
     figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
     for row, one in zip(figures, own, strict=True):
         row[np.searchsorted(sequences, one.sequence)] = capped_figures(caps, {n: one.figures[n] for n in METRICS})
-    return figures, Timeline.of(*every[first, 1:].T)
+    return sequences, figures, Timeline.of(*every[first, 1:].T)
 
 
 def holm(p: FloatArray) -> FloatArray:
@@ -199,6 +231,17 @@ def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
         last = max(last, 1 + better[name])
         places[name] = Place(rank=last, best=last, worst=max(last, len(means) - worse[name]))
     return places
+
+
+def contrasts(results: Sequence[Result]) -> Contrasts:
+    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions."""
+    names = tuple(result.solver for result in results)
+    sequences, figures, timeline = capped_errors(results)
+    pairs = {}
+    for a, b in combinations(range(len(names)), 2):
+        own = _pairs([(names[a], names[b])] * len(METRICS), timeline, figures[a] - figures[b])
+        pairs[a, b] = dict(zip(METRICS, own, strict=True))
+    return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs=pairs)
 
 
 def leading_rows(results: Boards, boards: Sequence[Board], *, late: bool) -> dict[str, Mapping[Board, Result]]:

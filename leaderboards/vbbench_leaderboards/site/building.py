@@ -13,7 +13,7 @@ from vbbench_leaderboards.results.folder import read_datasets, read_results
 from vbbench_leaderboards.results.ranking import rank_apart
 from vbbench_leaderboards.site.charts import colours_css
 from vbbench_leaderboards.site.export import DOWNLOADS, ExportedBoard, exported_text, table_address
-from vbbench_leaderboards.site.pages import Site, board_page, front_page, solver_page
+from vbbench_leaderboards.site.pages import Site, board_page, comparison_values, front_page, solver_page
 from vbbench_leaderboards.site.player import Films, write_player
 from vbbench_leaderboards.site.words import PROTOCOLS, provided, term_of, tiers
 
@@ -74,6 +74,7 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
     for board in site.boards:
         own = {
             "key": board.key,
+            "split": board.split,
             "protocol": board.protocol,
             "tier": board.tier,
             "title": site.title(board.split),
@@ -83,12 +84,17 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
             "html": board_page(site, board),
         }
         yield f"data/{board.key}.js", provided(board.key, own)
+        key = f"pages/pairs/{board.key}"
+        yield f"data/{key}.js", provided(key, comparison_values(site, board))
         ranking = site.rankings[board][HEADLINE_METRIC]
         exported = ExportedBoard.of(board, site.dataset(board), site.results[board], ranking)
         yield from ((table_address(board, form), exported_text([exported], form)) for form in DOWNLOADS)
     for solver in site.solvers:
         key = f"pages/solver/{solver}"
         yield f"data/{key}.js", provided(key, {"name": solver, "html": solver_page(site, solver)})
+    yield from (
+        (source.address, source.text) for source in {one.address: one for one in site.sources.values()}.values()
+    )
 
 
 def assets() -> dict[str, str]:

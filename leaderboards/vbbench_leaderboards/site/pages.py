@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -18,6 +19,7 @@ from vbbench.files.dataset_info import truth_sha256
 from vbbench.generation.footage import FOOTAGE
 from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
+from vbbench.parsing.json_text import finite_or_none
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.registry import registered
 from vbbench.scoring.metrics import METRICS
@@ -29,7 +31,7 @@ from vbbench_leaderboards.results import ranking
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC, HEADLINE_PROTOCOL, is_diagnostic, is_headline
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import Boards, Records, published_dataset
-from vbbench_leaderboards.results.ranking import GROUPS, Place, Ranking, grouped, headline
+from vbbench_leaderboards.results.ranking import GROUPS, Place, Ranking, contrasts, grouped, headline
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site import words
 from vbbench_leaderboards.site.charts import colour_number, distribution, scatter
@@ -68,7 +70,6 @@ def _environment() -> Environment:
         made.globals.update({name: value for name, value in vars(module).items() if not name.startswith("_")})
     made.globals.update(
         the_paper=the_paper,
-        place_of=place_of,
         scatter=scatter,
         distribution=distribution,
         DOWNLOADS=DOWNLOADS,
@@ -78,6 +79,15 @@ def _environment() -> Environment:
         PROTOCOLS=words.PROTOCOLS,
     )
     return made
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """Where a solver is written: ``module:class``, the address of its copy in the site, and the module's text."""
+
+    place: str
+    address: str
+    text: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,6 +133,12 @@ class Site:
             for result in self.results[board]:
                 found[result.solver][board] = result
         return found
+
+    @cached_property
+    def sources(self) -> dict[str, Source]:
+        """Solver → its source file, of those that come with vbbench and name no other code."""
+        silent = [name for name, own in self.solvers.items() if not any(row.about.code for row in own.values())]
+        return bundled_sources(silent)
 
     @cached_property
     def colours(self) -> dict[str, int]:
@@ -179,6 +195,12 @@ class Site:
         places = {metric: self.rankings[board][metric].places[result.solver] for metric in METRICS}
         return {metric: [place.rank, place.best, place.worst] for metric, place in places.items()}
 
+    def search_words(self, result: Result) -> str:
+        """The words that find a solver's row."""
+        about = result.about
+        facts = [about.timing, about.reference, about.authors, about.trained_on, about.tuned_on, result.seen]
+        return " ".join([result.solver, result.version, *facts, result.hardware]).lower()
+
     def points(self, board: Board, metric: str) -> list[tuple[str, int, float, tuple[float, float] | None, float]]:
         """Solver, colour, capped error, interval and microseconds per frame of all with a time."""
         found = []
@@ -209,10 +231,18 @@ def _order(board: Board) -> list[tuple[int, str]]:
     return [(order.index(name) if name in order else len(order), name) for name, order in parts]
 
 
-def place_of(solver: str) -> str:
-    """``module:class`` of a solver that comes with vbbench; "" for others."""
-    point = registered("solver").get(solver)
-    return point.value if point is not None and point.dist is not None and point.dist.name == "vbbench" else ""
+def bundled_sources(solvers: Iterable[str]) -> dict[str, Source]:
+    """The source files of those solvers that come with vbbench, by name: code that needs no net."""
+    found = {}
+    for name in solvers:
+        point = registered("solver").get(name)
+        if point is None or point.dist is None or point.dist.name != "vbbench":
+            continue
+        spec = find_spec(point.value.partition(":")[0])
+        if spec is not None and spec.origin is not None:
+            address = f"code/{spec.name.replace('.', '/')}.py.txt"
+            found[name] = Source(place=point.value, address=address, text=Path(spec.origin).read_text("utf-8"))
+    return found
 
 
 def front_page(site: Site) -> str:
@@ -310,6 +340,43 @@ def solver_page(site: Site, solver: str) -> str:
 
 def _each_once(facts: Iterable[str]) -> str:
     return "; ".join(dict.fromkeys(fact for fact in facts if fact))
+
+
+def comparison_values(site: Site, board: Board) -> dict[str, Any]:
+    """Every sequence's errors, and the differences of every two solvers of a board.
+
+    ``pairs`` are [number of A, number of B, metric → [A − B, low, high, p, sequences, won by A]].
+    """
+    results = site.results[board]
+    found, caps = contrasts(results), get_protocol(board.protocol).caps
+    place = {metric: number for number, metric in enumerate(METRICS)}
+    return {
+        "solvers": list(found.solvers),
+        "sequences": found.sequences.tolist(),
+        "metrics": {
+            metric: {
+                "name": term.name,
+                "unit": term.unit,
+                "cap": caps.get(metric),
+                "capped": _short([result.score["metrics"][metric]["capped"] for result in results]),
+                "errors": [_short(map(finite_or_none, own[:, place[metric]].tolist())) for own in found.figures],
+            }
+            for metric, term in error_terms().items()
+        },
+        "pairs": [
+            [a, b, {metric: _contrast(own[metric]) for metric in error_terms()}] for (a, b), own in found.pairs.items()
+        ],
+    }
+
+
+def _contrast(found: ranking.Pair) -> list[float | None]:
+    figures = (found.difference, *found.ci95, found.p)
+    return [*_short(map(finite_or_none, figures)), found.sequences, found.won]
+
+
+def _short(values: Iterable[float | None]) -> list[float | None]:
+    """Figures in six significant digits, to which result files are exact."""
+    return [None if value is None else float(f"{value:.6g}") for value in values]
 
 
 def take_part_lines(site: Site) -> list[str]:

@@ -79,7 +79,7 @@ def test_with_the_same_seed_drift_is_found_named_and_mended(remade: Path, capsys
     assert command(remade, "--update", "--seed", SEED) == 0
     captured = capsys.readouterr()
     assert captured.out.count("as committed") == 1 + len(PROTOCOLS)
-    assert "vbbench: seed 0; --seed 0 repeats this run" in captured.err
+    assert "vbbench: seed 0, as asked" in captured.err
     write_result(spoil(read_result(path)), remade / "results")
     assert command(remade, "--seed", SEED) == 1
     lines = capsys.readouterr().out.splitlines()
@@ -102,7 +102,7 @@ def test_another_seed_is_drawn_each_time_and_the_results_stand(
     for seed in (17, 18):
         assert command(remade) == 0
         captured = capsys.readouterr()
-        assert f"vbbench: seed {seed};" in captured.err
+        assert f"seed {seed}, drawn for this run" in captured.err
         assert captured.out.count(": stands") == 1 + len(PROTOCOLS)
         assert DatasetInfo.read(remade / "work/again/datasets/sim-ideal").seed == seed
     assert before == {path: path.read_bytes() for path in (remade / "results").rglob("*.json")}
@@ -189,6 +189,25 @@ def test_whatever_a_solver_reads_makes_what_it_answered_old(tmp_path: Path, monk
         with (tmp_path / changed).open("ab") as file:
             file.write(b"\n")
     assert len(set(found)) == 4
+
+
+@pytest.mark.slow
+def test_a_run_that_was_stopped_goes_on_with_its_seed(
+    remade: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(rerunning.secrets, "randbelow", lambda _: 17)
+    with monkeypatch.context() as patch:
+        patch.setattr(Rerun, "_result", stop)
+        with pytest.raises(KeyboardInterrupt):
+            list(Rerun(results=remade / "results", work=remade / "work").boards(["sim"], ["cv"], ["ideal"]))
+    seed = (remade / "work/again/unfinished-seed").read_text().strip()
+    capsys.readouterr()
+    assert command(remade) == 0
+    assert f"seed {seed}, of the run that was stopped" in capsys.readouterr().err
+    assert not (remade / "work/again/unfinished-seed").exists()
 
 
 @pytest.mark.slow

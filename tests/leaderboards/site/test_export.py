@@ -1,7 +1,12 @@
-"""Boards as files for papers and programs: the figures of the results and the ranks of the page."""
+"""Boards as files for papers and programs: the figures of the results, the ranks of the page, and what to cite."""
 
 import csv
 import io
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +14,22 @@ import pytest
 
 from tests.lib.board_results import BOARD, record_of, result
 from tests.lib.made_results import SOLVERS, made_results
+from tests.test_table import check_latex
+from vbbench import __version__
 from vbbench.cli import main
+from vbbench.registry import load, registered
 from vbbench_leaderboards.results.folder import read_datasets, read_results
 from vbbench_leaderboards.results.ranking import rank_apart
 from vbbench_leaderboards.site.building import build
-from vbbench_leaderboards.site.export import DOWNLOADS, ExportedBoard, exported_text, table_address
+from vbbench_leaderboards.site.export import (
+    DOWNLOADS,
+    ExportedBoard,
+    bibliography,
+    cited,
+    exported_text,
+    known_references,
+    table_address,
+)
 
 ERRORS = np.random.default_rng(3).gamma(4.0, 0.02, 40)
 KEY = "hotel/sequential-field"
@@ -48,10 +64,9 @@ def test_csv_has_a_row_per_result_with_every_digit(results: Path, capsys: pytest
 
 
 def test_chosen_boards_alone_and_in_that_order(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    rows = list(csv.DictReader(io.StringIO(printed(capsys, results, "csv", "kitti/sequential-footage", KEY))))
-    splits = list(dict.fromkeys(row["split"] for row in rows))
-    assert splits == ["kitti", "hotel"]
-    assert {row["solver"] for row in rows if row["split"] == "kitti"} == set(SOLVERS)
+    boards = json.loads(printed(capsys, results, "json", "kitti/sequential-footage", KEY))
+    assert [(board["split"], board["tier"]) for board in boards] == [("kitti", "footage"), ("hotel", "field")]
+    assert {row["score"]["solver"] for row in boards[0]["rows"]} == set(SOLVERS)
     assert main(["leaderboard", "export", "--results", str(results), "--board", "hotel/sequential-fild"]) == 2
     assert f"no board is called 'hotel/sequential-fild'; did you mean '{KEY}'?" in capsys.readouterr().err
 
@@ -63,6 +78,43 @@ def test_the_best_is_marked_among_its_like() -> None:
     assert [row[1] for row in table.rows] == ["good", "poor", "late", "later"]
     assert ["**" in row[4] for row in table.rows] == [True, False, True, False]
     assert [row[2] for row in table.rows] == ["causal", "causal", "offline", "offline"]
+
+
+def test_hostile_words_stay_words() -> None:
+    hostile = result("x", ERRORS, reference="} @misc{evil, \\input{/etc/passwd} 5% $_^", authors='{{{ \\" a_b')
+    exported = ExportedBoard.of(BOARD, record_of(hostile), [hostile])
+    bib = exported_text([exported], "bibtex")
+    assert re.findall(r"@misc\{([\w-]+)", bib) == ["vbbench", "nishimura2021view", "solver-x"]
+    for value in re.findall(r"(?m)^  (?:note|author|title) = \{\{(.*)\}\},$", bib.partition("@misc{solver-x")[2]):
+        check_latex(value)
+    assert bib.count("{") == bib.count("}")
+
+
+def test_bibtex_cites_each_work_once() -> None:
+    rows = [result("net", ERRORS, reference="Somebody, 2026"), result("net", ERRORS * 2, reference="Somebody, 2026")]
+    citations = [load("generator", split).card.citation for split in ("hotel", "sim", "eth")]
+    text = bibliography(rows, [replace(record_of(*rows), citation=citation) for citation in citations])
+    keys = re.findall(r"(?m)^@\w+\{([^,]+),$", text)
+    assert keys == ["vbbench", "nishimura2021view", "pellegrini2009never", "moussaid2009experimental", "solver-net"]
+    assert f"note = {{Version {__version__}}}" in text
+
+
+def test_a_reference_becomes_an_entry_and_an_address_a_link() -> None:
+    told = result("net", ERRORS, reference="Somebody, 2026", code="https://example.org/a_b%20{c}", authors="A & B")
+    text = bibliography([told, result("silent", ERRORS)], [replace(record_of(told), citation="A book of mine, 1999")])
+    assert "note = {{Somebody, 2026}}" in text
+    assert r"author = {{A \& B}}" in text
+    assert r"url = {https://example.org/a_b\%20\%7Bc\%7D}" in text
+    assert "note = {{A book of mine, 1999}}" in text
+    assert "silent" not in text
+
+
+@pytest.mark.parametrize("split", sorted(registered("generator")))
+def test_every_public_source_has_its_entry(split: str) -> None:
+    own = {"your own", "the user's", "none; made by vbbench"}
+    citation = load("generator", split).card.citation
+    if citation not in own:
+        assert set(cited(citation)) <= set(known_references())
 
 
 @pytest.mark.slow
@@ -77,3 +129,20 @@ def test_the_page_offers_every_board_in_every_format(results: Path, tmp_path: Pa
             exported = ExportedBoard.of(board, records[board.split, board.tier], site.results[board])
             assert path.read_text("utf-8") == exported_text([exported], form)
             assert address in piece
+
+
+@pytest.mark.skipif(shutil.which("bibtex") is None, reason="no bibtex here")
+def test_tex_and_bibtex_read_them(results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "board.tex").write_text(printed(capsys, results, "latex", KEY), encoding="utf-8")
+    (tmp_path / "refs.bib").write_text(printed(capsys, results, "bibtex", KEY), encoding="utf-8")
+    (tmp_path / "paper.tex").write_text(
+        "\\documentclass{article}\\usepackage{booktabs}\\begin{document}\\input{board}\\nocite{*}"
+        "\\bibliographystyle{plain}\\bibliography{refs}\\end{document}\n"
+    )
+    for command in (["pdflatex"], ["bibtex"], ["pdflatex"]):
+        more = ["-interaction=nonstopmode", "-halt-on-error"] if command == ["pdflatex"] else []
+        done = subprocess.run(
+            [*command, *more, "paper"], cwd=tmp_path, capture_output=True, text=True, errors="replace"
+        )
+        assert done.returncode == 0, done.stdout[-3000:]
+        assert "Warning--" not in done.stdout

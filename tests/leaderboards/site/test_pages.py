@@ -1,12 +1,22 @@
-"""A solver's own page: its boards, facts, history, and code."""
+"""A solver's own page, and two solvers side by side: the statistics of ``vbbench compare``, history, and code."""
 
 import json
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pytest
+
 from tests.leaderboards.site.test_building import ERRORS, HOSTILE, Outline, pages, site_of  # the pages of made results
-from tests.lib.board_results import result
-from vbbench_leaderboards.results.result import Board
+from tests.lib.answers import submit, true_answers
+from tests.lib.board_results import BOARD, result
+from tests.lib.make_dataset import Crowd, write_dataset
+from vbbench.scoring import score
+from vbbench.scoring.comparison import compare
+from vbbench_leaderboards.results.ranking import contrasts
+from vbbench_leaderboards.results.result import About, Board, Result
+from vbbench_leaderboards.site.pages import bundled_sources, comparison_values
 
 FIELD = Board(split="hotel", tier="field", protocol="sequential")
 
@@ -15,6 +25,44 @@ def solver_page(site: Any, solver: str) -> str:
     text = pages(site)[f"data/pages/solver/{solver}.js"]
     values: dict[str, str] = json.loads(text.partition(",")[2].removesuffix(");\n"))
     return values["html"]
+
+
+def test_two_results_differ_as_their_submissions_do(tmp_path: Path) -> None:
+    write_dataset(tmp_path / "data", Crowd(scenes=8, frames=24, people=9, seed=3))
+    about = About(authors="a", date="2026-11-22", delay=0, trained_on="nothing", tuned_on="nothing")
+    rows = []
+    for name, noise in (("one", 0.05), ("two", 0.1)):
+        submit(tmp_path / name, tmp_path / "data", true_answers(tmp_path / "data", noise, seed=1), solver=name)
+        rows.append(Result.of(score(tmp_path / name, tmp_path / "data"), tmp_path / name, about))
+    own = contrasts(rows).pairs[0, 1]
+    wanted = compare(tmp_path / "one", tmp_path / "two", tmp_path / "data").differences
+    for metric, difference in wanted.items():
+        found = own[metric]
+        assert found.difference == pytest.approx(difference.difference, rel=1e-5)
+        assert found.ci95 == pytest.approx(difference.ci95, rel=1e-4)
+        assert found.p == pytest.approx(difference.p_value, rel=1e-3)
+        assert found.sequences == difference.sequences
+
+
+def test_solvers_that_do_not_compete_are_compared_too() -> None:
+    site = site_of(result("causal", ERRORS), result("offline", ERRORS / 2, delay="offline"))
+    values = comparison_values(site, BOARD)
+    (a, b, figures), *others = values["pairs"]
+    assert not others
+    assert [values["solvers"][n] for n in (a, b)] == ["causal", "offline"]
+    difference, low, high, p, count, won = figures["dx"]
+    assert low < difference < high
+    assert difference == pytest.approx(float(np.mean(ERRORS / 2)), rel=1e-4)
+    assert (count, won) == (len(ERRORS), 0)
+    assert p < 0.05
+    assert values["metrics"]["dx"]["errors"][0] == pytest.approx(ERRORS.tolist(), rel=1e-5)
+
+
+def test_sequences_that_one_of_them_lacks_have_no_difference() -> None:
+    site = site_of(result("a", np.full(5, np.nan)), result("b", np.ones(5)))
+    values = comparison_values(site, BOARD)
+    assert values["pairs"][0][2]["dx"] == [None, None, None, None, 0, 0]
+    assert json.loads(json.dumps(values, allow_nan=False)) == values
 
 
 def test_a_solvers_page_has_every_board_and_its_facts() -> None:
@@ -51,7 +99,12 @@ def test_strangers_words_stay_words_on_their_page() -> None:
     assert all(address.startswith("#/") for address in page.values("href"))
 
 
-def test_a_bundled_solver_names_its_class() -> None:
+def test_bundled_solvers_lead_to_their_source() -> None:
     site = site_of(result("vb-cv", ERRORS), result("stranger", ERRORS))
-    assert ":ConstantVelocityBirdifier</code>, comes with vbbench" in solver_page(site, "vb-cv")
-    assert "comes with vbbench" not in solver_page(site, "stranger")
+    files = pages(site)
+    own = bundled_sources(["vb-cv", "stranger"])
+    assert list(own) == ["vb-cv"]
+    assert "class ConstantVelocityBirdifier" in files[own["vb-cv"].address]
+    assert own["vb-cv"].address in Outline(solver_page(site, "vb-cv")).values("href")
+    elsewhere = site_of(result("vb-cv", ERRORS, code="https://example.org/fork"))
+    assert not [name for name in pages(elsewhere) if name.startswith("code/")]

@@ -1,7 +1,7 @@
 /* What every page has: light or dark, data on demand, addresses. Runs in the head, before anything is painted. */
 "use strict";
 window.vbbench = (function () {
-  const KEY = "vbbench-theme";
+  const KEY = "vbbench-theme", VIEWS = ["play", "compare"];
   const root = document.documentElement, system = matchMedia("(prefers-color-scheme: dark)");
 
   /** Read or keep the reader's choice; some browsers keep nothing for pages from a file. */
@@ -70,7 +70,7 @@ window.vbbench = (function () {
   }
 
   /* The address is the state: #/SPLIT/PROTOCOL-TIER?by=dx&show=… for a table, …/play?sequence=12 for the player,
-     and #/solver/NAME for a solver. */
+     …/compare?a=…&b=… for two solvers, and #/solver/NAME for one. */
   function decoded(text) {
     try {
       return decodeURIComponent(text);
@@ -87,7 +87,7 @@ window.vbbench = (function () {
     const [first, second, view = ""] = parts, state = { kind: "unknown", board: "", view: "", solver: "", parts, options };
     if (!parts.length) return { ...state, kind: "front" };
     if (parts.length === 2 && first === "solver") return { ...state, kind: "solver", solver: second };
-    const isBoard = parts.length === 2 || (parts.length === 3 && view === "play");
+    const isBoard = parts.length === 2 || (parts.length === 3 && VIEWS.includes(view));
     return isBoard ? { ...state, kind: "board", board: `${first}/${second}`, view } : state;
   }
 

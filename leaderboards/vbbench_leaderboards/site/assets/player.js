@@ -264,6 +264,7 @@
       for (const k of this.order) this.drawBox(moment, k, theme, options);
       if (clip.picture.round) this.drawCompass(theme);
       if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
+      else if (options.ids) this.drawIds(moment, theme);
     }
 
     drawGround(moment, theme) {
@@ -332,6 +333,17 @@
         label(context, name, x + away, shown.top + 0.5 * size, this.pictures ? theme.ink : theme.faint, theme.paper);
         context.fillStyle = theme.faint;
         context.fillRect(x - 0.05 * size, shown.top, 0.1 * size, 0.4 * size);
+      }
+    }
+
+    /** Ids over the nearest boxes, as far as they do not cover one another. */
+    drawIds(moment, theme) {
+      const { context, thin, clip, shown } = this, size = 10 * thin, taken = [], { u, v, l } = moment.boxes;
+      type(context, size, "center", "bottom");
+      for (const k of [...this.order].reverse()) {
+        if (l[k] !== l[k] || taken.length > 47 || taken.some((other) => Math.abs(other - u[k]) <= 2.4 * size)) continue;
+        taken.push(u[k]);
+        label(context, clip.tracks[k], u[k], Math.max(v[k] - l[k] / 2 - 0.2 * size, shown.top + 3 * size), theme.ink, theme.paper);
       }
     }
 
@@ -455,6 +467,7 @@
       moment.estimates.forEach((room, n) => this.drawEstimate(moment, room, solvers[n], options));
       this.drawCamera(truth, theme.ink, theme.paper);
       if (options.selected >= 0) this.drawSelected(moment, theme, options.selected);
+      else if (options.ids) this.drawIds(moment, theme);
       this.drawScale(theme);
     }
 
@@ -576,6 +589,15 @@
         });
       }
       return found;
+    }
+
+    drawIds(moment, theme) {
+      const { context, canvas: { ratio }, clip } = this, { px, py } = moment.truth;
+      type(context, 10 * ratio, "left", "middle");
+      for (let n = 0; n < clip.K; n++) {
+        const at = [this.sx(px[n]) + 7 * ratio, this.sy(py[n]) - 7 * ratio];
+        if (px[n] === px[n]) label(context, clip.tracks[n], ...at, theme.ink, theme.paper);
+      }
     }
 
     drawSelected(moment, theme, n) {
@@ -783,16 +805,26 @@
   const ICONS = {
     start: "M5 4v16M20 4 9 12l11 8z", back: "M16 5 7 12l9 7z", play: "M7 4l13 8-13 8z", pause: "M7 4v16M17 4v16",
     on: "M8 5l9 7-9 7z", end: "M19 4v16M4 4l11 8-11 8z", fit: "M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5",
+    link: "M9 15l6-6M10 6l2-2a4 4 0 0 1 6 6l-2 2M14 18l-2 2a4 4 0 0 1-6-6l2-2",
   };
   const icon = (name) => `<svg viewBox="0 0 24 24" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
   const button = (name, text, content) => `<button type="button" data-do="${name}" title="${text}" aria-label="${text}">${content}</button>`;
   const choices = (name, pairs) => `<select data-${name}>${pairs.map(([value, text]) => `<option value="${value}">${text}</option>`).join("")}</select>`;
 
+  const KEYS = [
+    ["Space", "play or pause"], ["← →", "a frame back or on"], ["Home End", "first or last frame"],
+    ["w", "the frame of the largest error"], ["+ −", "zoom"], ["Shift + arrows", "move the map"], ["0", "see where everybody truly is"],
+    ["i", "ids"], ["?", "this help"],
+  ];
+
   const TEMPLATE = `
     <div class="player-head">
       <label class="player-which"><span>Sequence</span> <select data-sequence></select></label>
+      <label><span>Board</span> <select data-board></select></label>
       <span class="player-facts" data-facts></span>
+      <span class="player-end">${button("link", "Copy a link to this frame", `${icon("link")}<span>Copy link</span>`)}${button("help", "Keys", "?")}</span>
     </div>
+    <p class="player-gone" data-gone role="status" hidden></p>
     <p class="player-note" data-note role="status" hidden></p>
     <div class="player-body" data-body>
       <div class="player-sight" role="group" aria-label="What the observer sees" tabindex="0">
@@ -801,7 +833,7 @@
         <span data-alarms><i class="player-box player-alarm"></i> <span></span></span></p>
       <div class="player-ground">
         <canvas class="player-map" data-map role="img" tabindex="0"></canvas>
-        <div class="player-zoom">${button("in", "Zoom in (+)", "+")}${button("out", "Zoom out (−)", "−")}${button("fit", "See where everybody truly is (0)", icon("fit"))}</div>
+        <div class="player-zoom">${button("in", "Zoom in", "+")}${button("out", "Zoom out", "−")}${button("fit", "See where everybody truly is", icon("fit"))}</div>
         <p class="player-legend"><b><span class="player-true"></span> true place</b> <b><span class="player-true player-pale"></span> without a box</b>
           <b><span class="player-given"></span> given</b> <b><span class="player-cone"></span> camera</b></p>
       </div>
@@ -814,23 +846,28 @@
         </table>
         <div class="player-person"><label>Person <select data-person></select></label>
           <p data-person-text></p></div>
+        <label class="player-check"><input type="checkbox" data-ids> Ids <kbd>i</kbd></label>
       </div>
       <div class="player-transport">
-        <span class="player-buttons">${button("start", "First frame (Home)", icon("start"))}${button("previous", "One frame back (←)", icon("back"))}${button("play", "Play", icon("play"))}${button("next", "One frame on (→)", icon("on"))}${button("end", "Last frame (End)", icon("end"))}</span>
+        <span class="player-buttons">${button("start", "First frame", icon("start"))}${button("previous", "One frame back", icon("back"))}${button("play", "Play", icon("play"))}${button("next", "One frame on", icon("on"))}${button("end", "Last frame", icon("end"))}</span>
         <input type="range" min="0" step="1" data-scrub aria-label="Frame">
         <output class="player-clock" data-clock></output>
         <label>Speed ${choices("speed", [["0.25", "¼×"], ["0.5", "½×"], ["1", "1×"], ["2", "2×"], ["4", "4×"]])}</label>
       </div>
       <div class="player-over-time">
         <label class="player-metric">Over time ${choices("metric", [["dx", "Δx, people, m"], ["dt", "Δt, camera, m"], ["dr", "Δr, camera, rad"]])}</label>
-        ${button("worst", "Go to the frame of the largest error (w)", `<span class="player-tip">▼</span> Largest error`)}
+        ${button("worst", "Go to the frame of the largest error", `<span class="player-tip">▼</span> Largest error`)}
         <span class="player-key">grey and ticks: given</span>
         <canvas class="player-strip" data-strip role="img" aria-label="Error over time, a line a solver"></canvas>
       </div>
       <p class="player-said" data-said aria-live="polite"></p>
-    </div>`;
-  const PARTS = ["sequence", "facts", "note", "body", "ego", "boxes-line", "map", "solvers", "person",
-    "person-text", "scrub", "clock", "speed", "metric", "strip", "said"];
+    </div>
+    <dialog class="player-help" data-help aria-label="Keys"><h3>Keys</h3>
+      <dl>${KEYS.map(([key, text]) => `<dt><kbd>${key}</kbd></dt><dd>${text}</dd>`).join("")}</dl>
+      <p>Drag the map to move it; wheel or pinch to zoom; point at a person to see its errors, click to keep it.</p>
+      <form method="dialog"><button>Close</button></form></dialog>`;
+  const PARTS = ["sequence", "board", "facts", "gone", "note", "body", "ego", "boxes-line", "map", "solvers", "person",
+    "person-text", "ids", "scrub", "clock", "speed", "metric", "strip", "said", "help"];
 
   /** Build the player into an element; the parts by the names of their data attributes. */
   function build(element) {
@@ -890,7 +927,7 @@
       }
     }
 
-    /** Take sequence and solvers from a state, or what is worth seeing first. */
+    /** Take sequence and solvers from a state, or what is worth seeing first, and say what of it there is not. */
     choose(state) {
       const { index, board, colours, ui } = this, names = Object.keys(board.solvers);
       this.solvers = names.map((name) => ({ name, number: colours.get(name), shape: SHAPES[(colours.get(name) - 1) % SHAPES.length] }));
@@ -903,6 +940,8 @@
       this.sequence = index.sequences.includes(number) ? number : this.sorted()[0];
       this.metric = Object.values(board.solvers).some(({ dx }) => dx.some((value) => value !== null)) ? "dx" : "dt";
       ui.metric.value = this.metric;
+      this.sayGone(state.sequence, wanted.filter((name) => name && !names.includes(name)));
+      list(ui.board, Object.keys(index.boards).map((name) => [name, name.replace(/-(?=[^-]*$)/, ", ")]), this.name);
       this.listSequences();
     }
 
@@ -925,7 +964,7 @@
       list(ui.sequence, this.sorted().map((sequence) => [sequence, text(sequence)]), this.sequence);
       const known = { relative: "; all as seen from the camera, Δx is Δx̃", poses: "; where people really are is not known" };
       const ends = sequences.length > 2 ? ", the best and the worst among them" : "";
-      ui.facts.textContent = `${count(sequences.length, "sequence")} of ${index.split}, ${this.name.replace(/-(?=[^-]*$)/, ", ")}${ends}${known[index.truth] || ""}`;
+      ui.facts.textContent = `${count(sequences.length, "sequence")} of ${index.split}${ends}${known[index.truth] || ""}`;
     }
 
     /** Load what is chosen, and go to a frame of it. */
@@ -1053,7 +1092,7 @@
 
     draw() {
       const { moment, views, theme, drawn } = this, selected = this.hovered >= 0 ? this.hovered : this.pinned;
-      const options = { isGiven: this.isGiven, isAlarm: this.isAlarm, selected };
+      const options = { ids: this.ui.ids.checked, isGiven: this.isGiven, isAlarm: this.isAlarm, selected };
       moment.go(this.at, this.smooth && this.playing, views.ego.pictures);
       views.ego.draw(moment, theme, options);
       views.map.draw(moment, drawn, theme, options);
@@ -1116,6 +1155,14 @@
       ui.map.ariaLabel = `Map from above: the observer, the people around, and the estimates of ${names.join(", ") || "no solver"}.`;
     }
 
+    /** Say what an address asks for that cannot be played here. */
+    sayGone(sequence, solvers) {
+      const isGone = sequence !== undefined && String(sequence) !== String(this.sequence);
+      const gone = [isGone ? `Sequence ${sequence} cannot be played here; this is sequence ${this.sequence}.` : "",
+        solvers.length ? `There is no solver ${solvers.join(", ")} on this board.` : ""].filter(Boolean);
+      Object.assign(this.ui.gone, { textContent: gone.join(" "), hidden: !gone.length });
+    }
+
     state() {
       return { sequence: this.sequence, frame: Math.round(this.at), solvers: this.chosen.join(",") };
     }
@@ -1151,7 +1198,7 @@
 
   const ZOOM = 1.3, PAN = 60; // a press of a key
   const PLAIN = { " ": "play", ArrowLeft: "previous", ArrowRight: "next", Home: "start", End: "end" };
-  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", w: "worst" };
+  const OTHER = { "+": "in", "=": "in", "-": "out", "−": "out", 0: "fit", w: "worst", i: "ids", "?": "help" };
   const SHIFTS = { ArrowLeft: [PAN, 0], ArrowRight: [-PAN, 0], ArrowUp: [0, PAN], ArrowDown: [0, -PAN] };
 
   const actions = {
@@ -1164,6 +1211,9 @@
     out: (s) => zoom(s, 1 / ZOOM),
     fit: (s) => { s.views.map.fitTruth(); s.ask(); },
     worst: (s) => jump(s, s.worst),
+    ids: (s) => s.ui.ids.click(),
+    help: (s) => s.ui.help.showModal(),
+    link: copyLink,
   };
 
   function jump(s, frame) {
@@ -1181,7 +1231,15 @@
     if (s.playing) s.play(false);
     s.sequence = sequence;
     s.ui.sequence.value = sequence;
+    s.ui.gone.hidden = true;
     s.show().then(() => s.tell());
+  }
+
+  async function copyLink(s) {
+    s.tell();
+    const said = s.ui.button("link").querySelector("span"), say = (textContent, className) => Object.assign(said, { textContent, className });
+    await navigator.clipboard.writeText(location.href).then(() => say("Copied", "said"), () => say("Copy the address above", "said"));
+    setTimeout(() => say("Copy link", ""), 2500);
   }
 
   function pin(s, k) {
@@ -1194,9 +1252,13 @@
     const { ui } = s, on = (name, event, act) => ui[name].addEventListener(event, () => act(ui[name].value));
     ui.root.addEventListener("click", (event) => {
       const name = event.target.closest("[data-do]")?.dataset.do;
-      if (name && s.clip) actions[name](s);
+      if (name && (s.clip || name === "help")) actions[name](s);
     });
     on("sequence", "change", (value) => pick(s, Number(value)));
+    on("board", "change", (name) => { // another board of the split, the same sequence, frame and solvers
+      location.hash = vbbench.address.format({ board: `${s.index.split}/${name}`, view: "play", options: s.state() });
+    });
+    on("ids", "change", () => s.ask());
     on("scrub", "input", (value) => jump(s, Number(value)));
     ui.speed.value = s.speed;
     on("speed", "change", (value) => { s.speed = Number(value); });
@@ -1225,7 +1287,7 @@
   }
 
   function onKey(s, event) {
-    if (!s.clip || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (!s.clip || s.ui.help.open || event.ctrlKey || event.metaKey || event.altKey) return;
     const { key, target } = event, busy = target.closest?.("input, select, textarea, button, a, summary");
     if (busy && (key in PLAIN || target.matches("select, textarea, input:not([type=checkbox], [type=range])"))) return;
     if (event.shiftKey && key in SHIFTS) { s.views.map.pan(...SHIFTS[key]); s.ask(); }
