@@ -95,7 +95,7 @@ def _size(covariance: FloatArray) -> float:
 
 def _variances(spread: Array) -> FloatArray:
     """Variances of the network's ``spread``, ln of standard deviations."""
-    return np.asarray(np.exp(2.0 * np.clip(spread.astype(np.float64), NARROWEST, WIDEST)))
+    return np.asarray(np.exp(2.0 * spread.astype(np.float64).clip(NARROWEST, WIDEST)))
 
 
 def _turned(variances: FloatArray, pose: FloatArray) -> FloatArray:

@@ -80,7 +80,7 @@ def _gain(xp: Operations, dt: Array) -> Array:
 
 def _facing(xp: Operations, way: Array) -> Array:
     """Direction in rad of a velocity [...]; 0 if it is 0."""
-    return xp.angle(xp.point(way.real + 1e-4, way.imag))
+    return xp.angle(way + 1e-4)
 
 
 def _walks(way: Array) -> Array:

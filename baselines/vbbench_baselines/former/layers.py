@@ -25,11 +25,24 @@ class Network:
     """
 
     def __init__(self, operations: Operations, weights: Weights) -> None:
-        self.operations, self.weights = operations, weights
+        self.operations = operations
+        self._linear = {
+            name.removesuffix(".weights"): (operations.transposed(weights[name]), weights[f"{name[:-8]}.bias"])
+            for name in weights
+            if name.endswith(".weights")
+        }
+        self._normalise = {
+            name.removesuffix(".gain"): (weights[name], weights[f"{name[:-5]}.bias"])
+            for name in weights
+            if name.endswith(".gain")
+        }
 
     def linear(self, name: str, x: Array) -> Array:
         """A linear layer of ``x`` [..., n] with a bias."""
-        return self.operations.linear(x, self.weights[f"{name}.weights"], self.weights[f"{name}.bias"])
+        weights, bias = self._linear[name]
+        made = x @ weights
+        made += bias
+        return made
 
     def perceptron(self, name: str, x: Array) -> Array:
         """Two linear layers of ``x`` [..., n] with SiLU between."""
@@ -41,7 +54,7 @@ class Network:
 
     def normalise(self, name: str, x: Array) -> Array:
         """Layer normalisation."""
-        return self.operations.normalise(x, self.weights[f"{name}.gain"], self.weights[f"{name}.bias"])
+        return self.operations.normalise(x, *self._normalise[name])
 
     def remember(self, name: str, x: Array, memory: Array) -> Array:
         """The memory [..., M] after ``x``: a gated recurrent unit (Cho et al. 2014)."""

@@ -82,7 +82,7 @@ class Birdifier:
         """Step 3: hidden features of people [..., K, `WIDTH`] and of the observer [..., `WIDTH`]."""
         xp, network, seen = self.network.operations, self.network, scene.sights.seen
         rows = network.perceptron("person", person_facts(xp, state.people, scene, rough))
-        own_row = network.perceptron("observer", observer_facts(xp, scene, rough, scene.known.sum(-1)))
+        own_row = network.perceptron("observer", observer_facts(xp, scene, rough))
         hidden = xp.join([(seen - 1.0) * FAR, 0.0 * scene.dt[..., None]])
         rows = network.attend(xp.append_row(rows, own_row), hidden)
         return rows[..., :-1, :], rows[..., -1, :]
@@ -91,13 +91,13 @@ class Birdifier:
         """Step 4: the weights of the fit, and its motion."""
         xp = self.network.operations
         own_trust = self.network.linear("own_trust", own_row)
-        weights = xp.exp(xp.clip(trust[..., 2:4], -6.0, 5.0))
+        along, across = xp.unstack(xp.exp(xp.clip(trust[..., 2:4], -6.0, 5.0)))
         inertia, said = self._own_prior(scene, own_trust)
         own = scene.walks.own
         weighing = Weighing(
-            along=scene.known / scene.along * weights[..., 0],
-            across=scene.known / scene.across * weights[..., 1],
-            offset=xp.point(trust[..., 0], trust[..., 1]) * (scene.scale * (1.0 - scene.told.placed)),
+            along=scene.known / scene.along * along,
+            across=scene.known / scene.across * across,
+            offset=xp.points(trust[..., :2]) * (scene.scale * (1.0 - scene.told.placed)),
             inertia=inertia,
             motion=said,
             head=head_of(xp, own.smooth, own.head_odds, scene.dt) if self.heads else None,
@@ -108,10 +108,8 @@ class Birdifier:
         """λ and x⁰ of the fit (`pose_fit`)."""
         xp, dt, expected = self.network.operations, scene.dt, scene.expected
         inertia = scene.inertia * xp.exp(xp.clip(trust[..., 3:6], -6.0, 6.0))
-        said = Motion(
-            expected.step + xp.point(trust[..., 0], trust[..., 1]) * (0.3 * dt),
-            expected.turn + trust[..., 2] * (0.5 * dt),
-        )
+        ahead, left, turn = xp.unstack(trust[..., :3])
+        said = Motion(expected.step + xp.point(ahead, left) * (0.3 * dt), expected.turn + turn * (0.5 * dt))
         return with_measured(xp, inertia, said, scene.told.measured)
 
     def _find(self, scene: Scene, weighing: Weighing, motion: Motion, rows: Array, own_row: Array) -> Found:
@@ -119,11 +117,9 @@ class Birdifier:
         xp, placed = self.network.operations, scene.told.placed
         again = self._look_again(scene, weighing, motion, rows)
         trust = self.network.linear("trust_again", again)
-        offset = weighing.offset + xp.point(trust[..., 2], trust[..., 3]) * (scene.scale * (1.0 - placed))
-        weights = xp.exp(xp.clip(trust[..., :2], -6.0, 4.0))
-        weighing = weighing._replace(
-            along=weighing.along * weights[..., 0], across=weighing.across * weights[..., 1], offset=offset
-        )
+        offset = weighing.offset + xp.points(trust[..., 2:4]) * (scene.scale * (1.0 - placed))
+        along, across = xp.unstack(xp.exp(xp.clip(trust[..., :2], -6.0, 4.0)))
+        weighing = weighing._replace(along=weighing.along * along, across=weighing.across * across, offset=offset)
         motion, variances = fit(xp, scene.views, weighing, motion, 2)
         uncertain = xp.log(xp.stack(list(variances)) + 1e-9)
         motion = scene.or_given(xp, motion)
@@ -137,15 +133,14 @@ class Birdifier:
         _, off = view(xp, scene.views, motion)
         seen = second_look(xp, scene, off - weighing.offset, weighing.offset)
         again = network.hidden("look_again", xp.join([rows, seen]))
-        mean = (again * known[..., None]).sum(-2) / (known.sum(-1)[..., None] + 1e-3)
-        return network.hidden("together", xp.join([again, mean[..., None, :] + 0.0 * again]))
+        mean = known[..., None, :] @ again / (scene.count[..., None, None] + 1e-3)
+        return network.hidden("together", xp.join([again, mean + 0.0 * again]))
 
     def _places(self, scene: Scene, motion: Motion, offset: Array, gains: Array) -> tuple[Array, Array]:
         """Step 5: places [..., K] relative to the new pose, and the residuals of boxes about the predictions."""
         xp, views = self.network.operations, scene.views
         places, off = view(xp, views, motion)
-        left = off - offset
-        moved = places + (offset + xp.point(gains[..., 0] * left.real, gains[..., 1] * left.imag)) * views.ray
+        moved = places + (offset + xp.points(gains * xp.pairs(off - offset))) * views.ray
         moved = xp.where(scene.given, places, moved)
         unexpected = xp.where(scene.sights.seen > 0.5, views.seen, places)
         return xp.where(scene.known > 0.5, moved, unexpected), off

@@ -10,28 +10,37 @@ import numpy as np
 Array = Any
 """An array of float32 or complex64, or a tensor while the network is trained."""
 
+_I = np.complex64(1j)
+
 
 class Operations:
     """Operations on arrays [..., N]; those that join or reduce work along the last axis."""
 
-    where, exp, log, sqrt = (staticmethod(do) for do in (np.where, np.exp, np.log, np.sqrt))
+    exp, log, sqrt = staticmethod(np.exp), staticmethod(np.log), staticmethod(np.sqrt)
     asinh, tanh = staticmethod(np.arcsinh), staticmethod(np.tanh)
 
+    def where(self, condition: Array, x: Array, y: Array) -> Array:
+        """X where the condition holds, else y."""
+        if condition.ndim == 0:
+            return x if condition else y
+        return np.where(condition, x, y)
+
     def sigmoid(self, x: Array) -> Array:
-        """1/(1 + exp(−x))."""
-        return 1.0 / (1.0 + np.exp(-x))
+        """1/(1 + exp(−x)) = (1 + tanh(x/2))/2."""
+        return 0.5 + 0.5 * np.tanh(0.5 * x)
 
     def silu(self, x: Array) -> Array:
         """x·sigmoid(x)."""
-        return x / (1.0 + np.exp(-x))
+        half = 0.5 * x
+        return half + half * np.tanh(half)
 
     def clip(self, x: Array, low: float, high: float) -> Array:
         """X within bounds."""
-        return np.minimum(np.maximum(x, low), high)
+        return x.clip(low, high)
 
     def direction(self, angle: Array) -> Array:
         """exp(i·angle)."""
-        return np.exp(1j * angle)
+        return np.exp(_I * angle)
 
     def angle(self, x: Array) -> Array:
         """The angle of complex x, within ±π."""
@@ -39,19 +48,27 @@ class Operations:
 
     def point(self, forward: Array, left: Array) -> Array:
         """Forward + i·left."""
-        return forward + 1j * left
+        return forward + _I * left
 
     def pairs(self, points: Array) -> Array:
         """Real and imaginary parts [..., 2] of points [...]."""
-        return np.ascontiguousarray(points).view(points.real.dtype).reshape((*points.shape, 2))
+        return points[..., None].view(np.float32)
 
-    def totals(self, parts: list[Array]) -> list[Array]:
-        """The sum [...] of each of the arrays [..., K]."""
-        return list(np.add.reduce(np.array(parts), axis=-1))
+    def points(self, pairs: Array) -> Array:
+        """The inverse of `pairs`."""
+        return pairs.view(np.complex64)[..., 0]
 
     def stack(self, parts: list[Array]) -> Array:
-        """N arrays [...] stacked along a new last axis, [..., N]."""
-        return np.stack(parts, axis=-1)
+        """N arrays [K] or [] stacked along a new last axis, [K, N] or [N]."""
+        return np.array(parts).T
+
+    def unstack(self, x: Array) -> list[Array]:
+        """The inverse of `stack`."""
+        return list(x.T)
+
+    def flat(self, x: Array) -> Array:
+        """[..., N, M] as [..., N·M]."""
+        return x.reshape((*x.shape[:-2], x.shape[-2] * x.shape[-1]))
 
     def join(self, parts: list[Array]) -> Array:
         """Arrays [..., n] concatenated along the last axis."""
@@ -61,14 +78,17 @@ class Operations:
         """Rows [..., K + 1, N]: ``rows`` [..., K, N], then ``row`` [..., N]."""
         return np.concatenate([rows, row[..., None, :]], axis=-2)
 
-    def linear(self, x: Array, weights: Array, bias: Array) -> Array:
-        """X [..., n] times the weights [m, n] transposed, and the bias [m]."""
-        return x @ weights.T + bias
+    def transposed(self, weights: Array) -> Array:
+        """Weights [m, n] as [n, m], in the layout that arrays [..., n] are multiplied by fastest."""
+        return np.ascontiguousarray(weights.T)
 
     def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
         """Layer normalisation along the last axis, times ``gain`` plus ``bias``."""
-        off = x - x.mean(axis=-1, keepdims=True)
-        return off / np.sqrt((off * off).mean(axis=-1, keepdims=True) + 1e-5) * gain + bias
+        off = x - np.add.reduce(x, axis=-1, keepdims=True) / x.shape[-1]
+        off /= np.sqrt(np.vecdot(off, off) / x.shape[-1] + 1e-5)[..., None]
+        off *= gain
+        off += bias
+        return off
 
     def softmax(self, x: Array) -> Array:
         """Softmax along the last axis."""

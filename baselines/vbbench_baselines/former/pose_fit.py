@@ -29,11 +29,12 @@ class Views(NamedTuple):
     Attributes
     ----------
     expected : T, relative to the last pose, in m.
-    seen : z in m.
+    reach, seen : |z|, real, and z in m.
     ray, upright : ρ, and ρ̄, which rotates the ray onto the real axis.
     """
 
     expected: Array
+    reach: Array
     seen: Array
     ray: Array
     upright: Array
@@ -81,10 +82,10 @@ def with_measured(
     if measured is None:
         return inertia, motion
     sure, total = measured.sure > 0.5, inertia + measured.information
-    share = measured.information / total
+    ahead, left, turning = operations.unstack(measured.information / total)
     off = Motion(measured.motion.step - motion.step, measured.motion.turn - motion.turn)
-    step = motion.step + operations.point(share[..., 0] * off.step.real, share[..., 1] * off.step.imag)
-    turn = motion.turn + share[..., 2] * off.turn
+    step = motion.step + operations.point(ahead * off.step.real, left * off.step.imag)
+    turn = motion.turn + turning * off.turn
     return operations.where(sure[..., None], measured.information, total), Motion(
         operations.where(sure, measured.motion.step, step), operations.where(sure, measured.motion.turn, turn)
     )
@@ -94,7 +95,7 @@ def view(operations: Operations, views: Views, motion: Motion) -> tuple[Array, A
     """Places q and residuals r of people under a motion, complex [..., K] in m."""
     turned = operations.direction(-motion.turn)[..., None]
     places = (views.expected - motion.step[..., None]) * turned
-    return places, (views.seen - places) * views.upright
+    return places, views.reach - places * views.upright
 
 
 def align(operations: Operations, views: Views, weighing: Weighing) -> Motion:
@@ -122,52 +123,43 @@ def fit(
 
     The variances exclude the factor of `heads`, without which the network learned to estimate its own spread.
     """
-    ahead, left, turning = (weighing.inertia[..., number] for number in range(3))
+    ahead, left, turning = operations.unstack(weighing.inertia)
+    weights = operations.flat(operations.stack([weighing.along, weighing.across]))
+    measured = views.reach - weighing.offset
     for _ in range(times):
-        a, b, c, d, e, f, gx, gy, gt = _normal_equations(operations, views, weighing, motion)
+        a, b, c, gx, d, e, gy, f, gt = _normal_equations(operations, views, weights, measured, motion)
         drift = motion.step - weighing.motion.step
         gx, gy = gx + ahead * drift.real, gy + left * drift.imag
         gt = gt + turning * (motion.turn - weighing.motion.turn)
-        equations = [a + ahead, b, c, d + left, e, f + turning, gx, gy, gt]
-        back, variances = _solved(operations, *equations)
+        plain = equations = [a + ahead, b, c, d + left, e, f + turning, gx, gy, gt]
         if weighing.head is not None:
             head = head_equations(operations, weighing.head, motion.step, motion.turn)
-            back, _ = _solved(operations, *(one + other for one, other in zip(equations, head, strict=True)))
-        motion = Motion(motion.step - back.step, motion.turn - back.turn)
-    return motion, variances
+            equations = [one + other for one, other in zip(plain, head, strict=True)]
+        xx, xy, xt, yy, yt, tt = _inverse(*equations[:6])
+        gx, gy, gt = equations[6:]
+        back = operations.point(xx * gx + xy * gy + xt * gt, xy * gx + yy * gy + yt * gt)
+        motion = Motion(motion.step - back, motion.turn - (xt * gx + yt * gy + tt * gt))
+    xx, _, _, yy, _, tt = _inverse(*plain[:6])
+    return motion, (xx, yy, tt)
 
 
-def _solved(
-    operations: Operations, a: Array, b: Array, c: Array, d: Array, e: Array, f: Array, gx: Array, gy: Array, gt: Array
-) -> tuple[Motion, tuple[Array, Array, Array]]:
-    """The solution of 3 × 3 normal equations, and its variances; ``a`` to ``f`` are the matrix's upper half by rows."""
-    xx, xy, xt, yy, yt, tt = d * f - e * e, c * e - b * f, b * e - c * d, a * f - c * c, b * c - a * e, a * d - b * b
+def _inverse(a: Array, b: Array, c: Array, d: Array, e: Array, f: Array) -> list[Array]:
+    """The upper half by rows of the inverse of a symmetric 3 × 3 matrix, given its own."""
+    xx, xy, xt = d * f - e * e, c * e - b * f, b * e - c * d
     scale = 1.0 / (a * xx + b * xy + c * xt)
-    step = operations.point((xx * gx + xy * gy + xt * gt) * scale, (xy * gx + yy * gy + yt * gt) * scale)
-    return Motion(step, (xt * gx + yt * gy + tt * gt) * scale), (xx * scale, yy * scale, tt * scale)
+    return [one * scale for one in (xx, xy, xt, a * f - c * c, b * c - a * e, a * d - b * b)]
 
 
-def _normal_equations(operations: Operations, views: Views, weighing: Weighing, motion: Motion) -> list[Array]:
-    """The upper half of Σ JᵀwJ by rows, and Σ Jᵀwr, over people: nine sums [...]."""
-    turned = operations.direction(-motion.turn)[..., None]
-    places = (views.expected - motion.step[..., None]) * turned
-    off = (views.seen - places) * views.upright - weighing.offset
-    ahead = views.ray * turned.conj()
-    swing = places * views.upright
-    ux, uy, along, across = ahead.real, ahead.imag, -swing.imag, swing.real
-    wa, wc = weighing.along, weighing.across
-    wax, way, wcx, wcy = wa * ux, wa * uy, wc * ux, wc * uy
-    wal, wcr = wa * along, wc * across
-    return operations.totals(
-        [
-            wax * ux + wcy * uy,
-            wax * uy - wcy * ux,
-            wax * along - wcy * across,
-            way * uy + wcx * ux,
-            way * along + wcx * across,
-            wal * along + wcr * across,
-            wax * off.real - wcy * off.imag,
-            way * off.real + wcx * off.imag,
-            wal * off.real + wcr * off.imag,
-        ]
-    )
+def _normal_equations(
+    operations: Operations, views: Views, weights: Array, measured: Array, motion: Motion
+) -> list[Array]:
+    """The upper half by rows of Σ JᵀwJ, each row followed by its Σ Jᵀwr, over people: nine sums [...].
+
+    ``weights`` [..., 2 K] are w along and across by turns; ``measured`` [..., K] is z·ρ̄ − o.
+    """
+    ahead = views.upright * operations.direction(-motion.turn)[..., None]
+    swing = (views.expected - motion.step[..., None]) * ahead
+    columns = operations.stack([ahead, 1j * ahead, 1j * swing, measured - swing]).swapaxes(-1, -2)
+    parts = operations.flat(operations.pairs(columns))
+    sums = operations.unstack(operations.flat((parts * weights[..., None, :]) @ parts.swapaxes(-1, -2)))
+    return [*sums[:4], *sums[5:8], *sums[10:12]]

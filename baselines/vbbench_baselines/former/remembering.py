@@ -14,19 +14,18 @@ from vbbench_baselines.former.state import Observer, State, Walkers
 
 def person_facts(xp: Operations, people: Walkers, scene: Scene, rough: Motion) -> Array:
     """Features of people [..., K, `layers.PERSON_FACTS`], then memories; ``rough`` is the approximate motion."""
-    walks, views, sights = scene.walks, scene.views, scene.sights
-    stds = xp.stack([xp.sqrt(scene.along), xp.sqrt(scene.across)])
+    walks, views, sights, stds = scene.walks, scene.views, scene.sights, scene.stds
     scale, known = scene.scale[..., None], scene.known[..., None]
     off, off_expected = (xp.pairs(view(xp, views, motion)[1]) for motion in (rough, scene.expected))
     misses = [xp.asinh(off / scale), 0.5 * xp.asinh(off_expected / scale), xp.asinh(off / stds)]
     turned = xp.direction(-rough.turn)
     own = walks.own.velocity[..., None] + 0.0 * walks.velocity
     ways = xp.join([walks.velocity[..., None], own[..., None], walks.traces])
-    ways = xp.pairs(ways * turned[..., None, None] * views.upright[..., None])
+    ways = xp.pairs(ways * (turned[..., None] * views.upright)[..., None])
     return xp.join(
         [
             known * xp.join([*misses, xp.clip(off, -3.0, 3.0)]),
-            ways.reshape((*ways.shape[:-2], 2 * ways.shape[-2])),
+            xp.flat(ways),
             xp.pairs(views.ray),
             xp.stack([scene.known, scene.told.placed, *_looks(xp, people, scene)]),
             sights.cut,
@@ -62,12 +61,11 @@ def _looks(xp: Operations, people: Walkers, scene: Scene) -> list[Array]:
     ]
 
 
-def observer_facts(xp: Operations, scene: Scene, rough: Motion, count: Array) -> Array:
-    """Features of the observer [..., `layers.OBSERVER_FACTS`], then its memory; ``count`` [...] people are known."""
-    dt, own, expected, none = scene.dt, scene.walks.own, scene.expected, 0.0 * scene.dt
+def observer_facts(xp: Operations, scene: Scene, rough: Motion) -> Array:
+    """Features of the observer [..., `layers.OBSERVER_FACTS`], then its memory."""
+    count, dt, own, expected, none = scene.count, scene.dt, scene.walks.own, scene.expected, 0.0 * scene.dt
     beyond, turned = (rough.step - expected.step) / dt, (rough.turn - expected.turn) / dt
     motion = xp.stack([beyond.real, beyond.imag, turned])
-    traces = xp.pairs(own.traces)
     others = [
         xp.log(1.0 + count),
         xp.log(dt),
@@ -85,7 +83,7 @@ def observer_facts(xp: Operations, scene: Scene, rough: Motion, count: Array) ->
             scene.walks.surprise,
             motion,
             xp.asinh(3.0 * motion),
-            traces.reshape((*traces.shape[:-2], 2 * traces.shape[-2])),
+            xp.flat(xp.pairs(own.traces)),
             xp.stack(others),
             own.memory,
         ]
@@ -95,8 +93,7 @@ def observer_facts(xp: Operations, scene: Scene, rough: Motion, count: Array) ->
 def second_look(xp: Operations, scene: Scene, off: Array, offset: Array) -> Array:
     """Features of people [..., K, 8] after the first fit; ``off`` and ``offset`` [..., K] as in `Found`, in m."""
     offs, scale = xp.pairs(off), scene.scale[..., None]
-    stds = xp.stack([xp.sqrt(scene.along), xp.sqrt(scene.across)])
-    misses = [xp.asinh(offs / scale), xp.asinh(offs / stds), xp.asinh(xp.pairs(offset) / scale)]
+    misses = [xp.asinh(offs / scale), xp.asinh(offs / scene.stds), xp.asinh(xp.pairs(offset) / scale)]
     return scene.known[..., None] * xp.join([*misses, xp.clip(offs, -3.0, 3.0)])
 
 
@@ -159,7 +156,7 @@ def memories(network: Network, state: State, scene: Scene, found: Found) -> Memo
     change = xp.join([found.own_thought, own_change(xp, scene, found.motion)])
     own = network.remember("own_memory", change, state.observer.memory)
     thought = network.hidden("doubt", xp.detach(xp.join([found.own_thought, own])))
-    crowd = xp.log(1.0 + scene.known.sum(-1))[..., None]
+    crowd = xp.log(1.0 + scene.count)[..., None]
     news = xp.join([thought, xp.detach(found.uncertain) * 0.2, crowd])
     return Memories(memory, own, network.remember("doubts", news, state.observer.doubt))
 
@@ -169,7 +166,7 @@ def spreads(network: Network, scene: Scene, found: Found, doubt: Array) -> tuple
     xp, thoughts = network.operations, found.thoughts
     facts = [
         xp.detach(thoughts),
-        doubt[..., None, :] + 0.0 * thoughts[..., : doubt.shape[-1]],
+        doubt[..., None, :] + 0.0 * scene.known[..., None],
         xp.log(xp.stack([scene.box_along, scene.box_across]) + 1e-3),
         xp.stack([scene.told.placed, xp.detach(xp.log(found.kept))]),
     ]
@@ -196,7 +193,7 @@ def _people(network: Network, state: State, scene: Scene, found: Found, memory: 
         seen=xp.clip(people.seen + sights.seen, 0.0, LONGEST),
         away=(people.away + scene.dt[..., None]) * (1.0 - sights.seen),
         shown=sights.seen,
-        traceable=xp.where(people.seen > 0.5, 1.0 + 0.0 * found.kept, 0.0 * found.kept),
+        traceable=xp.clip(people.seen, 0.0, 1.0),
         exact=scene.told.placed * sights.seen,
         exact_before=people.exact,
         by_height=sights.by_height,

@@ -52,25 +52,25 @@ def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array,
     """People's velocities, traces and offsets, and 1 where a track begins."""
     xp = network.operations
     kept = xp.sqrt(people.place.real**2 + people.place.imag**2 + 1e-4)
-    toward = people.place / kept
+    far, toward = xp.log(kept), people.place / kept
     fresh = people.shown * people.traceable
     strange = (people.place - people.place_before) / dt[..., None] - people.velocity
     back = toward.conj()
-    off, pace = strange * back, people.velocity * back
-    begins = xp.where(people.seen < 2.5, fresh, 0.0 * fresh)
-    offs = xp.pairs(off)
+    off, pace = xp.pairs(strange * back), xp.pairs(people.velocity * back)
+    begins = fresh * (people.seen < 2.5)
     by_box = xp.stack([people.by_height, people.by_feet])
-    farther = xp.clip(xp.log(kept)[..., None] - by_box, -0.5, 0.5) - people.offsets
+    farther = xp.clip(far[..., None] - by_box, -0.5, 0.5) - people.offsets
     farther = farther * xp.stack([people.shown, people.shown * people.has_feet])
-    past = [begins, people.exact, people.exact_before, xp.log(1.0 + people.seen), xp.log(kept)]
-    past.append(xp.log(dt)[..., None] + 0.0 * kept)
-    facts = [xp.asinh(2.0 * offs), xp.pairs(pace), 0.3 * offs, 5.0 * farther, xp.stack(past), people.memory]
+    past = [begins, people.exact, people.exact_before, xp.log(1.0 + people.seen), far]
+    past.append(xp.log(dt)[..., None] + 0.0 * far)
+    facts = [xp.asinh(2.0 * off), pace, 0.3 * off, 5.0 * farther, xp.stack(past), people.memory]
     told = network.perceptron("walk", xp.join(facts))
     taken = fresh[..., None]
     gains = xp.sigmoid(told[..., :2] + (4.0 * begins)[..., None]) * taken
-    velocity = people.velocity + xp.point(gains[..., 0] * off.real, gains[..., 1] * off.imag) * toward
-    offsets = people.offsets + xp.sigmoid(told[..., 2:4]) * farther
-    keep = 1.0 - taken * (1.0 - xp.sigmoid(told[..., 4 : 4 + TRACES]))
+    velocity = people.velocity + xp.points(gains * off) * toward
+    kept = xp.sigmoid(told[..., 2 : 4 + TRACES])
+    offsets = people.offsets + kept[..., :2] * farther
+    keep = 1.0 - taken * (1.0 - kept[..., 2:])
     add = xp.tanh(told[..., 4 + TRACES :]) * taken * (1.0 - begins)[..., None]
     return velocity, people.traces * keep + add * strange[..., None], offsets, begins
 
@@ -80,18 +80,19 @@ def _observer(network: Network, own: Observer, dt: Array) -> tuple[Observer, Arr
     xp = network.operations
     strange, turned = own.step - own.velocity, own.turn - own.turn_rate
     begins = xp.where(own.frames < 2.5, 1.0 + 0.0 * dt, 0.0 * dt)
-    surprise = xp.asinh(2.0 * xp.stack([strange.real, strange.imag, turned]))
+    off = xp.stack([strange.real, strange.imag, turned])
+    surprise = xp.asinh(2.0 * off)
     others = xp.stack([own.velocity.real, own.velocity.imag, own.turn_rate, begins, own.told, xp.log(dt)])
     told = network.perceptron("own_walk", xp.join([surprise, others, own.memory]))
     moved = own.moved[..., None]
-    gains = xp.sigmoid(told[..., :3] + 4.0 * begins[..., None]) * moved
+    ahead, left, faster = xp.unstack(xp.sigmoid(told[..., :3] + 4.0 * begins[..., None]) * moved * off)
     keep = 1.0 - moved * (1.0 - xp.sigmoid(told[..., 3 : 3 + TRACES]))
     add = xp.tanh(told[..., 3 + TRACES :]) * (own.moved * (1.0 - begins))[..., None]
     smooth = xp.where(own.frames < 2.5, own.step, smoothed(xp, own.smooth, own.step, dt)) * own.moved
     odds = odds_after(xp, own.head_odds, smooth, own.turn, dt)
     renewed = own._replace(
-        velocity=own.velocity + xp.point(gains[..., 0] * strange.real, gains[..., 1] * strange.imag),
-        turn_rate=own.turn_rate + gains[..., 2] * turned,
+        velocity=own.velocity + xp.point(ahead, left),
+        turn_rate=own.turn_rate + faster,
         smooth=smooth,
         head_odds=xp.where(own.frames < 3.5, own.head_odds, odds),
         traces=own.traces * keep + add * strange[..., None],
@@ -132,8 +133,8 @@ class Sights(NamedTuple):
 
 def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
     """The measurements of boxes [..., K, 3] (u, v, l) in px; NaN = no box."""
-    camera, found = problem.camera, bearings_of(problem.camera, boxes)
     with np.errstate(divide="ignore", invalid="ignore"):
+        camera, found = problem.camera, bearings_of(problem.camera, boxes)
         edge = np.hypot(problem.pixel_std, problem.box_std * found.size)
         foot = np.where(found.foot > SMALLEST_SLOPE, found.foot, np.nan)
         slope_std = np.hypot(edge * found.length / found.size, problem.tilt_std)
@@ -197,6 +198,8 @@ class Scene(NamedTuple):
     views : predictions and measurements for the fit.
     box_along, box_across : [..., K] standard deviations in m of boxes along and across their rays.
     along, across : [..., K] variances in m² of boxes and walks together.
+    stds : [..., K, 2] their roots in m.
+    count : [...] number of people known.
     expected, inertia : the observer's predicted motion, and its information [..., 3].
     scale : [..., 1] in m, the unit of residuals as features.
     """
@@ -215,6 +218,8 @@ class Scene(NamedTuple):
     box_across: Array
     along: Array
     across: Array
+    stds: Array
+    count: Array
     expected: Motion
     inertia: Array
     scale: Array
@@ -232,7 +237,9 @@ def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Arra
     distance, std = _distance(xp, people._replace(offsets=walks.offsets), sights, spread)
     reach = xp.exp(distance)
     box_along, box_across = std * reach, sights.noise[..., 0] * reach
-    stray = xp.where(given, EXACT**2 + 0.0 * distance, (WALK * dt + EXACT)[..., None] ** 2 + 0.0 * distance)
+    stray = ((WALK * dt)[..., None] * (1.0 - told.placed) + EXACT) ** 2
+    along, across = box_along**2 + stray, box_across**2 + stray
+    known = sights.seen * ((people.seen > 0.5) | given)
     walk, turn = (OWN_WALK * dt + 0.01) ** -2.0, (OWN_TURN * dt + 0.05) ** -2.0
     return Scene(
         sights=sights,
@@ -241,19 +248,22 @@ def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Arra
         spread=spread,
         walks=walks,
         given=given,
-        known=xp.where((people.seen > 0.5) | given, sights.seen, 0.0 * sights.seen),
+        known=known,
         distance=distance,
         distance_std=std,
         views=Views(
             expected=xp.where(given, told.places, people.place + walks.velocity * dt[..., None]),
+            reach=reach,
             seen=sights.ray * reach,
             ray=sights.ray,
             upright=sights.ray.conj(),
         ),
         box_along=box_along,
         box_across=box_across,
-        along=box_along**2 + stray,
-        across=box_across**2 + stray,
+        along=along,
+        across=across,
+        stds=xp.sqrt(xp.stack([along, across])),
+        count=known.sum(-1),
         expected=Motion(own.velocity * dt, own.turn_rate * dt),
         inertia=xp.stack([walk, walk, turn]),
         scale=(STRIDE * dt)[..., None],

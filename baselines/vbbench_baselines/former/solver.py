@@ -4,6 +4,7 @@ The network works relative to the last pose. This module composes poses in the w
 given there.
 """
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -82,21 +83,21 @@ class VbFormer:
         self._take_in_past(given)
         sights = sights_of(self._problem, usable(frame.observations))
         told = self._given(given, sights)
-        expected = ((self._state.people.seen > 0.5) | (told.placed > 0.5)) & (sights.seen > 0.5)
-        fallback = not told.moved and int(np.count_nonzero(expected)) < FEWEST
+        expected = np.count_nonzero((self._state.people.seen + told.placed) * sights.seen)
+        fallback = bool(not told.moved and expected < FEWEST)
         answer = self._advance(sights, told)
         before, self._begun = self._pose, True
         self._pose = moved(before, answer.motion) if np.isnan(given.poses[2]).any() else np.array(given.poses[2])
         self._grow_unsure(before, answer, told, given.odometry)
         positions = in_world(self._pose, answer.places)
         placed = ~np.isnan(given.positions[2])
+        positions[np.isnan(frame.observations[:, 2])] = np.nan
         positions = np.where(placed, given.positions[2], positions)
-        positions[np.isnan(frame.observations[:, 2]) & ~placed[:, 0]] = np.nan
         return FrameEstimate(
             pose=self._pose.copy(),
             positions=positions,
             fallback=fallback,
-            converged=bool(np.hypot(*np.sqrt(self._certainty.pose.diagonal()[:2])) <= DOUBTFUL),
+            converged=bool(self._certainty.pose[0, 0] + self._certainty.pose[1, 1] <= DOUBTFUL**2),
             heights=self._heights(),
             **(self._covariances(answer, sights, told, positions) if self._problem.covariances else {}),
         )
@@ -198,7 +199,7 @@ def _nothing_seen(people: int) -> State:
 def _as_trained(state: State) -> State:
     """The state within the range of the training's windows: people who were never seen are at the observer."""
     people = state.people
-    place = np.where(people.seen > 0.5, people.place, np.complex64(0.0))
+    place = people.place * (people.seen > 0.5)
     return state._replace(people=people._replace(place=place, away=np.minimum(people.away, np.float32(LONGEST_AWAY))))
 
 
@@ -211,9 +212,8 @@ def seen_from(pose: FloatArray, positions: FloatArray) -> NDArray[np.complex64]:
 
 def in_world(pose: FloatArray, places: Array) -> FloatArray:
     """The inverse of `seen_from`: places [..., 2] in the world, clipped to the range of valid answers."""
-    turned = np.asarray(places, np.complex128) * np.exp(1j * pose[2])
-    positions = np.stack([pose[0] + turned.real, pose[1] + turned.imag], axis=-1)
-    made: FloatArray = np.minimum(np.maximum(positions, -LARGEST), LARGEST)
+    points = complex(*pose[:2]) + places.astype(np.complex128) * cmath.rect(1.0, pose[2])
+    made: FloatArray = points[..., None].view(np.float64).clip(-LARGEST, LARGEST)
     return made
 
 

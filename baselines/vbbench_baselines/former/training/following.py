@@ -69,10 +69,6 @@ class TensorOperations(Operations):
         """See `Operations`."""
         return functional.silu(x)
 
-    def linear(self, x: Array, weights: Array, bias: Array) -> Array:
-        """See `Operations`."""
-        return functional.linear(x, weights, bias)
-
     def direction(self, angle: Array) -> Array:
         """See `Operations`."""
         return torch.complex(torch.cos(angle), torch.sin(angle))
@@ -85,13 +81,21 @@ class TensorOperations(Operations):
         """See `Operations`."""
         return torch.stack([points.real, points.imag], -1)
 
-    def totals(self, parts: list[Array]) -> list[Array]:
+    def points(self, pairs: Array) -> Array:
         """See `Operations`."""
-        return [part.sum(-1) for part in parts]
+        return torch.complex(pairs[..., 0], pairs[..., 1])
 
     def stack(self, parts: list[Array]) -> Array:
         """See `Operations`."""
         return torch.stack(parts, -1)
+
+    def unstack(self, x: Array) -> list[Array]:
+        """See `Operations`."""
+        return list(x.unbind(-1))
+
+    def transposed(self, weights: Array) -> Array:
+        """See `Operations`."""
+        return weights.T
 
     def join(self, parts: list[Array]) -> Array:
         """See `Operations`."""
