@@ -91,12 +91,10 @@ class Birdifier:
         """Step 4: the weights of the fit, and its motion."""
         xp = self.network.operations
         own_trust = self.network.linear("own_trust", own_row)
-        along, across = xp.unstack(xp.exp(xp.clip(trust[..., 2:4], -6.0, 5.0)))
         inertia, said = self._own_prior(scene, own_trust)
         own = scene.walks.own
         weighing = Weighing(
-            along=scene.known / scene.along * along,
-            across=scene.known / scene.across * across,
+            weights=scene.information * xp.exp(xp.clip(trust[..., 2:4], -6.0, 5.0)),
             offset=xp.points(trust[..., :2]) * (scene.scale * (1.0 - scene.told.placed)),
             inertia=inertia,
             motion=said,
@@ -118,8 +116,8 @@ class Birdifier:
         again = self._look_again(scene, weighing, motion, rows)
         trust = self.network.linear("trust_again", again)
         offset = weighing.offset + xp.points(trust[..., 2:4]) * (scene.scale * (1.0 - placed))
-        along, across = xp.unstack(xp.exp(xp.clip(trust[..., :2], -6.0, 4.0)))
-        weighing = weighing._replace(along=weighing.along * along, across=weighing.across * across, offset=offset)
+        weights = weighing.weights * xp.exp(xp.clip(trust[..., :2], -6.0, 4.0))
+        weighing = weighing._replace(weights=weights, offset=offset)
         motion, variances = fit(xp, scene.views, weighing, motion, 2)
         uncertain = xp.log(xp.stack(list(variances)) + 1e-9)
         motion = scene.or_given(xp, motion)

@@ -45,15 +45,14 @@ class Weighing(NamedTuple):
 
     Attributes
     ----------
-    along, across : w [..., K] in 1/m².
+    weights : [..., K, 2] w_a and w_c in 1/m².
     offset : o [..., K] in m, complex along and across the ray.
     inertia : λ [..., 3] in 1/m² and 1/rad².
     motion : x⁰.
     head : the factor of the observer's head; ``None`` without it.
     """
 
-    along: Array
-    across: Array
+    weights: Array
     offset: Array
     inertia: Array
     motion: Motion
@@ -103,7 +102,7 @@ def align(operations: Operations, views: Views, weighing: Weighing) -> Motion:
 
     The predicted motion counts as one more point at 0, and as cos(ψ − ψ⁰).
     """
-    along, across, expected = weighing.along, weighing.across, weighing.motion
+    (along, across), expected = operations.unstack(weighing.weights), weighing.motion
     weights, own = 2.0 * along * across / (along + across + 1e-9), weighing.inertia[..., 0]
     total = weights.sum(-1) + own
     middle = ((weights * views.expected).sum(-1) + own * expected.step) / total
@@ -124,7 +123,7 @@ def fit(
     The variances exclude the factor of `heads`, without which the network learned to estimate its own spread.
     """
     ahead, left, turning = operations.unstack(weighing.inertia)
-    weights = operations.flat(operations.stack([weighing.along, weighing.across]))
+    weights = operations.flat(weighing.weights)
     measured = views.reach - weighing.offset
     for _ in range(times):
         a, b, c, gx, d, e, gy, f, gt = _normal_equations(operations, views, weights, measured, motion)

@@ -167,7 +167,7 @@ def spreads(network: Network, scene: Scene, found: Found, doubt: Array) -> tuple
     facts = [
         xp.detach(thoughts),
         doubt[..., None, :] + 0.0 * scene.known[..., None],
-        xp.log(xp.stack([scene.box_along, scene.box_across]) + 1e-3),
+        xp.log(scene.box_stds + 1e-3),
         xp.stack([scene.told.placed, xp.detach(xp.log(found.kept))]),
     ]
     return network.linear("pose_spread", doubt), network.perceptron("place_spread", xp.join(facts))

@@ -71,7 +71,7 @@ def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array,
     kept = xp.sigmoid(told[..., 2 : 4 + TRACES])
     offsets = people.offsets + kept[..., :2] * farther
     keep = 1.0 - taken * (1.0 - kept[..., 2:])
-    add = xp.tanh(told[..., 4 + TRACES :]) * taken * (1.0 - begins)[..., None]
+    add = xp.tanh(told[..., 4 + TRACES :]) * (fresh - begins)[..., None]
     return velocity, people.traces * keep + add * strange[..., None], offsets, begins
 
 
@@ -196,9 +196,9 @@ class Scene(NamedTuple):
     known : [..., K] 1 for people who are seen and predicted.
     distance, distance_std : [..., K] ln of the distance in m by height and feet together, and its standard deviation.
     views : predictions and measurements for the fit.
-    box_along, box_across : [..., K] standard deviations in m of boxes along and across their rays.
-    along, across : [..., K] variances in m² of boxes and walks together.
-    stds : [..., K, 2] their roots in m.
+    box_stds : [..., K, 2] standard deviations in m of boxes along and across their rays.
+    stds : [..., K, 2] the same of boxes and walks together.
+    information : [..., K, 2] 1/variance in 1/m² of boxes and walks together; 0 for people who are not known.
     count : [...] number of people known.
     expected, inertia : the observer's predicted motion, and its information [..., 3].
     scale : [..., 1] in m, the unit of residuals as features.
@@ -214,11 +214,9 @@ class Scene(NamedTuple):
     distance: Array
     distance_std: Array
     views: Views
-    box_along: Array
-    box_across: Array
-    along: Array
-    across: Array
+    box_stds: Array
     stds: Array
+    information: Array
     count: Array
     expected: Motion
     inertia: Array
@@ -236,9 +234,9 @@ def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Arra
     own, given = walks.own, told.placed > 0.5
     distance, std = _distance(xp, people._replace(offsets=walks.offsets), sights, spread)
     reach = xp.exp(distance)
-    box_along, box_across = std * reach, sights.noise[..., 0] * reach
+    box_stds = xp.stack([std, sights.noise[..., 0]]) * reach[..., None]
     stray = ((WALK * dt)[..., None] * (1.0 - told.placed) + EXACT) ** 2
-    along, across = box_along**2 + stray, box_across**2 + stray
+    variances = box_stds**2 + stray[..., None]
     known = sights.seen * ((people.seen > 0.5) | given)
     walk, turn = (OWN_WALK * dt + 0.01) ** -2.0, (OWN_TURN * dt + 0.05) ** -2.0
     return Scene(
@@ -258,11 +256,9 @@ def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Arra
             ray=sights.ray,
             upright=sights.ray.conj(),
         ),
-        box_along=box_along,
-        box_across=box_across,
-        along=along,
-        across=across,
-        stds=xp.sqrt(xp.stack([along, across])),
+        box_stds=box_stds,
+        stds=xp.sqrt(variances),
+        information=known[..., None] / variances,
         count=known.sum(-1),
         expected=Motion(own.velocity * dt, own.turn_rate * dt),
         inertia=xp.stack([walk, walk, turn]),
@@ -272,13 +268,13 @@ def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Arra
 
 def rough_motion(operations: Operations, scene: Scene) -> Motion:
     """The observer's motion by a robust fit, in which people far from their predictions have less weight."""
-    views, known = scene.views, scene.known
+    views = scene.views
     inertia, expected = with_measured(operations, scene.inertia, scene.expected, scene.told.measured)
-    plain = Weighing(known / scene.along, known / scene.across, 0.0 * views.ray, inertia, expected)
+    plain = Weighing(scene.information, 0.0 * views.ray, inertia, expected)
     rough, _ = fit(operations, views, plain, align(operations, views, plain), 1)
     _, off = view(operations, views, rough)
-    doubtful = 1.0 + 0.25 * (off.real**2 / scene.along + off.imag**2 / scene.across)
-    plain = plain._replace(along=plain.along / doubtful, across=plain.across / doubtful)
+    doubtful = 1.0 + 0.25 * ((operations.pairs(off) / scene.stds) ** 2).sum(-1)
+    plain = plain._replace(weights=plain.weights / doubtful[..., None])
     rough, _ = fit(operations, views, plain, rough, 1)
     return scene.or_given(operations, rough)
 

@@ -91,7 +91,7 @@ class VbFormer:
         self._grow_unsure(before, answer, told, given.odometry)
         positions = in_world(self._pose, answer.places)
         placed = ~np.isnan(given.positions[2])
-        positions[np.isnan(frame.observations[:, 2])] = np.nan
+        positions = np.where(np.isnan(frame.observations[:, 2:]), np.nan, positions)
         positions = np.where(placed, given.positions[2], positions)
         return FrameEstimate(
             pose=self._pose.copy(),
@@ -212,7 +212,8 @@ def seen_from(pose: FloatArray, positions: FloatArray) -> NDArray[np.complex64]:
 
 def in_world(pose: FloatArray, places: Array) -> FloatArray:
     """The inverse of `seen_from`: places [..., 2] in the world, clipped to the range of valid answers."""
-    points = complex(*pose[:2]) + places.astype(np.complex128) * cmath.rect(1.0, pose[2])
+    x, y, yaw = pose.tolist()
+    points = complex(x, y) + places.astype(np.complex128) * cmath.rect(1.0, yaw)
     made: FloatArray = points[..., None].view(np.float64).clip(-LARGEST, LARGEST)
     return made
 
