@@ -75,8 +75,8 @@ class Network:
             parts = self.linear(f"{name}.ask", self.normalise(f"{name}.before_asking", rows))
             parts = parts.reshape((*rows.shape[:-1], 3 * HEADS, WIDTH // HEADS)).swapaxes(-2, -3)
             asked, keys, values = (parts[..., HEADS * i : HEADS * (i + 1), :, :] for i in range(3))
-            match = asked * (WIDTH // HEADS) ** -0.5 @ keys.swapaxes(-1, -2) + hidden[..., None, None, :]
-            told = (self.operations.softmax(match) @ values).swapaxes(-2, -3)
+            match = keys @ asked.swapaxes(-1, -2) * (WIDTH // HEADS) ** -0.5 + hidden[..., None, :, None]
+            told = (self.operations.softmax(match).swapaxes(-1, -2) @ values).swapaxes(-2, -3)
             rows = rows + self.linear(f"{name}.tell", told.reshape(rows.shape))
             rows = rows + self.perceptron(f"{name}.think", self.normalise(f"{name}.before_thinking", rows))
         return self.normalise("after", rows)

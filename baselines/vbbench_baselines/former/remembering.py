@@ -203,7 +203,7 @@ def _people(network: Network, state: State, scene: Scene, found: Found, memory: 
 
 
 def _observer(network: Network, state: State, scene: Scene, found: Found, memory: Memories, back: Array) -> Observer:
-    own, none = scene.walks.own, 0.0 * scene.dt
+    xp, own, none = network.operations, scene.walks.own, 0.0 * scene.dt
     return Observer(
         step=found.motion.step / scene.dt * back,
         turn=found.motion.turn / scene.dt,
@@ -214,7 +214,7 @@ def _observer(network: Network, state: State, scene: Scene, found: Found, memory
         traces=own.traces * back[..., None],
         memory=memory.own,
         doubt=memory.doubt,
-        moved=(state.observer.frames > 0.5) * (1.0 + none),
+        moved=xp.where(state.observer.frames > 0.5, 1.0 + none, none),
         told=scene.told.moved + none,
-        frames=network.operations.clip(own.frames + 1.0, 0.0, LONGEST),
+        frames=xp.clip(own.frames + 1.0, 0.0, LONGEST),
     )

@@ -6,6 +6,7 @@ A person has a gain along and one across the ray, where boxes err differently; t
 turn rate. Innovations also add up in traces, which decay at learned rates.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -135,26 +136,24 @@ def sights_of(problem: Problem, boxes: FloatArray) -> Sights:
     """The measurements of boxes [..., K, 3] (u, v, l) in px; NaN = no box."""
     with np.errstate(divide="ignore", invalid="ignore"):
         camera, found = problem.camera, bearings_of(problem.camera, boxes)
-        edge = np.hypot(problem.pixel_std, problem.box_std * found.size)
+        edge = np.hypot(problem.pixel_std, problem.box_std * found.size) / found.size
         foot = np.where(found.foot > SMALLEST_SLOPE, found.foot, np.nan)
-        slope_std = np.hypot(edge * found.length / found.size, problem.tilt_std)
+        slope_std = np.hypot(edge * found.length, problem.tilt_std)
         noise = np.empty((*foot.shape, 3))
-        np.divide(edge * found.width, found.size, out=noise[..., 0])
-        np.divide(np.sqrt(2.0) * edge, found.size, out=noise[..., 1])
+        np.multiply(edge, found.width, out=noise[..., 0])
+        np.multiply(edge, math.sqrt(2.0), out=noise[..., 1])
         np.hypot(slope_std / foot, problem.mount_height_std / camera.mount_height, out=noise[..., 2])
         far = np.log(np.array((problem.height_mean / found.length, camera.mount_height / foot)))
     seen, stands = known = ~np.isnan(far)
-    by_height, by_feet = _single(np.where(known, np.minimum(np.maximum(far, LOWEST), HIGHEST), 0.0))
-    there = seen[..., None]
-    bounded = np.minimum(np.maximum(noise, LEAST_STD), MOST_STD)
+    by_height, by_feet = _single(np.where(known, far.clip(LOWEST, HIGHEST), 0.0))
     return Sights(
         seen=_single(seen),
         ray=np.exp(-1j * np.where(seen, found.azimuth, 0.0)).astype(np.complex64),
         by_height=by_height,
         by_feet=by_feet,
         has_feet=_single(seen & stands & (found.cut & FEET_CUT == 0)),
-        noise=_single(np.where(there & ~np.isnan(noise), bounded, UNKNOWN_STD)),
-        cut=_single(there & (found.cut[..., None] & _CUTS > 0)),
+        noise=_single(np.where(np.isnan(noise), UNKNOWN_STD, noise.clip(LEAST_STD, MOST_STD))),
+        cut=_single(seen[..., None] & (found.cut[..., None] & _CUTS > 0)),
     )
 
 

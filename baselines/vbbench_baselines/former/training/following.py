@@ -111,7 +111,7 @@ class TensorOperations(Operations):
 
     def softmax(self, x: Array) -> Array:
         """See `Operations`."""
-        return torch.softmax(x, -1)
+        return torch.softmax(x, -2)
 
     def detach(self, x: Any) -> Array:
         """See `Operations`."""
