@@ -99,7 +99,7 @@ class Sightings(NamedTuple):
 
 def usable(observations: FloatArray) -> FloatArray:
     """The boxes [..., K, 3] in px, those that are not finite or beyond any picture as if they were not there."""
-    sound = np.all(np.abs(observations) <= FARTHEST_PIXEL, axis=-1, keepdims=True)
+    sound = (np.abs(observations) <= FARTHEST_PIXEL).all(axis=-1, keepdims=True)
     return np.where(sound, observations, np.nan)
 
 

@@ -26,20 +26,16 @@ class Network:
 
     def __init__(self, operations: Operations, weights: Weights) -> None:
         self.operations = operations
-        self._linear = {
-            name.removesuffix(".weights"): (operations.transposed(weights[name]), weights[f"{name[:-8]}.bias"])
-            for name in weights
-            if name.endswith(".weights")
-        }
-        self._normalise = {
-            name.removesuffix(".gain"): (weights[name], weights[f"{name[:-5]}.bias"])
-            for name in weights
-            if name.endswith(".gain")
-        }
+        self._layers: dict[str, tuple[Array, Array]] = {}
+        for name, values in weights.items():
+            layer, _, kind = name.rpartition(".")
+            if kind != "bias":
+                factor = operations.transposed(values) if kind == "weights" else values
+                self._layers[layer] = factor, weights[f"{layer}.bias"]
 
     def linear(self, name: str, x: Array) -> Array:
         """A linear layer of ``x`` [..., n] with a bias."""
-        weights, bias = self._linear[name]
+        weights, bias = self._layers[name]
         made = x @ weights
         made += bias
         return made
@@ -54,7 +50,7 @@ class Network:
 
     def normalise(self, name: str, x: Array) -> Array:
         """Layer normalisation."""
-        return self.operations.normalise(x, *self._normalise[name])
+        return self.operations.normalise(x, *self._layers[name])
 
     def remember(self, name: str, x: Array, memory: Array) -> Array:
         """The memory [..., M] after ``x``: a gated recurrent unit (Cho et al. 2014)."""
