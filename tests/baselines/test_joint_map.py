@@ -420,7 +420,7 @@ def hidden_scene() -> Crowd:
 @pytest.mark.parametrize("dt", [DT, 0.1])
 @pytest.mark.parametrize("known", [True, False])
 def test_boxes_that_end_at_a_nearer_person_do_not_move_those_behind(known: bool, dt: float) -> None:
-    """Where such a box ends, somebody of 1.7 m would stand 1.9 m farther. At 10 Hz every second frame is no key frame."""
+    """Where such a box ends, somebody of 1.7 m would stand 1.9 m farther. At 10 Hz half of all frames count, too."""
     scene = hidden_scene()
     run = Run(6, known=known, changes={"mount_height": 2.2, "dt": dt})
     for answer, places in zip(run.through(scene, poses_given=len(scene.poses)), scene.places, strict=True):
