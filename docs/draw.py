@@ -80,7 +80,7 @@ def draw(name: str, work: Path) -> None:
     else:
         run(picture["run"].replace("PICTURE", str(out)), work)
         if "PICTURE" not in picture["run"]:  # a study's, named after it
-            made_there = [*(work / "reproduced").glob(f"*{out.name}")]
+            made_there = [*(work / "reproduced").rglob(f"*{out.name}")]
             if not made_there:
                 raise FileNotFoundError(f"{picture['run']} made no picture {out.name}")
             out.write_bytes(made_there[0].read_bytes())
