@@ -75,7 +75,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Any:
     (place / "pictures").mkdir()
     for frame in range(FRAMES):
         cv2.imwrite(str(place / "pictures" / f"{frame + 1:04d}.png"), drawn(frame)[..., ::-1])
-    write_mp4(place / "film.mp4", lambda frames: map(drawn, frames), FRAMES, FPS, "mpeg4")
+    write_mp4(place / "film.mp4", lambda frames: map(drawn, frames), FRAMES, FPS)
     (place / "camera.toml").write_text(TOML)
     (place / "timed.toml").write_text(TOML + "fps = 10\n")
     return place

@@ -60,7 +60,7 @@ def write_film(folder: Path) -> None:
     from vbbench.pictures.video import write_mp4
 
     grey = np.full((720, 1280, 3), 128, np.uint8)
-    write_mp4(folder / "film.mp4", lambda frames: (grey for _ in frames), 20, 10.0, "mpeg4")
+    write_mp4(folder / "film.mp4", lambda frames: (grey for _ in frames), 20, 10.0)
     found = np.zeros((1, 7, 120))  # of YOLOv8: a column of centre, size and scores for each box, in a picture of 64 px
     found[0, :5, :2] = np.array([(20.0, 32.0, 3.0, 9.0, 0.9), (44.0, 32.0, 2.0, 6.0, 0.8)]).T
     write_network(folder / "yolo.onnx", found, names={0: "person", 1: "dog", 2: "car"})

@@ -23,7 +23,7 @@ def drawn(frame: int) -> Any:
 
 
 def write_video(path: Any, fps: float = 10.0) -> Any:
-    write_mp4(path, lambda frames: map(drawn, frames), FRAMES, fps, "mpeg4")
+    write_mp4(path, lambda frames: map(drawn, frames), FRAMES, fps)
     return path
 
 
