@@ -57,9 +57,11 @@ void check_indices(const Array<const Int>& found, std::size_t count, const char*
 
 nb::object elementary_function(const std::string& name, const nb::object& of, const nb::object& and_of) {
   using Of = double (*)(double);
-  const std::pair<const char*, Of> known[] = {
-      {"exp", elementary::exp}, {"log", elementary::log}, {"log1p", elementary::log1p},
-      {"sin", elementary::sin}, {"cos", elementary::cos}};
+  const std::pair<const char*, Of> known[] = {{"exp", elementary::exp},
+                                              {"log", elementary::log},
+                                              {"log1p", elementary::log1p},
+                                              {"sin", elementary::sin},
+                                              {"cos", elementary::cos}};
   const auto x = array<const double>(of, "x", {kAny}), y = array<const double>(and_of, "y", {x.size()});
   std::vector<double> found(x.size());
   const auto fill = [&](auto&& function) {

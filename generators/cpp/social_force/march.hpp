@@ -20,10 +20,10 @@ constexpr int kLarge = 256, kBlocks = 16;
 /// A crowd of K people, and the parameters of its simulation.
 struct Crowd {
   int people = 0;
-  std::int64_t goals_each = 0;      ///< G
-  const double* states = nullptr;   ///< [4, K] x, y, vx, vy in m and m/s
-  const double* speeds = nullptr;   ///< [K] desired, in m/s
-  const double* goals = nullptr;    ///< [K, G, 2] in m
+  std::int64_t goals_each = 0;     ///< G
+  const double* states = nullptr;  ///< [4, K] x, y, vx, vy in m and m/s
+  const double* speeds = nullptr;  ///< [K] desired, in m/s
+  const double* goals = nullptr;   ///< [K, G, 2] in m
   std::span<const Wall> walls;
   Settings settings;
   double dt = 0.0;  ///< seconds per frame
@@ -47,7 +47,10 @@ inline void add_row_forces(const People& people, int first, int stride, std::spa
 class Walk {
  public:
   explicit Walk(const Crowd& crowd)
-      : crowd_(crowd), rows_(People::kRows * crowd.people), people_(rows_.data(), crowd.people), current_(crowd.people) {
+      : crowd_(crowd),
+        rows_(People::kRows * crowd.people),
+        people_(rows_.data(), crowd.people),
+        current_(crowd.people) {
     std::copy_n(crowd.states, 4 * crowd.people, rows_.data());
   }
 
@@ -127,7 +130,8 @@ inline void march(const Crowd& crowd, int frames, double* paths) {
       }
     }
     walk.move(forces[0]);
-    if ((n + 1) % crowd.substeps == 0) walk.record(paths + static_cast<std::int64_t>((n + 1) / crowd.substeps) * people * 2);
+    if ((n + 1) % crowd.substeps == 0)
+      walk.record(paths + static_cast<std::int64_t>((n + 1) / crowd.substeps) * people * 2);
   }
 }
 
