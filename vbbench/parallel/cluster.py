@@ -59,11 +59,16 @@ def on_cluster(work: Work, ranges: Sequence[tuple[int, int]], scheduler: str) ->
 def _results(client: Any, run: Callable[[int, int], PackedPart], ranges: Iterable[tuple[int, int]]) -> Iterator[Any]:
     """The results of ``run`` for the ranges, in any order; workers that join later get work, too."""
     from distributed import as_completed
+    from distributed.comm import CommClosedError
 
     left, running = iter(ranges), as_completed(loop=client.loop)
 
     def send() -> None:
-        missing = PARTS_A_CORE * max(1, sum(client.ncores().values())) - running.count()
+        try:
+            cores = sum(client.ncores().values())
+        except OSError as error:  # the scheduler does not answer again
+            raise CommClosedError(str(error)) from error
+        missing = PARTS_A_CORE * max(1, cores) - running.count()
         running.update([client.submit(run, *one, pure=False) for one in islice(left, max(0, missing))])
 
     send()
