@@ -20,7 +20,7 @@ SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/
 CPP := $(shell find cpp */cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
-SANITIZED := $(patsubst %,tests/baselines/%.py,test_joint_map former/test_inference $(patsubst %,cascade/test_%,ego_motion crowd_graph uncertainty terms)) \
+SANITIZED := $(patsubst %,tests/baselines/%.py,test_joint_map $(patsubst %,cascade/test_%,ego_motion crowd_graph uncertainty terms)) \
   $(patsubst %,tests/generators/test_%.py,social_force occlusion tracking_in_video field vehicle \
   robot_observer looking odometry_filter lifting elementary) tests/renderers/test_raster.py tests/renderers/test_visibility.py
 # Figures of many seeds, which run the same lines again

@@ -125,5 +125,6 @@ def test_plots_films_and_the_player_show_it(datasets: dict[str, Dataset], tmp_pa
     result = replace(Result.of(score(answers, dataset.folder), answers, ABOUT, name="vb-cv"), board=board)
     write_player(tmp_path / "site", {board: (result,)}, Films(work=tmp_path, sequences=1))
     clip = next((tmp_path / "site" / FOLDER / "sim" / "ideal").glob("*.js")).read_text(encoding="utf-8")
-    assert '"kind":"fisheye"' in clip.replace(" ", "")
+    width, height = dataset.info.camera.picture_size
+    assert f'"picture":{{"width":{width},"top":0.0,"height":{height:.1f},"round":false' in clip.replace(" ", "")
     assert '"picture"' in clip
