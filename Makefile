@@ -87,7 +87,7 @@ house: $(VENV)/.dev
 	$(BIN)/python docs/budgets.py
 
 results-check: $(VENV)/.dev
-	$(BIN)/vbbench leaderboard check
+	$(BIN)/vbbench leaderboard check --work /dev/null
 
 bench-summary: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks.bench_generation --summary

@@ -100,15 +100,23 @@ def template(folder: Path, /) -> None:
         print(path)
 
 
-def check(results: Path = RESULTS) -> None:
-    """Check every result file.
+def check(
+    results: Path = RESULTS,
+    work: Path = WORK,
+    dataset: tuple[Path, ...] = (),
+    submission: tuple[Path, ...] = (),
+) -> None:
+    """Check every result file, and score those again whose submission is available.
 
     Args:
         results: Folder of the result files.
+        work: Work folder of 'vbbench leaderboard rerun' with datasets and submissions, if there is one.
+        dataset: More dataset folders to score with.
+        submission: More submission folders to score again.
     """
     from vbbench_leaderboards.checks.checking import check as verify
 
-    print(verify(results))
+    print(verify(results, work=work, datasets=dataset, submissions=submission))
 
 
 def rerun(

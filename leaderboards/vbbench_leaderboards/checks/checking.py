@@ -3,7 +3,9 @@
 Figures are kept to float32, half a unit in the eighth digit; a recount must agree to a relative `ROUNDING`.
 """
 
-from collections.abc import Iterable, Iterator
+import contextlib
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +13,18 @@ import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
+from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
+from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.geometry import FloatArray
+from vbbench.parallel.parts import progress_bar
 from vbbench.protocol import get_protocol
+from vbbench.scoring import score
 from vbbench.scoring.metrics import METRICS
-from vbbench.scoring.scorecard import summarise
+from vbbench.scoring.scorecard import known, summarise
 from vbbench_leaderboards.results.boards import SINGLE_PRECISION
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import read_datasets, read_results, record_paths, result_paths
-from vbbench_leaderboards.results.result import Result
+from vbbench_leaderboards.results.result import Result, history_faults, table_hashes
 
 ROUNDING = 1e-6
 TOLERANCE, SINGLE_TOLERANCE = 1e-6, 1e-4
@@ -38,35 +44,56 @@ class ResultsError(VbbenchError):
         super().__init__(f"{results}: {_count(len(self.faults), 'fault')}", *listing)
 
 
-def check(results: Path) -> str:
+def check(
+    results: Path, *, work: Path | None = None, datasets: Sequence[Path] = (), submissions: Sequence[Path] = ()
+) -> str:
     """Check every file below ``results``; return what was checked, as one line of text.
 
     Raises ResultsError with every fault of every file.
+
+    Parameters
+    ----------
+    work : work folder of ``rerun``; results whose submission is there, or is named, are scored again.
+    datasets, submissions : more folders to score again with.
     """
     unusable: list[FileError] = []
     records = read_datasets(results, unusable=unusable)
     boards = read_results(results, records=records, unusable=unusable)
     usable = [result for rows in boards.values() for result in rows]
+    at_hand = _datasets_at_hand(work, datasets)
     faults = [*_misplaced(results), *map(str, unusable)]
     for record in records.values():
-        faults += [f"{results / record.path}: {fault}" for fault in _contradictions(record)]
+        again = record_faults(record, at_hand[record.id]) if record.id in at_hand else ()
+        faults += [f"{results / record.path}: {fault}" for fault in (*_contradictions(record), *again)]
     for result in usable:
         record = records[result.board.split, result.board.tier]
-        own = (*count_faults(result, record), *summary_faults(result))
-        faults += [f"{results / result.path}: {fault}" for fault in own]
+        own = (*count_faults(result, record), *history_faults(result.history, result.about.date))
+        faults += [f"{results / result.path}: {fault}" for fault in (*own, *summary_faults(result))]
+    faults += _unmatched(usable, submissions, at_hand)
+    below = sorted(work.glob(f"submissions/*/*/*/{SUBMISSION_FILE}")) if work else []
+    folders = [*submissions, *(path.parent for path in below if not path.parent.suffix)]
+    rescored = list(_rescored(usable, folders, at_hand))
+    for result, found in rescored:
+        faults += [f"{results / result.path}: scores differently now: {fault}" for fault in found]
     if faults:
         raise ResultsError(results, faults)
-    return f"{results}: {_count(len(usable), 'result')} on {_count(len(boards), 'board')} checked, no faults"
+    counts = f"{_count(len(usable), 'result')} on {_count(len(boards), 'board')}"
+    return f"{results}: {counts} checked, no faults; {len(rescored)} scored again"
 
 
 def _misplaced(results: Path) -> Iterator[str]:
-    """Misplaced JSON files, or an empty folder."""
+    """Misplaced JSON files, names that are equal on some disks, or an empty folder."""
     placed = {*record_paths(results), *result_paths(results)}
     if not placed:
         yield f"{results}: no result is here; vbbench leaderboard add writes them"
     for path in sorted(path.relative_to(results) for path in results.rglob("*.json")):
         if path not in placed:
             yield f"{results / path}: is neither where a result nor where a record belongs; move or remove it"
+    names = defaultdict(list)
+    for path in sorted(placed):
+        names[str(path).casefold()].append(path)
+    for path in (path for _, *others in names.values() for path in others):
+        yield f"{results / path}: differs from another file only in capitals; rename one"
 
 
 def _contradictions(record: BoardDataset) -> Iterator[str]:
@@ -79,6 +106,50 @@ def _contradictions(record: BoardDataset) -> Iterator[str]:
         ascending = bool((part.sequence[1:] > part.sequence[:-1]).all())
         if not ascending or part.sequence[-1] >= record.counts["sequences"] or part.frames.min() < 1:
             yield f"$.scored.{protocol}: is not a list of the dataset's scored sequences"
+
+
+def _datasets_at_hand(work: Path | None, named: Sequence[Path]) -> dict[str, Path]:
+    """Dataset folders by id: those named, and those of the work folder that can be read."""
+    found = {}
+    for path in sorted(work.glob(f"datasets/*/{INFO_FILE}")) if work else []:
+        with contextlib.suppress(VbbenchError):
+            found[DatasetInfo.read(path.parent).id] = path.parent
+    return found | {DatasetInfo.read(folder).id: folder for folder in named}
+
+
+def _rescored(
+    results: Sequence[Result], submissions: Iterable[Path], datasets: dict[str, Path]
+) -> Iterator[tuple[Result, list[str]]]:
+    """Results whose submission and dataset are available, with what scores differently now."""
+    pairs = [(one, folder) for folder in submissions for one in _made_of(folder, results) if one.dataset in datasets]
+    with progress_bar(len(pairs), "score again", unit="result") as bar:
+        for result, folder in pairs:
+            try:
+                again = score(folder, datasets[result.dataset], sequences=result.per_sequence.sequence)
+                yield result, drift(result, Result.of(again, folder, result.about, name=result.solver))
+            except VbbenchError as error:
+                yield result, [f"{folder} cannot be scored again: {error}"]
+            bar.update()
+
+
+def _unmatched(results: Sequence[Result], named: Iterable[Path], datasets: dict[str, Path]) -> Iterator[str]:
+    """Why a named submission cannot be scored again."""
+    for folder in named:
+        found = _made_of(folder, results)
+        if not found:
+            yield f"{folder}: no result has its tables; add it with 'vbbench leaderboard add'"
+        elif not any(result.dataset in datasets for result in found):
+            yield f"{folder}: its dataset {found[0].dataset} is not available; name its folder, too"
+
+
+def _made_of(folder: Path, results: Sequence[Result]) -> list[Result]:
+    """The results that a submission's tables gave."""
+    try:
+        own = table_hashes(folder), SubmissionInfo.read(folder)
+    except VbbenchError:
+        return []
+    key = own[0], own[1].dataset, own[1].protocol
+    return [one for one in results if (one.submission, one.dataset, one.board.protocol) == key]
 
 
 def count_faults(result: Result, record: BoardDataset) -> Iterator[str]:
@@ -125,9 +196,13 @@ def _row_faults(result: Result, record: BoardDataset) -> Iterator[str]:
         yield f"$.protocol: {record.path} is older than {result.board.protocol}; remove it and add its results again"
         return
     own, wanted = result.per_sequence, record.scored[result.board.protocol]
+    lacking, strange = np.setdiff1d(wanted.sequence, own.sequence), np.setdiff1d(own.sequence, wanted.sequence)
+    for words, numbers in (("lacks", lacking), ("has, and the board does not,", strange)):
+        if len(numbers):
+            yield f"$.per_sequence: {words} {_some(numbers)}; solve and score the whole dataset"
     if not np.array_equal(own.sequence, wanted.sequence):
-        odd = np.setxor1d(own.sequence, wanted.sequence)
-        yield f"$.per_sequence: has not the board's sequences, each once and in order: {_some(odd)}; solve all of them"
+        if len(own.sequence) == len(wanted.sequence):
+            yield "$.per_sequence: sequences are not in order, each once"
         return
     for name, theirs in vars(wanted).items():
         mine = getattr(own, name)
@@ -154,23 +229,40 @@ def _figure_faults(result: Result, record: BoardDataset) -> Iterator[str]:
 
 
 def summary_faults(result: Result) -> Iterator[str]:
-    """The summaries of a result that do not follow from its per-sequence figures.
-
-    Of figures over frames only the mean of those that every frame has follows.
-    """
+    """The summaries of a result that do not follow from its per-sequence figures."""
     own, protocol = result.per_sequence, get_protocol(result.board.protocol)
     summaries = summarise(own.timeline, protocol, own.figures, own.figures)
     for name, metric in METRICS.items():
-        kept: dict[str, Any] = result.score[metric.section][name]
-        fresh: dict[str, Any] = summaries[name].to_dict()
-        wanted = {key: value for key, value in fresh.items() if not key.startswith("frame_")}
-        if metric.over == "frames":
-            wanted["frame_mean"] = float(np.average(own.figures[name], weights=own.frames))
-        for key, value in wanted.items():
-            scale = abs(fresh["mean"] or 0.0) if key == "std" else 0.0
-            pairs = zip(kept[key], value, strict=True) if isinstance(value, (list, tuple)) else [(kept[key], value)]
-            if not all(_close(one, other, scale) for one, other in pairs):
-                yield f"$.score.{metric.section}.{name}.{_differs(key, kept[key], value)}"
+        kept, fresh = result.score[metric.section][name], summaries[name].to_dict()
+        for fault in (*_metric_faults(kept, fresh), *_frame_faults(kept, own.figures[name], own.frames, metric.over)):
+            yield f"$.score.{metric.section}.{name}.{fault}"
+
+
+def _metric_faults(kept: dict[str, Any], fresh: dict[str, Any]) -> Iterator[str]:
+    for key in ("capped", "failure_rate", "mean", "std", "median", "p95", "blocks"):
+        if not _close(kept[key], fresh[key], abs(fresh["mean"] or 0.0) if key == "std" else 0.0):
+            yield _differs(key, kept[key], fresh[key])
+    for key, end in (("capped_ci95", 0), ("capped_ci95", 1), ("ci95", 0), ("ci95", 1)):
+        if not _close(kept[key][end], fresh[key][end]):
+            yield _differs(f"{key}[{end}]", kept[key][end], fresh[key][end])
+
+
+def _frame_faults(kept: dict[str, Any], figures: FloatArray, frames: FloatArray | Any, over: str) -> Iterator[str]:
+    """Faults of the mean over frames, which follows where every frame has a figure, and of its spread.
+
+    The spread is at least that of sequences. Of people and drift only whether there is any figure follows.
+    """
+    if over != "frames":
+        for key in ("frame_mean", "frame_std"):
+            if (kept[key] is None) != (not len(known(figures))):
+                yield f"{key}: is {kept[key]}, which contradicts the per-sequence figures"
+        return
+    mean = float(np.average(figures, weights=frames))
+    least = float(np.sqrt(np.average((figures - mean) ** 2, weights=frames)))
+    if not _close(kept["frame_mean"], mean):
+        yield _differs("frame_mean", kept["frame_mean"], mean)
+    if kept["frame_std"] is None or kept["frame_std"] < least - ROUNDING * (least + mean):
+        yield f"frame_std: is {kept['frame_std']}, the per-sequence figures alone spread by {least!r}"
 
 
 def drift(old: Result, new: Result) -> list[str]:

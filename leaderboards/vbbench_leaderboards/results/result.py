@@ -6,7 +6,7 @@ A *board* is a split, a tier and a protocol: the table in which solvers stand ne
 
 import datetime
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -187,6 +187,23 @@ def grown(history: Sequence[Past], old: Past, new: Past) -> tuple[Past, ...]:
         last.pop(past.release, None)
         last[past.release] = past
     return tuple(last.values())[:-1]
+
+
+def history_faults(history: Sequence[Past], date: str) -> Iterator[str]:
+    """What is wrong with the history of a result of the day ``date``."""
+    days = [*(past.date for past in history), date]
+    for n, past in enumerate(history):
+        place = f"$.history[{n}]"
+        if not is_day(past.date):
+            yield f"{place}.date: {past.date} is not a day; write it as YYYY-MM-DD"
+        elif days[n + 1] < past.date:
+            yield f"{place}.date: {past.date} is after {days[n + 1]}, which follows it; the oldest comes first"
+        for name, (value, low, high) in past.capped.items():
+            if name not in METRICS:
+                yield f"{place}.capped.{name}: is no metric"
+            ends = [end for end in (low, value, high) if end is not None]
+            if ends != sorted(ends) or (value is None and ends):
+                yield f"{place}.capped.{name}: the mean does not lie in its interval"
 
 
 def _rounded(figure: float | None) -> float | None:

@@ -14,16 +14,17 @@ import hashlib
 import json
 import zlib
 from collections.abc import Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import msgspec
 import numpy as np
-from msgspec import UNSET, Meta, Struct, UnsetType
+from msgspec import UNSET, Meta, Struct, UnsetType, defstruct
 
 from vbbench.camera import camera_from_dict
 from vbbench.errors import FileError, VbbenchError, quoted
-from vbbench.files.dataset_checks import TABLES
+from vbbench.files.dataset_checks import PUBLIC, TABLES
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import canonical_digest, read_json
 from vbbench.protocol import PROTOCOLS
@@ -64,6 +65,8 @@ Number = Annotated[int, Meta(ge=1, le=LARGEST_COUNT)]
 Average = Annotated[float, Meta(ge=0.0, le=1e9)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Figure = Annotated[float, Meta(ge=0.0, le=1e7)] | None
+Angle = Annotated[float, Meta(ge=0.0, le=3.1415927)] | None
+PARTS: tuple[Literal["metrics"], Literal["drift"]] = ("metrics", "drift")
 CameraKind = Literal["panorama", "perspective"]
 
 
@@ -103,24 +106,8 @@ class MadeWithForm(Form):
     hardware: Line500
 
 
-class SummaryForm(Form):
-    """A metric's summary over sequences."""
-
-    capped: Figure
-    mean: Figure
-    std: Figure
-    frame_mean: Figure
-    frame_std: Figure
-    median: Figure
-    p95: Figure
-    capped_ci95: tuple[Figure, Figure]
-    ci95: tuple[Figure, Figure]
-    failure_rate: Share | None
-    blocks: Average | None
-
-
 class ScoreForm(Form, kw_only=True):
-    """Scores as ``vbbench score --json`` prints them, under the solver's name on the board."""
+    """Scores as ``vbbench score --json`` prints them, but for metrics, under the solver's name on the board."""
 
     dataset: DatasetId
     protocol: Literal[PROTOCOLS]  # type: ignore[valid-type]
@@ -141,12 +128,6 @@ class ScoreForm(Form, kw_only=True):
     ranked_by: Literal["capped"]
     caution: Note | UnsetType = UNSET
     truth: Literal["poses", "relative"] | UnsetType = UNSET
-    metrics: dict[str, SummaryForm]
-    drift: dict[str, SummaryForm]
-
-    def __post_init__(self) -> None:
-        _check_names(self.metrics, section("metrics"))
-        _check_names(self.drift, section("drift"))
 
 
 class BlockForm(Form):
@@ -156,6 +137,20 @@ class BlockForm(Form):
     rows: Annotated[int, Meta(ge=1, le=10**6)]
     encoding: Literal[ENCODING]  # type: ignore[valid-type]
     data: Annotated[str, Meta(pattern=r"^[A-Za-z0-9+/]+=*\Z")]
+
+
+class ResultBlockForm(BlockForm):
+    """Counts and metrics of every scored sequence."""
+
+    def __post_init__(self) -> None:
+        _check_columns(self.columns, (*COUNTS, *METRICS))
+
+
+class RecordBlockForm(BlockForm):
+    """Counts of every sequence that a protocol scores."""
+
+    def __post_init__(self) -> None:
+        _check_columns(self.columns, COUNTS[:6])
 
 
 class PastForm(Form):
@@ -173,7 +168,7 @@ class PastForm(Form):
 
 
 class ResultForm(Form, kw_only=True):
-    """A result file."""
+    """A result file, but for its score."""
 
     format_version: Literal[2]
     solver: SolverForm
@@ -184,14 +179,12 @@ class ResultForm(Form, kw_only=True):
         dict[Annotated[str, Meta(pattern=r"^(poses|positions)\.(parquet|csv)\Z")], Sha256],
         Meta(min_length=2, max_length=2),
     ]
-    score: ScoreForm
-    per_sequence: BlockForm
-    history: Annotated[list[PastForm], Meta(min_length=1)] | UnsetType = UNSET
+    per_sequence: ResultBlockForm
+    history: Annotated[list[PastForm], Meta(min_length=1, max_length=200)] | UnsetType = UNSET
     digest: Sha256
 
     def __post_init__(self) -> None:
         _check_seed(self.dataset.seed, "$.dataset.seed")
-        _check_names(self.per_sequence.columns, (*COUNTS, *METRICS))
 
 
 class CountsForm(Form):
@@ -207,6 +200,28 @@ class CountsForm(Form):
     people_max: Count
     observations: Count
     id: DatasetId
+
+
+def _named(name: str, kind: Any, optional: Iterable[str], required: Iterable[str] = ()) -> Any:
+    """The form of an object with keys of one type, whatever letters they have."""
+    names = {key.replace("/", "_").replace("-", "_"): key for key in (*required, *optional)}
+    fields = [(field, kind) if key in required else (field, kind | UnsetType, UNSET) for field, key in names.items()]
+    return defstruct(name, fields, rename=names, kw_only=True, forbid_unknown_fields=True)
+
+
+def _summary(name: str, figure: Any) -> Any:
+    """The form of a metric's summary over sequences, with figures of such a type."""
+    single = ("capped", "mean", "std", "frame_mean", "frame_std", "median", "p95")
+    figures = [(key, figure) for key in single] + [(key, tuple[figure, figure]) for key in ("capped_ci95", "ci95")]
+    others = [("failure_rate", Share | None), ("blocks", Average | None)]
+    return defstruct(name, [*figures, *others], bases=(Form,))
+
+
+SummaryForm, AngleSummaryForm = _summary("SummaryForm", Figure), _summary("AngleSummaryForm", Angle)
+TablesForm = _named("TablesForm", Sha256, [name for name in TABLES if name not in PUBLIC], PUBLIC)
+"""Every table of the dataset, the truth's among them, and its SHA-256."""
+ScoredForm = _named("ScoredForm", RecordBlockForm, PROTOCOLS)
+"""The scored sequences by protocol, but for protocols that its truth does not allow or that are younger."""
 
 
 class RecordForm(Form, kw_only=True):
@@ -225,26 +240,45 @@ class RecordForm(Form, kw_only=True):
     caution: Note | None
     licence: Line500
     citation: Annotated[str, Meta(max_length=1000, pattern=_LINE)]
-    tables: dict[Literal[TABLES], Sha256]  # type: ignore[valid-type]
-    scored: dict[Literal[PROTOCOLS], BlockForm]  # type: ignore[valid-type]
+    tables: TablesForm  # type: ignore[valid-type]
+    scored: ScoredForm  # type: ignore[valid-type]
     digest: Sha256
 
     def __post_init__(self) -> None:
         _check_seed(self.seed, "$.seed")
-        for block in self.scored.values():
-            _check_names(block.columns, COUNTS[:6])
         try:
             camera_from_dict(self.camera)
         except VbbenchError as error:
             raise ValueError(f"{error} - at `$.camera`") from error
 
 
-FORMS = {"result": ResultForm, "dataset": RecordForm}
+def form_of(kind: Literal["result", "dataset"]) -> type[Form]:
+    """The form of a kind of file; that of results has the metrics that there are."""
+    if kind == "dataset":
+        return RecordForm
+    return _result_form(*(tuple((key, row.unit == "rad") for key, row in section(part).items()) for part in PARTS))
 
 
-def _check_names(found: Iterable[str], wanted: Iterable[str]) -> None:
-    if list(found) != list(wanted):
-        raise ValueError(f"Expected {', '.join(wanted)}")
+@cache
+def _result_form(*parts: tuple[tuple[str, bool], ...]) -> type[Form]:
+    """A result file's form with these metrics, (key, whether it is an angle), in `PARTS` of the score."""
+    forms = [
+        defstruct(
+            f"{part.title()}Form",
+            [(key, AngleSummaryForm if angle else SummaryForm) for key, angle in metrics],
+            bases=(Form,),
+            kw_only=True,
+        )
+        for part, metrics in zip(PARTS, parts, strict=True)
+    ]
+    score = defstruct("MetricScoreForm", list(zip(PARTS, forms, strict=True)), bases=(ScoreForm,), kw_only=True)
+    form: type[Form] = defstruct("ScoredResultForm", [("score", score)], bases=(ResultForm,), kw_only=True)  # type: ignore[assignment]
+    return form
+
+
+def _check_columns(columns: list[str], wanted: tuple[str, ...]) -> None:
+    if columns != list(wanted):
+        raise ValueError(f"Expected the columns {', '.join(wanted)}")
 
 
 def _check_seed(seed: int | None, place: str) -> None:
@@ -272,9 +306,13 @@ def read_object(path: Path, kind: Kind) -> Values:
     file.
     """
     try:
-        values: Values = read_json(path)
+        values = read_json(path)
+    except FileNotFoundError as error:
+        raise FileError(path, "the file is missing") from error
     except (OSError, ValueError) as error:
         raise FileError(path, f"cannot be read ({error}); write it again with 'vbbench leaderboard add'") from error
+    if not isinstance(values, dict):
+        raise FileError(path, "is not a JSON object; write it again with 'vbbench leaderboard add'")
     _check(values, kind, path)
     try:
         fresh = digest(values)
@@ -366,7 +404,7 @@ def _lines(value: Any, depth: int = 0) -> str:
 
 def _check(values: Values, kind: Kind, path: Path) -> None:
     """Raise FileError at the first fault; another format version explains all others and comes first."""
-    version = values.get("format_version", FORMAT_VERSION) if isinstance(values, dict) else FORMAT_VERSION
+    version = values.get("format_version", FORMAT_VERSION)
     if version != FORMAT_VERSION:
         raise FileError(
             path,
@@ -375,7 +413,7 @@ def _check(values: Values, kind: Kind, path: Path) -> None:
             "come with vbbench",
         )
     try:
-        msgspec.convert(values, FORMS[kind])
+        msgspec.convert(values, form_of(kind))
     except UnicodeEncodeError as error:
         raise FileError(path, "a text has half of a surrogate pair; write whole characters") from error
     except msgspec.ValidationError as error:

@@ -1,33 +1,41 @@
 """`leaderboard check` finds whatever is changed in a result file, with and without a digest made to fit."""
 
+import base64
 import contextlib
 import json
 import re
 import shutil
+import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from tests.lib.tiny_board import FILE, seal, tiny_board
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.scoring.metrics import METRICS
 from vbbench_leaderboards.checks.checking import ResultsError, check
 from vbbench_leaderboards.results.dataset_record import read_dataset
+from vbbench_leaderboards.results.result import read_result
 from vbbench_leaderboards.results.sealed_json import decode, encode
 from vbbench_leaderboards.site.building import build
 
 NOT_FROM_SEQUENCES = {
     ("seconds_per_frame",),
     ("fallback_frames",),
-    *(("metrics", name, "frame_mean") for name in ("dx", "dx_rel")),
-    *(("drift", name, "frame_mean") for name in ("drift_m", "drift_rad")),
-    *((METRICS[name].section, name, "frame_std") for name in METRICS),
+    *(
+        (part, name, key)
+        for part, name in (("metrics", "dx"), ("metrics", "dx_rel"))
+        for key in ("frame_mean", "frame_std")
+    ),
+    *(("drift", name, key) for name in ("drift_m", "drift_rad") for key in ("frame_mean", "frame_std")),
+    *(("metrics", name, "frame_std") for name in ("dr", "dt")),
 }
-"""Numbers of a score that do not follow from the per-sequence figures; only the digest watches over them."""
+"""Numbers of a score that do not follow from the per-sequence figures: the digest and scoring again watch over them."""
 
 Change = Callable[[dict[str, Any]], object]
 
@@ -51,9 +59,9 @@ def forge(path: Path, change: Change) -> None:
     seal(path, values)
 
 
-def faults(results: Path) -> tuple[str, ...]:
+def faults(results: Path, **options: Any) -> tuple[str, ...]:
     with pytest.raises(ResultsError) as caught:
-        check(results)
+        check(results, **options)
     return caught.value.faults
 
 
@@ -75,10 +83,26 @@ def put(values: Any, path: tuple[Any, ...], value: Any) -> None:
 
 
 def test_all_is_well(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["leaderboard", "check", "--results", str(room / "results")]) == 0
+    assert main(["leaderboard", "check", "--results", str(room / "results"), "--work", str(room / "work")]) == 0
     out, err = capsys.readouterr()
-    assert out == f"{room / 'results'}: 2 results on 1 board checked, no faults\n"
+    assert out == f"{room / 'results'}: 2 results on 1 board checked, no faults; 2 scored again\n"
     assert err == ""
+
+
+@pytest.mark.slow
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+@pytest.mark.parametrize("name", ["tiny/sequential-ideal/vb-cv.json", "tiny/ideal.json"])
+def test_any_one_number_changed_is_caught(room: Path, tmp_path: Path, name: str, data: st.DataObject) -> None:
+    results = tmp_path / "any"
+    shutil.rmtree(results, ignore_errors=True)
+    shutil.copytree(room / "results", results)
+    values = json.loads((results / name).read_text("utf-8"))
+    path, old = data.draw(st.sampled_from(sorted(numbers(values), key=str)))
+    other = st.floats(allow_nan=False, allow_infinity=False) if isinstance(old, float) else st.integers()
+    put(values, path, data.draw(other.filter(lambda value: value != old)))
+    (results / name).write_text(json.dumps(values), encoding="utf-8")
+    assert any(name in fault for fault in faults(results))
 
 
 def test_any_one_number_of_the_score_is_caught_though_the_digest_fits(room: Path, tmp_path: Path) -> None:
@@ -95,6 +119,15 @@ def test_any_one_number_of_the_score_is_caught_though_the_digest_fits(room: Path
             check(results)
             unseen.append(path)
     assert not unseen
+
+
+def test_those_that_do_not_follow_are_caught_by_scoring_again(room: Path, results: Path) -> None:
+    forge(results / FILE, lambda values: put(values, ("score", "metrics", "dx", "frame_mean"), 0.001))
+    assert check(results)
+    (fault,) = faults(results, work=room / "work")
+    assert "scores differently now: score.metrics.dx.frame_mean: was 0.001, is" in fault
+    submission, dataset = room / "work/submissions" / FILE.with_suffix(""), room / "work/datasets/tiny-ideal"
+    assert len(faults(results, submissions=[submission], datasets=[dataset])) == 1
 
 
 def test_better_figures_of_a_sequence_are_caught(room: Path, results: Path) -> None:
@@ -131,9 +164,9 @@ def column(name: str, value: float) -> Change:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (drop_first, r"has not the board's sequences, each once and in order: sequence \d+; solve all of them"),
-        (twice, r"has not the board's sequences"),
-        (column("sequence", 999), r"sequences \d+, 999; solve all of them"),
+        (drop_first, r"\$.per_sequence: lacks sequence \d+; solve and score the whole dataset"),
+        (twice, r"lacks sequence \d+"),
+        (column("sequence", 999), r"has, and the board does not, sequence 999"),
         (column("frames", 900), r"frames differs from the board's in sequence \d+"),
         (column("scene", 900), r"scene differs from the board's in sequence \d+"),
         (column("last_frame", 900), r"last_frame differs from the board's in sequence \d+"),
@@ -152,6 +185,8 @@ def column(name: str, value: float) -> Change:
         (lambda v: put(v, ("score", "dataset"), "0" * 16), r"\$.score.dataset"),
         (lambda v: put(v, ("score", "caution"), "none"), r"\$.score.caution"),
         (lambda v: put(v, ("score", "fallback_frames"), 9999), "more than the"),
+        (lambda v: put(v, ("score", "metrics", "dt", "frame_std"), 0.0), r"dt.frame_std: is 0.0, the per-sequence"),
+        (lambda v: put(v, ("score", "drift", "drift_m", "frame_mean"), None), "contradicts"),
         (lambda v: put(v, ("score", "metrics", "dx", "mean"), None), r"dx.mean: is None"),
     ],
 )
@@ -176,6 +211,13 @@ def test_a_forged_record_is_caught(results: Path, change: Change, message: str) 
     assert any(message.replace("\\", "") in fault for fault in faults(results))
 
 
+def test_a_record_is_held_against_the_dataset_at_hand(room: Path, results: Path) -> None:
+    forge(results / "tiny/ideal.json", lambda values: put(values, ("counts", "people_max"), 7))
+    forge(results / "tiny/ideal.json", lambda values: put(values, ("title",), "Tinier"))
+    assert check(results)
+    assert len(faults(results, work=room / "work")) == 2
+
+
 def test_swapped_truncated_and_stray_files_are_all_listed_at_once(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -183,6 +225,7 @@ def test_swapped_truncated_and_stray_files_are_all_listed_at_once(
     swapped = one.read_bytes(), other.read_bytes()
     other.write_bytes(swapped[0])
     one.write_bytes(swapped[1])
+    shutil.copy(one, one.with_name("CV.json"))
     (results / "tiny" / "noisy.json").write_text(swapped[0].decode()[:300])
     (results / "stray.json").write_text("{}")
     assert main(["leaderboard", "check", "--results", str(results)]) == 2
@@ -195,6 +238,7 @@ def test_swapped_truncated_and_stray_files_are_all_listed_at_once(
         "stray.json: is neither",
     ):
         assert words in err
+    assert "only in capitals" in err
     assert "Traceback" not in err
 
 
@@ -205,8 +249,42 @@ def test_a_damaged_record_is_one_fault_whatever_stands_on_its_boards(results: Pa
     assert ["has no dataset record tiny/ideal.json" in fault for fault in faults(results)] == [True, True]
 
 
+def test_every_fault_stands_on_a_line_of_its_own_however_many_there_are() -> None:
+    error = ResultsError(Path("results"), (f"fault {n} {'x' * 200}" for n in range(60)))
+    lines = str(error).split("\n")
+    assert lines[0] == "results: 60 faults"
+    assert [line.split()[2] for line in lines[1:]] == [str(n) for n in range(60)]
+
+
 def test_an_empty_folder_is_no_leaderboard(tmp_path: Path) -> None:
     assert "no result is here" in faults(tmp_path)[0]
+
+
+def test_named_submissions_that_belong_to_nothing_are_said(room: Path, results: Path, tmp_path: Path) -> None:
+    submission = room / "work/submissions" / FILE.with_suffix("")
+    assert "its dataset" in faults(results, submissions=[submission])[0]
+    shutil.copytree(submission, tmp_path / "other")
+    (tmp_path / "other" / "poses.parquet").write_bytes(b"")
+    assert "no result has its tables" in faults(results, submissions=[tmp_path / "other"])[0]
+
+
+def test_a_damaged_work_folder_stops_no_check(room: Path, results: Path, tmp_path: Path) -> None:
+    work = Path(shutil.copytree(room / "work", tmp_path / "work"))
+    (work / "submissions" / FILE.with_suffix("") / "submission.json").write_text("{")
+    assert check(results, work=work).endswith("; 1 scored again")
+    (work / "datasets/tiny-ideal/dataset.json").write_text("{")
+    assert check(results, work=work).endswith("; 0 scored again")
+
+
+def test_data_after_the_end_of_a_block_is_caught(results: Path) -> None:
+    def longer(values: dict[str, Any]) -> None:
+        raw = zlib.decompress(base64.b64decode(values["per_sequence"]["data"]))
+        values["per_sequence"]["data"] = base64.b64encode(zlib.compress(raw) + b"more").decode()
+
+    values = json.loads((results / FILE).read_text("utf-8"))
+    longer(values)
+    (results / FILE).write_text(json.dumps(values))
+    assert "does not hold" in faults(results)[0]
 
 
 RECORD = Path("tiny", "ideal.json")
@@ -240,6 +318,17 @@ def test_a_bad_result_is_left_out_of_the_site_and_named(
     assert fault.startswith(str(results / FILE))
 
 
+@pytest.mark.filterwarnings("default::vbbench.errors.VbbenchWarning")
+def test_the_command_says_it_on_one_line_and_succeeds(results: Path, tmp_path: Path, capsys) -> None:
+    spoil_figures(results, 1e30)
+    (results / FILE).with_name("deep.json").write_text("[" * 100_000)
+    assert main(["leaderboard", "build", "--results", str(results), "--out", str(tmp_path / "site")]) == 0
+    said = capsys.readouterr()
+    assert said.err.count("OMITTED from the site") == 2
+    assert said.err.count("\n") == 2
+    assert (tmp_path / "site" / "index.html").is_file()
+
+
 def test_nothing_usable_is_no_site(results: Path, tmp_path: Path) -> None:
     (results / RECORD).write_text("{")
     with pytest.warns(VbbenchWarning), pytest.raises(VbbenchError, match="that can be used"):
@@ -271,3 +360,22 @@ def test_what_a_record_says_is_scored_is_whole_numbers(results: Path, value: flo
     seal(results / RECORD, values)
     with pytest.raises(ResultsError, match=r"\$\.scored\.rollout: frames must be whole numbers"):
         check(results)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[" * 100_000, "nested more than 64"),
+        ('{"a": ' + "[" * 100 + "]" * 100 + "}", "nested more than 64"),
+        ('{"seed": 1e999}', "1e999 is too large a number"),
+        ('{"seed": 1' + 5000 * "0" + "}", "cannot be read"),
+        ('{"seed": "\\ud800"}', "unknown field `seed`"),
+    ],
+)
+def test_json_made_to_harm_is_the_fault_of_its_file(results: Path, text: str, message: str) -> None:
+    (results / FILE).write_text(text)
+    with pytest.raises(FileError, match=message):
+        read_result(results / FILE)
+    with pytest.raises(ResultsError) as caught:
+        check(results)
+    assert len(caught.value.faults) == 1

@@ -3,6 +3,7 @@
 import base64
 import itertools
 import json
+import re
 import shutil
 import zlib
 from dataclasses import fields, replace
@@ -16,10 +17,10 @@ from tests.lib.board_results import record_of, result
 from tests.lib.tiny_board import FILE, seal, tiny_board
 from vbbench.camera import PanoramaCamera, camera_to_dict
 from vbbench.errors import FileError
-from vbbench_leaderboards.checks.checking import check
+from vbbench_leaderboards.checks.checking import ResultsError, check
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, write_dataset
 from vbbench_leaderboards.results.folder import read_datasets, read_results
-from vbbench_leaderboards.results.result import Board, Past, Result, grown, read_result, write_result
+from vbbench_leaderboards.results.result import Board, Past, Result, grown, history_faults, read_result, write_result
 from vbbench_leaderboards.results.sealed_json import decode, digest, encode
 
 SOLVER = {
@@ -154,7 +155,7 @@ def test_a_file_that_is_of_another_form_is_refused_with_its_place(
     ("spoil", "message"),
     [
         (lambda text: text[: len(text) // 2], "cannot be read"),
-        (lambda text: "[]", "Expected `object`, got `array`"),
+        (lambda text: "[]", "is not a JSON object"),
         (lambda text: text.replace('"seed": 0', '"seed": NaN'), "NaN is not a JSON number"),
         (lambda text: text.replace('"seed": 0', '"seed": 0, "seed": 0'), "key 'seed' stands twice"),
         (lambda text: text.replace('"seed": 0', '"seed": 1'), "it was changed by hand"),
@@ -236,6 +237,7 @@ def test_figures_that_are_kept_are_short_and_in_order() -> None:
     entry = past(capped={"dx": (1.0 / 3.0, 1.0 / 3.0 - 1e-12, 2.0 / 3.0), "dt": (None, None, None)})
     kept = Past.read(json.loads(json.dumps(entry.values())))
     assert kept.capped == {"dx": (0.33333333, 0.33333333, 0.66666667), "dt": (None, None, None)}
+    assert not list(history_faults((kept,), kept.date))
 
 
 def test_history_has_the_last_figures_of_each_release() -> None:
@@ -264,6 +266,27 @@ def test_a_damaged_file_leaves_nothing_and_is_replaced(tmp_path: Path) -> None:
     path = write_result(result("a", ERRORS), tmp_path, the_record(result("a", ERRORS)))
     path.write_text("{", encoding="utf-8")
     assert written(tmp_path, result("a", ERRORS / 2)).history == ()
+
+
+@pytest.mark.parametrize(
+    ("facts", "fault"),
+    [
+        ({"date": "2026-13-01"}, r"\$\.history\[0\]\.date: 2026-13-01 is not a day"),
+        ({"date": "2027-01-01"}, r"\$\.history\[0\]\.date: 2027-01-01 is after 2026-11-22"),
+        ({"capped": {"dx": (0.5, 0.6, 0.7)}}, r"\$\.history\[0\]\.capped\.dx: the mean does not lie"),
+        ({"capped": {"luck": (0.5, 0.4, 0.7)}}, r"\$\.history\[0\]\.capped\.luck: is no metric"),
+    ],
+)
+def test_faults_are_named(facts: dict[str, object], fault: str) -> None:
+    (found,) = history_faults([past(**facts)], "2026-11-22")
+    assert re.match(fault, found)
+
+
+def test_check_finds_a_history_out_of_order(tmp_path: Path) -> None:
+    row = replace(result("a", ERRORS), history=(past(date="2027-01-01"),))
+    written(tmp_path, row)
+    with pytest.raises(ResultsError, match=r"2027-01-01 is after 2026-11-22"):
+        check(tmp_path)
 
 
 def test_strangers_keys_are_refused(tmp_path: Path) -> None:
