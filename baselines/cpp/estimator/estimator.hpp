@@ -447,7 +447,7 @@ class Estimator {
       outlines.back().error = std::sqrt(one.variance);
       outlines.back().fresh = p < 0;
     }
-    occlusion_.mark(std::move(outlines), model_, false);
+    occlusion_.mark(outlines, model_, false);
     for (Expected& one : expected)
       if (one.box.hidden) one.range_error = INFINITY;
   }

@@ -25,6 +25,7 @@ class NoiseLearner {
     for (int t = 0; t < kTimes; ++t) {
       time_[t] = 0.05 * elementary::exp(t * (elementary::log(400.0) / (kTimes - 1)));
       memory_[t] = elementary::exp(-dt_ / time_[t]);
+      rest_[t] = rest(time_[t]);
     }
     for (int c = 0; c < 3; ++c)
       for (int s = 0; s < kShares; ++s)
@@ -69,13 +70,15 @@ class NoiseLearner {
   const BoxNoise& noise() const { return noise_; }
 
  private:
+  /// Share of the variance that an innovation in a key frame has, by the correlation time.
+  double rest(double time) const {
+    const double rho = elementary::exp(-key_frame_ / time);
+    return 1.0 - rho * rho;
+  }
+
   /// Computes means of ln σ and ln τ of a cue, and the excess of the expected variance of innovations in a key frame.
   void summarise(int c) {
     double top = -1e300, sum = 0.0, share = 0.0, time = 0.0, variance = 0.0;
-    const auto innovation = [&](double sigma, double tau) {
-      const double rho = elementary::exp(-key_frame_ / tau);
-      return sigma * sigma * (1.0 - rho * rho);
-    };
     for (const double w : weight_[c]) top = std::max(top, w);
     for (int s = 0; s < kShares; ++s)
       for (int t = 0; t < kTimes; ++t) {
@@ -84,11 +87,11 @@ class NoiseLearner {
         sum += p;
         share += p * elementary::log(share_[s]);
         time += p * elementary::log(time_[t]);
-        variance += p * innovation(share_[s], time_[t]);
+        variance += p * (share_[s] * share_[s] * rest_[t]);
       }
     noise_.share[c] = elementary::exp(share / sum);
     noise_.time[c] = elementary::exp(time / sum);
-    noise_.excess[c] = variance / sum / innovation(noise_.share[c], noise_.time[c]);
+    noise_.excess[c] = variance / sum / (noise_.share[c] * noise_.share[c] * rest(noise_.time[c]));
   }
 
   /// Weighs the grid by the cues of a box, given those of the box before, if that was in the frame before.
@@ -143,7 +146,7 @@ class NoiseLearner {
   double nu_ = 6.0, dt_ = 0.4, key_frame_ = 0.4;  ///< dt_, key_frame_: s from one frame, and key frame, to the next
   BoxNoise noise_;
   std::array<double, kShares> share_;
-  std::array<double, kTimes> time_, memory_;  ///< s, and the correlation of boxes one frame apart
+  std::array<double, kTimes> time_, memory_, rest_;  ///< s; correlation of boxes one frame apart; `rest` of the time
   std::array<std::array<double, kGrid>, 3> weight_;
 };
 

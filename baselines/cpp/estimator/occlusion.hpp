@@ -54,17 +54,16 @@ class Occlusion {
       outlines.back().error = model.people.walk.sigma;
       outlines.back().fresh = person.frames() == 1;
     }
-    return mark(std::move(outlines), model, counts);
+    return mark(outlines, model, counts);
   }
 
   /// Marks the boxes of these outlines in the same way.
-  std::vector<int> mark(std::vector<Outline> outlines, const Model& model, bool counts) {
-    outlines_ = std::move(outlines);
+  std::vector<int> mark(const std::vector<Outline>& outlines, const Model& model, bool counts) {
     std::vector<int> changed;
     const double rate = ending_ / (ending_ + whole_);
-    for (const Outline& one : outlines_) {
+    for (const Outline& one : outlines) {
       double row;
-      if (!covered(one, row)) {
+      if (!covered(one, outlines, row)) {
         if (one.box->hidden) changed.push_back(one.person);
         one.box->hidden = false;
         continue;
@@ -98,12 +97,12 @@ class Occlusion {
   }
 
   /// Whether nearer outlines cover the feet of `one`; `row` is then its lowest visible row.
-  bool covered(const Outline& one, double& row) const {
+  static bool covered(const Outline& one, const std::vector<Outline>& outlines, double& row) {
     row = -1e9;
     for (int i = 0; i < kColumns; ++i) {
       const double column = one.azimuth + (2.0 * i / (kColumns - 1) - 1.0) * kCore * one.width;
       double skyline = 1e9;
-      for (const Outline& other : outlines_) {
+      for (const Outline& other : outlines) {
         if (other.box == one.box || other.foot <= one.foot || other.range >= one.range) continue;
         const double aside = std::abs(wrap(column - other.azimuth));
         if (aside < kHead * other.width) {
@@ -118,7 +117,6 @@ class Occlusion {
     return row > one.head;
   }
 
-  std::vector<Outline> outlines_;
   double ending_ = 1.0, whole_ = 1.0;
 };
 
