@@ -19,7 +19,7 @@ from tests.generators.test_footage import relative
 from tests.lib.crohd_files import write_recording
 from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
-from vbbench.errors import VbbenchError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.files.cards.readme import hub_identifier, licence_address, size_category
 from vbbench.files.cards.subject import RELATIVE, Publisher, table_meanings
 from vbbench.files.cards.writing import CROISSANT, README, card_dataset, card_texts
@@ -27,6 +27,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import TABLES
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.files.tables import OPTIONAL, SCHEMAS
+from vbbench.files.verification import verify
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
@@ -64,6 +65,7 @@ def check_cards(folder: Path, *, rows: bool = True) -> None:
     assert len(described.metadata.record_sets) == len(tables)
     for name in tables if rows else ():
         check_records(described, name, pq.read_table(folder / f"{name}.parquet").to_pydict())
+    assert "no card" not in verify(folder)
 
 
 def check_records(described: mlcroissant.Dataset, table: str, columns: dict[str, list[Any]]) -> None:
@@ -83,6 +85,7 @@ def test_cards_of_every_split_are_valid_and_name_licence_and_citation(split: str
     card, folder = load("generator", split).card, tmp_path / "d"
     info = replace(write_dataset(folder, TINY), split=split, title=card.title, caution=card.caution)
     write_text_atomically(folder / "dataset.json", info.to_json())
+    assert "no card says what it is: 'vbbench card FOLDER'" in verify(folder)
     card_dataset(folder)
     check_cards(folder, rows=False)
     text, values = (folder / README).read_text("utf-8"), json.loads((folder / CROISSANT).read_text("utf-8"))
@@ -260,6 +263,46 @@ def test_licences_in_the_words_of_hubs(licence: str, identifier: str, address: s
 
 def test_sizes_in_the_words_of_hubs() -> None:
     assert [size_category(n) for n in (999, 1000, 10**7, 10**9)] == ["n<1K", "1K<n<10K", "10M<n<100M", "1B<n<10B"]
+
+
+def test_cards_of_another_dataset_are_refused(copy: Path, tmp_path: Path) -> None:
+    write_dataset(tmp_path / "other", replace(TINY, seed=1))
+    card_dataset(tmp_path / "other")
+    for name, said in ((README, "is the card of another dataset"), (CROISSANT, "describes another dataset")):
+        kept = (copy / name).read_bytes()
+        (copy / name).write_bytes((tmp_path / "other" / name).read_bytes())
+        with pytest.raises(FileError, match=f"{name}: {said}.*vbbench card FOLDER --overwrite"):
+            verify(copy)
+        (copy / name).write_bytes(kept)
+    assert "as written" in verify(copy)
+
+
+def test_a_card_that_lost_a_table_or_a_sum_is_refused(copy: Path) -> None:
+    text = (copy / CROISSANT).read_text("utf-8")
+    digest = Dataset(copy).info.tables["given"]["sha256"]
+    (copy / CROISSANT).write_text(text.replace(digest, "0" * 64), encoding="utf-8")
+    with pytest.raises(FileError, match=r"has not the SHA-256 of given\.parquet"):
+        verify(copy)
+    (copy / CROISSANT).write_text("[]", encoding="utf-8")
+    with pytest.raises(FileError, match="is damaged"):
+        verify(copy)
+    (copy / CROISSANT).unlink()
+    readme = (copy / README).read_text("utf-8")
+    (copy / README).write_text(
+        readme.replace("data_files: given.parquet", "data_files: taken.parquet"), encoding="utf-8"
+    )
+    with pytest.raises(FileError, match="its front matter lacks given"):
+        verify(copy)
+
+
+def test_what_a_card_says_may_be_edited(copy: Path) -> None:
+    """Hubs rewrite the front matter; people add sentences."""
+    head, text = front_matter(copy), (copy / README).read_text("utf-8").split("---\n", 2)[2]
+    rewritten = f"---\n{yaml.safe_dump({**head, 'language': ['en']})}---\n{text}\nMore on our page.\n"
+    (copy / README).write_text(rewritten, encoding="utf-8")
+    assert verify(copy).endswith("are as written")
+    (copy / README).write_text("# Notes of our own\n", encoding="utf-8")
+    assert "its README.md is not one of vbbench's cards" in verify(copy)
 
 
 def test_the_command_writes_cards_and_replaces_none_unasked(

@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from vbbench.errors import FileError
+from vbbench.files.cards.writing import check_cards
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import PUBLIC, TRUTH_TABLES
 from vbbench.files.dataset_info import INFO_FILE
@@ -37,7 +38,7 @@ def verify(folder: Path | str, truth: Path | str | None = None) -> str:
         found += f"; truth is the published one, SHA-256 {dataset.info.truth_sha256}"
     if "digest" not in read_json(dataset.folder / INFO_FILE):
         found += f"; {INFO_FILE} has no digest (older format): its title, caution and scenes' names were not checked"
-    return found
+    return found + check_cards(dataset.folder, dataset.info)
 
 
 def _check_sums(dataset: Dataset) -> Iterator[str]:

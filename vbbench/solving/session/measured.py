@@ -113,8 +113,8 @@ EARLIEST = 0.5
 TALLEST = 4.0
 """In heights of the picture: no box is taken to reach farther beyond it."""
 
-FIRST_LOOK, MOST_LOOKED_AT = 10, 5000
-"""Boxes of a session after which they are looked at first, and after which no more."""
+SAMPLED, FIRST_LOOK = 512, 10
+"""Boxes of a session of which a sample is kept, and after how many it is looked at first."""
 
 FASTEST, LEAP, QUICKEST, SWING = 60.0, 5.0, 10.0, 0.5
 """In m/s, m, rad/s and rad: no camera is faster, but for noise."""
@@ -183,9 +183,9 @@ def _check_tracks(tracks: list[Hashable]) -> None:
 
 
 class BoxWatch:
-    """Warns once of boxes that cannot be people in the camera's picture (`vbbench.box_checks`).
+    """Warns once of boxes that cannot be people in the camera's picture (`vbbench.boxes`).
 
-    The first boxes are kept, and checked after 10, 20, 40, … of them.
+    A bounded sample of all boxes is kept, and checked after 10, 20, 40, … boxes.
 
     Parameters
     ----------
@@ -195,20 +195,31 @@ class BoxWatch:
 
     def __init__(self, camera: Camera, height_mean: float) -> None:
         self._camera, self._height_mean = camera, height_mean
-        self._seen, self._due = np.empty((0, 4)), FIRST_LOOK
+        self._sample, self._kept = np.empty((SAMPLED, 4)), 0
+        self._frames, self._every = 0, 1
+        self._boxes, self._due = 0, FIRST_LOOK
 
     def see(self, boxes: FloatArray) -> None:
         """Add the boxes [N, 4] (left, top, width, height) in px of a frame, and check when due."""
-        if self._due > MOST_LOOKED_AT:
-            return
-        self._seen = np.concatenate([self._seen, boxes])
-        count = len(self._seen)
-        if count >= self._due:
-            self._due = 2 * count
-            misfit = find_misfit(self._seen, self._camera, self._camera.picture_size, self._height_mean)
-            if misfit is not None:
-                self._due = sys.maxsize
-                warnings.warn(VbbenchWarning(f"after {count} boxes: {misfit.text}"), stacklevel=3)
+        self._frames += 1
+        self._boxes += len(boxes)
+        if self._frames % self._every == 0:
+            kept = boxes[: SAMPLED - self._kept]
+            self._sample[self._kept : self._kept + len(kept)] = kept
+            self._kept += len(kept)
+        if self._boxes >= self._due:
+            self._due = 2 * self._boxes
+            self._look()
+        if self._kept == SAMPLED:
+            self._kept, self._every = SAMPLED // 2, 2 * self._every
+            self._sample[: self._kept] = self._sample[::2].copy()
+
+    def _look(self) -> None:
+        size = self._camera.picture_size
+        misfit = find_misfit(self._sample[: self._kept], self._camera, size, self._height_mean)
+        if misfit is not None:
+            self._due = sys.maxsize
+            warnings.warn(VbbenchWarning(f"after {self._boxes} boxes: {misfit.text}"), stacklevel=4)
 
 
 def far_outside(observations: FloatArray, camera: Camera) -> BoolArray:
