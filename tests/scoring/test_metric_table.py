@@ -4,6 +4,7 @@ import html
 import json
 import re
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -13,15 +14,13 @@ from tests.leaderboards.site.test_building import site_of
 from tests.lib.answers import submit, true_answers
 from tests.lib.board_results import BOARD, result
 from tests.lib.make_dataset import Crowd, write_dataset
-from vbbench.errors import FileError
 from vbbench.estimate import Estimate
 from vbbench.files.dataset import Dataset
 from vbbench.pictures.plotting import plot_sequence
 from vbbench.scoring import score
 from vbbench.scoring.comparison import compare
 from vbbench.scoring.metrics import METRICS, Metric, position_error, rotation_error
-from vbbench_leaderboards.results.folder import published_results
-from vbbench_leaderboards.results.result import read_result
+from vbbench_leaderboards.results.sealed_json import form_of
 from vbbench_leaderboards.site.building import site_files
 from vbbench_leaderboards.site.pages import board_page
 
@@ -127,5 +126,7 @@ def test_boards_rank_by_it_and_show_it() -> None:
 
 @pytest.mark.usefixtures("new_metrics")
 def test_result_files_must_have_it() -> None:
-    with pytest.raises(FileError, match=r"Expected .*astray"):
-        read_result(published_results() / "hotel/sequential-field/cv.json")
+    form = form_of("result")
+    score = get_type_hints(form)["score"]
+    assert {*NEW, "dx"} - {"seconds"} <= set(get_type_hints(score)["metrics"].__struct_fields__)
+    assert "seconds" in get_type_hints(score)["drift"].__struct_fields__
