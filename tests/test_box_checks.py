@@ -43,7 +43,6 @@ WRONG: dict[str, tuple[Callable[[FloatArray], FloatArray], str, bool]] = {
 def test_what_boxes_are_given_as_is_found_at_any_number(what: str, count: int) -> None:
     change, text, certain = WRONG[what]
     found = find_misfit(change(BOXES[:count]), WALK.camera, PICTURE, 1.72)
-    assert found is not None
     assert found.certain == certain
     assert re.search(text, found.text)
 

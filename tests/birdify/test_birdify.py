@@ -157,7 +157,6 @@ def test_a_camera_that_bobs_is_neither_higher_nor_tilted(steps):
         camera = replace(level, pitch=0.026 * np.sin(2.0 * np.pi * steps * 0.1 * t))
         boxes.append(camera.project(places, heights))
     cues = compare_cues(np.stack(boxes), level, PEOPLE, 0.1)
-    assert cues is not None
     assert cues.mount_height == pytest.approx(1.5, abs=0.08)
     assert abs(cues.tilt) < 0.008
 
@@ -176,11 +175,9 @@ def test_feet_and_heights_are_held_against_each_other():
     camera = PerspectiveCamera(mount_height=1.6, pitch=0.05)
     boxes = camera.project(*walkers(np.random.default_rng(0)))
     cues = compare_cues(boxes, camera, PEOPLE, STEP)
-    assert cues is not None
     assert cues.mount_height == pytest.approx(1.6, abs=3 * cues.mount_height_std)
     assert abs(cues.tilt) < 3 * cues.tilt_std + 1e-3
     level = compare_cues(boxes, PerspectiveCamera(mount_height=1.6), PEOPLE, STEP)
-    assert level is not None
     assert level.tilt == pytest.approx(0.05, abs=0.01)
     assert compare_cues(boxes[:1, :2], camera, PEOPLE, STEP) is None
 
@@ -193,7 +190,6 @@ def test_noise_does_not_bend_the_line():
     boxes = camera.project(relative, np.broadcast_to(rng.normal(1.72, 0.08, 250), (40, 250)))
     boxes += rng.normal(0.0, 0.03, boxes.shape) * boxes[..., 2:] * (1.0, 0.5**0.5, 2.0**0.5)
     cues = compare_cues(boxes, camera, PEOPLE, 0.1)
-    assert cues is not None
     assert cues.mount_height_std < 0.04
     assert cues.mount_height == pytest.approx(1.6, abs=3 * cues.mount_height_std)
     assert abs(cues.tilt) < 3 * cues.tilt_std
@@ -205,11 +201,9 @@ def test_cues_of_a_panorama_and_of_a_camera_that_looks_straight_down():
     around = PanoramaCamera(mount_height=1.6)
     relative = ahead * rng.choice((-1.0, 1.0), (40, 2))
     cues = compare_cues(around.project(relative, heights), replace(around, cy=around.cy + 5.0), PEOPLE, STEP)
-    assert cues is not None
     assert cues.mount_height == pytest.approx(1.6, abs=3 * cues.mount_height_std)
     assert (cues.tilt, cues.horizon) == (0.0, pytest.approx(-5.0 / around.focal, abs=3 * cues.horizon_std))
     tilted = compare_cues(replace(around, pitch=0.06).project(relative, heights), around, PEOPLE, STEP)
-    assert tilted is not None
     assert (tilted.tilt, tilted.mount_height) == (pytest.approx(0.06, abs=0.02), pytest.approx(1.6, abs=0.2))
     assert abs(tilted.horizon) < 3 * tilted.horizon_std
     camera = PerspectiveCamera(mount_height=1.6)
@@ -223,11 +217,9 @@ def test_a_roll_is_no_pitch():
     camera, (ahead, heights) = PerspectiveCamera(mount_height=1.6), walkers(np.random.default_rng(3))
     ahead = ahead * [2.0, 1.0]
     cues = compare_cues(replace(camera, roll=0.08).project(ahead, heights), camera, PEOPLE, STEP)
-    assert cues is not None
     assert (cues.roll, cues.tilt) == (pytest.approx(0.08, abs=0.02), pytest.approx(0.0, abs=0.02))
     assert cues.mount_height == pytest.approx(1.6, abs=0.15)
     level = compare_cues(camera.project(ahead, heights), camera, PEOPLE, STEP)
-    assert level is not None
     assert level.roll == 0.0
 
 

@@ -19,7 +19,6 @@ def test_the_map_is_near_the_truth(tmp_path: Path) -> None:
     assert people.mean() < 0.5
     assert (tmp_path / "map" / "map.png").is_file()
     printed = re.search(r"people are off by ([\d.]+) m on average, the camera by ([\d.]+) m", text)
-    assert printed is not None
     assert [float(value) for value in printed.groups()] == pytest.approx([people.mean(), camera.mean()], abs=0.006)
 
 

@@ -69,7 +69,6 @@ def test_feet_and_heights_agree_with_the_camera_that_made_them():
     heights = np.broadcast_to(rng.normal(1.72, 0.08, 40), (30, 40))
     boxes = CAMERA.project(start + np.cumsum(steps, axis=0), heights)
     cues = compare_cues(boxes, CAMERA, HeightPrior(1.72, 0.09), 0.4)
-    assert cues is not None
     assert cues.mount_height == pytest.approx(1.5, abs=3 * cues.mount_height_std)
     assert abs(cues.tilt) < 3 * cues.tilt_std + 2e-3
 

@@ -21,8 +21,6 @@ COMMANDS = [*MADE.values(), *(picture["run"] for picture in LISTED.values() if "
 @pytest.fixture(scope="module")
 def drawing() -> ModuleType:
     spec = importlib.util.spec_from_file_location("docs_draw", ROOT / "docs" / "draw.py")
-    assert spec is not None
-    assert spec.loader is not None
     module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -50,7 +50,6 @@ def held(folder: Path) -> Iterator[subprocess.Popen[str]]:
     """Somebody else writes into ``folder``."""
     command = [sys.executable, "-c", HOLDER, str(folder)]
     holder = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    assert holder.stdout is not None
     assert holder.stdout.readline() == "locked\n"
     yield holder
     holder.communicate()

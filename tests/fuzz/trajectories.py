@@ -13,9 +13,7 @@ from tests.fuzz.kind import Kind, Refused
 from tests.fuzz.mutations import TEXT
 from tests.fuzz.oracle import STRICTER, Row, boxes_of, finite, lines, rows_of
 from tests.lib.mot_text import read_mot
-from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.tum import import_tum
-from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import load_scenes
 from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
 from vbbench_generators.recordings.readers.tracks import read_homography
@@ -82,7 +80,6 @@ def _same_scene(x: int, y: int) -> Callable[[object, list[Row]], bool]:
     """Everybody walks from place to place in the order of their frames, and frames keep their distances."""
 
     def same(scene: object, rows: list[Row]) -> bool:
-        assert isinstance(scene, Scene)
         if sorted({int(row[1]) for row in rows}) != scene.people.tolist():
             return False
         for column, person in enumerate(scene.people.tolist()):
@@ -103,7 +100,6 @@ def _same_boxes(outcome: object, rows: list[Row]) -> bool:
 
     Rows of ground truth, 9 columns with flags and class 1 or none, count by flag, class and visibility.
     """
-    assert isinstance(outcome, BoxRows)
     plain = all(len(r) == 9 and r[6] in (0, 1) and r[7] in (-1, 1) for r in rows) and any(r[6] == 1 for r in rows)
     counted = [r for r in rows if not plain or (r[6] != 0 and r[8] != 0)]
     wanted = [(r[0] - 1, r[1], r[2] - 1, r[3] - 1, r[4], r[5], r[6] if len(r) > 6 else 1.0) for r in counted]
@@ -150,7 +146,6 @@ def _vsp_oracle(content: bytes, outcome: object) -> str | None:
         cells = [line.split(" - ")[0].replace(",", " ").split() for line in text[row + 1 : row + 1 + count]]
         found.append([[finite(cell) for cell in line] for line in cells])
         row += 1 + count
-    assert isinstance(outcome, list)
     read = [[[*point, frame] for point, frame in zip(k.points.tolist(), k.frame, strict=True)] for k in outcome]
     return None if read == [[line[:3] for line in keys] for keys in found] else "the oracle reads other key points"
 

@@ -64,7 +64,6 @@ def test_recordings_are_named_in_a_text_or_a_list(tmp_path: Path) -> None:
     for names in ('"0015, 0019"', '["0015", "0019"]'):
         (tmp_path / "o.toml").write_text(f"sequences = {names}\nevery = 2\ncyclists = true")
         footage = made(read_options([str(tmp_path / "o.toml")], "kitti"), "kitti").footage
-        assert footage is not None
         assert (footage.sequences, footage.every, footage.cyclists) == (("0015", "0019"), 2, True)
 
 

@@ -85,7 +85,6 @@ def test_noise_is_uniform_and_changes_nothing_else() -> None:
 
 def test_a_camera_that_sees_nothing_is_a_mistake() -> None:
     camera = make_camera("perspective", width=4, height=4, focal=50_000.0, cx=2.0, cy=2.0)
-    assert isinstance(camera, PerspectiveCamera)
     with pytest.raises(VbbenchError, match="does not see the voxel at 2 m; give one with a wider field of view"):
         draw_views(replace(PLAIN, camera=camera), 2.0, 2, 0)
 

@@ -97,7 +97,6 @@ def test_golden_row_of_sim(tmp_path: Path) -> None:
     assert paper[2:5] == ["500", "20", "10 to 50"]
     assert ours[2:6] == ["500", "20.00", "10 / 30.00 / 50", "of the scene"]
     tally = found[0].tally
-    assert tally is not None
     assert tally.seen.mean() == pytest.approx(11.26, abs=0.05)
 
 
@@ -144,7 +143,6 @@ def test_motsynth_is_counted_where_its_folder_is_named(tmp_path: Path) -> None:
     study = Table1Study(splits=("motsynth",), motsynth=folder)
     found = study.measure(tmp_path / "out", Making())
     tally = found[0].tally
-    assert tally is not None
     assert tally.crowd is None
     assert cells(found, "GTAV, as MOTSynth")[1][4:6] == ["6 / 6.00 / 6", "in a frame"]
 

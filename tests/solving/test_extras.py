@@ -99,7 +99,6 @@ def test_extras_of_a_wrong_shape_are_named(name: str) -> None:
 
 def test_frames_stack_to_an_estimate_and_come_out_of_it_again() -> None:
     whole = Estimate.of_frames([FrameEstimate(**PLAIN), FrameEstimate(**PLAIN, **EXTRAS), FrameEstimate(**PLAIN)])
-    assert whole.fallback is not None
     assert whole.fallback.tolist() == [False, True, False]
     assert np.isnan(whole.pose_covariances[0]).all()
     assert whole.position_covariances.shape == (3, 4, 2, 2)

@@ -70,7 +70,6 @@ def test_no_other_cuts_leave_the_smallest_part_more_people(seed: int) -> None:
         kept = (leave <= a).sum(), ((enter >= b) & (leave <= c)).sum(), (enter >= d).sum()
         best = max(best, min(n / share for n, share in zip(kept, SHARES, strict=True)))
     cuts = find_cuts(present, GAP / gap)
-    assert cuts is not None
     part = cuts.part_of(enter, leave)
     assert min((part == n).sum() / share for n, share in enumerate(SHARES)) == best
 

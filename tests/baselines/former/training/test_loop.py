@@ -118,7 +118,6 @@ def test_every_device_learns_the_same_though_batches_there_have_room_for_more(cr
             loss, same = other._gradients(filled).loss.detach(), plain._differentiate(batch).loss.detach()
             assert float(loss) == pytest.approx(float(same), 1e-4)
             for name, values in plain.weights.items():
-                assert values.grad is not None
                 assert other.weights[name].grad.cpu().numpy() == pytest.approx(values.grad.numpy(), rel=1e-2, abs=1e-5)
 
 

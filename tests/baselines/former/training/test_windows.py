@@ -95,7 +95,6 @@ def test_another_seed_and_another_recipe_make_other_files(crowds: Crowds, folder
 def test_a_window_tells_what_its_boxes_told(crowds: Crowds, rng: np.random.Generator) -> None:
     for watched in (stream[0] for stream in crowds.streams):
         window = cut(rng, watched, long(len(watched.poses)), ALL)
-        assert window is not None
         told, sights = window.shown(), watched.sights
         people = np.flatnonzero(sights.seen.any(axis=0))
         seen = sights.seen[:, people] > 0.5
