@@ -11,6 +11,9 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from tests.lib.installing import Install, Installed
+from vbbench.registry import registered
+
 Report = pytest.CollectReport | pytest.TestReport
 pytest_plugins = ["pytester"]
 settings.load_profile("ci")  # the same examples in every run, however long one takes
@@ -96,6 +99,14 @@ def sources_read_once() -> Generator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(submissions, "source_digest", digest)
         yield
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Install]:
+    """Installs a package with an entry point; called again, it adds another."""
+    yield lambda group, name, value: Installed(monkeypatch, tmp_path / "site-packages", group, name, value)
+    monkeypatch.undo()
+    registered.cache_clear()
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import pytest
 from tests.extensions import fisheye
 from tests.lib.board_results import ABOUT
 from tests.lib.flat_renderer import FlatRenderer
+from tests.lib.installing import Installed
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera, camera_from_dict, camera_to_dict, make_camera
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
@@ -38,14 +39,9 @@ def outside(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A stranger's folder with the model's file and the metadata that name it, as an installed package has them."""
     folder = tmp_path_factory.mktemp("outside")
     shutil.copyfile(fisheye.__file__, folder / "strange_lens.py")
-    metadata = folder / "strange_lens-1.0.dist-info"
-    metadata.mkdir()
-    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: strange-lens\nVersion: 1.0\n")
-    (metadata / "entry_points.txt").write_text("[vbbench.cameras]\nfisheye = strange_lens:Fisheye\n")
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(folder)
+        Installed(patch, folder, "vbbench.cameras", "fisheye", "strange_lens:Fisheye")
         patch.setenv("PYTHONPATH", os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")])))
-        registered.cache_clear()
         yield folder
     registered.cache_clear()
 

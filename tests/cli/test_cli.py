@@ -7,7 +7,6 @@ import subprocess
 import sys
 from contextlib import redirect_stdout, suppress
 from functools import cache
-from importlib.metadata import EntryPoint
 from io import StringIO
 from pathlib import Path
 from typing import ClassVar
@@ -15,7 +14,7 @@ from unittest.mock import patch
 
 import pytest
 
-from vbbench import registry
+from tests.lib.installing import Install
 from vbbench.camera import PerspectiveCamera
 from vbbench.cli import COMMANDS, all_commands, main
 from vbbench.cli.parsing import in_options, parameters_of, parse
@@ -300,19 +299,11 @@ class Narrow(PerspectiveCamera):
 
 
 def test_a_camera_of_another_package_is_asked_for_by_its_name(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    install: Install, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    before = registry.entry_points
-    theirs = EntryPoint("narrow", f"{__name__}:Narrow", "vbbench.cameras")
-    monkeypatch.setattr(
-        registry, "entry_points", lambda group: [*before(group=group), *([theirs] if group == theirs.group else [])]
-    )
-    registry.registered.cache_clear()
-    try:
-        assert run(capsys, "generate", "demo", "--camera", "narow", "--out", tmp_path / "a")[0] == 2
-        status, out, _ = run(capsys, "generate", "demo", "--camera", "narrow", "--limit", 2, "--out", tmp_path / "a")
-        assert status == 0
-        assert "camera narrow" in out
-        assert run(capsys, "verify", tmp_path / "a")[0] == 0
-    finally:
-        registry.registered.cache_clear()
+    install("vbbench.cameras", "narrow", f"{__name__}:Narrow")
+    assert run(capsys, "generate", "demo", "--camera", "narow", "--out", tmp_path / "a")[0] == 2
+    status, out, _ = run(capsys, "generate", "demo", "--camera", "narrow", "--limit", 2, "--out", tmp_path / "a")
+    assert status == 0
+    assert "camera narrow" in out
+    assert run(capsys, "verify", tmp_path / "a")[0] == 0

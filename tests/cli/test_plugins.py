@@ -2,13 +2,10 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
-from importlib.metadata import EntryPoint
-from typing import Any
 
 import pytest
 
-from vbbench import registry
+from tests.lib.installing import Install
 from vbbench.cli import COMMANDS, all_commands, main
 
 
@@ -25,23 +22,13 @@ def greet(name: str = "you") -> int:
 TOOLS = {"greet": greet}
 
 
-@pytest.fixture
-def installed(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """Registers entry points of the group ``vbbench.commands``."""
-
-    def install(**points: str) -> None:
-        found = [EntryPoint(name=name, value=value, group="vbbench.commands") for name, value in points.items()]
-        monkeypatch.setattr(registry, "entry_points", lambda group: found if group == "vbbench.commands" else [])
-        registry.registered.cache_clear()
-
-    yield install
-    registry.registered.cache_clear()
+GROUP = "vbbench.commands"
 
 
 def test_a_command_of_another_package_runs_and_its_status_counts(
-    installed: Any, capsys: pytest.CaptureFixture[str]
+    install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    installed(tool=f"{__name__}:TOOLS")
+    install(GROUP, "tool", f"{__name__}:TOOLS")
     assert main(["tool", "greet", "--name", "Ada"]) == 3
     assert capsys.readouterr().out == "hello Ada\n"
     assert main(["tool", "gret"]) == 2
@@ -60,9 +47,9 @@ def test_a_command_of_another_package_runs_and_its_status_counts(
     ],
 )
 def test_a_broken_one_is_a_warning_that_names_it(
-    installed: Any, capsys: pytest.CaptureFixture[str], value: str, name: str, reason: str
+    install: Install, capsys: pytest.CaptureFixture[str], value: str, name: str, reason: str
 ) -> None:
-    installed(**{name: value})
+    install(GROUP, name, value)
     assert main(["--help"]) == 0
     captured = capsys.readouterr()
     assert "generate" in captured.out

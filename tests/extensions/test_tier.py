@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.extensions.conftest import Install
+from tests.lib.installing import Install
 from vbbench.cli import main
 from vbbench.errors import FileError, UnknownNameError, VbbenchError
 from vbbench.files.dataset import Dataset
