@@ -283,15 +283,6 @@ def test_loose_files_do_not_go_into_a_dataset(
     assert sorted(dataset.rglob("*")) == before
 
 
-def test_a_place_where_nothing_can_be_written_is_one_line(
-    capsys: pytest.CaptureFixture[str], dataset: Path, tmp_path: Path
-) -> None:
-    (tmp_path / "file").write_text("x")
-    status, _, error = run(capsys, "export", "tum", dataset, "--out", tmp_path / "file" / "below")
-    assert (status, error.count("\n")) == (2, 1)
-    assert "choose another" in error
-
-
 class Narrow(PerspectiveCamera):
     """A camera of another package."""
 

@@ -11,6 +11,8 @@ from vbbench.errors import VbbenchError
 from vbbench.files.generate_command import generate_command
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
+from vbbench.generation.planning import thinned
+from vbbench.registry import load
 from vbbench.reproduction.grid import Making
 
 
@@ -23,20 +25,21 @@ def test_a_thinned_dataset_holds_every_third_sequence(tmp_path: Path) -> None:
     for index in range(len(part)):
         mine, theirs = part.sequence(index), whole.sequence(3 * index)
         assert mine.index == index
-        assert_same_boxes(mine.observations, theirs.observations)
+        # the same boxes, whatever their tracks are numbered
+        np.testing.assert_array_equal(np.sort(mine.observations, axis=1), np.sort(theirs.observations, axis=1))
 
 
-def assert_same_boxes(one: np.ndarray, other: np.ndarray) -> None:
-    """Whether two sequences show the same boxes, whatever their tracks are numbered."""
-    np.testing.assert_array_equal(np.sort(one, axis=1), np.sort(other, axis=1))
-
-
-def test_the_recording_of_a_thinned_dataset_is_whole(data_folder: Path, tmp_path: Path) -> None:
-    whole = generate("hotel", tmp_path / "whole", Options(limit=20))
-    part = generate("hotel", tmp_path / "part", Options(limit=20, stride=10))
-    mine, theirs = part.sequence(1), whole.sequence(10)
-    assert_same_boxes(mine.observations, theirs.observations)
-    assert (mine.scene, mine.first_frame) == (theirs.scene, theirs.first_frame)
+def test_every_other_sequence_of_a_recording_is_as_it_was(data_folder: Path) -> None:
+    whole = load("generator", "hotel").plan(Options(limit=5))
+    some = thinned(whole, 2)
+    assert thinned(whole, 1) is whole
+    assert len(some) == 3
+    assert some.info.id != whole.info.id
+    for index in range(3):
+        own, there = some.build(index).sequence, whole.build(2 * index).sequence
+        assert (own.index, own.scene, own.first_frame) == (index, there.scene, there.first_frame)
+        np.testing.assert_array_equal(own.observations, there.observations)
+        np.testing.assert_array_equal(own.given.positions, there.given.positions)
 
 
 def test_footage_and_strides_that_are_none_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

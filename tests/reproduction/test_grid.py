@@ -23,6 +23,7 @@ from vbbench.reproduction.report import Report, shown, write_report
 from vbbench.reproduction.robot import RobotStudy, default_entrants
 from vbbench.reproduction.sigma import PANELS, SIGMAS, SigmaStudy
 from vbbench.reproduction.solver_tables import SolverTableStudy, Table4Study
+from vbbench.reproduction.table1 import Table1Study
 from vbbench.reproduction.trajectories import TrajectoriesStudy
 from vbbench.reproduction.transfer import TARGETS, TransferStudy
 from vbbench.reproduction.variants import Variant, registered_variants
@@ -372,6 +373,7 @@ MISTAKES: list[tuple[Study, dict[str, Any], str]] = [
     (HOTEL, {"every": 0}, "every must be 1 or more, not 0"),
     (HOTEL, {"protocols": ("onestep",)}, "onestep"),
     (TABLE4, {"solvers": ()}, "nothing to measure: name a solver"),
+    (Table1Study(), {"splits": ("student",)}, "did you mean 'students'"),
     (ReadingsStudy(), {"splits": ()}, "name a split of hotel, eth, students"),
     (KEYPOINTS, {"every": 0}, "every must be 1 or more, not 0"),
     (TrajectoriesStudy(), {"splits": ("hotell",)}, "did you mean 'hotel'"),
@@ -435,6 +437,7 @@ def test_commands_without_recordings(
         ("figure-posterior --every 0", "every must be 1 or more"),
         ("transfer --kitti nowhere --every 0", "every must be 1 to 1,000, not 0"),
         ("transfer --kitti nowhere --solver vb-fs", "did you mean 'vb-sf'"),
+        ("all table44", "no study is called 'table44'; did you mean 'table4'?"),
         ("figure-sgima", "no study is called 'figure-sgima'; did you mean 'figure-sigma'?"),
         ("table1 --solver cv", "table1: --solver changes nothing here; remove it"),
         ("figure-trajectories --solver cv vb-cv", "name one each"),
@@ -453,11 +456,10 @@ def test_mistakes_on_the_command_line(
 
 
 def test_the_studies_are_the_papers() -> None:
-    study, paper = SigmaStudy(), KeypointsStudy()
+    study = SigmaStudy()
     assert study.sigmas == SIGMAS == (0.0, 0.01, 0.03, 0.05, 0.07)
     assert study.people == (10, 20, 30, 40, 50)
     assert (study.sequences, study.protocol) == (500, "one-step")
-    assert paper.trials == the_paper().keypoints.trials == 100
 
 
 @pytest.mark.slow

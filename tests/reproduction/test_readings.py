@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vbbench.generation.generator import Options, Plan
-from vbbench.generation.planning import thinned
+from vbbench.generation.generator import Options
 from vbbench.registry import load, make_solver
 from vbbench.reproduction.readings import all_readings
 from vbbench.scene import Scene
@@ -32,19 +31,6 @@ def test_solvers_are_what_the_reading_says(one: dict[str, Any]) -> None:
     assert isinstance(solver, SocialForceBirdifier)
     assert solver.calibrate == (one["heights"] == "learned")
     assert solver.ego_prior == one["ego_prior"]
-
-
-def test_every_other_sequence_is_as_it_was(data_folder: Path) -> None:
-    whole: Plan = load("generator", "hotel").plan(Options(limit=5))
-    some = thinned(whole, 2)
-    assert thinned(whole, 1) is whole
-    assert len(some) == 3
-    assert some.info.id != whole.info.id
-    for index in range(3):
-        own, there = some.build(index).sequence, whole.build(2 * index).sequence
-        assert own.index == index
-        np.testing.assert_array_equal(own.observations, there.observations)
-        np.testing.assert_array_equal(own.given.positions, there.given.positions)
 
 
 def test_a_scaled_recording_fills_its_field_and_keeps_who_stands() -> None:

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 from matplotlib.figure import Figure
 
-from tests.cli.test_cli import run
 from vbbench.errors import VbbenchError, VbbenchWarning
 from vbbench.paper import the_paper
 from vbbench.reproduction.grid import Making
@@ -66,12 +65,6 @@ def test_numbers_that_are_not_known_are_null() -> None:
         "low": None,
         "rows": [{"high": None, "n": 3}],
     }
-
-
-def test_unknown_studies_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    status, _, errors = run(capsys, "reproduce", "all", "table44", "--out", tmp_path / "out")
-    assert status == 2
-    assert "no study is called 'table44'; did you mean 'table4'?" in errors
 
 
 def test_a_page_of_all_takes_parts_and_options_reach_who_reads_them() -> None:

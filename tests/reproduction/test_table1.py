@@ -1,6 +1,5 @@
 """Table 1: counts without a dataset are those of the dataset, figures of the recordings, and what is missing."""
 
-import json
 import math
 from collections import Counter
 from pathlib import Path
@@ -8,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.cli.test_cli import run
 from tests.lib import motsynth_recording
 from vbbench.camera import PerspectiveCamera
-from vbbench.errors import FileError, UnknownNameError, VbbenchError
+from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import summary
 from vbbench.generation import generate
@@ -159,23 +157,7 @@ def test_a_source_that_is_here_and_damaged_is_an_error(no_data: Path, tmp_path: 
         Table1Study(splits=("hotel",)).measure(tmp_path / "out", Making())
 
 
-def test_an_unknown_split_suggests_the_nearest(tmp_path: Path) -> None:
-    with pytest.raises(UnknownNameError, match="did you mean 'students'"):
-        Table1Study(splits=("student",)).run(tmp_path / "out")
-
-
 def test_every_number_is_in_the_values(data_folder: Path, tmp_path: Path) -> None:
     (row,) = Table1Study(splits=("hotel",)).run(tmp_path).values["rows"]
     assert row["ours"]["observations"] == 31700
     assert row["people"] == {"least": 3, "mean": pytest.approx(6.303, abs=1e-3), "most": 16}
-
-
-def test_command_line(no_data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    out = tmp_path / "table1"
-    status, printed, _ = run(capsys, "reproduce", "table1", "--split", "hotel", "eth", "--out", out)
-    assert status == 0
-    assert printed.startswith("# Table 1: sequences and people of every split")
-    assert "| ETH | the paper | 346 | 14.4 | 3 / 9.29 / 26 |" in printed
-    assert {path.name for path in out.iterdir()} == {"table1.md", "table1.json"}
-    status, printed, _ = run(capsys, "reproduce", "table1", "--split", "hotel", "--out", out, "--json")
-    assert [row["split"] for row in json.loads(printed)["rows"]] == ["hotel"]

@@ -1,7 +1,6 @@
 """Scores of small datasets against a slow implementation of its own, and against figures known beforehand."""
 
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -162,15 +161,6 @@ def test_scored_rows_leave_out_what_was_given(dataset):
             free = sequence.observed & np.isnan(given.positions[..., 0])
             want |= {(sequence.index, t, sequence.tracks[k]) for t, k in np.argwhere(free) if t >= 2}
         assert set().union(*rows) == want
-
-
-def test_withheld_truth_is_asked_for_and_found(dataset, noisy, tmp_path):
-    public, secret = tmp_path / "public", tmp_path / "secret"
-    shutil.copytree(dataset, public)
-    shutil.move(public / "truth", secret)
-    with pytest.raises(VbbenchError, match=r"truth .* is not available"):
-        score(noisy, public)
-    assert score(noisy, public, secret).to_json() == score(noisy, dataset).to_json()
 
 
 def test_a_dataset_with_nothing_to_score_says_so(tmp_path):
