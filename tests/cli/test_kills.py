@@ -4,11 +4,6 @@ One command of every way of writing is rehearsed (`SCENARIOS`): stopped at all i
 can fill up.
 """
 
-import random
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -17,9 +12,7 @@ from pathlib import Path
 import pytest
 
 from tests.lib.challenges import withheld_challenge
-from tests.lib.commands import wait_until
-from tests.lib.kill_harness import Command, Point, Stage, read_tree, without_chance
-from tests.lib.rehearsal import Rehearsal, Scenario
+from tests.lib.kill_harness import Command, Point, Rehearsal, Scenario, Stage
 from tests.lib.system_calls import why_not
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(why_not() is not None, reason=str(why_not()))]
@@ -142,34 +135,6 @@ def test_killed_and_killed_again(stage: Stage, name: str) -> None:
     for point in spread(first.moments, 4):
         second = replace(first, run=replace(stage.record(first.scenario.command, point.left), left=first.run.left))
         check([f"{point.what}, then {fault}" for fault in second.faults_when_killed(spread(second.moments, 6))])
-
-
-def test_a_kill_leaves_what_was_recorded(stage: Stage) -> None:
-    rehearsal = Rehearsal.of(stage, SCENARIOS["generate --overwrite"])
-    for point in spread([point for point in rehearsal.run.points[:-1] if point.what.startswith("before")], 5):
-        killed = stage.kill(rehearsal.scenario.command, rehearsal.found, point.number)
-        assert killed.status == -signal.SIGKILL
-        assert without_chance(killed.left) == without_chance(point.left), point.what
-
-
-def test_a_signal_stops_workers_and_the_same_command_goes_on(tmp_path: Path) -> None:
-    whole, place, chance = tmp_path / "whole" / "out", tmp_path / "stopped" / "out", random.Random(0)
-    command = [sys.executable, "-m", "vbbench", "generate", "tests.lib.slow_split:SLOW", "--jobs"]
-    subprocess.run([*command, "1", "--out", whole], check=True, capture_output=True)
-    for parts, sent in ((1, signal.SIGINT), (3, signal.SIGTERM)):
-        run = subprocess.Popen([*command, "2", "--out", place], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        wait_until(lambda wanted=parts, run=run: count_parts(place) >= wanted or run.poll() is not None, seconds=300)
-        time.sleep(chance.uniform(0.0, 0.1))
-        run.send_signal(sent)
-        run.communicate(timeout=60)
-        assert run.returncode != 0
-        assert not place.exists()
-    subprocess.run([*command, "2", "--out", place], check=True, capture_output=True)
-    assert read_tree(place.parent) == read_tree(whole.parent)
-
-
-def count_parts(out: Path) -> int:
-    return len(list(out.parent.rglob("*.arrows")))
 
 
 def check(faults: list[str]) -> None:

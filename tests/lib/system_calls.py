@@ -1,4 +1,4 @@
-"""Every system call by which a process changes files, seen before it happens, and done, refused or never reached.
+"""Every system call by which a process changes files, seen before it happens, and done or refused.
 
 A seccomp filter (`man 2 seccomp_unotify`) stops the calls of a child process, of its threads and of its own children,
 until the supervisor answers. So nothing that writes can be missed, whatever library it writes with, and nothing in the
@@ -20,8 +20,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-Answer = Literal["do", "refuse", "kill"]
-"""Let a call happen, have it fail because the disk is full, or kill the process before it."""
+Answer = Literal["do", "refuse"]
+"""Let a call happen, or have it fail because the disk is full."""
 
 _NUMBERS = {
     1: "write", 2: "open", 18: "pwrite64", 20: "writev", 40: "sendfile", 74: "fsync", 75: "fdatasync", 76: "truncate",
@@ -167,12 +167,12 @@ def _supervise(listener: int, child: int, root: Path, before: Callable[[Call], A
                 _give_up(child)
             if not ready.get(listener, 0) & select.POLLIN:
                 return
-            _answer_one(listener, child, root, before)
+            _answer_one(listener, root, before)
     finally:
         os.close(handle)
 
 
-def _answer_one(listener: int, child: int, root: Path, before: Callable[[Call], Answer]) -> None:
+def _answer_one(listener: int, root: Path, before: Callable[[Call], Answer]) -> None:
     request = bytearray(80)
     try:
         fcntl.ioctl(listener, _RECEIVE, request)
@@ -184,9 +184,6 @@ def _answer_one(listener: int, child: int, root: Path, before: Callable[[Call], 
     arguments = struct.unpack_from("6Q", request, 32)
     call = _described(_NUMBERS[called], arguments, caller, root)
     answer = "do" if call is None else before(call)
-    if answer == "kill":
-        os.kill(child, signal.SIGKILL)
-        return
     refused = -errno.ENOSPC if answer == "refuse" else 0
     reply = bytearray(struct.pack("QqiI", number, 0, refused, 0 if refused else _CONTINUE))
     try:

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from tests.generation.test_datasets import digests
 from tests.lib.commands import ended, kill_session, session, start, wait_until
 from tests.lib.slow_split import BEFORE_THE_GATE, GATE, SEQUENCES
 from vbbench.cli import main
@@ -88,6 +89,11 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return generate("demo", tmp_path_factory.mktemp("demo") / "demo", Options())
 
 
+@pytest.fixture(scope="module")
+def slow(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return generate(SPLIT, tmp_path_factory.mktemp("slow") / "slow", Options())
+
+
 def at_the_gate(folder: Path, jobs: int) -> Callable[[], bool]:
     """Whether a command that makes ``folder/out`` has done what it can, all its workers at work."""
     parts = BEFORE_THE_GATE if jobs > 1 else 0  # a single process keeps its first parts in memory
@@ -129,7 +135,9 @@ def test_a_signal_is_one_line_and_the_end(
 
 
 @pytest.mark.slow
-def test_what_was_done_before_a_signal_is_not_done_again(begin: Callable[..., Any], tmp_path: Path) -> None:
+def test_what_was_done_before_a_signal_is_not_done_again(
+    begin: Callable[..., Any], slow: Dataset, tmp_path: Path
+) -> None:
     out, parts = tmp_path / "out", tmp_path / "out.partial" / "parts"
     run = begin("generate", SPLIT, "--out", out, "--jobs", 2)
     wait_until(at_the_gate(tmp_path, 2))
@@ -143,6 +151,7 @@ def test_what_was_done_before_a_signal_is_not_done_again(begin: Callable[..., An
     (tmp_path / "gate").touch()
     assert ended(run)[0] == 0
     assert len(Dataset(out)) == SEQUENCES
+    assert digests(out) == digests(slow.folder)
 
 
 @pytest.mark.slow
@@ -204,8 +213,7 @@ def test_signals_that_are_ignored_stay_ignored(begin: Callable[..., Any], tmp_pa
 
 
 @pytest.mark.slow
-def test_a_worker_that_dies_is_one_line(dataset: Dataset, tmp_path: Path) -> None:
-    slow = generate(SPLIT, tmp_path / "slow", Options())
+def test_a_worker_that_dies_is_one_line(slow: Dataset, tmp_path: Path) -> None:
     with pytest.raises(VbbenchError, match=r"^a worker process died \(out of memory\?\); run the same command again"):
         solve(slow, "tests.lib.slow_split:DeadlySolver", "rollout", tmp_path / "out", jobs=2)
 
