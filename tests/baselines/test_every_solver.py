@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.lib.solver_runs import BIRDIFIERS, CAMERAS, DT, SOLVERS, assert_close, run, walk
+from tests.lib.solver_runs import BIRDIFIERS, CAMERAS, DT, SOLVERS, assert_close, elsewhere, run, walk
 from vbbench.camera import Camera
-from vbbench.geometry import FloatArray, relative_to_world, world_to_relative
+from vbbench.geometry import relative_to_world, world_to_relative
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
@@ -46,17 +46,10 @@ def test_without_ego_prior_the_observer_need_not_walk_on() -> None:
 def test_the_choice_of_world_does_not_matter(
     seed: int, turn: float, shift: tuple[float, float], which: type[Any], protocol: str
 ) -> None:
-    def moved(points: FloatArray) -> FloatArray:
-        rotation = np.array(((np.cos(turn), -np.sin(turn)), (np.sin(turn), np.cos(turn))))
-        return np.asarray(points @ rotation.T + np.array(shift))
-
-    def moved_poses(poses: FloatArray) -> FloatArray:
-        return np.column_stack((moved(poses[:, :2]), poses[:, 2] + turn))
-
     truth = walk(seed, wobble=0.05)
-    other = replace(truth, poses=moved_poses(truth.poses), positions=moved(truth.positions))
-    here, there = run(which(), truth, protocol, None, 1.0), run(which(), other, protocol, None, 1.0)
-    assert_close(there, moved_poses(here.poses), moved(here.positions), 1e-5)
+    here, there = (run(which(), one, protocol, None, 1.0) for one in (truth, elsewhere(truth, shift, turn)))
+    expected = elsewhere(replace(truth, poses=here.poses, positions=here.positions), shift, turn)
+    assert_close(there, expected.poses, expected.positions, 1e-5)
 
 
 @pytest.mark.parametrize("people", [0, 1, 2])

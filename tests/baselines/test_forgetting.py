@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.bench_streaming import times
 from tests.baselines.test_cold_start import FRAMES, cold, crossing
-from tests.lib.solver_runs import CAMERAS, problem_of
+from tests.lib.solver_runs import CAMERAS, problem_of, showing
 from vbbench.sequence import Sequence
 from vbbench.solver import Estimate
 from vbbench.solving.runner import frames_of
@@ -45,13 +45,8 @@ def apart(sequence: Sequence) -> Sequence:
     boxes = np.concatenate((sequence.observations, sequence.observations[:, :1]), axis=1)
     boxes[BACK:, 0] = boxes[:BACK, -1] = np.nan
     given = sequence.given.positions
-    return replace(
-        sequence,
-        tracks=np.arange(boxes.shape[1]),
-        observations=boxes,
-        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
-        given=replace(sequence.given, positions=np.concatenate((given, given[:, :1]), axis=1)),
-    )
+    given = replace(sequence.given, positions=np.concatenate((given, given[:, :1]), axis=1))
+    return showing(sequence, boxes, tracks=np.arange(boxes.shape[1]), given=given)
 
 
 def steps(solver: Any, sequence: Sequence, forgotten: dict[int, list[int]]) -> Estimate:
@@ -92,13 +87,8 @@ def test_absent_columns_change_nothing() -> None:
     sequence = relay()
     boxes = np.full((FRAMES, 40, 3), np.nan)
     boxes[:, 30:36] = sequence.observations
-    wide = replace(
-        sequence,
-        tracks=np.arange(40),
-        observations=boxes,
-        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
-        given=replace(sequence.given, positions=np.full((FRAMES, 40, 2), np.nan)),
-    )
+    given = replace(sequence.given, positions=np.full((FRAMES, 40, 2), np.nan))
+    wide = showing(sequence, boxes, tracks=np.arange(40), given=given)
     many = steps(MapCausal(size=8), wide, {})
     few = steps(MapCausal(size=8), sequence, {})
     np.testing.assert_array_equal(many.poses, few.poses)

@@ -6,17 +6,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.lib.solver_runs import CAMERAS, DT, problem_of, run, see, walk
+from tests.lib.solver_runs import CAMERAS, DT, measured, problem_of, run, see, showing, walk
 from vbbench.camera import Camera
-from vbbench.geometry import FloatArray, motion_between, relative_to_world, wrap_angle
+from vbbench.geometry import FloatArray, relative_to_world, wrap_angle
 from vbbench.protocol import PROTOCOLS, get_protocol
-from vbbench.sequence import Odometry, Sequence, Truth
+from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate
 from vbbench.solving.runner import run_sequence
 from vbbench_baselines.ground_plane import ACCELERATION, FLOOR, SPEED, GroundPlane, rigid_fit
 
 MEAN = 1.7
 """Of the heights of `problem_of`, in m."""
+EXACT = 1e-6 * np.eye(3)
+"""Covariance of odometry."""
 
 
 def alike(seed: int, frames: int = 12) -> Truth:
@@ -24,20 +26,6 @@ def alike(seed: int, frames: int = 12) -> Truth:
     truth = walk(seed, frames)
     positions = np.broadcast_to(truth.positions[:1] + np.array((0.0, 6.0)), truth.positions.shape)
     return replace(truth, positions=np.array(positions), heights=np.full(len(truth.heights), MEAN))
-
-
-def measured(truth: Truth) -> Odometry:
-    """Exact odometry."""
-    moved = motion_between(truth.poses[:-1], truth.poses[1:])
-    return Odometry(
-        motions=np.concatenate([np.full((1, 3), np.nan), moved]),
-        covariances=np.tile(1e-6 * np.eye(3), (len(truth.poses), 1, 1)),
-    )
-
-
-def cold(truth: Truth, camera: Camera, odometry: Odometry | None = None) -> Sequence:
-    sequence = see(truth, camera)
-    return replace(sequence, given=replace(sequence.given, odometry=odometry))
 
 
 def answers(sequence: Sequence, camera: Camera, protocol: str = "cold-start", **facts: Any) -> Estimate:
@@ -48,7 +36,7 @@ def answers(sequence: Sequence, camera: Camera, protocol: str = "cold-start", **
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_exact_boxes_and_odometry_give_the_exact_map_of_people_who_stand(camera: Camera) -> None:
     truth = alike(3)
-    estimate = answers(cold(truth, camera, measured(truth)), camera)
+    estimate = answers(see(truth, camera, odometry=measured(truth, EXACT)), camera)
     np.testing.assert_allclose(estimate.poses[:, :2], truth.poses[:, :2], atol=1e-9)
     np.testing.assert_allclose(wrap_angle(estimate.poses[:, 2] - truth.poses[:, 2]), 0.0, atol=1e-9)
     np.testing.assert_allclose(estimate.positions, truth.positions, atol=1e-6)
@@ -95,9 +83,9 @@ def test_the_filter_is_the_conditional_distribution(seen: tuple[int, ...]) -> No
     truth = replace(walk(5, frames, people=1), heights=np.full(1, MEAN), poses=np.zeros((frames, 3)))
     rng = np.random.default_rng(0)
     path = np.column_stack([5.0 + rng.normal(0.0, 0.1, frames), rng.normal(0.0, 0.1, frames)])
-    sequence = cold(replace(truth, positions=path[:, None]), camera, measured(truth))
+    sequence = see(replace(truth, positions=path[:, None]), camera, odometry=measured(truth, EXACT))
     boxes = np.where(np.array(seen, bool)[:, None, None], sequence.observations, np.nan)
-    sequence = replace(sequence, observations=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
+    sequence = showing(sequence, boxes)
     estimate = answers(sequence, camera, height_std=0.0)
 
     first, *others = np.flatnonzero(seen)
@@ -120,7 +108,7 @@ def test_no_warning_and_an_answer_for_everybody_whatever_is_missing(camera: Came
     boxes[4:7] = np.nan  # nobody
     boxes[8:, 1:] = np.nan  # one person
     boxes[2:, 0, 2] = 1e-3  # a box of no height
-    sequence = replace(sequence, observations=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
+    sequence = showing(sequence, boxes)
     rules = get_protocol(protocol)
     with np.errstate(all="raise"):
         problem = problem_of(sequence, camera, 1.0, covariances=True)
@@ -137,12 +125,7 @@ def test_given_places_after_a_gap_bring_the_pose_back() -> None:
     boxes, given = sequence.observations.copy(), np.array(sequence.given.positions)
     boxes[3:30] = np.nan
     given[30] = truth.positions[30]
-    sequence = replace(
-        sequence,
-        observations=boxes,
-        visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
-        given=replace(sequence.given, positions=given),
-    )
+    sequence = showing(sequence, boxes, given=replace(sequence.given, positions=given))
     problem = problem_of(sequence, CAMERAS[0], 1.0, covariances=True)
     estimate, _ = run_sequence(GroundPlane(), problem, sequence, get_protocol("sequential"), None)
     assert not estimate.converged[29]
@@ -154,7 +137,7 @@ def test_covariances_hold_most_errors_of_people_with_odometry() -> None:
     squares = []
     for seed in range(20):
         truth = walk(seed, 20)
-        sequence = replace(see(truth, CAMERAS[1], 1.0, seed), given=cold(truth, CAMERAS[1], measured(truth)).given)
+        sequence = see(truth, CAMERAS[1], 1.0, seed, measured(truth, EXACT))
         estimate = answers(sequence, CAMERAS[1], pixel_std=1.0)
         off = estimate.positions - truth.positions
         seen = sequence.observed

@@ -9,9 +9,9 @@ import pytest
 
 from benchmarks.session_coverage import run as run_session
 from tests.baselines.test_cold_start import crossing
-from tests.lib.solver_runs import CAMERAS, DT, problem_of, see
+from tests.lib.solver_runs import CAMERAS, DT, measured, problem_of, see
 from vbbench import PerspectiveCamera, Session
-from vbbench.geometry import FloatArray, motion_between, wrap_angle
+from vbbench.geometry import motion_between, wrap_angle
 from vbbench.protocol import get_protocol
 from vbbench.sequence import Odometry, Sequence, Truth
 from vbbench.solver import Estimate
@@ -25,18 +25,12 @@ SOLVERS: list[Callable[[], Any]] = [ConstantVelocityBirdifier, SocialForceBirdif
 PRECISE = np.diag((0.01, 0.01, 0.003)) ** 2
 
 
-def measure(truth: Truth, covariance: FloatArray = PRECISE, seed: int = 0) -> Odometry:
-    """Odometry of the true motion, with noise of this covariance [3, 3]; nothing of frame 0."""
-    rng, poses = np.random.default_rng(seed), np.array(truth.poses)
-    moved = motion_between(poses[:-1], poses[1:])
-    noise = rng.multivariate_normal(np.zeros(3), covariance, len(moved))
-    motions = np.concatenate((np.full((1, 3), np.nan), moved + noise))
-    return Odometry(motions=motions, covariances=np.tile(covariance, (len(motions), 1, 1)))
+def measure(truth: Truth, seed: int = 0, missing: slice = slice(0, 1)) -> Odometry:
+    return measured(truth, PRECISE, seed, missing)
 
 
 def seen(truth: Truth, odometry: Odometry | None) -> Sequence:
-    sequence = see(truth, CAMERAS[0], 1.0)
-    return replace(sequence, given=replace(sequence.given, odometry=odometry))
+    return see(truth, CAMERAS[0], 1.0, odometry=odometry)
 
 
 def answer(make: Callable[[], Any], sequence: Sequence, protocol: str, *, covariances: bool = False) -> Estimate:
@@ -61,10 +55,7 @@ def test_a_motion_leads_to_the_pose_that_it_was_measured_from() -> None:
 def test_accurate_odometry_ends_the_drift(make: Callable[[], Any], protocol: str) -> None:
     errors = np.array(
         [
-            [
-                error(answer(make, seen(truth, odometry), protocol), truth)
-                for odometry in (None, measure(truth, seed=seed))
-            ]
+            [error(answer(make, seen(truth, odometry), protocol), truth) for odometry in (None, measure(truth, seed))]
             for seed, truth in ((seed, crossing(seed, 1.5)) for seed in range(5))
         ]
     )
@@ -116,10 +107,7 @@ def test_gaps_of_odometry_are_not_one_long_gap(make: Callable[[], Any]) -> None:
     truth = crossing(3)
 
     def spread(missing: slice) -> float:
-        odometry = measure(truth)
-        motions = np.array(odometry.motions)
-        motions[missing] = np.nan
-        sequence = seen(truth, replace(odometry, motions=motions))
+        sequence = seen(truth, measure(truth, missing=missing))
         covariances = answer(make, sequence, "cold-start", covariances=True).pose_covariances
         return float(np.sqrt(np.trace(covariances[-1, :2, :2])))
 
@@ -145,10 +133,7 @@ def test_a_car_with_odometry_is_where_it_is() -> None:
     truth = crossing(8, 10.0)
     standing = np.random.default_rng(1).uniform(-20.0, 60.0, (1, 6, 2)) + 0.0 * truth.positions
     truth = replace(truth, positions=standing)
-    odometry = measure(truth)
-    motions = np.array(odometry.motions)
-    motions[3::3] = np.nan
-    estimate = answer(MapCausal, seen(truth, replace(odometry, motions=motions)), "cold-start")
+    estimate = answer(MapCausal, seen(truth, measure(truth, missing=slice(3, None, 3))), "cold-start")
     assert error(estimate, truth) < 1.5
     assert DT * 10.0 * len(truth.poses) > 50.0
 

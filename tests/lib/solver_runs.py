@@ -1,11 +1,14 @@
 """Walks, what a camera sees of them, and a solver's answer: shared by the tests of solvers."""
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray, motion_between, world_to_relative, wrap_angle
 from vbbench.protocol import get_protocol
-from vbbench.sequence import Given, Sequence, Truth
+from vbbench.sequence import Given, Odometry, Sequence, Truth
 from vbbench.solver import Estimate, FrameSolver, Problem
 from vbbench.solving.runner import run_sequence
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
@@ -30,7 +33,31 @@ def walk(seed: int, frames: int = 8, people: int = 6, wobble: float = 0.0) -> Tr
     return Truth(poses=poses, positions=positions, heights=np.clip(rng.normal(1.7, 0.07, people), 1.45, 1.95))
 
 
-def see(truth: Truth, camera: Camera, pixel_std: float = 0.0, seed: int = 0) -> Sequence:
+def elsewhere(truth: Truth, shift: Any, turn: float) -> Truth:
+    """The same walks in a world that is turned and shifted."""
+    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    poses = np.column_stack((truth.poses[:, :2] @ rotation + shift, truth.poses[:, 2] + turn))
+    return replace(truth, poses=poses, positions=truth.positions @ rotation + shift)
+
+
+def measured(truth: Truth, covariance: FloatArray, seed: int | None = None, missing: slice = slice(0, 1)) -> Odometry:
+    """Odometry of the true motion, exact or with noise of its ``covariance`` [3, 3]; nothing of frame 0 and others."""
+    moved = motion_between(truth.poses[:-1], truth.poses[1:])
+    if seed is not None:
+        moved += np.random.default_rng(seed).multivariate_normal(np.zeros(3), covariance, len(moved))
+    motions = np.concatenate((np.full((1, 3), np.nan), moved))
+    motions[missing] = np.nan
+    return Odometry(motions=motions, covariances=np.tile(covariance, (len(motions), 1, 1)))
+
+
+def showing(sequence: Sequence, boxes: FloatArray, **changes: Any) -> Sequence:
+    """The sequence with other boxes [T, K, 3], NaN where nobody is seen."""
+    return replace(sequence, observations=boxes, visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0), **changes)
+
+
+def see(
+    truth: Truth, camera: Camera, pixel_std: float = 0.0, seed: int = 0, odometry: Odometry | None = None
+) -> Sequence:
     """The boxes of ``truth``, and its first two frames given."""
     frames, people = truth.positions.shape[:2]
     heights = np.broadcast_to(truth.heights, (frames, people))
@@ -45,7 +72,7 @@ def see(truth: Truth, camera: Camera, pixel_std: float = 0.0, seed: int = 0) -> 
         tracks=np.arange(people) + 1,
         observations=boxes + noise,
         visible=np.where(np.isnan(boxes[..., 2]), np.nan, 1.0),
-        given=everything.first_frames(2),
+        given=replace(everything.first_frames(2), odometry=odometry),
     )
 
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.lib.make_dataset import Crowd, write_dataset
-from tests.lib.solver_runs import CAMERAS, problem_of, run, see, walk
+from tests.lib.solver_runs import CAMERAS, assert_close, elsewhere, measured, problem_of, run, see, walk
 from vbbench.estimate import is_credible
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
+from vbbench.geometry import FloatArray
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.scoring import score
-from vbbench.sequence import Odometry, Sequence, Truth
+from vbbench.sequence import Sequence
 from vbbench.solver import Estimate
 from vbbench.solving import solve
 from vbbench.solving.runner import run_sequence
@@ -59,13 +59,6 @@ def in_order(sequence: Sequence, order: Any) -> Sequence:
     )
 
 
-def elsewhere(truth: Truth, shift: FloatArray, turn: float) -> Truth:
-    """The same walks in a world that is turned and shifted."""
-    rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
-    poses = np.column_stack((truth.poses[:, :2] @ rotation + shift, truth.poses[:, 2] + turn))
-    return replace(truth, poses=poses, positions=truth.positions @ rotation + shift)
-
-
 def test_the_order_of_people_does_not_matter() -> None:
     sequence, order = see(walk(1, wobble=0.02), CAMERAS[0], 1.0), np.array([3, 0, 5, 1, 4, 2])
     one, other = answer(sequence), answer(in_order(sequence, order))
@@ -76,12 +69,10 @@ def test_the_order_of_people_does_not_matter() -> None:
 @pytest.mark.parametrize(("shift", "turn"), [((30.0, -20.0), 2.1), ((1e5, -1e5), 0.0)])
 def test_where_the_world_begins_does_not_matter(shift: tuple[float, float], turn: float) -> None:
     truth = walk(2, wobble=0.02)
-    far = elsewhere(truth, np.array(shift), turn)
+    far = elsewhere(truth, shift, turn)
     here, there = (run(VbFormer(), walks, "rollout", pixel_std=1.0) for walks in (truth, far))
-    expected = elsewhere(replace(truth, poses=here.poses, positions=here.positions), np.array(shift), turn)
-    np.testing.assert_allclose(there.poses[:, :2], expected.poses[:, :2], atol=1e-4)
-    np.testing.assert_allclose(wrap_angle(there.poses[:, 2] - expected.poses[:, 2]), 0.0, atol=1e-4)
-    np.testing.assert_allclose(there.positions, expected.positions, atol=1e-4)
+    expected = elsewhere(replace(truth, poses=here.poses, positions=here.positions), shift, turn)
+    assert_close(there, expected.poses, expected.positions, 1e-4)
 
 
 @pytest.mark.parametrize("people", [0, 1, 40])
@@ -142,21 +133,10 @@ def test_converged_and_covariances_are_those_of_the_spread(spread: float, sure: 
     assert not estimate.pose_covariances[:2].any()
 
 
-def measured(truth: Truth, std: float) -> Odometry:
-    """What odometry measures of a walk, exactly, of which it says this standard deviation."""
-    steps = np.array(
-        [world_to_relative(now[None, :2], before)[0] for before, now in zip(truth.poses, truth.poses[1:], strict=False)]
-    )
-    motions = np.column_stack((steps[:, 1], -steps[:, 0], np.diff(truth.poses[:, 2])))
-    motions = np.concatenate((np.full((1, 3), np.nan), motions))
-    return Odometry(motions=motions, covariances=np.tile(std**2 * np.eye(3), (len(motions), 1, 1)))
-
-
 def test_odometry_holds_the_pose() -> None:
     truth = walk(8, frames=12, wobble=0.05)
-    sequence = see(truth, CAMERAS[0], 2.0)
-    told = replace(sequence, given=replace(sequence.given, odometry=measured(truth, 0.002)))
-    estimate, alone = answer(told, "cold-start"), answer(sequence, "cold-start")
+    odometry = measured(truth, 0.002**2 * np.eye(3))
+    estimate, alone = (answer(see(truth, CAMERAS[0], 2.0, odometry=one), "cold-start") for one in (odometry, None))
     assert np.abs(estimate.poses - truth.poses).max() < 0.1
     assert unsure(estimate)[-1] < 0.2 * unsure(alone)[-1]
 
@@ -178,23 +158,18 @@ def test_after_a_cold_start_nobody_grows_surer_of_where_it_is() -> None:
 
 def test_odometry_alone_says_how_sure_a_pose_is_after_a_cold_start() -> None:
     std, truth = 0.02, walk(12, frames=40)
-    sequence = see(truth, CAMERAS[0], 1.0)
-    measures = replace(sequence, given=replace(sequence.given, odometry=measured(truth, std)))
-    estimate = answer(measures, "cold-start")
+    sequence = see(truth, CAMERAS[0], 1.0, odometry=measured(truth, std**2 * np.eye(3)))
+    estimate = answer(sequence, "cold-start")
     assert (np.diff(unsure(estimate)) >= 0.0).all()
     np.testing.assert_allclose(np.sqrt(estimate.pose_covariances[:, 2, 2]), std * np.sqrt(np.arange(40)), atol=1e-9)
 
 
 def test_odometry_that_comes_and_goes_loses_no_more_than_its_gaps() -> None:
     truth = walk(12, frames=60)
-    sequence = see(truth, CAMERAS[0], 1.0)
 
     def spread(missing: slice) -> FloatArray:
-        whole = measured(truth, 0.02)
-        motions = np.array(whole.motions)
-        motions[missing] = np.nan
-        given = replace(sequence.given, odometry=replace(whole, motions=motions))
-        estimate = answer(replace(sequence, given=given), "cold-start")
+        odometry = measured(truth, 0.02**2 * np.eye(3), missing=missing)
+        estimate = answer(see(truth, CAMERAS[0], 1.0, odometry=odometry), "cold-start")
         sigma = np.sqrt(np.diagonal(estimate.pose_covariances, axis1=1, axis2=2))
         assert (np.diff(sigma, axis=0) >= -1e-9).all(), "nothing makes a pose surer"
         return sigma
