@@ -64,7 +64,6 @@ def try_(
     /,
     board: str = "sim/sequential-field",
     out: Path | None = None,
-    name: str = "",
     work: Path = WORK,
     jobs: int = 1,
 ) -> None:
@@ -74,7 +73,6 @@ def try_(
         solver: A registered name ('vbbench solvers' lists them), or module:attribute of your own.
         board: SPLIT/PROTOCOL-TIER, as in the page's addresses.
         out: Also make the leaderboard's page with it, in this folder; replaced only if it is one.
-        name: What the solver is called on the board; default: the attribute's name.
         work: Folder for the dataset and the answers; a dataset that is there is used again.
         jobs: Processes; the answers do not depend on it.
     """
@@ -82,7 +80,7 @@ def try_(
     from vbbench_leaderboards.site.player import Films
     from vbbench_leaderboards.submitting import TRIED, try_solver
 
-    print(try_solver(solver, board, work, name=name, jobs=jobs))
+    print(try_solver(solver, board, work, jobs=jobs))
     if out is not None:
         make(out, work / TRIED, *_folders(None), films=Films(work=work, jobs=jobs))
         print(out / "index.html")
@@ -197,9 +195,7 @@ def build(
     out: Path,
     results: Path | None = None,
     work: Path | None = None,
-    sequences: int = 24,
     pictures: str | None = None,
-    date: str = "",
     docs: str = "",
     jobs: int = 1,
 ) -> None:
@@ -210,11 +206,9 @@ def build(
         results: Folder of the result files; default: leaderboards/results, if it exists, and those that come with
             vbbench.
         work: Folder of 'leaderboard rerun', for the films of its sequences; default: out/leaderboard, if it exists.
-        sequences: Maximum number of sequences of a split that can be played.
         pictures: Renderer (auto, raster, ...) of what the observer sees behind the boxes; slow, so the
             pictures are kept in the work folder. For 'footage': small copies of the pictures that the camera took;
             mind their licence before you publish the page.
-        date: As of when a challenge's page shows its phases, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
         docs: Address of the documentation, such as ../index.html, to which the page leads.
         jobs: Number of processes; the site does not depend on it.
     """
@@ -226,15 +220,15 @@ def build(
 
     challenge = None if results is None else challenge_folder_of(results)
     if challenge is not None:
-        from vbbench_leaderboards.challenge.definition import parse_moment
+        from vbbench_leaderboards.challenge.definition import now
         from vbbench_leaderboards.challenge.standings import build_challenge
 
-        print(build_challenge(out, challenge, parse_moment(date)))
+        print(build_challenge(out, challenge, now()))
         return
     found = work or (WORK if WORK.is_dir() else None)
     own = pictures == FOOTAGE
     drawn = Backend(name=pictures) if pictures and not own else None
-    films = Films(work=found, sequences=sequences, pictures=drawn, footage=own, jobs=jobs) if found else None
+    films = Films(work=found, pictures=drawn, footage=own, jobs=jobs) if found else None
     make(out, *_folders(results), films=films, docs=docs)
     print(out / "index.html")
 

@@ -113,7 +113,7 @@ TRIED = "tried"
 """Folder of the results that were tried, in the work folder: they are nobody's but yours."""
 
 
-def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int = 1) -> str:
+def try_solver(solver: str, board: str, work: Path, *, jobs: int = 1) -> str:
     """Make a published board's dataset, if it is not there, and solve and score it with a solver.
 
     Returns its place among the published results, for people; its result is in the folder `TRIED` of the work folder.
@@ -124,10 +124,9 @@ def try_solver(solver: str, board: str, work: Path, *, name: str = "", jobs: int
     solver : a registered name, or ``module:attribute``.
     board : ``SPLIT/PROTOCOL-TIER``.
     work : the work folder, laid out as that of ``vbbench leaderboard rerun``.
-    name : what the solver is called on the board; by default the attribute's name.
     jobs : processes.
     """
-    wanted, name = parse_board(board), name or solver.rpartition(":")[2]
+    wanted, name = parse_board(board), solver.rpartition(":")[2]
     _check_declared(solver)
     record = read_dataset(published_results() / record_path(wanted.split, wanted.tier))
     dataset = _dataset(wanted, record, work, jobs)

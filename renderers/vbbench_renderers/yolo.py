@@ -300,7 +300,7 @@ class YoloDetector:
 
     def __init__(self, weights: Path | None = None) -> None:
         if weights is None:
-            raise VbbenchError("detector yolo needs your network: --weights FILE.onnx, or --detector FILE.onnx")
+            raise VbbenchError("detector yolo needs your network: --detector FILE.onnx")
         self._path, self._network = weights, OnnxNetwork(weights)
         self._size, self._person = _input_size(weights, self._network), _person_class(weights, self._network)
         grey = np.full((1, 3, self._size[1], self._size[0]), GREY / 255.0, np.float32)

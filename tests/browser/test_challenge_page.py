@@ -8,7 +8,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from tests.lib.browsing import DESKTOP, PHONE, Visitor
-from tests.lib.challenges import vbbench, withheld_challenge
+from tests.lib.challenges import on, vbbench, withheld_challenge
 from vbbench.generation.generator import Options
 
 
@@ -22,7 +22,8 @@ def page_of_challenge(tmp_path_factory: pytest.TempPathFactory) -> Path:
         words = ["--challenge", folder, "--team", team, "--date", "2026-12-02"]
         assert vbbench("challenge", "accept", room / solver, *words) == 0
     build = ["leaderboard", "build", "--results", folder / "results", "--out", room / "site"]
-    assert vbbench(*build, "--date", "2026-12-03") == 0
+    with on("2026-12-03"):
+        assert vbbench(*build) == 0
     return room / "site"
 
 

@@ -201,7 +201,7 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
         ("solve", "jobs is a number of processes", "--jobs is a number of processes"),
         ("generate", "height_std must be 0 or more", "--sigma-h must be 0 or more"),
         ("generate", "the seed must be 0 or more", "the seed must be 0 or more"),
-        ("export mot", "pass `pixel_std`, or `frames=True`", "pass `pixel_std`, or --frames"),
+        ("export mot", "pass `pixel_std`, or `backend=True`", "pass `pixel_std`, or --backend"),
         (
             "score",
             "x has no truth; name the folder that holds it with `truth`",

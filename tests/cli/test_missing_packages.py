@@ -53,8 +53,8 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("missing", "extra", "command"),
     [
         ("cv2", "render", ["render", "DATA", "--sequence", "0", "--out", "OUT.mp4"]),
-        ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "raster"]),
-        ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--frames", "--backend", "pyrender"]),
+        ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--backend", "raster"]),
+        ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--backend", "pyrender"]),
         ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),
         ("rerun", "viewer", ["live", "BOXES", "--camera", "CAMERA", "--out", "OUT.rrd"]),
         ("cv2", "render", ["reproduce", "figure-keypoints", "--out", "OUT"]),

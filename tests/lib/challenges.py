@@ -3,6 +3,8 @@
 import os
 import shlex
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +16,8 @@ from vbbench.cli import main
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
+from vbbench_leaderboards.challenge import definition
+from vbbench_leaderboards.challenge.definition import parse_moment
 from vbbench_leaderboards.challenge.organiser import Organiser
 
 SECRET = 0xC0FFEE << 100
@@ -51,6 +55,15 @@ name = "cheat"
 members = "M. Allory"
 """
 FACTS = ["--about", "authors=somebody", "trained_on=nothing", "tuned_on=nothing", "delay=0"]
+
+
+@contextmanager
+def on(day: str) -> Iterator[None]:
+    """Commands run as if it were this day or moment, in UTC."""
+    moment = parse_moment(day)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(definition, "now", lambda: moment)
+        yield
 
 
 def vbbench(*words: object) -> int:

@@ -146,18 +146,16 @@ def test_simulated_and_withheld_datasets_say_what_to_do(tmp_path: Path) -> None:
         parts(sim)
 
 
-def test_the_command_prints_and_writes_the_lists(
-    recording: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_prints_the_lists(recording: Dataset, capsys: pytest.CaptureFixture[str]) -> None:
     found = parts(recording)
-    assert main(["parts", str(recording.folder), "--by", "time", "--out", str(tmp_path / "lists.json")]) == 0
+    assert main(["parts", str(recording.folder), "--by", "time"]) == 0
     said = capsys.readouterr().out
     assert f"train {len(found.train):15d}" in said
     assert f"SHA-256 {found.sha256}: no lists of this are published" in said
-    written = json.loads((tmp_path / "lists.json").read_text("utf-8"))
-    assert written["test"] == found.test.tolist()
     assert main(["parts", str(recording.folder), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == written
+    written = capsys.readouterr().out
+    assert written == found.to_json()
+    assert json.loads(written)["test"] == found.test.tolist()
 
 
 def check_official(split: str, data_folder: Path, tmp_path: Path) -> None:

@@ -23,7 +23,6 @@ class Detection:
     """Options of detection and tracking; see `vbbench.exchange.film_boxes.find_boxes`."""
 
     detector: str = "hog"
-    weights: Path | None = None
     tracker: str = "byte"
     every: int = 1
 

@@ -168,7 +168,6 @@ def parts(
     /,
     by: Literal["time", "recording", "seed"] | None = None,
     test: str | None = None,
-    out: Path | None = None,
     json: bool = False,
 ) -> None:
     """Print the official training, validation and test sequences of a dataset.
@@ -179,16 +178,12 @@ def parts(
             seed looks at the seed of a simulated split: 0 tests, 1 validates, others train. Default: seed for
             simulated splits, time for others.
         test: With --by recording: name of the recording that tests, such as hotel.
-        out: JSON file to write the lists to.
         json: Print the lists as JSON.
     """
     from vbbench.files.dataset import Dataset
-    from vbbench.folders.replacing import write_text_atomically
     from vbbench.training import parts as find_parts
     from vbbench.training.splitting import describe
 
     dataset = Dataset(folder)
     found = find_parts(dataset, by, test=test)
-    if out is not None:
-        write_text_atomically(out, found.to_json())
     print(found.to_json() if json else describe(found, dataset), end="" if json else "\n")

@@ -55,8 +55,7 @@ def export_mot(
     /,
     out: Path,
     sequence: int | None = None,
-    frames: bool = False,
-    backend: str = "auto",
+    backend: str | None = None,
     truth: Path | None = None,
 ) -> None:
     """Write boxes, and rendered pictures, as one MOTChallenge folder per sequence.
@@ -65,15 +64,15 @@ def export_mot(
         folder: The dataset.
         out: Folder to write into.
         sequence: Number of the only sequence to write.
-        frames: Also render the pictures, without marks, for your own detector and tracker.
-        backend: With --frames: the renderer; see 'vbbench render'.
+        backend: Also render the pictures, without marks, for your own detector and tracker: auto, or a renderer as of
+            'vbbench render'. Default: no pictures.
         truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.exchange.mot import export_mot as export
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.rendering import Backend
 
-    drawn_by = Backend(name=backend) if frames else None
+    drawn_by = None if backend is None else Backend(name=backend)
     print(export(Dataset(folder, truth), out, sequence=sequence, backend=drawn_by, announce=announce))
 
 

@@ -84,15 +84,21 @@ class Further:
     names: Callable[[], Mapping[str, Any]]
 
 
-def named(kind: str, words: Iterable[str], names: Iterable[str]) -> dict[str, str]:
-    """Values by name from words NAME=VALUE; UnknownNameError, which calls them of this kind, for another name."""
+def named(kind: str, words: Iterable[str], kinds: Mapping[str, Any]) -> dict[str, Any]:
+    """Values by name from words NAME=VALUE, each of its type in ``kinds``.
+
+    Raises UnknownNameError, which calls them of this ``kind``, for another name, and VbbenchError for another value.
+    """
     found = {}
     for word in words:
         name, equals, value = word.partition("=")
         name = name.replace("-", "_")
-        if not equals or name not in names:
-            raise UnknownNameError(kind, name, names)
-        found[name] = value
+        if not equals or name not in kinds:
+            raise UnknownNameError(kind, name, kinds)
+        try:
+            found[name] = _type(kinds[name])[0](value)
+        except argparse.ArgumentTypeError as error:
+            raise VbbenchError(f"{name}: {error}") from error
     return found
 
 

@@ -20,7 +20,6 @@ class Study:
         every: Only every so-many-th sequence; of transfer, every so-many-th frame.
         sequences: Number of simulated sequences; of transfer, at most.
         seed: Of all random numbers; default: 0.
-        source: Folder that holds the recordings of table2 or table3; default: the usual places.
     """
 
     split: tuple[str, ...] | None = None
@@ -29,7 +28,6 @@ class Study:
     every: int | None = None
     sequences: int | None = None
     seed: int | None = None
-    source: Path | None = None
 
 
 def _own_downloads() -> dict[str, type]:
@@ -44,14 +42,12 @@ class Work:
         out: Folder for the report, and for datasets and submissions; what it holds is reused. Default: named after the
             study, or reproduced.
         jobs: Processes; the numbers do not depend on it.
-        scheduler: Address of a Dask cluster (tcp://...) that makes datasets and submissions instead.
         overwrite: Generate and solve everything again.
         json: Print every number of one study as JSON instead of its tables.
     """
 
     out: Path | None = None
     jobs: int = 1
-    scheduler: str | None = None
     overwrite: bool = False
     json: bool = False
 
@@ -89,9 +85,9 @@ def reproduce(
     from vbbench.reproduction.studies import chosen_studies, reproduce_all
 
     options = {name: value for name, value in asdict(study).items() if value is not None}
-    options |= {name: Path(folder) for name, folder in named("download", downloads, _own_downloads()).items()}
+    options |= named("download", downloads, _own_downloads())
     studies = chosen_studies(names, options)
-    making = Making(jobs=work.jobs, scheduler=work.scheduler, overwrite=work.overwrite)
+    making = Making(jobs=work.jobs, overwrite=work.overwrite)
     if len(studies) > 1:
         if work.json:
             raise VbbenchError("--json is of one study, and a page writes that of each; remove it")

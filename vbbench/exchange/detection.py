@@ -82,24 +82,19 @@ NOBODY = "do they show people? docs/films.md says which networks are read, and h
 """What to look at where a detector finds nothing at all."""
 
 
-def make_detector(name: str, weights: Path | None = None) -> Detector:
+def make_detector(name: str) -> Detector:
     """A new detector.
 
     Parameters
     ----------
     name : a registered name, ``module:attribute`` of a `Detector`, or an ONNX file, which ``yolo`` then runs.
-    weights : a file with the detector's network, for detectors that need one.
     """
-    if name.lower().endswith(".onnx"):
-        if weights is not None:
-            raise VbbenchError(f"{name} and {weights} are two networks; name one")
-        name, weights = "yolo", Path(name)
-    elif ":" not in name and Path(name).is_file():
+    network = name.lower().endswith(".onnx")
+    if not network and ":" not in name and Path(name).is_file():
         raise VbbenchError(f"{name} is not an ONNX file; with Ultralytics: yolo export model={name} format=onnx")
-    kind = load("detector", name)
+    kind = load("detector", "yolo" if network else name)
     try:
-        made: Detector = kind() if weights is None else kind(weights=weights)
+        made: Detector = kind(Path(name)) if network else kind()
     except TypeError as error:
-        how = "without arguments" if weights is None else "with weights=FILE"
-        raise VbbenchError(f"detector '{name}' is not a class that is called {how}: {error}") from error
+        raise VbbenchError(f"detector '{name}' is not a class that is called without arguments: {error}") from error
     return made

@@ -31,13 +31,13 @@ from vbbench.version import __version__
 _KIND = "vbbench detections"
 
 
-def key_of(film: Film, detector: str, weights: Path | None, period: float | None) -> str:
+def key_of(film: Film, detector: str, period: float | None) -> str:
     """A key of everything that determines detections: film, detector with its code and network, and vbbench."""
     known = [__version__, detector, str(period), film.path.resolve()]
     for path in film.files or (film.path,):
         facts = path.stat()
         known += [path.name, facts.st_size, facts.st_mtime_ns]
-    network = Path(detector) if detector.lower().endswith(".onnx") else weights
+    network = Path(detector) if detector.lower().endswith(".onnx") else None
     known += [source_digest("yolo" if network is not None else detector, "detector")]
     known += [] if network is None else [file_sha256(network)]
     return hashlib.sha256(repr(known).encode()).hexdigest()
@@ -134,7 +134,6 @@ def find_boxes(
     *,
     fps: float | None = None,
     detector: str = "hog",
-    weights: Path | None = None,
     tracker: str = "byte",
     every: int = 1,
     period: float | None = None,
@@ -144,7 +143,7 @@ def find_boxes(
     Parameters
     ----------
     fps : frames per second, in place of the film's own.
-    detector, weights : see `vbbench.exchange.detection.make_detector`.
+    detector : see `vbbench.exchange.detection.make_detector`.
     tracker : a registered name, or ``module:attribute`` of a `vbbench.exchange.detection.TrackerFactory`.
     every : step of the frames that are written. Detector and tracker process all: tracking needs small motions.
     period : width in px of a panorama; ``None``: pictures have borders.
@@ -154,9 +153,9 @@ def find_boxes(
         raise FileError(film.path, "does not say how many frames a second it has; write fps in camera.toml")
     if every < 1:
         raise VbbenchError(f"every must be at least 1 frame, not {every}")
-    finder = make_detector(detector, weights)
+    finder = make_detector(detector)
     factory: TrackerFactory = load("tracker", tracker)
-    with kept_detections(next_to(out, ".detections"), key_of(film, detector, weights, period)) as kept:
+    with kept_detections(next_to(out, ".detections"), key_of(film, detector, period)) as kept:
         _detect(film, finder, kept, period)
         linking, detections = factory(dt=1.0 / rate, period=period), sum(len(one.scores) for one in kept.found)
         found = [linking.step(one) for one in kept.found]
@@ -168,7 +167,7 @@ def find_boxes(
         kept.remove()
     if not len(rows.frame):
         if not detections:
-            raise FileError(film.path, f"{weights or detector} finds nobody in {len(found)} pictures; {NOBODY}")
+            raise FileError(film.path, f"{detector} finds nobody in {len(found)} pictures; {NOBODY}")
         advice = "a better detector (--detector FILE.onnx) or a film with people nearer may help"
         raise FileError(film.path, f"{detector} finds {detections} boxes, and none of them lasts; {advice}")
     shown = np.unique(rows.frame)

@@ -64,7 +64,6 @@ class SolverTableStudy(Study):
     protocols, sigmas : every combination of them; σ_h in m.
     every : only every so-many-th sequence of a recording.
     seed : of the datasets.
-    source : where the recordings are, if not in the usual places.
     """
 
     table: int
@@ -74,7 +73,6 @@ class SolverTableStudy(Study):
     sigmas: Sequence[float] = (0.0, SIGMA_H)
     every: int = 1
     seed: int = 0
-    source: Path | None = None
 
     @property
     def name(self) -> str:
@@ -97,12 +95,10 @@ class SolverTableStudy(Study):
             try:
                 for sigma_h in dict.fromkeys(self.sigmas):
                     stride = grid.stride_of(self.every)
-                    options = Options(height_std=sigma_h, seed=self.seed, stride=stride, source=self.source)
+                    options = Options(height_std=sigma_h, seed=self.seed, stride=stride)
                     dataset = making.dataset(split, out / f"{split}-sigma-{sigma_h:g}" / "dataset", options)
                     cells += making.cells(dataset, self.solvers, self.protocols, sigma_h)
             except SourceMissingError:
-                if self.source is not None:
-                    raise
                 found.missing[split] = f"`{split}` is not here: {grid.how_to_get(split)} gets it."
                 continue
             generator: Generator = load("generator", split)

@@ -81,31 +81,29 @@ def accept(submission: Path, /, challenge: Path, team: str = "", date: str = "")
     return int(refused)
 
 
-def status(folder: Path, /, date: str = "") -> None:
+def status(folder: Path, /) -> None:
     """Say which phase is open, what each team has handed in, and who leads.
 
     Args:
         folder: The challenge.
-        date: As of when, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
     """
-    from vbbench_leaderboards.challenge.definition import parse_moment
+    from vbbench_leaderboards.challenge.definition import now
     from vbbench_leaderboards.challenge.organiser import Organiser
     from vbbench_leaderboards.challenge.standings import status_text
 
-    print(status_text(Organiser(folder), parse_moment(date)))
+    print(status_text(Organiser(folder), now()))
 
 
-def close(folder: Path, /, date: str = "") -> None:
+def close(folder: Path, /) -> None:
     """Score the hidden part, once the last phase has closed, and say who won.
 
     Args:
         folder: The challenge.
-        date: As of when, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
     """
-    from vbbench_leaderboards.challenge.definition import parse_moment
+    from vbbench_leaderboards.challenge.definition import now
     from vbbench_leaderboards.challenge.submissions import close as end
 
-    print(end(folder, parse_moment(date)))
+    print(end(folder, now()))
 
 
 COMMANDS: dict[str, Callable[..., Any]] = {

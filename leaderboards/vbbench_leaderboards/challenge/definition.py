@@ -252,10 +252,17 @@ def read_challenge(folder: Path | str) -> Challenge:
     return read_toml(Path(folder) / CHALLENGE_FILE, Challenge, "challenge")
 
 
+def now() -> datetime:
+    """The current moment in UTC."""
+    return datetime.now(UTC)
+
+
 def parse_moment(text: str) -> datetime:
     """A day, or a day and a time in UTC, as a moment; now if the text is empty; raises VbbenchError if it is none."""
+    if not text:
+        return now()
     try:
-        found = datetime.fromisoformat(text) if text else datetime.now(UTC)
+        found = datetime.fromisoformat(text)
     except ValueError as error:
         raise VbbenchError(f"`date` {text} is not a day; write it as YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC") from error
     return found.replace(tzinfo=UTC) if found.tzinfo is None else found.astimezone(UTC)

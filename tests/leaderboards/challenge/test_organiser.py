@@ -289,9 +289,9 @@ def test_a_solver_that_says_nothing_of_itself_is_told_before_anything_is_made(tm
     assert not (tmp_path / "work").exists()
 
 
-def test_a_trial_may_have_a_name(made: Path, tmp_path: Path) -> None:
+def test_a_trial_is_on_a_published_board(made: Path, tmp_path: Path) -> None:
     with pytest.raises(VbbenchError, match="no published board is called 'sim/sequential'"):
-        try_solver("cv", "sim/sequential", tmp_path, name="mine")
+        try_solver("cv", "sim/sequential", tmp_path)
 
 
 def test_texts_of_the_template_are_not_handed_out(

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from tests.folders.test_locks import held
-from tests.lib.challenges import FACTS, make_challenge, memorised, run_lines, vbbench
+from tests.lib.challenges import FACTS, make_challenge, memorised, on, run_lines, vbbench
 from vbbench.scoring import score
 from vbbench_leaderboards.challenge.organiser import Organiser, parts_of, read_log
 from vbbench_leaderboards.results.folder import read_results
@@ -91,17 +91,20 @@ def test_the_whole_story(
     assert vbbench(*accept(room, honest, "honest", "2027-02-01")) == 0
     assert vbbench(*accept(room, cheat, "cheat", "2027-02-07T23:59")) == 0
     assert "after its end" in capsys.readouterr().out
-    assert "when phase final has closed" in refused("challenge", "close", tiny, "--date", "2027-02-07T23:59")
+    with on("2027-02-07T23:59"):
+        assert "when phase final has closed" in refused("challenge", "close", tiny)
     assert not (tiny / "results" / "hidden").exists()
 
     # At the end the hidden part decides: what was memorised is worth nothing there.
-    assert vbbench("challenge", "close", tiny, "--date", "2027-02-08") == 0
+    with on("2027-02-08"):
+        assert vbbench("challenge", "close", tiny) == 0
     assert capsys.readouterr().out.startswith("hidden part, 6 of 12 sequences")
     hidden = dx(room, "hidden")
     plain = score(room / "sf", tiny / "data", tiny / "data.truth", sequences=organiser.parts["hidden"])
     assert hidden["cheat"] == pytest.approx(plain.summaries["dx"].capped, rel=1e-5)
     assert hidden["honest"] < hidden["cheat"]
-    assert vbbench("challenge", "status", tiny, "--date", "2027-02-08") == 0
+    with on("2027-02-08"):
+        assert vbbench("challenge", "status", tiny) == 0
     assert "cheat            1 of 3 in development, 1 of 2 in final; 2 refused" in capsys.readouterr().out
 
 
@@ -299,7 +302,8 @@ def test_results_that_came_in_another_way_are_not_shown(
     capsys.readouterr()
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        assert vbbench("challenge", "status", tiny, "--date", "2026-12-03") == 0
+        with on("2026-12-03"):
+            assert vbbench("challenge", "status", tiny) == 0
         said = capsys.readouterr()
         assert "cheat.json: no submission in the log accounts for it" in said.err
         assert said.out.count("of 2026-12-02") == 1
@@ -328,7 +332,8 @@ def test_what_is_kept_must_be_what_was_handed_in(room: Path, refused: Refused) -
     assert vbbench(*accept(room, "cv", date="2027-02-01")) == 0
     [kept] = (room / "tiny" / "submissions").iterdir()
     shutil.copy(room / "sf" / "positions.parquet", kept)
-    assert "is not what was handed in" in refused("challenge", "close", room / "tiny", "--date", "2027-02-08")
+    with on("2027-02-08"):
+        assert "is not what was handed in" in refused("challenge", "close", room / "tiny")
 
 
 def test_the_page_shows_what_may_be_known(room: Path, tmp_path: Path) -> None:
@@ -336,16 +341,19 @@ def test_the_page_shows_what_may_be_known(room: Path, tmp_path: Path) -> None:
     for date in ("2026-12-02", "2027-02-01"):
         for answer, team in (("cv", "honest"), ("sf", "cheat")):
             assert vbbench(*accept(room, answer, team, date)) == 0
-    assert vbbench("challenge", "close", tiny, "--date", "2027-02-08") == 0
+    with on("2027-02-08"):
+        assert vbbench("challenge", "close", tiny) == 0
     build = ["leaderboard", "build", "--results", tiny / "results", "--out", site]
-    assert vbbench(*build, "--date", "2027-02-03") == 0
+    with on("2027-02-03"):
+        assert vbbench(*build) == 0
     page = (site / "index.html").read_text("utf-8")
     assert "Phase final is open, to the end of 2027-02-07" in page
     assert all(words in page for words in ("A tiny challenge", "honest", "M. Allory", "3 a team", "Be kind."))
     assert "vbbench generate sim --tier noisy --sequences 12 --options people=4:6 --seed 1 --out practice" in page
     assert "Hidden part" not in page
     assert sorted(path.name for path in site.iterdir()) == [".vbbench-site", "assets", "index.html"]
-    assert vbbench(*build, "--date", "2027-02-08") == 0
+    with on("2027-02-08"):
+        assert vbbench(*build) == 0
     assert "Hidden part" in (site / "index.html").read_text("utf-8")
     for part in ("public", "hidden"):
         assert (site / part / "index.html").is_file()
@@ -375,7 +383,8 @@ def test_near_copies_are_shown_to_the_organiser_alone(
     rows.to_parquet(room / "cv" / "positions.parquet")
     assert vbbench(*accept(room, "cv", "cheat")) == 0
     assert "half of the positions" not in capsys.readouterr().out
-    assert vbbench("challenge", "status", room / "tiny", "--date", "2026-12-03") == 0
+    with on("2026-12-03"):
+        assert vbbench("challenge", "status", room / "tiny") == 0
     said = capsys.readouterr().out
     assert ("look at number 2 of cheat: half of the positions lie within 0.0" in said) == flagged
     assert "of those of honest, number 1" in said or not flagged
