@@ -50,7 +50,7 @@ class Certainty:
 
         ``motion`` [3, 3] is the covariance of odometry, and ``sure`` is whether odometry replaces other priors.
         """
-        told = _turned(_variances(spread), now)
+        estimated = _turned(_variances(spread), now)
         if sure:
             self._alone = False  # from here on the network, which does not count on odometry, knows less than is known
             self._astray.wait(0.0)
@@ -58,11 +58,11 @@ class Certainty:
             step = motion if motion is not None and sure else self._unmeasured(motion)
             self.pose = _carried(before, now, self.pose, step)
             if self._alone:
-                self.pose = _at_least(self.pose, told)
+                self.pose = _at_least(self.pose, estimated)
         elif motion is None:
-            self.pose = told
+            self.pose = estimated
         else:
-            self.pose = min(told, _carried(before, now, self.pose, motion), key=_size)
+            self.pose = min(estimated, _carried(before, now, self.pose, motion), key=_size)
 
     def _unmeasured(self, motion: FloatArray | None) -> FloatArray:
         """Covariance [3, 3] of the motion in a frame with weak odometry or none."""
@@ -77,10 +77,10 @@ class Certainty:
 
     def of_places(self, pose: FloatArray, places: FloatArray, rays: Array, spread: Array) -> FloatArray:
         """Covariances [K, 2, 2] of ``places`` [K, 2] by the network's ``spread`` [K, 2] along and across ``rays``."""
-        told = _along_and_across(_variances(spread), rays, pose)
+        estimated = _along_and_across(_variances(spread), rays, pose)
         if not self.cold:
-            return told
-        return told + covariance_along(place_levers(places, pose), self.pose)
+            return estimated
+        return estimated + covariance_along(place_levers(places, pose), self.pose)
 
 
 def _at_least(covariance: FloatArray, other: FloatArray) -> FloatArray:

@@ -59,8 +59,8 @@ def odds_after(xp: Operations, odds: Array, smooth: Array, turn: Array, dt: Arra
     """
     off, turned, wandering = _facing(xp, smooth) ** 2, (turn * dt) ** 2, WANDERING * dt
     others = LOOSE / (LOOSE**2 + off) + wandering / (wandering**2 + turned)
-    told = xp.log(2.0 * FOLLOWING / (FOLLOWING**2 + off) / others)
-    return xp.clip(odds + told * _walks(smooth), -MOST_ODDS, MOST_ODDS)
+    evidence = xp.log(2.0 * FOLLOWING / (FOLLOWING**2 + off) / others)
+    return xp.clip(odds + evidence * _walks(smooth), -MOST_ODDS, MOST_ODDS)
 
 
 def head_equations(xp: Operations, head: Head, step: Array, turn: Array) -> list[Array]:

@@ -72,8 +72,8 @@ class Network:
             parts = parts.reshape((*rows.shape[:-1], 3 * HEADS, WIDTH // HEADS)).swapaxes(-2, -3)
             asked, keys, values = (parts[..., HEADS * i : HEADS * (i + 1), :, :] for i in range(3))
             match = keys @ asked.swapaxes(-1, -2) * (WIDTH // HEADS) ** -0.5 + hidden[..., None, :, None]
-            told = (self.operations.softmax(match).swapaxes(-1, -2) @ values).swapaxes(-2, -3)
-            rows = rows + self.linear(f"{name}.tell", told.reshape(rows.shape))
+            found = (self.operations.softmax(match).swapaxes(-1, -2) @ values).swapaxes(-2, -3)
+            rows = rows + self.linear(f"{name}.tell", found.reshape(rows.shape))
             rows = rows + self.perceptron(f"{name}.think", self.normalise(f"{name}.before_thinking", rows))
         return self.normalise("after", rows)
 

@@ -18,14 +18,14 @@ from vbbench_baselines.former.operations import Array
 from vbbench_baselines.former.pose_fit import Motion, Weighing, fit, view, with_measured
 from vbbench_baselines.former.remembering import (
     Found,
-    memories,
     observer_facts,
     person_facts,
+    remembered,
     second_look,
     spreads,
     state_after,
 )
-from vbbench_baselines.former.scene import Scene, Sights, Told, foresee, rough_motion
+from vbbench_baselines.former.scene import LocalGiven, Scene, Sights, foresee, rough_motion
 from vbbench_baselines.former.state import State
 
 FAR = 1e4
@@ -37,14 +37,13 @@ class Answer(NamedTuple):
 
     Attributes
     ----------
-    motion : motion of the observer since the last pose; ``rough``: its approximation by step 2.
+    motion : motion of the observer since the last pose.
     places : [..., K] places of people relative to the new pose, in m, complex.
     pose_spread : [..., 3] ln of the standard deviations of the pose forward, left and in yaw, since all was given.
     place_spread : [..., K, 2] the same of people's places in the world, along and across their rays.
     """
 
     motion: Motion
-    rough: Motion
     places: Array
     pose_spread: Array
     place_spread: Array
@@ -63,65 +62,63 @@ class Birdifier:
     network: Network
     heads: bool = True
 
-    def advance(self, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> tuple[State, Answer]:
+    def advance(self, state: State, sights: Sights, given: LocalGiven, dt: Array, spread: Array) -> tuple[State, Answer]:
         """The state after a frame of ``dt`` [...] s, and the answer.
 
         ``spread`` [...] is the standard deviation of heights, as a share of their mean.
         """
         network = self.network
-        scene = foresee(network, state, sights, told, dt, spread)
+        scene = foresee(network, state, sights, given, dt, spread)
         rough = rough_motion(network.operations, scene)
-        rows, own_row = self._attend(state, scene, rough)
-        weighing, motion = self._first_pose(scene, rough, self.network.linear("trust", rows), own_row)
+        rows, own_row = self._attend(scene, rough)
+        weighing, motion = self._first_pose(scene, rough, network.linear("trust", rows), own_row)
         found = self._find(scene, weighing, motion, rows, own_row)
-        memory = memories(network, state, scene, found)
-        answer = Answer(found.motion, rough, found.places, *spreads(network, scene, found, memory.doubt))
-        return state_after(network, state, scene, found, memory), answer
+        scene = remembered(network, scene, found)
+        answer = Answer(found.motion, found.places, *spreads(network, scene, found))
+        return state_after(network.operations, scene, found), answer
 
-    def _attend(self, state: State, scene: Scene, rough: Motion) -> tuple[Array, Array]:
+    def _attend(self, scene: Scene, rough: Motion) -> tuple[Array, Array]:
         """Step 3: hidden features of people [..., K, `WIDTH`] and of the observer [..., `WIDTH`]."""
-        xp, network, seen = self.network.operations, self.network, scene.sights.seen
-        rows = network.perceptron("person", person_facts(xp, state.people, scene, rough))
+        xp, network = self.network.operations, self.network
+        rows = network.perceptron("person", person_facts(xp, scene, rough))
         own_row = network.perceptron("observer", observer_facts(xp, scene, rough))
-        hidden = xp.join([(seen - 1.0) * FAR, 0.0 * scene.dt[..., None]])
+        hidden = xp.join([(scene.sights.seen - 1.0) * FAR, 0.0 * scene.dt[..., None]])
         rows = network.attend(xp.append_row(rows, own_row), hidden)
         return rows[..., :-1, :], rows[..., -1, :]
 
     def _first_pose(self, scene: Scene, rough: Motion, trust: Array, own_row: Array) -> tuple[Weighing, Motion]:
         """Step 4: the weights of the fit, and its motion."""
-        xp = self.network.operations
+        xp, dt, own, expected = self.network.operations, scene.dt, scene.own, scene.expected
         own_trust = self.network.linear("own_trust", own_row)
-        inertia, said = self._own_prior(scene, own_trust)
-        own = scene.walks.own
+        inertia = scene.inertia * xp.exp(xp.clip(own_trust[..., 3:6], -6.0, 6.0))
+        ahead, left, turn = xp.unstack(own_trust[..., :3])
+        said = Motion(expected.step + xp.point(ahead, left) * (0.3 * dt), expected.turn + turn * (0.5 * dt))
+        inertia, said = with_measured(xp, inertia, said, scene.given.measured)
         weighing = Weighing(
             weights=scene.information * xp.exp(xp.clip(trust[..., 2:4], -6.0, 5.0)),
-            offset=xp.points(trust[..., :2]) * (scene.scale * (1.0 - scene.told.placed)),
+            offset=xp.points(trust[..., :2]) * (scene.scale * (1.0 - scene.given.placed)),
             inertia=inertia,
             motion=said,
-            head=head_of(xp, own.smooth, own.head_odds, scene.dt) if self.heads else None,
+            head=head_of(xp, own.smooth, own.head_odds, dt) if self.heads else None,
         )
         return weighing, scene.or_given(xp, fit(xp, scene.views, weighing, rough, 2)[0])
 
-    def _own_prior(self, scene: Scene, trust: Array) -> tuple[Array, Motion]:
-        """λ and x⁰ of the fit (`pose_fit`)."""
-        xp, dt, expected = self.network.operations, scene.dt, scene.expected
-        inertia = scene.inertia * xp.exp(xp.clip(trust[..., 3:6], -6.0, 6.0))
-        ahead, left, turn = xp.unstack(trust[..., :3])
-        said = Motion(expected.step + xp.point(ahead, left) * (0.3 * dt), expected.turn + turn * (0.5 * dt))
-        return with_measured(xp, inertia, said, scene.told.measured)
-
     def _find(self, scene: Scene, weighing: Weighing, motion: Motion, rows: Array, own_row: Array) -> Found:
         """Steps 4 and 5: the second weights, the pose, and people's places."""
-        xp, placed = self.network.operations, scene.told.placed
+        xp, views = self.network.operations, scene.views
         again = self._look_again(scene, weighing, motion, rows)
         trust = self.network.linear("trust_again", again)
-        offset = weighing.offset + xp.points(trust[..., 2:4]) * (scene.scale * (1.0 - placed))
+        offset = weighing.offset + xp.points(trust[..., 2:4]) * (scene.scale * (1.0 - scene.given.placed))
         weights = weighing.weights * xp.exp(xp.clip(trust[..., :2], -6.0, 4.0))
-        weighing = weighing._replace(weights=weights, offset=offset)
-        motion, variances = fit(xp, scene.views, weighing, motion, 2)
+        motion, variances = fit(xp, views, weighing._replace(weights=weights, offset=offset), motion, 2)
         uncertain = xp.log(xp.stack(list(variances)) + 1e-9)
         motion = scene.or_given(xp, motion)
-        places, off = self._places(scene, motion, offset, xp.sigmoid(trust[..., 4:6]))
+        gains = xp.sigmoid(trust[..., 4:6])
+        places, off = view(xp, views, motion)
+        moved = places + (offset + xp.points(gains * xp.pairs(off - offset))) * views.ray
+        moved = xp.where(scene.placed, places, moved)
+        unexpected = xp.where(scene.sights.seen > 0.5, views.seen, places)
+        places = xp.where(scene.known > 0.5, moved, unexpected)
         kept = xp.sqrt(places.real**2 + places.imag**2 + 1e-4)
         return Found(motion, places, kept, off, offset, again, own_row, uncertain)
 
@@ -133,12 +130,3 @@ class Birdifier:
         again = network.hidden("look_again", xp.join([rows, seen]))
         mean = known[..., None, :] @ again / (scene.count[..., None, None] + 1e-3)
         return network.hidden("together", xp.join([again, mean + 0.0 * again]))
-
-    def _places(self, scene: Scene, motion: Motion, offset: Array, gains: Array) -> tuple[Array, Array]:
-        """Step 5: places [..., K] relative to the new pose, and the residuals of boxes about the predictions."""
-        xp, views = self.network.operations, scene.views
-        places, off = view(xp, views, motion)
-        moved = places + (offset + xp.points(gains * xp.pairs(off - offset))) * views.ray
-        moved = xp.where(scene.given, places, moved)
-        unexpected = xp.where(scene.sights.seen > 0.5, views.seen, places)
-        return xp.where(scene.known > 0.5, moved, unexpected), off

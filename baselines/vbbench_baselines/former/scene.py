@@ -22,35 +22,8 @@ from vbbench_baselines.former.pose_fit import Measured, Motion, Views, Weighing,
 from vbbench_baselines.former.state import TRACES, Observer, State, Walkers
 
 
-class Walks(NamedTuple):
-    """Filtered velocities and traces, in the axes of the last pose.
-
-    Attributes
-    ----------
-    velocity, traces : [..., K] and [..., K, `TRACES`] of people, in m/s, complex.
-    offsets : [..., K, 2] of people, see `vbbench_baselines.former.state.Walkers`.
-    begins : [..., K] 1 where a track has just begun.
-    own : the observer, with updated velocity, turn rate and traces.
-    surprise : [..., 3] the observer's innovation.
-    own_begins : [...] as ``begins``.
-    """
-
-    velocity: Array
-    traces: Array
-    offsets: Array
-    begins: Array
-    own: Observer
-    surprise: Array
-    own_begins: Array
-
-
-def taken_in(network: Network, state: State, dt: Array) -> Walks:
-    """The filtered velocities after the last frame; the next one is ``dt`` [...] s later."""
-    return Walks(*_people(network, state.people, dt), *_observer(network, state.observer, dt))
-
-
-def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array, Array, Array]:
-    """People's velocities, traces and offsets, and 1 where a track begins."""
+def _filtered(network: Network, people: Walkers, dt: Array) -> tuple[Walkers, Array]:
+    """People after the last frame, the next one ``dt`` [...] s later, and 1 where a track begins."""
     xp = network.operations
     kept = xp.sqrt(people.place.real**2 + people.place.imag**2 + 1e-4)
     far, toward = xp.log(kept), people.place / kept
@@ -65,30 +38,31 @@ def _people(network: Network, people: Walkers, dt: Array) -> tuple[Array, Array,
     past = [begins, people.exact, people.exact_before, xp.log(1.0 + people.seen), far]
     past.append(xp.log(dt)[..., None] + 0.0 * far)
     facts = [xp.asinh(2.0 * off), pace, 0.3 * off, 5.0 * farther, xp.stack(past), people.memory]
-    told = network.perceptron("walk", xp.join(facts))
+    out = network.perceptron("walk", xp.join(facts))
     taken = fresh[..., None]
-    gains = xp.sigmoid(told[..., :2] + (4.0 * begins)[..., None]) * taken
+    gains = xp.sigmoid(out[..., :2] + (4.0 * begins)[..., None]) * taken
     velocity = people.velocity + xp.points(gains * off) * toward
-    kept = xp.sigmoid(told[..., 2 : 4 + TRACES])
+    kept = xp.sigmoid(out[..., 2 : 4 + TRACES])
     offsets = people.offsets + kept[..., :2] * farther
     keep = 1.0 - taken * (1.0 - kept[..., 2:])
-    add = xp.tanh(told[..., 4 + TRACES :]) * (fresh - begins)[..., None]
-    return velocity, people.traces * keep + add * strange[..., None], offsets, begins
+    add = xp.tanh(out[..., 4 + TRACES :]) * (fresh - begins)[..., None]
+    traces = people.traces * keep + add * strange[..., None]
+    return people._replace(velocity=velocity, traces=traces, offsets=offsets), begins
 
 
-def _observer(network: Network, own: Observer, dt: Array) -> tuple[Observer, Array, Array]:
-    """The updated observer, its innovation, and 1 where its motion begins."""
+def _filtered_observer(network: Network, own: Observer, dt: Array) -> tuple[Observer, Array, Array]:
+    """The updated observer, its innovation [..., 3], and 1 where its motion begins."""
     xp = network.operations
     strange, turned = own.step - own.velocity, own.turn - own.turn_rate
     begins = xp.where(own.frames < 2.5, 1.0 + 0.0 * dt, 0.0 * dt)
     off = xp.stack([strange.real, strange.imag, turned])
     surprise = xp.asinh(2.0 * off)
-    others = xp.stack([own.velocity.real, own.velocity.imag, own.turn_rate, begins, own.told, xp.log(dt)])
-    told = network.perceptron("own_walk", xp.join([surprise, others, own.memory]))
+    others = xp.stack([own.velocity.real, own.velocity.imag, own.turn_rate, begins, own.given, xp.log(dt)])
+    out = network.perceptron("own_walk", xp.join([surprise, others, own.memory]))
     moved = own.moved[..., None]
-    ahead, left, faster = xp.unstack(xp.sigmoid(told[..., :3] + 4.0 * begins[..., None]) * moved * off)
-    keep = 1.0 - moved * (1.0 - xp.sigmoid(told[..., 3 : 3 + TRACES]))
-    add = xp.tanh(told[..., 3 + TRACES :]) * (own.moved * (1.0 - begins))[..., None]
+    ahead, left, faster = xp.unstack(xp.sigmoid(out[..., :3] + 4.0 * begins[..., None]) * moved * off)
+    keep = 1.0 - moved * (1.0 - xp.sigmoid(out[..., 3 : 3 + TRACES]))
+    add = xp.tanh(out[..., 3 + TRACES :]) * (own.moved * (1.0 - begins))[..., None]
     smooth = xp.where(own.frames < 2.5, own.step, smoothed(xp, own.smooth, own.step, dt)) * own.moved
     odds = odds_after(xp, own.head_odds, smooth, own.turn, dt)
     renewed = own._replace(
@@ -167,7 +141,7 @@ OWN_WALK, OWN_TURN = 0.3, 1.5
 """In m/s and rad/s: how far the observer strays."""
 
 
-class Told(NamedTuple):
+class LocalGiven(NamedTuple):
     """What is given of a frame, relative to the last pose.
 
     Attributes
@@ -189,9 +163,11 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
-    sights, told, dt, spread : as given to `foresee`.
-    walks : filtered velocities of people and observer.
-    given : [..., K] 1 for people whose place is given.
+    sights, given, dt, spread : as given to `foresee`.
+    people, own : state of people and observer with filtered velocities and traces, in the axes of the last pose.
+    begins, own_begins : [..., K] and [...] 1 where a track, and the observer's motion, has just begun.
+    surprise : [..., 3] the observer's innovation.
+    placed : [..., K] True for people whose place is given.
     known : [..., K] 1 for people who are seen and predicted.
     distance, distance_std : [..., K] ln of the distance in m by height and feet together, and its standard deviation.
     views : predictions and measurements for the fit.
@@ -204,11 +180,15 @@ class Scene(NamedTuple):
     """
 
     sights: Sights
-    told: Told
+    given: LocalGiven
     dt: Array
     spread: Array
-    walks: Walks
-    given: Array
+    people: Walkers
+    own: Observer
+    begins: Array
+    own_begins: Array
+    surprise: Array
+    placed: Array
     known: Array
     distance: Array
     distance_std: Array
@@ -223,33 +203,38 @@ class Scene(NamedTuple):
 
     def or_given(self, operations: Operations, motion: Motion) -> Motion:
         """The given motion where there is one, else ``motion``."""
-        where, told, given = operations.where, self.told.motion, self.told.moved > 0.5
-        return Motion(where(given, told.step, motion.step), where(given, told.turn, motion.turn))
+        given, moved = self.given.motion, self.given.moved > 0.5
+        return Motion(*(operations.where(moved, one, other) for one, other in zip(given, motion, strict=True)))
 
 
-def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Array, spread: Array) -> Scene:
+def foresee(network: Network, state: State, sights: Sights, given: LocalGiven, dt: Array, spread: Array) -> Scene:
     """Predict the frame ``dt`` [...] s after ``state``; parameters as in `network.Birdifier.advance`."""
-    xp, people, walks = network.operations, state.people, taken_in(network, state, dt)
-    own, given = walks.own, told.placed > 0.5
-    distance, std = _distance(xp, people._replace(offsets=walks.offsets), sights, spread)
+    xp, placed = network.operations, given.placed > 0.5
+    people, begins = _filtered(network, state.people, dt)
+    own, surprise, own_begins = _filtered_observer(network, state.observer, dt)
+    distance, std = _distance(xp, people, sights, spread)
     reach = xp.exp(distance)
     box_stds = xp.stack([std, sights.noise[..., 0]]) * reach[..., None]
-    stray = ((WALK * dt)[..., None] * (1.0 - told.placed) + EXACT) ** 2
+    stray = ((WALK * dt)[..., None] * (1.0 - given.placed) + EXACT) ** 2
     variances = box_stds**2 + stray[..., None]
-    known = sights.seen * ((people.seen > 0.5) | given)
+    known = sights.seen * ((people.seen > 0.5) | placed)
     walk, turn = (OWN_WALK * dt + 0.01) ** -2.0, (OWN_TURN * dt + 0.05) ** -2.0
     return Scene(
         sights=sights,
-        told=told,
+        given=given,
         dt=dt,
         spread=spread,
-        walks=walks,
-        given=given,
+        people=people,
+        own=own,
+        begins=begins,
+        own_begins=own_begins,
+        surprise=surprise,
+        placed=placed,
         known=known,
         distance=distance,
         distance_std=std,
         views=Views(
-            expected=xp.where(given, told.places, people.place + walks.velocity * dt[..., None]),
+            expected=xp.where(placed, given.places, people.place + people.velocity * dt[..., None]),
             reach=reach,
             seen=sights.ray * reach,
             ray=sights.ray,
@@ -268,7 +253,7 @@ def foresee(network: Network, state: State, sights: Sights, told: Told, dt: Arra
 def rough_motion(operations: Operations, scene: Scene) -> Motion:
     """The observer's motion by a robust fit, in which people far from their predictions have less weight."""
     views = scene.views
-    inertia, expected = with_measured(operations, scene.inertia, scene.expected, scene.told.measured)
+    inertia, expected = with_measured(operations, scene.inertia, scene.expected, scene.given.measured)
     plain = Weighing(scene.information, 0.0 * views.ray, inertia, expected)
     rough, _ = fit(operations, views, plain, align(operations, views, plain), 1)
     _, off = view(operations, views, rough)

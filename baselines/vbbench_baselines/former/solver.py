@@ -26,7 +26,7 @@ from vbbench_baselines.former.layers import Network
 from vbbench_baselines.former.network import Answer, Birdifier
 from vbbench_baselines.former.operations import Array, Operations
 from vbbench_baselines.former.pose_fit import Measured, Motion
-from vbbench_baselines.former.scene import Sights, Told, sights_of
+from vbbench_baselines.former.scene import LocalGiven, Sights, sights_of
 from vbbench_baselines.former.state import State, nothing_seen
 
 FEWEST = 2
@@ -82,24 +82,29 @@ class VbFormer:
         given = frame.given
         self._take_in_past(given)
         sights = sights_of(self._problem, usable(frame.observations))
-        told = self._given(given, sights)
-        expected = np.count_nonzero((self._state.people.seen + told.placed) * sights.seen)
-        fallback = bool(not told.moved and expected < FEWEST)
-        answer = self._advance(sights, told)
+        local = self._from_last_pose(given, sights)
+        expected = np.count_nonzero((self._state.people.seen + local.placed) * sights.seen)
+        answer = self._advance(sights, local)
         before, self._begun = self._pose, True
         self._pose = moved(before, answer.motion) if np.isnan(given.poses[2]).any() else np.array(given.poses[2])
-        self._grow_unsure(before, answer, told, given.odometry)
+        self._grow_unsure(before, answer, local, given.odometry)
         positions = in_world(self._pose, answer.places)
         placed = ~np.isnan(given.positions[2])
         positions = np.where(np.isnan(frame.observations[:, 2:]), np.nan, positions)
         positions = np.where(placed, given.positions[2], positions)
+        covariances: dict[str, FloatArray] = {}
+        if self._problem.covariances:
+            everyone = self._certainty.of_places(self._pose, positions, sights.ray, answer.place_spread)
+            everyone[local.placed > 0.5] = GIVEN * np.eye(2)
+            everyone[sights.seen < 0.5] = np.nan
+            covariances = {"pose_covariance": self._certainty.pose.copy(), "position_covariances": everyone}
         return FrameEstimate(
             pose=self._pose.copy(),
             positions=positions,
-            fallback=fallback,
+            fallback=bool(not local.moved and expected < FEWEST),
             converged=bool(self._certainty.pose[0, 0] + self._certainty.pose[1, 1] <= DOUBTFUL**2),
-            heights=self._heights(),
-            **(self._covariances(answer, sights, told, positions) if self._problem.covariances else {}),
+            heights=self._problem.height_mean * np.exp(self._state.people.offsets[:, 0].astype(np.float64)),
+            **covariances,
         )
 
     def forget(self, columns: IntArray) -> None:
@@ -127,68 +132,48 @@ class VbFormer:
                 place[known] = seen_from(last, given.positions[row])[known]
                 exact[known] = 1.0
         step, turn = np.complex64(motion.step * back / self._dt), np.float32(motion.turn / self._dt)
-        self._state = State(people, own._replace(step=step, turn=turn, told=np.float32(1.0)))
+        self._state = State(people, own._replace(step=step, turn=turn, given=np.float32(1.0)))
 
-    def _given(self, given: Given, sights: Sights) -> Told:
+    def _from_last_pose(self, given: Given, sights: Sights) -> LocalGiven:
         """What is given of this frame, relative to the last pose; the first frame's pose is the world's origin."""
         pose = given.poses[2]
         unknown = bool(np.isnan(pose).any())
         if not self._begun:
             self._pose = self._pose if unknown else np.array(pose)
-        there, places = ~np.isnan(given.positions[2, :, 0]), self._nowhere
-        if there.any():
-            places = seen_from(self._pose, given.positions[2])
-        told = not (unknown and self._begun)
-        return Told(
-            places=places,
+        there, fixed = ~np.isnan(given.positions[2, :, 0]), not (unknown and self._begun)
+        return LocalGiven(
+            places=seen_from(self._pose, given.positions[2]) if there.any() else self._nowhere,
             placed=there.astype(np.float32) * sights.seen,
             motion=_STANDING if unknown else motion_between(self._pose, pose),
-            moved=np.float32(told),
-            measured=None if told else measured_motion(given.odometry),
+            moved=np.float32(fixed),
+            measured=None if fixed else measured_motion(given.odometry),
         )
 
-    def _advance(self, sights: Sights, told: Told) -> Answer:
+    def _advance(self, sights: Sights, given: LocalGiven) -> Answer:
         """The network's answer; if that is not plausible, one with the pose unchanged and places by boxes alone."""
         with np.errstate(all="ignore"):
-            state, answer = self._network.advance(self._state, sights, told, np.float32(self._dt), self._stature_spread)
+            state, answer = self._network.advance(
+                self._state, sights, given, np.float32(self._dt), self._stature_spread
+            )
         self._state = _as_trained(state)
-        if self._is_sane(answer):
+        plausible = abs(answer.motion.step) <= FASTEST * self._dt and abs(answer.motion.turn) <= np.pi
+        if plausible and all(np.isfinite(values).all() for values in answer[1:]):
             return answer
         self._state = _nothing_seen(self._people)
         places, unsure = sights.ray * np.exp(sights.by_height), np.full((self._people + 2, 2), np.inf)
-        return Answer(told.motion, told.motion, places, unsure.ravel()[:3], unsure[2:])
+        return Answer(given.motion, places, unsure.ravel()[:3], unsure[2:])
 
-    def _is_sane(self, answer: Answer) -> bool:
-        """Whether the answer is finite and plausible."""
-        motion = answer.motion
-        sound = abs(motion.step) <= FASTEST * self._dt and abs(motion.turn) <= np.pi
-        spreads = np.isfinite(answer.pose_spread).all() and np.isfinite(answer.place_spread).all()
-        return bool(sound and spreads and np.isfinite(answer.places).all())
-
-    def _grow_unsure(self, before: FloatArray, answer: Answer, told: Told, odometry: Odometry | None) -> None:
+    def _grow_unsure(self, before: FloatArray, answer: Answer, given: LocalGiven, odometry: Odometry | None) -> None:
         """Propagate the covariance of the pose from the pose ``before`` [3]."""
-        if told.placed.any():
+        if given.placed.any():
             self._certainty.cold = False
-        if told.moved:
+        if given.moved:
             self._certainty.know()
             return
         motion, sure = None, False
-        if told.measured is not None and odometry is not None:
-            motion, sure = odometry.covariances[-1], bool(told.measured.sure)
+        if given.measured is not None and odometry is not None:
+            motion, sure = odometry.covariances[-1], bool(given.measured.sure)
         self._certainty.follow(before, self._pose, answer.pose_spread, motion, sure=sure)
-
-    def _covariances(self, answer: Answer, sights: Sights, told: Told, places: FloatArray) -> dict[str, FloatArray]:
-        """Covariances of the pose and of people's places; NaN for people without a box."""
-        everyone = self._certainty.of_places(self._pose, places, sights.ray, answer.place_spread)
-        everyone[told.placed > 0.5] = GIVEN * np.eye(2)
-        everyone[sights.seen < 0.5] = np.nan
-        return {"pose_covariance": self._certainty.pose.copy(), "position_covariances": everyone}
-
-    def _heights(self) -> FloatArray:
-        """Heights [K] of people in m by their boxes and places."""
-        offsets = self._state.people.offsets[:, 0].astype(np.float64)
-        heights: FloatArray = self._problem.height_mean * np.exp(offsets)
-        return heights
 
 
 def _nothing_seen(people: int) -> State:

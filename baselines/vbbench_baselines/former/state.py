@@ -55,7 +55,7 @@ class Observer(NamedTuple):
     smooth, head_odds : smoothed velocity in m/s, and log odds of a head that follows it (`heads`).
     traces, memory : [..., `TRACES`] and [..., `MEMORY`], see `Walkers`.
     doubt : [..., `DOUBT`] recurrent memory of the pose's error.
-    moved, told : 1 if there was a last motion, and if it was given.
+    moved, given : 1 if there was a last motion, and if it was given.
     frames : number of frames so far.
     """
 
@@ -69,7 +69,7 @@ class Observer(NamedTuple):
     memory: Array
     doubt: Array
     moved: Array
-    told: Array
+    given: Array
     frames: Array
 
 
@@ -80,38 +80,15 @@ class State(NamedTuple):
     observer: Observer
 
 
+_COMPLEX = ("place", "place_before", "velocity", "traces", "step", "smooth")
+_SIZES = {"traces": (TRACES,), "memory": (MEMORY,), "offsets": (2,), "doubt": (DOUBT,)}
+
+
 def nothing_seen(numbers: Callable[..., Array], points: Callable[..., Array], people: int) -> State:
     """The state before frame 0; ``numbers`` and ``points`` make zeros of a shape, real and complex."""
-    k = people
-    walkers = Walkers(
-        place=points(k),
-        place_before=points(k),
-        velocity=points(k),
-        traces=points(k, TRACES),
-        memory=numbers(k, MEMORY),
-        offsets=numbers(k, 2),
-        seen=numbers(k),
-        away=numbers(k),
-        shown=numbers(k),
-        traceable=numbers(k),
-        exact=numbers(k),
-        exact_before=numbers(k),
-        by_height=numbers(k),
-        by_feet=numbers(k),
-        has_feet=numbers(k),
-    )
-    observer = Observer(
-        step=points(),
-        turn=numbers(),
-        velocity=points(),
-        turn_rate=numbers(),
-        smooth=points(),
-        head_odds=numbers(),
-        traces=points(TRACES),
-        memory=numbers(MEMORY),
-        doubt=numbers(DOUBT),
-        moved=numbers(),
-        told=numbers(),
-        frames=numbers(),
-    )
-    return State(walkers, observer)
+
+    def zeros(name: str, *shape: int) -> Array:
+        return (points if name in _COMPLEX else numbers)(*shape, *_SIZES.get(name, ()))
+
+    walkers = Walkers(*(zeros(name, people) for name in Walkers._fields))
+    return State(walkers, Observer(*(zeros(name) for name in Observer._fields)))

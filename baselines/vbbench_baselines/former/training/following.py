@@ -4,7 +4,8 @@ The loss of an error e is ln(1 + 4 e)/4, e in m (rad count twice): a diverged se
 outweigh the centimetres of the others.
 """
 
-from typing import Any, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
 import torch
 from torch.nn import functional
@@ -14,7 +15,7 @@ from vbbench_baselines.former.certainty import NARROWEST, WIDEST
 from vbbench_baselines.former.network import Answer, Birdifier
 from vbbench_baselines.former.operations import Array, Operations
 from vbbench_baselines.former.pose_fit import Motion
-from vbbench_baselines.former.scene import Sights, Told
+from vbbench_baselines.former.scene import LocalGiven, Sights
 from vbbench_baselines.former.state import State, nothing_seen
 from vbbench_baselines.former.training.batches import COLD_START, ONE_STEP, Batch
 
@@ -58,20 +59,18 @@ class Errors(NamedTuple):
         return (people / (count + 1e-3) + camera).mean()
 
 
+def _direction(angle: torch.Tensor) -> torch.Tensor:
+    return torch.complex(torch.cos(angle), torch.sin(angle))
+
+
 class TensorOperations(Operations):
     """The operations on tensors."""
 
     where, exp, log, sqrt = (staticmethod(do) for do in (torch.where, torch.exp, torch.log, torch.sqrt))
-    asinh, tanh, sigmoid = (staticmethod(do) for do in (torch.asinh, torch.tanh, torch.sigmoid))
-    clip, point = staticmethod(torch.clip), staticmethod(torch.complex)
-
-    def silu(self, x: Array) -> Array:
-        """See `Operations`."""
-        return functional.silu(x)
-
-    def direction(self, angle: Array) -> Array:
-        """See `Operations`."""
-        return torch.complex(torch.cos(angle), torch.sin(angle))
+    asinh, tanh, sigmoid, silu = (staticmethod(do) for do in (torch.asinh, torch.tanh, torch.sigmoid, functional.silu))
+    clip, point, transposed, detach = (staticmethod(do) for do in (torch.clip, torch.complex, torch.t, torch.detach))
+    stack, join, unstack = (staticmethod(partial(do, dim=-1)) for do in (torch.stack, torch.cat, torch.unbind))
+    softmax, direction = staticmethod(partial(torch.softmax, dim=-2)), staticmethod(_direction)
 
     def angle(self, x: Array) -> Array:
         """See `Operations`."""
@@ -85,22 +84,6 @@ class TensorOperations(Operations):
         """See `Operations`."""
         return torch.complex(pairs[..., 0], pairs[..., 1])
 
-    def stack(self, parts: list[Array]) -> Array:
-        """See `Operations`."""
-        return torch.stack(parts, -1)
-
-    def unstack(self, x: Array) -> list[Array]:
-        """See `Operations`."""
-        return list(x.unbind(-1))
-
-    def transposed(self, weights: Array) -> Array:
-        """See `Operations`."""
-        return weights.T
-
-    def join(self, parts: list[Array]) -> Array:
-        """See `Operations`."""
-        return torch.cat(parts, -1)
-
     def append_row(self, rows: Array, row: Array) -> Array:
         """See `Operations`."""
         return torch.cat([rows, row[..., None, :]], -2)
@@ -108,14 +91,6 @@ class TensorOperations(Operations):
     def normalise(self, x: Array, gain: Array, bias: Array) -> Array:
         """See `Operations`."""
         return functional.layer_norm(x, (x.shape[-1],), gain, bias)
-
-    def softmax(self, x: Array) -> Array:
-        """See `Operations`."""
-        return torch.softmax(x, -2)
-
-    def detach(self, x: Any) -> Array:
-        """See `Operations`."""
-        return x.detach()
 
 
 def follow(birdifier: Birdifier, batch: Batch) -> Errors:
@@ -132,20 +107,20 @@ def follow(birdifier: Birdifier, batch: Batch) -> Errors:
             state, place, yaw = _reveal(state, batch, t, place, yaw)
         sights = Sights(*(values[:, t] for values in batch.sights))
         state, answer = birdifier.advance(state, sights, _given(batch, t, place, yaw), batch.dt, batch.spread)
-        place, yaw = _after(place, yaw, answer.motion)
+        place, yaw = place + answer.motion.step * _direction(yaw), yaw + answer.motion.turn
         if t >= START_FRAMES:
             found.append(_errors(batch, t, place, yaw, answer))
     return Errors(*(torch.stack(values, 1) for values in zip(*found, strict=True)))
 
 
-def _given(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor) -> Told:
+def _given(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor) -> LocalGiven:
     """What is given of frame ``t``: the pose of frames 0 and 1, and people's places by the protocol."""
     moved = torch.zeros_like(yaw) if t >= START_FRAMES else torch.ones_like(yaw)
     if t == 1:
         moved = (batch.protocol != COLD_START).float()
-    motion = Motion((batch.place[:, t] - place) * _turned(-yaw), _wrapped(batch.yaw[:, t] - yaw))
-    places = (batch.positions[:, t] - place[:, None]) * _turned(-yaw)[:, None]
-    return Told(places, batch.given[:, t], motion, moved)
+    motion = Motion((batch.place[:, t] - place) * _direction(-yaw), _wrapped(batch.yaw[:, t] - yaw))
+    places = (batch.positions[:, t] - place[:, None]) * _direction(-yaw)[:, None]
+    return LocalGiven(places, batch.given[:, t], motion, moved)
 
 
 def _reveal(
@@ -154,7 +129,7 @@ def _reveal(
     """State and pose with the true values of frames t − 1 and t − 2, where the protocol is one-step."""
     one = batch.protocol == ONE_STEP
     place, yaw = torch.where(one, batch.place[:, t - 1], place), torch.where(one, batch.yaw[:, t - 1], yaw)
-    local = _turned(-yaw)[:, None]
+    local = _direction(-yaw)[:, None]
     people, own, exact = state.people, state.observer, yaw.new_ones(())
     last, before = (one[:, None] & (batch.true[:, t - back] > 0.5) for back in (1, 2))
     people = people._replace(
@@ -168,7 +143,7 @@ def _reveal(
     own = own._replace(
         step=torch.where(one, step, own.step),
         turn=torch.where(one, turn, own.turn),
-        told=torch.where(one, exact, own.told),
+        given=torch.where(one, exact, own.given),
     )
     return State(people, own), place, yaw
 
@@ -176,9 +151,9 @@ def _reveal(
 def _errors(batch: Batch, t: int, place: torch.Tensor, yaw: torch.Tensor, answer: Answer) -> tuple[torch.Tensor, ...]:
     """The fields of `Errors` for one frame, in its order."""
     true_place, true_yaw, true = batch.place[:, t], batch.yaw[:, t], batch.positions[:, t]
-    facing = _turned(yaw)
+    facing = _direction(yaw)
     wrong = place[:, None] + answer.places * facing[:, None] - true
-    relative = answer.places - (true - true_place[:, None]) * _turned(-true_yaw)[:, None]
+    relative = answer.places - (true - true_place[:, None]) * _direction(-true_yaw)[:, None]
     counted, shown = batch.scored[:, t], (batch.sights.seen[:, t].sum(-1) > 0).float()
     with torch.no_grad():
         ahead = (true_place - place) * facing.conj()
@@ -206,14 +181,6 @@ def _likelihood(spread: torch.Tensor, off: torch.Tensor) -> tuple[torch.Tensor, 
     spread = spread.clip(NARROWEST, WIDEST)
     surprise = off**2 * torch.exp(-2.0 * spread)
     return (spread + 0.5 * surprise).sum(-1), surprise.detach()
-
-
-def _after(place: torch.Tensor, yaw: torch.Tensor, motion: Motion) -> tuple[torch.Tensor, torch.Tensor]:
-    return place + motion.step * _turned(yaw), yaw + motion.turn
-
-
-def _turned(angle: torch.Tensor) -> torch.Tensor:
-    return torch.complex(torch.cos(angle), torch.sin(angle))
 
 
 def _length(vector: torch.Tensor) -> torch.Tensor:
