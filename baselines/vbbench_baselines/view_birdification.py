@@ -13,19 +13,13 @@ import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
-from vbbench_baselines._core import (
-    fit_pose,
-    localise,
-    measure,
-    pose_covariance,
-    position_covariances,
-)
+from vbbench_baselines._core import fit_pose, localise, measure, pose_covariance, position_covariances
 from vbbench_baselines.cascade import VAGUE, Company, Factors, Heights, can_anchor, company, reanchor, select
 from vbbench_baselines.common.bearings import sight, usable
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.facts import CASCADE
-from vbbench_baselines.common.motion import SURE, History, Spreads, Told, newest_measured
+from vbbench_baselines.common.motion import SURE, History, MeasuredPose, Spreads, newest_measured
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect, kept_shares
 
 EVERYBODY = 1_000_000
@@ -119,7 +113,7 @@ class Birdifier(ABC):
         self._heights = Heights(people, problem.height_mean, problem.height_std, self.height_limits, self.pose_std)
         self._seen = sight(problem.camera, np.full((people, 3), np.nan), 0.0)
         self._drift, self._astray = Drift(), Astray()
-        self._odometry: Told | None = None
+        self._odometry: MeasuredPose | None = None
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
@@ -134,9 +128,9 @@ class Birdifier(ABC):
         self._doubt_speed()
         chosen = select(observations, self.most_people, self.smallest_box)
         factors = self._expected(*measure(self._seen, heights.mean, heights.variance), chosen)
-        told = newest_measured(frame.given.odometry, history.poses[1])
-        sure = told is not None and told.std < SURE
-        self._odometry = told
+        measured = newest_measured(frame.given.odometry, history.poses[1])
+        sure = measured is not None and measured.std < SURE
+        self._odometry = measured
         self._drift.advance(history, kept_shares(history, self._dt)[1], self._dt, measured=sure)
         helpful = factors.helpful & chosen
         few = bool(np.count_nonzero(helpful) < FEWEST)
@@ -148,7 +142,7 @@ class Birdifier(ABC):
         own_std = factors.walk_std
         if not (self.ego_prior or fallback or found):
             factors = factors._replace(walk_std=np.inf)
-        factors, facing = _with_odometry(factors, told, facing)
+        factors, facing = _with_odometry(factors, measured, facing)
         task = Task(history.poses[2], factors.of(chosen), self._seen.rays[chosen], facing)
         answer, bounded = self._minimise(task), False
         if not (found or sure):
@@ -176,10 +170,10 @@ class Birdifier(ABC):
 
     def _alone(self) -> tuple[float, float]:
         """Variances in m² and rad² of the observer's motion within a frame without usable people."""
-        told, turns = self._odometry, 1.0 / (TURN**2 * self._dt)
-        if told is None:
+        measured, turns = self._odometry, 1.0 / (TURN**2 * self._dt)
+        if measured is None:
             return self._spreads.motion**2, 1.0 / turns
-        return told.std**2 if told.std < SURE else self._spreads.motion**2, 1.0 / (turns + told.facing)
+        return measured.std**2 if measured.std < SURE else self._spreads.motion**2, 1.0 / (turns + measured.facing)
 
     def _find_again(
         self, factors: Factors, people: Company, chosen: BoolArray, few: bool
@@ -240,7 +234,8 @@ class Birdifier(ABC):
         curved = factors._replace(std=std, walk=answer.curved.walk, walk_std=answer.curved.walk_std)
         helpful = bool((curved.helpful & chosen).any())
         if not history.pose_given[2]:
-            pose = pose_covariance(answer.pose, curved.of(chosen)) if helpful else self._walked(curved)
+            walked = np.diag((curved.walk_std**2, curved.walk_std**2, self._alone()[1]))
+            pose = pose_covariance(answer.pose, curved.of(chosen)) if helpful else walked
         if certain.any():
             drift.reduce(pose @ np.linalg.inv(pose_covariance(answer.pose, curved.of(chosen & ~certain))))
         sure = not bounded and variances(pose)[0] + drift.std**2 <= UNRELIABLE**2
@@ -249,10 +244,6 @@ class Birdifier(ABC):
         if not history.pose_given[2]:
             drift.add(*((0.0, 0.0) if history.cold and helpful else variances(pose) if helpful else self._alone()))
         return {**known, **covariances, "converged": sure}
-
-    def _walked(self, curved: Factors) -> FloatArray:
-        """Covariance [3, 3] of a predicted pose, without people."""
-        return np.diag((curved.walk_std**2, curved.walk_std**2, self._alone()[1]))
 
     def _spread(self, answer: Answer, pose: FloatArray, curved: Factors) -> dict[str, FloatArray]:
         """Covariances of pose and places: those of this frame, ``pose`` [3, 3] and ``curved`` terms, plus the drift."""
@@ -266,19 +257,19 @@ class Birdifier(ABC):
         return {"pose_covariance": sigma, "position_covariances": drifted}
 
 
-def _with_odometry(factors: Factors, told: Told | None, facing: float) -> tuple[Factors, float]:
+def _with_odometry(factors: Factors, measured: MeasuredPose | None, facing: float) -> tuple[Factors, float]:
     """The terms with odometry, if precise, in place of the motion prior, and the information in 1/rad² on the yaw.
 
     ``facing``: the information without odometry.
     """
-    if told is None:
+    if measured is None:
         return factors, facing
-    if told.std < SURE:
-        return factors._replace(walk=told.pose, walk_std=told.std), told.facing
-    walked, measured = 1.0 / factors.walk_std**2, 1.0 / told.std**2
-    pose = told.pose.copy()
-    pose[:2] = (walked * factors.walk[:2] + measured * told.pose[:2]) / (walked + measured)
-    return factors._replace(walk=pose, walk_std=float((walked + measured) ** -0.5)), told.facing
+    if measured.std < SURE:
+        return factors._replace(walk=measured.pose, walk_std=measured.std), measured.facing
+    walked, weight = 1.0 / factors.walk_std**2, 1.0 / measured.std**2
+    pose = measured.pose.copy()
+    pose[:2] = (walked * factors.walk[:2] + weight * measured.pose[:2]) / (walked + weight)
+    return factors._replace(walk=pose, walk_std=float((walked + weight) ** -0.5)), measured.facing
 
 
 @dataclass(kw_only=True)

@@ -90,27 +90,23 @@ class Sample(Generic[Array]):
 
     def to(self, *where: Any, **how: Any) -> "Sample[Any]":
         """The same on another device, as `torch.Tensor.to` has it."""
-        return Sample(**{name: values.to(*where, **how) for name, values in vars(self).items()})
+        return self.map(lambda values: values.to(*where, **how))  # type: ignore[attr-defined]
 
     def pin_memory(self) -> "Sample[Any]":
         """The same in page-locked memory; a `DataLoader` with ``pin_memory=True`` asks for it."""
-        return Sample(**{name: values.pin_memory() for name, values in vars(self).items()})
+        return self.map(lambda values: values.pin_memory())  # type: ignore[attr-defined]
 
 
-_PER_PERSON = ("tracks", "heights", "height_known")
-_PER_FRAME_AND_PERSON = (
-    *("boxes", "seen", "visible", "sights", "arrives", "leaves", "given_positions", "position_given"),
-    *("positions", "position_known", "relative", "relative_known", "persons", "scored_positions"),
-)
-_OF_THE_WHOLE = ("index", "start", "camera", "told")
+_BEGINNINGS = {
+    "": ("index", "start", "camera", "told"),
+    "K": ("tracks", "heights", "height_known"),
+    "TK": (
+        *("boxes", "seen", "visible", "sights", "arrives", "leaves", "given_positions", "position_given"),
+        *("positions", "position_known", "relative", "relative_known", "persons", "scored_positions"),
+    ),
+}
 AXES = {
-    field.name: ""
-    if field.name in _OF_THE_WHOLE
-    else "K"
-    if field.name in _PER_PERSON
-    else "TK"
-    if field.name in _PER_FRAME_AND_PERSON
-    else "T"
+    field.name: next((axes for axes, names in _BEGINNINGS.items() if field.name in names), "T")
     for field in fields(Sample)
 }
 """The axes of frames (T) and people (K) that each array begins with."""
@@ -152,9 +148,10 @@ def sample_of(
     part = slice(0, whole.frames) if window is None else window
     kept: BoolArray = np.asarray(whole.observed[part].any(axis=0) | (window is None))
     poses, positions = known.truth.poses[part], known.truth.positions[part][:, kept]
+    heights = known.truth.heights[kept]
     given = _given(known, protocol, part, kept)
     seen = whole.observed[part][:, kept]
-    scored = scored_frames(seen), scored_positions(seen, given)
+    scored = {"scored_poses": scored_frames(seen), "scored_positions": scored_positions(seen, given)}
     if local:
         poses, positions, given = _from_first_pose(poses, positions, given)
     odometry = given.odometry or Odometry.unmeasured(len(poses))
@@ -179,10 +176,10 @@ def sample_of(
         **_masked(("poses", "pose_known"), poses),
         **_masked(("positions", "position_known"), positions),
         **_masked(("relative", "relative_known"), known.relative[part][:, kept]),
-        **_masked(("heights", "height_known"), known.truth.heights[kept][:, None], squeeze=True),
+        heights=_filled(heights),
+        height_known=~np.isnan(heights),
         persons=known.persons[part][:, kept],
-        scored_poses=scored[0],
-        scored_positions=scored[1],
+        **scored,
     )
 
 
@@ -198,18 +195,15 @@ def collate(samples: Several[Sample[NDArray[Any]]]) -> Sample[NDArray[Any]]:
     """A batch: frames and people are padded to the longest and fullest sample."""
     frames = max(len(sample.frames) for sample in samples)
     people = max(1, *(len(sample.tracks) for sample in samples))
-    size = {"T": frames, "K": people}
-    return Sample(**{name: _stacked(name, axes, samples, size) for name, axes in AXES.items()})
-
-
-def _stacked(name: str, axes: str, samples: Several[Sample[NDArray[Any]]], size: dict[str, int]) -> NDArray[Any]:
-    values = [getattr(sample, name) for sample in samples]
-    rest = values[0].shape[len(axes) :]
-    batch = np.full((len(values), *(size[axis] for axis in axes), *rest), PADDING.get(name, 0), values[0].dtype)
-    for row, one in enumerate(values):
-        filled: tuple[Any, ...] = (row, *map(slice, one.shape[: len(axes)]))
-        batch[filled] = one
-    return batch
+    size, made = {"T": frames, "K": people}, dict[str, NDArray[Any]]()
+    for name, axes in AXES.items():
+        values = [getattr(sample, name) for sample in samples]
+        shape = len(values), *(size[axis] for axis in axes), *values[0].shape[len(axes) :]
+        made[name] = np.full(shape, PADDING.get(name, 0), values[0].dtype)
+        for row, one in enumerate(values):
+            filled: tuple[Any, ...] = (row, *map(slice, one.shape[: len(axes)]))
+            made[name][filled] = one
+    return Sample(**made)
 
 
 def _given(known: Known, protocol: Protocol, part: slice, kept: BoolArray) -> Given:
@@ -244,11 +238,10 @@ def _comings_and_goings(observed: BoolArray, part: slice, kept: BoolArray) -> di
     return {"arrives": (frame == first) & there, "leaves": (frame == last) & there}
 
 
-def _masked(names: tuple[str, str], values: FloatArray, *, squeeze: bool = False) -> dict[str, NDArray[Any]]:
+def _masked(names: tuple[str, str], values: FloatArray) -> dict[str, NDArray[Any]]:
     """Values [..., N] with 0 where any of the N is NaN, and where they are known [...], under these names."""
     known: BoolArray = np.asarray(~np.isnan(values).any(axis=-1))
-    filled = np.where(known[..., None], values, 0.0).astype(np.float32)
-    return {names[0]: filled[..., 0] if squeeze else filled, names[1]: known}
+    return {names[0]: np.where(known[..., None], values, 0.0).astype(np.float32), names[1]: known}
 
 
 def _filled(values: FloatArray) -> NDArray[np.float32]:

@@ -19,7 +19,7 @@ from vbbench.files.sequence_tables import part_ranges
 from vbbench.generation.footage import FOOTAGE
 from vbbench.generation.generator import Options, Plan
 from vbbench.generation.planning import build_sequence, is_endless, planned
-from vbbench.geometry import FloatArray, IntArray, world_to_relative
+from vbbench.geometry import IntArray, world_to_relative
 from vbbench.protocol import get_protocol
 from vbbench.sequence import NOBODY, Sequence, Truth
 from vbbench.streams import Stream, random_stream
@@ -112,8 +112,8 @@ class FolderSamples:
         for first, last in part_ranges(len(sequences), self._cells[sequences]):
             self._dataset.read_ahead(sequences[first:last])
             for index in sequences[first:last].tolist():
-                known = self._kept[index] = known_of(self._dataset, self._dataset.sequence(index))
-                yield known
+                self._kept[index] = known_of(self._dataset, self._dataset.sequence(index))
+                yield self._kept[index]
         while sum(self._cells[list(self._kept)]) > CELLS_KEPT:
             del self._kept[next(iter(self._kept))]
 
@@ -146,12 +146,20 @@ def _windows(sequences: IntArray, lengths: IntArray, frames: int | None, step: i
 
 def known_of(dataset: Dataset, sequence: Sequence) -> Known:
     """A sequence of a dataset, with NaN for what was never measured or is withheld."""
-    truth, kind = _unknown(sequence), dataset.info.truth if dataset.has_truth else "none"
+    kind, (frames, people) = dataset.info.truth if dataset.has_truth else "none", sequence.observed.shape
     if kind in ("whole", "poses"):
         truth = dataset.truth(sequence)
-    relative = dataset.relative_truth(sequence) if kind == "relative" else _from_camera(truth)
-    persons = dataset.track_persons(sequence) if kind in ("whole", "relative") else _nobody(sequence)
-    return Known(sequence=sequence, problem=dataset.problem(sequence), truth=truth, relative=relative, persons=persons)
+    else:
+        poses, positions, heights = (np.full(shape, np.nan) for shape in ((frames, 3), (frames, people, 2), people))
+        truth = Truth(poses=poses, positions=positions, heights=heights)
+    measured, tracked = kind == "relative", kind in ("whole", "relative")
+    return Known(
+        sequence=sequence,
+        problem=dataset.problem(sequence),
+        truth=truth,
+        relative=dataset.relative_truth(sequence) if measured else world_to_relative(truth.positions, truth.poses),
+        persons=dataset.track_persons(sequence) if tracked else np.full((frames, people), NOBODY),
+    )
 
 
 class GeneratedSamples:
@@ -203,7 +211,7 @@ class GeneratedSamples:
             sequence=sequence,
             problem=problem_of(info, sequence),
             truth=data.truth,
-            relative=_from_camera(data.truth),
+            relative=world_to_relative(data.truth.positions, data.truth.poses),
             persons=persons,
         )
         return sample_of(known, self._protocol, self._window(sequence), local=self._local)
@@ -225,18 +233,3 @@ class GeneratedSamples:
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in self.__dict__.items() if name != "_plan"}
-
-
-def _from_camera(truth: Truth) -> FloatArray:
-    """[T, K, 2] (right, forward) of everybody from the camera, in m."""
-    return world_to_relative(truth.positions, truth.poses)
-
-
-def _unknown(sequence: Sequence) -> Truth:
-    frames, people = sequence.observed.shape
-    nothing = np.full((frames, people, 2), np.nan)
-    return Truth(poses=np.full((frames, 3), np.nan), positions=nothing, heights=np.full(people, np.nan))
-
-
-def _nobody(sequence: Sequence) -> IntArray:
-    return np.full(sequence.observed.shape, NOBODY)

@@ -221,17 +221,12 @@ def _by_time(dataset: Dataset, _: str | None) -> IntArray:
         raise VbbenchError(f"{dataset.folder} lacks the times of people, which parts by time need; use by recording")
     rows, part = dataset.rows, np.zeros(len(dataset), np.int64)
     for scene in np.unique(rows["scene"]).tolist():
-        cuts = _cuts_of(dataset, scene)
+        cuts = find_cuts(~np.isnan(dataset.scene(scene)[1][..., 0]), dataset.info.dt)
         if cuts is not None:  # what is not cut is for training
             here = rows["scene"] == scene
             first = rows["first_frame"][here].astype(np.int64)
             part[here] = cuts.part_of(first, first + rows["frames"][here])
     return part
-
-
-def _cuts_of(dataset: Dataset, scene: int) -> Cuts | None:
-    positions = dataset.scene(scene)[1]
-    return find_cuts(~np.isnan(positions[..., 0]), dataset.info.dt)
 
 
 def _by_recording(dataset: Dataset, test: str | None) -> IntArray:

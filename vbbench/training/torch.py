@@ -87,11 +87,10 @@ class Feed:
         rank: int = 0,
         world_size: int = 1,
     ) -> None:
-        self.epoch, self.batch = 0, 0
         self._order = Order(source.size, batch_size, seed, rank, world_size)
         self._loader = DataLoader(
             SampleDataset(source),
-            batch_sampler=_Sampler(self),
+            batch_sampler=self._order,
             num_workers=workers,
             multiprocessing_context=start if workers else None,
             persistent_workers=workers > 0 and (start or get_start_method()) != "fork",  # others are slow to start
@@ -101,19 +100,17 @@ class Feed:
 
     def __len__(self) -> int:
         """Batches of an epoch."""
-        if self._order.size is None:
-            raise TypeError("a feed of a source without an end has no length")
-        return sum(1 for _ in self._order.batches(self.epoch))
+        return len(self._order)
 
     def __iter__(self) -> Iterator[Tensors]:
         for batch in self._loader:
-            self.batch += 1
+            self._order.batch += 1
             yield batch
-        self.epoch, self.batch = self.epoch + 1, 0
+        self._order.epoch, self._order.batch = self._order.epoch + 1, 0
 
     def state_dict(self) -> dict[str, Any]:
         """Where the feed is: epoch, batches given of it, and what decides their order."""
-        return {"epoch": self.epoch, "batch": self.batch, "order": self._order.facts}
+        return {"epoch": self._order.epoch, "batch": self._order.batch, "order": self._order.facts}
 
     def load_state_dict(self, state: dict[str, Any]) -> None:
         """Go on where another feed was.
@@ -122,54 +119,40 @@ class Feed:
         """
         if state["order"] != self._order.facts:
             raise VbbenchError(f"this feed is in the order {self._order.facts}, and cannot go on with {state['order']}")
-        self.epoch, self.batch = state["epoch"], state["batch"]
-
-    def next_batches(self) -> Iterator[list[int]]:
-        """Numbers of the samples of each batch that is left of the epoch."""
-        return self._order.batches(self.epoch, self.batch * self._order.batch_size)
-
-
-class _Sampler:
-    """The batches of a feed, for its `DataLoader`: it is asked in this process, whatever workers do."""
-
-    def __init__(self, feed: Feed) -> None:
-        self._feed = feed
-
-    def __iter__(self) -> Iterator[list[int]]:
-        return self._feed.next_batches()
+        self._order.epoch, self._order.batch = state["epoch"], state["batch"]
 
 
 class Order:
-    """In which order samples come: batch b of rank r is the (b · ranks + r)-th of all."""
+    """In which order samples come, and how far a feed is: batch b of rank r is the (b · ranks + r)-th of all.
+
+    Every rank gets as many batches, so that none waits for another: where there are several ranks, the batches that are
+    too few to go round are skipped. The last of all may be smaller.
+    """
 
     def __init__(self, size: int | None, batch_size: int, seed: int | None, rank: int, world_size: int) -> None:
         if batch_size < 1 or not 0 <= rank < world_size:
             raise VbbenchError(f"batches of {batch_size}, rank {rank} of {world_size}: ranks are numbered from 0")
-        self.size, self.batch_size, self.seed, self.rank, self.world_size = size, batch_size, seed, rank, world_size
+        facts = {"size": size, "batch_size": batch_size, "seed": seed, "world_size": world_size}
+        self.facts: dict[str, int | None] = facts
+        self.epoch, self.batch = 0, 0
+        self._size, self._batch_size, self._seed, self._rank, self._ranks = size, batch_size, seed, rank, world_size
+        self._rounds = None if size is None else -(-size // batch_size) // world_size
         if world_size > 1 and self._rounds == 0:
             raise VbbenchError(f"{size} samples are too few for {world_size} ranks with batches of {batch_size}")
 
-    @property
-    def facts(self) -> dict[str, int | None]:
-        """What the order follows from; a rank's share of it has the same facts."""
-        return {"size": self.size, "batch_size": self.batch_size, "seed": self.seed, "world_size": self.world_size}
+    def __len__(self) -> int:
+        """Batches of an epoch."""
+        if self._rounds is None:
+            raise TypeError("a feed of a source without an end has no length")
+        return self._rounds
 
-    def batches(self, epoch: int, first: int = 0) -> Iterator[list[int]]:
-        """Numbers of samples, batch by batch, from the first-th of this rank on.
-
-        Every rank gets as many batches, so that none waits for another: where there are several ranks, the batches that
-        are too few to go round are skipped. The last of all may be smaller.
-        """
-        size, begin, rounds = self.batch_size, first // self.batch_size, self._rounds
-        starts = ((at * self.world_size + self.rank) * size for at in count(begin))
-        if self.size is None or rounds is None:
+    def __iter__(self) -> Iterator[list[int]]:
+        """Numbers of the samples of each batch that is left of the epoch; the loader asks in this process."""
+        size = self._batch_size
+        starts = ((at * self._ranks + self._rank) * size for at in count(self.batch))
+        if self._size is None or self._rounds is None:
             return ([*range(at, at + size)] for at in starts)
-        order = np.arange(self.size)
-        if self.seed is not None:
-            order = np.random.default_rng(np.random.SeedSequence([self.seed, epoch])).permutation(self.size)
-        return (order[at : at + size].tolist() for at in islice(starts, max(0, rounds - begin)))
-
-    @property
-    def _rounds(self) -> int | None:
-        """Batches that each rank gets in an epoch; ``None`` of a source without an end."""
-        return None if self.size is None else -(-self.size // self.batch_size) // self.world_size
+        order = np.arange(self._size)
+        if self._seed is not None:
+            order = np.random.default_rng(np.random.SeedSequence([self._seed, self.epoch])).permutation(self._size)
+        return (order[at : at + size].tolist() for at in islice(starts, max(0, self._rounds - self.batch)))

@@ -50,8 +50,8 @@ class History:
     def advance(self, given: Given) -> None:
         """Move on by one frame; row t then holds only what is given at t."""
         self.age += 1
-        told = given.odometry is not None and np.isfinite(given.odometry.motions[-1]).all()
-        self.unmeasured = self.age > 0 and not told
+        measured = given.odometry is not None and np.isfinite(given.odometry.motions[-1]).all()
+        self.unmeasured = self.age > 0 and not measured
         self.cold = self.cold or begins_cold(given, self.age)
         for rows in (self.poses, self.positions, self.pose_given, self.position_given):
             rows[:2] = rows[1:]
@@ -134,7 +134,7 @@ SURE = 0.3
 """In m and rad a frame: a motion measured with smaller standard deviations replaces the priors of walk and head."""
 
 
-class Told(NamedTuple):
+class MeasuredPose(NamedTuple):
     """The newest pose by odometry from the pose before.
 
     Attributes
@@ -149,7 +149,7 @@ class Told(NamedTuple):
     facing: float
 
 
-def newest_measured(odometry: Odometry | None, before: FloatArray) -> Told | None:
+def newest_measured(odometry: Odometry | None, before: FloatArray) -> MeasuredPose | None:
     """The newest pose by ``odometry`` from the pose ``before`` [3]; ``None`` if odometry measured nothing."""
     if odometry is None:
         return None
@@ -160,4 +160,4 @@ def newest_measured(odometry: Odometry | None, before: FloatArray) -> Told | Non
     (x, y, yaw), (forward, left, turn) = before.tolist(), moved.tolist()
     cos, sin = math.cos(yaw), math.sin(yaw)
     pose = np.array((x + (cos * forward - sin * left), y + (sin * forward + cos * left), yaw + turn))
-    return Told(pose, float(std), float(1.0 / (spread[2, 2] + SMALLEST**2)))
+    return MeasuredPose(pose, float(std), float(1.0 / (spread[2, 2] + SMALLEST**2)))

@@ -62,7 +62,9 @@ class Birdifier:
     network: Network
     heads: bool = True
 
-    def advance(self, state: State, sights: Sights, given: LocalGiven, dt: Array, spread: Array) -> tuple[State, Answer]:
+    def advance(
+        self, state: State, sights: Sights, given: LocalGiven, dt: Array, spread: Array
+    ) -> tuple[State, Answer]:
         """The state after a frame of ``dt`` [...] s, and the answer.
 
         ``spread`` [...] is the standard deviation of heights, as a share of their mean.

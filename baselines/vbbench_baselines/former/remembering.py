@@ -155,8 +155,8 @@ def spreads(network: Network, scene: Scene, found: Found) -> tuple[Array, Array]
 
 def state_after(xp: Operations, scene: Scene, found: Found) -> State:
     """The state for the next frame, relative to the new pose."""
-    people, own, sights, dt, motion, none = scene.people, scene.own, scene.sights, scene.dt, found.motion, 0.0 * scene.dt
-    back = xp.direction(-motion.turn)
+    people, own, sights, dt, motion = scene.people, scene.own, scene.sights, scene.dt, found.motion
+    none, back = 0.0 * dt, xp.direction(-motion.turn)
     walkers = people._replace(
         place=found.places,
         place_before=(people.place - motion.step[..., None]) * back[..., None],

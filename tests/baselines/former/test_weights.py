@@ -14,7 +14,7 @@ from vbbench_baselines.former.layers import Network, first_weights
 from vbbench_baselines.former.network import Birdifier
 from vbbench_baselines.former.operations import Operations
 from vbbench_baselines.former.pose_fit import Measured, Motion
-from vbbench_baselines.former.scene import Told, sights_of
+from vbbench_baselines.former.scene import LocalGiven, sights_of
 from vbbench_baselines.former.state import nothing_seen
 
 ONE = np.float32(1.0)
@@ -84,8 +84,8 @@ def test_pytorch_and_numpy_give_the_same_answers(people: int, sure: float | None
     measured = None if sure is None else Measured(moved, np.array([9.0, 16.0, 25.0], np.float32), np.float32(sure))
     for t, boxes in enumerate(sequence.observations):
         placed = ((np.arange(people) % 3 == 0) & (t == 2)).astype(np.float32)
-        told = Told(np.full(people, 3.0 + 1.0j, np.complex64), placed, still, ONE * (t == 0), measured)
-        frame = sights_of(problem, boxes), told, np.float32(0.4), np.float32(0.04)
+        given = LocalGiven(np.full(people, 3.0 + 1.0j, np.complex64), placed, still, ONE * (t == 0), measured)
+        frame = sights_of(problem, boxes), given, np.float32(0.4), np.float32(0.04)
         with np.errstate(all="ignore"):
             state, found = network.advance(state, *frame)
         other, same = tensors.advance(other, *map(tensor, frame))

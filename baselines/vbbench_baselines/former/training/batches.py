@@ -10,7 +10,7 @@ their errors in direction and in the logarithm of the distance.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -64,8 +64,7 @@ class Window:
     @property
     def relative(self) -> NDArray[np.complex128]:
         """[L, K] people relative to the camera, forward + i·left in m."""
-        found: NDArray[np.complex128] = (self.positions - self.place[:, None]) * np.exp(-1j * self.yaw)[:, None]
-        return found
+        return _from_camera(self.positions, self.place, self.yaw)
 
     def shown(self) -> Sights:
         """Measurements of boxes after augmentation: true values with the boxes' errors."""
@@ -111,27 +110,30 @@ def cut(rng: np.random.Generator, watched: Watched, phase: Phase, size: Size) ->
     positions = watched.positions[part][:, people].astype(np.complex128)
     true, seen = ~np.isnan(positions), sights.seen > 0.5
     by_box = place[:, None] + sights.ray * np.exp(sights.by_height + 1j * yaw[:, None])
-    window = Window(
-        positions=np.where(true, positions, by_box),
+    positions = np.where(true, positions, by_box)
+    relative = _from_camera(positions, place, yaw)
+    distance = np.maximum(np.abs(relative), 1e-6)
+    return Window(
+        positions=positions,
         place=place,
         yaw=yaw,
         true=true,
         seen=seen,
-        error=np.ones(true.shape, np.complex128),
-        height_error=np.zeros(true.shape),
-        foot_error=np.zeros(true.shape),
+        error=sights.ray * (relative / distance).conj(),
+        height_error=sights.by_height - np.log(distance),
+        foot_error=sights.by_feet - np.log(distance),
         sights=sights,
         dt=watched.dt * every,
         spread=watched.spread,
     )
-    relative = window.relative
-    distance = np.maximum(np.abs(relative), 1e-6)
-    return replace(
-        window,
-        error=sights.ray * (relative / distance).conj(),
-        height_error=sights.by_height - np.log(distance),
-        foot_error=sights.by_feet - np.log(distance),
-    )
+
+
+def _from_camera(
+    positions: NDArray[np.complex128], place: NDArray[np.complex128], yaw: NDArray[np.float64]
+) -> NDArray[np.complex128]:
+    """[L, K] ``positions`` relative to a camera at ``place`` [L] with this ``yaw`` [L], forward + i·left in m."""
+    found: NDArray[np.complex128] = (positions - place[:, None]) * np.exp(-1j * yaw)[:, None]
+    return found
 
 
 def alter(rng: np.random.Generator, window: Window) -> Window:
@@ -256,11 +258,10 @@ TRIES = 10_000
 ONE_STEP, ROLLOUT, COLD_START = (PROTOCOLS.index(name) for name in ("one-step", "rollout", "cold-start"))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Batch:
+class Batch(NamedTuple):
     """B windows of L frames and K people. The world begins at the first pose.
 
-    Parameters
+    Attributes
     ----------
     sights : measurements of boxes, tensors [B, L, K].
     positions : [B, L, K] true x + i·y in m.
@@ -283,17 +284,12 @@ class Batch:
 
     def to(self, device: str) -> "Batch":
         """The same on another device."""
-        others = {name: values.to(device) for name, values in vars(self).items() if name != "sights"}
-        return Batch(sights=Sights(*(values.to(device) for values in self.sights)), **others)
+        return Batch(Sights(*(values.to(device) for values in self.sights)), *(rows.to(device) for rows in self[1:]))
 
     def take_over(self, other: "Batch") -> None:
         """Replace all numbers by those of another batch of the same shape."""
-        for mine, values in zip(self._tensors, other._tensors, strict=True):
+        for mine, values in zip((*self.sights, *self[1:]), (*other.sights, *other[1:]), strict=True):
             mine.copy_(values)
-
-    @property
-    def _tensors(self) -> list[torch.Tensor]:
-        return [*self.sights, *(values for name, values in vars(self).items() if name != "sights")]
 
 
 def draw_size(rng: np.random.Generator, recipe: Recipe) -> Size:
@@ -334,13 +330,8 @@ def _stacked(rng: np.random.Generator, windows: list[Window], recipe: Recipe, pe
     shares = np.array([recipe.protocols[name] for name in PROTOCOLS])
     protocol = rng.choice(len(PROTOCOLS), len(windows), p=shares / shares.sum())
     shown = [window.shown() for window in windows]
-    empty = {"ray": 1.0, "noise": UNKNOWN_STD}
-    sights = Sights(
-        *(
-            torch.from_numpy(_filled([getattr(one, name) for one in shown], people, empty.get(name, 0.0)))
-            for name in Sights._fields
-        )
-    )
+    padding = Sights(seen=0.0, ray=1.0, by_height=0.0, by_feet=0.0, has_feet=0.0, noise=UNKNOWN_STD, cut=0.0)
+    filled = (_filled([*rows], people, empty) for rows, empty in zip(zip(*shown, strict=True), padding, strict=True))
     place = np.stack([window.place for window in windows])
     yaw = np.stack([window.yaw for window in windows])
     origin, turned = place[:, :1], np.exp(-1j * yaw[:, :1])
@@ -352,7 +343,7 @@ def _stacked(rng: np.random.Generator, windows: list[Window], recipe: Recipe, pe
     given = early & true & (kind != COLD_START) & ~(late & ((kind == ROLLOUT) | (kind == ONE_STEP)))
     never = early & (kind != ROLLOUT) & (kind != COLD_START)
     return Batch(
-        sights=sights,
+        sights=Sights(*map(torch.from_numpy, filled)),
         positions=_tensor((positions - origin[..., None]) * turned[..., None]),
         place=_tensor((place - origin) * turned),
         yaw=_tensor(yaw - yaw[:, :1]),

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from vbbench.errors import FileError
 from vbbench.files.dataset import problem_of
 from vbbench.folders.replacing import replacing
-from vbbench.generation.generator import Plan
-from vbbench.generation.planning import build_sequence
+from vbbench.generation.generator import Options
+from vbbench.generation.planning import build_sequence, planned
 from vbbench.parallel.parts import in_parallel, progress_bar
-from vbbench.registry import load
 from vbbench_baselines.former.scene import Sights, sights_of
-from vbbench_baselines.former.training.recipe import Recipe, Stream
+from vbbench_baselines.former.training.recipe import Recipe
 
 SHORTEST = 8
 """Frames of the shortest sequence that is kept."""
@@ -49,21 +48,12 @@ class Watched(NamedTuple):
 
 
 class Chunk(NamedTuple):
-    """Sequences ``first`` to ``last`` of a stream in one scenario."""
+    """Sequences ``first`` to ``last`` of a split with these options."""
 
-    stream: Stream
-    scenario: str
-    people: tuple[int, ...]
-    seed: int
+    split: str
+    options: Options
     first: int
     last: int
-
-    @property
-    def plan(self) -> Plan:
-        """The generator's plan of these sequences."""
-        options = self.stream.options(self.scenario, self.people, self.seed)
-        plan: Plan = load("generator", self.stream.split).plan(options)
-        return plan
 
 
 @dataclass(frozen=True)
@@ -89,48 +79,37 @@ class Crowds:
         return Crowds(kept, self.shares)
 
 
-def chunks_of(recipe: Recipe, seed: int, part: float = 1.0) -> list[Chunk]:
-    """The chunks of a recipe; ``part`` is the share of its sequences."""
-    return [
-        Chunk(stream, scenario, tuple(recipe.people[scenario]), seed, first, min(first + AT_ONCE, count))
-        for stream in recipe.stream
-        for count in [max(1, round(part * stream.sequences))]
-        for scenario in stream.scenarios
-        for first in range(0, count, AT_ONCE)
-    ]
-
-
-def files_of(chunks: list[Chunk], folder: Path) -> list[Path]:
-    """The file of each chunk; its name identifies the chunk's parameters, so that trainings can share a folder."""
-    ids = {(chunk.stream.name, chunk.scenario): chunk.plan.info.id for chunk in chunks if not chunk.first}
-    return [
-        folder / f"{name}-{scenario}-{ids[name, scenario]}-{EDITION}-{chunk.first}-{chunk.last}.npz"
-        for chunk in chunks
-        for name, scenario in [(chunk.stream.name, chunk.scenario)]
-    ]
-
-
 def make_crowds(recipe: Recipe, folder: Path, seed: int, *, part: float = 1.0, jobs: int = 1) -> Crowds:
-    """The sequences of a recipe with a seed; those in the folder are read instead of generated."""
+    """The sequences of a recipe with a seed; those in the folder are read instead of generated.
+
+    A file's name identifies the parameters of its sequences, so that trainings can share a folder. ``part`` is the
+    share of the recipe's sequences.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    chunks = chunks_of(recipe, seed, part)
-    files = files_of(chunks, folder)
-    missing = [(chunk, file) for chunk, file in zip(chunks, files, strict=True) if not file.exists()]
-    with progress_bar(len(chunks), f"crowds of seed {seed}", done=len(chunks) - len(missing), unit="part") as bar:
+    parts: list[tuple[float, list[tuple[Chunk, Path]]]] = []
+    for stream in recipe.stream:
+        count = max(1, round(part * stream.sequences))
+        for scenario in stream.scenarios:
+            options = stream.options(scenario, tuple(recipe.people[scenario]), seed)
+            name = f"{stream.name}-{scenario}-{planned(stream.split, options).info.id}-{EDITION}"
+            bounds = [(first, min(first + AT_ONCE, count)) for first in range(0, count, AT_ONCE)]
+            chunks = [(Chunk(stream.split, options, *at), folder / f"{name}-{at[0]}-{at[1]}.npz") for at in bounds]
+            parts.append((stream.share / len(stream.scenarios), chunks))
+    everything = [one for _, chunks in parts for one in chunks]
+    missing = [(chunk, file) for chunk, file in everything if not file.exists()]
+    done = len(everything) - len(missing)
+    with progress_bar(len(everything), f"crowds of seed {seed}", done=done, unit="part") as bar:
         for _ in in_parallel(_write, missing, jobs):
             bar.update()
-    kept: dict[tuple[str, str], list[Watched]] = {}
-    for chunk, file in zip(chunks, files, strict=True):
-        kept.setdefault((chunk.stream.name, chunk.scenario), []).extend(_read(file))
-    shares = {stream.name: stream.share / len(stream.scenarios) for stream in recipe.stream}
-    filled = {key: tuple(watched) for key, watched in kept.items() if watched}
-    weights = np.array([shares[name] for name, _ in filled])
-    return Crowds(tuple(filled.values()), weights / weights.sum())
+    read = [(share, tuple(one for _, file in chunks for one in _read(file))) for share, chunks in parts]
+    filled = [(share, watched) for share, watched in read if watched]
+    shares = np.array([share for share, _ in filled])
+    return Crowds(tuple(watched for _, watched in filled), shares / shares.sum())
 
 
 def watch(chunk: Chunk) -> Iterator[Watched]:
     """Generate the sequences of a chunk."""
-    plan = chunk.plan
+    plan = planned(chunk.split, chunk.options)
     for index in range(chunk.first, chunk.last):
         data = build_sequence(plan, index)
         problem = problem_of(plan.info, data.sequence)

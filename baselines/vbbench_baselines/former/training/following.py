@@ -67,10 +67,14 @@ class TensorOperations(Operations):
     """The operations on tensors."""
 
     where, exp, log, sqrt = (staticmethod(do) for do in (torch.where, torch.exp, torch.log, torch.sqrt))
-    asinh, tanh, sigmoid, silu = (staticmethod(do) for do in (torch.asinh, torch.tanh, torch.sigmoid, functional.silu))
+    asinh, tanh, sigmoid = (staticmethod(do) for do in (torch.asinh, torch.tanh, torch.sigmoid))
     clip, point, transposed, detach = (staticmethod(do) for do in (torch.clip, torch.complex, torch.t, torch.detach))
     stack, join, unstack = (staticmethod(partial(do, dim=-1)) for do in (torch.stack, torch.cat, torch.unbind))
     softmax, direction = staticmethod(partial(torch.softmax, dim=-2)), staticmethod(_direction)
+
+    def silu(self, x: Array) -> Array:
+        """See `Operations`."""
+        return functional.silu(x)
 
     def angle(self, x: Array) -> Array:
         """See `Operations`."""

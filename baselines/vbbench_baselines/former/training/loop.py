@@ -260,10 +260,8 @@ class Training:
 def held_out_batches(recipe: Recipe, crowds: Crowds) -> tuple[Batch, ...]:
     """Validation windows of held-out crowds, of each size, as long as those of the last phase."""
     rng = np.random.default_rng([recipe.held_out_seed, 0])
-    return tuple(
-        batch_of(rng, crowds, recipe, recipe.phase[-1], type(size)(**{**vars(size), "windows": recipe.held_out}))
-        for size in recipe.size
-    )
+    sizes = [replace(size, windows=recipe.held_out) for size in recipe.size]
+    return tuple(batch_of(rng, crowds, recipe, recipe.phase[-1], size) for size in sizes)
 
 
 def summary(followed: list[tuple[Batch, Errors]]) -> dict[str, Any]:
