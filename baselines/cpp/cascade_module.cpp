@@ -96,6 +96,14 @@ Choices choices_of(Object energies, Object edges, Object pair) {
           static_cast<int>(count)};
 }
 
+/// A new array of this shape, into which `write` puts its numbers.
+template <class Write>
+nb::object written(const Shape& shape, Write write) {
+  New<double> made(shape);
+  write(made.data());
+  return made.numpy();
+}
+
 nb::object pose_array(const Pose& pose) { return numpy<double>({pose.begin(), pose.end()}, {3}); }
 
 nb::object covariance_array(const Matrix3& matrix) { return numpy<double>({matrix.begin(), matrix.end()}, {3, 3}); }
@@ -136,39 +144,29 @@ nb::tuple observer_continued(Object poses, Object given, Tuple spreads, double k
 nb::object velocities_adapted(Object positions, Object velocities, double radius, double rate) {
   const int people = length(positions, "positions", {2});
   const std::size_t k = rows(people);
-  std::vector<double> change(2 * k);
-  adapt_velocities(read(positions, "positions", {k, 2}), read(velocities, "velocities", {k, 2}), people, radius, rate,
-                   change.data());
-  return numpy(std::move(change), {k, 2});
+  const double *places = read(positions, "positions", {k, 2}), *speeds = read(velocities, "velocities", {k, 2});
+  return written({k, 2}, [&](double* out) { adapt_velocities(places, speeds, people, radius, rate, out); });
 }
 
 nb::object localised(Object pose, Tuple terms) {
   const Factors factors = factors_of(terms);
-  std::vector<double> positions(2 * rows(factors.people));
-  localise(pose_of(pose, "pose"), factors, positions.data());
-  return numpy(std::move(positions), {rows(factors.people), 2});
+  return written({rows(factors.people), 2}, [&](double* out) { localise(pose_of(pose, "pose"), factors, out); });
 }
 
 nb::object energies_of_poses(Object poses, Tuple terms, double softness, double facing) {
   const int count = length(poses, "poses", {3});
-  std::vector<double> energies(rows(count));
-  pose_energies(read(poses, "poses", {kAny, 3}), count, factors_of(terms), softness, facing, energies.data());
-  return numpy(std::move(energies), {rows(count)});
+  const double* where = read(poses, "poses", {kAny, 3});
+  return written({rows(count)}, [&](double* out) {
+    pose_energies(where, count, factors_of(terms), softness, facing, out);
+  });
 }
 
 nb::object covariances_of_positions(Object pose, Object sigma, Tuple terms) {
   const Factors factors = factors_of(terms);
-  std::vector<double> spread(4 * rows(factors.people));
-  position_covariances(pose_of(pose, "pose"), read(sigma, "sigma", {3, 3}), factors, spread.data());
-  return numpy(std::move(spread), {rows(factors.people), 2, 2});
-}
-
-nb::object weighed(Object positions, Tuple terms, double softness) {
-  const Factors factors = factors_of(terms);
-  const std::size_t k = rows(factors.people);
-  std::vector<double> weights(k);
-  weigh(read(positions, "positions", {k, 2}), factors, softness, weights.data());
-  return numpy(std::move(weights), {k});
+  const double* spread = read(sigma, "sigma", {3, 3});
+  return written({rows(factors.people), 2, 2}, [&](double* out) {
+    position_covariances(pose_of(pose, "pose"), spread, factors, out);
+  });
 }
 
 nb::tuple minimum(Tuple terms, Object pose, double softness, int rounds, double tolerance, double facing) {
@@ -184,13 +182,6 @@ nb::object linked(Object positions, double reach, int most) {
   auto edges = link(read(positions, "positions", {kAny, 2}), people, reach, most);
   const std::size_t count = edges.size() / 2;
   return numpy(std::move(edges), {count, 2});
-}
-
-nb::object pulled(Object positions, Tuple graph) {
-  const int people = length(positions, "positions", {2});
-  std::vector<double> gradient(2 * rows(people));
-  pull(read(positions, "positions", {kAny, 2}), people, graph_of(graph, people), gradient.data());
-  return numpy(std::move(gradient), {rows(people), 2});
 }
 
 nb::tuple sampled(double yaw, Object positions, Object weights, Object rays, Tuple terms, double softness, int most,
@@ -259,12 +250,10 @@ void bind_cascade(nb::module_& m) {
       },
       array_arg("pose"), nb::arg("factors"), nb::arg("facing") = kVague);
   m.def("position_covariances", &covariances_of_positions, array_arg("pose"), array_arg("sigma"), nb::arg("factors"));
-  m.def("weigh", &weighed, array_arg("positions"), nb::arg("factors"), nb::arg("softness"));
   m.def("minimise", &minimum, nb::arg("factors"), array_arg("pose"), nb::arg("softness"), nb::arg("rounds"),
         nb::arg("tolerance"), nb::arg("facing") = kVague);
   m.def("link", &linked, array_arg("positions"), nb::arg("reach"), nb::arg("most"));
   m.def("potential", &potential, nb::arg("squared"), nb::arg("sigma"));
-  m.def("pull", &pulled, array_arg("positions"), nb::arg("graph"));
   m.def("sample_rays", &sampled, nb::arg("yaw"), array_arg("positions"), array_arg("weights"), array_arg("rays"),
         nb::arg("factors"), nb::arg("softness"), nb::arg("most"), nb::arg("spacing"));
   m.def("tabulate", &tabulated, array_arg("places"), array_arg("energies"), nb::arg("graph"));

@@ -172,9 +172,6 @@ def pose_covariance(pose: FloatArray, factors: Factors, facing: float = ...) -> 
 def position_covariances(pose: FloatArray, sigma: FloatArray, factors: Factors) -> FloatArray:
     """Covariances [K, 2, 2] in m², in the world; ``sigma`` [3, 3] is the pose's. NaN for people not observed."""
 
-def weigh(positions: FloatArray, factors: Factors, softness: float) -> FloatArray:
-    """Weights w [K] of positions [K, 2] by their deviations from predictions; 1 without prediction."""
-
 def minimise(
     factors: Factors, pose: FloatArray, softness: float, rounds: int, tolerance: float, facing: float = ...
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -200,9 +197,6 @@ def link(positions: FloatArray, reach: float, most: int) -> IntArray:
 
 def potential(squared: float, sigma: float) -> float:
     """V at the squared distance d² in m²."""
-
-def pull(positions: FloatArray, graph: CrowdGraph) -> FloatArray:
-    """Gradient [K, 2] in 1/m of λ Σ V over the edges, at positions [K, 2] in m."""
 
 def sample_rays(
     yaw: float,
