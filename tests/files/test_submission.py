@@ -672,18 +672,6 @@ def test_a_column_name_that_is_no_utf8_is_a_fault(dataset: Path, tmp_path: Path,
     assert fault.startswith("poses.parquet: is damaged or no Parquet file")
 
 
-def test_our_own_marks_saved_as_csv_by_pandas_are_read(dataset: Path, tmp_path: Path, answers) -> None:
-    poses, positions = answers
-    marked = (poses.assign(fallback=poses.frame % 2 == 0), positions)
-    folder = submit(tmp_path / "ours", dataset, marked)
-    want = score(folder, dataset)
-    for name in ("poses", "positions"):
-        pd.read_parquet(folder / f"{name}.parquet").to_csv(folder / f"{name}.csv", index=False)
-        (folder / f"{name}.parquet").unlink()
-    assert want.fallback_frames
-    assert score(folder, dataset).to_json() == want.to_json()
-
-
 NESTED = '{"solver": ' + "[" * 100_000 + "]" * 100_000 + "}"
 
 

@@ -136,24 +136,21 @@ def _board(name: str, file: str, **more: object) -> Kind:
     )
 
 
+def _described(name: str, **more: object) -> Kind:
+    return Kind(
+        name=name,
+        make=_copy("dataset"),
+        target="described/dataset.json",
+        mutations=JSON,
+        read=lambda folder: _read_described(folder / "described"),
+        weight=4,
+        **more,
+    )
+
+
 KINDS = (
-    Kind(
-        name="dataset-json",
-        make=_copy("dataset"),
-        target="described/dataset.json",
-        mutations=JSON,
-        read=lambda folder: _read_described(folder / "described"),
-        weight=4,
-    ),
-    Kind(
-        name="dataset-json-sealed",
-        make=_copy("dataset"),
-        target="described/dataset.json",
-        mutations=JSON,
-        read=lambda folder: _read_described(folder / "described"),
-        weight=4,
-        **_sealed("described/dataset.json", canonical_digest),
-    ),
+    _described("dataset-json"),
+    _described("dataset-json-sealed", **_sealed("described/dataset.json", canonical_digest)),
     *(_table("small", name) for name in ("sequences", "observations", "given")),
     *(_table("small", f"truth/{name}") for name in ("poses", "scenes", "people")),
     _table("tracked", "truth/tracks"),

@@ -1,6 +1,7 @@
 """Kinds of settings: recipes, scenarios and detectors in TOML, and recordings with their seqinfo.ini and archives."""
 
 import zipfile
+from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
@@ -19,8 +20,20 @@ HEADS = "".join(f"{f},{t},{100 + 5 * f},{50 + 20 * t},15,18.5,1,1,{t / 5}\n" for
 ARCHIVE = Source(path="crohd/HT21Labels.zip", url="", sha256="")
 
 
-def _toml(folder: Path, place: str) -> None:
-    (folder / "made.toml").write_bytes((files("vbbench_generators") / place).read_bytes())
+def _toml(name: str, place: str, read: Callable[[Path], object], weight: int) -> Kind:
+    """A bundled file of settings."""
+    return Kind(
+        name=name,
+        make=lambda folder: (folder / "made.toml").write_bytes((files("vbbench_generators") / place).read_bytes()),
+        target="made.toml",
+        mutations=TOML,
+        read=lambda folder: read(folder / "made.toml"),
+        weight=weight,
+    )
+
+
+def _detector(path: Path) -> object:
+    return read_toml(path, TrackingSettings, "top level")
 
 
 def _recording(folder: Path) -> None:
@@ -41,38 +54,10 @@ def _heads(place: Path) -> object:
 
 
 KINDS = (
-    Kind(
-        name="recipe",
-        make=lambda folder: _toml(folder, "recipes/students-resampled.toml"),
-        target="made.toml",
-        mutations=TOML,
-        read=lambda folder: read_recipe(folder / "made.toml"),
-        weight=4,
-    ),
-    Kind(
-        name="scenario",
-        make=lambda folder: _toml(folder, "scenarios/plaza.toml"),
-        target="made.toml",
-        mutations=TOML,
-        read=lambda folder: read_scenario(folder / "made.toml"),
-        weight=4,
-    ),
-    Kind(
-        name="detector",
-        make=lambda folder: _toml(folder, "detectors/model.toml"),
-        target="made.toml",
-        mutations=TOML,
-        read=lambda folder: read_toml(folder / "made.toml", TrackingSettings, "top level"),
-        weight=2,
-    ),
-    Kind(
-        name="seqinfo",
-        make=_recording,
-        target="seqinfo.ini",
-        mutations=TEXT,
-        read=_heads,
-        weight=4,
-    ),
+    _toml("recipe", "recipes/students-resampled.toml", read_recipe, 4),
+    _toml("scenario", "scenarios/plaza.toml", read_scenario, 4),
+    _toml("detector", "detectors/model.toml", _detector, 2),
+    Kind(name="seqinfo", make=_recording, target="seqinfo.ini", mutations=TEXT, read=_heads, weight=4),
     Kind(name="heads", make=_recording, target="gt/gt.txt", mutations=TEXT, read=_heads, weight=3),
     Kind(
         name="archive",

@@ -154,12 +154,6 @@ def _file(name: str, text: str) -> Callable[[Path], object]:
     return lambda folder: (folder / name).write_text(text, encoding="utf-8", newline="")
 
 
-def _sampled(folder: Path) -> object:
-    """Key points, after they have been sampled and put on the ground."""
-    read_vsp(folder / "a.vsp", dt=DT, frame_step=10, homography=np.diag([0.01, 0.01, 1.0]))
-    return read_key_points(folder / "a.vsp")
-
-
 def _own_file(folder: Path) -> object:
     """As the split ``custom`` takes it, whatever format it has."""
     return load_scenes(
@@ -176,71 +170,42 @@ def _own_files(folder: Path) -> None:
     _file("H.txt", "0.01 0 0\n0 0.01 0\n0 0 1\n")(folder)
 
 
+def _text(
+    name: str, file: str, text: str, read: Callable[[Path], object], oracle: Callable[..., str | None], weight: int
+) -> Kind:
+    """A kind of one file of text."""
+    return Kind(
+        name=name,
+        make=_file(file, text),
+        target=file,
+        mutations=TEXT,
+        read=lambda folder: read(folder / file),
+        oracle=oracle,
+        weight=weight,
+    )
+
+
+def _numbers(width: int, same: Callable[[object, list[Row]], bool]) -> _Oracle:
+    """Rows of so many numbers."""
+    return _Oracle(partial(rows_of, width=width, commas=True), same)
+
+
+def _sampled(path: Path) -> object:
+    """Key points, after they have been sampled and put on the ground."""
+    read_vsp(path, dt=DT, frame_step=10, homography=np.diag([0.01, 0.01, 1.0]))
+    return read_key_points(path)
+
+
+BOXES, POSES = _Oracle(boxes_of, _same_boxes), _Oracle(_poses_of, _same_poses)
 KINDS = (
-    Kind(
-        name="trajnet",
-        make=_file("tracks.txt", TRAJNET),
-        target="tracks.txt",
-        mutations=TEXT,
-        read=lambda folder: read_trajnet(folder / "tracks.txt", dt=DT),
-        oracle=_Oracle(partial(rows_of, width=4, commas=True), _same_scene(2, 3)),
-        weight=6,
-    ),
-    Kind(
-        name="obsmat",
-        make=_file("obsmat.txt", OBSMAT),
-        target="obsmat.txt",
-        mutations=TEXT,
-        read=lambda folder: read_obsmat(folder / "obsmat.txt", dt=DT),
-        oracle=_Oracle(partial(rows_of, width=8, commas=True), _same_scene(2, 4)),
-        weight=4,
-    ),
-    Kind(
-        name="homography",
-        make=_file("H.txt", HOMOGRAPHY),
-        target="H.txt",
-        mutations=TEXT,
-        read=lambda folder: read_homography(folder / "H.txt"),
-        oracle=_Oracle(partial(rows_of, width=3, commas=True), _same_matrix),
-        weight=3,
-    ),
-    Kind(
-        name="vsp",
-        make=_file("a.vsp", SPLINES),
-        target="a.vsp",
-        mutations=TEXT,
-        read=_sampled,
-        oracle=_vsp_oracle,
-        weight=6,
-    ),
+    _text("trajnet", "tracks.txt", TRAJNET, partial(read_trajnet, dt=DT), _numbers(4, _same_scene(2, 3)), 6),
+    _text("obsmat", "obsmat.txt", OBSMAT, partial(read_obsmat, dt=DT), _numbers(8, _same_scene(2, 4)), 4),
+    _text("homography", "H.txt", HOMOGRAPHY, read_homography, _numbers(3, _same_matrix), 3),
+    _text("vsp", "a.vsp", SPLINES, _sampled, _vsp_oracle, 6),
     Kind(name="own-file", make=_own_files, target="mine.txt", mutations=TEXT, read=_own_file, weight=3),
     Kind(name="own-homography", make=_own_files, target="H.txt", mutations=TEXT, read=_own_file, weight=2),
-    Kind(
-        name="mot",
-        make=_file("sequence-000000.txt", MOT),
-        target="sequence-000000.txt",
-        mutations=TEXT,
-        read=lambda folder: read_mot(folder / "sequence-000000.txt", FRAMES),
-        oracle=_Oracle(boxes_of, _same_boxes),
-        weight=5,
-    ),
-    Kind(
-        name="detections",
-        make=_file("det.txt", DETECTIONS),
-        target="det.txt",
-        mutations=TEXT,
-        read=lambda folder: read_mot(folder / "det.txt", FRAMES),
-        oracle=_Oracle(boxes_of, _same_boxes),
-        weight=3,
-    ),
-    Kind(
-        name="tum",
-        make=_file("sequence-000000.txt", TUM),
-        target="sequence-000000.txt",
-        mutations=TEXT,
-        read=lambda folder: import_tum(folder / "sequence-000000.txt", DT),
-        oracle=_Oracle(_poses_of, _same_poses),
-        weight=5,
-    ),
+    _text("mot", "sequence-000000.txt", MOT, partial(read_mot, frames=FRAMES), BOXES, 5),
+    _text("detections", "det.txt", DETECTIONS, partial(read_mot, frames=FRAMES), BOXES, 3),
+    _text("tum", "sequence-000000.txt", TUM, lambda path: import_tum(path, DT), POSES, 5),
 )
 """Trajectories, and the homographies that put them on the ground."""

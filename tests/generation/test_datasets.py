@@ -133,18 +133,10 @@ def test_half_a_file_is_refused_at_once(copy: Path) -> None:
         Dataset(copy)
 
 
-@pytest.mark.parametrize(
-    ("damage", "message"),
-    [
-        (lambda text: text[:-20], "is damaged"),
-        (lambda text: text.replace('"seed": 0', '"seed": 7'), "do not belong to its id"),
-        (lambda text: text.replace('"format_version": 2', '"format_version": 99'), "format version 99"),
-    ],
-)
-def test_an_edited_dataset_json_is_refused(copy: Path, damage: object, message: str) -> None:
+def test_a_dataset_json_of_another_seed_is_refused(copy: Path) -> None:
     path = copy / "dataset.json"
-    path.write_text(damage(path.read_text()))  # type: ignore[operator]
-    with pytest.raises(FileError, match=message):
+    path.write_text(path.read_text().replace('"seed": 0', '"seed": 7'))
+    with pytest.raises(FileError, match="do not belong to its id"):
         Dataset(copy)
 
 
