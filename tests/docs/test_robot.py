@@ -1,6 +1,5 @@
 """The ROS 2 package in docs/ros2, run with stand-ins for ROS: the messages as they are defined, and nothing else."""
 
-import importlib.util
 import re
 import runpy
 import sys
@@ -117,7 +116,7 @@ def stamp_of(seconds: float) -> Any:
 
 
 @pytest.fixture
-def module(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def module(monkeypatch: pytest.MonkeyPatch) -> SimpleNamespace:
     """The node's module."""
     modules: dict[str, dict[str, Any]] = {
         "rclpy": {},
@@ -140,14 +139,11 @@ def module(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
         stand_in = ModuleType(name)
         vars(stand_in).update(contents)
         monkeypatch.setitem(sys.modules, name, stand_in)
-    spec = importlib.util.spec_from_file_location("birdifier", PACKAGE / "vbbench_ros" / "birdifier.py")
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+    return SimpleNamespace(**runpy.run_path(str(PACKAGE / "vbbench_ros" / "birdifier.py")))
 
 
 @pytest.fixture
-def node(module: ModuleType) -> Any:
+def node(module: SimpleNamespace) -> Any:
     """The node with the parameters of its file, and a camera."""
     node = module.Birdifier()
     assert not node.chosen, "the parameters file has names that the node does not know"
@@ -216,13 +212,13 @@ def test_map_to_odom_puts_the_robot_where_its_pose_is(node: Any) -> None:
     assert np.exp(1j * (turn + yaw)) == pytest.approx(np.exp(2j * np.arctan2(pose.orientation.z, pose.orientation.w)))
 
 
-def test_a_camera_may_look_to_a_side(module: ModuleType) -> None:
+def test_a_camera_may_look_to_a_side(module: SimpleNamespace) -> None:
     base = np.array([3.0, -1.0, 0.7])
     wheels = module.OdometryFacts(mount=(0.3, 0.1, 1.2))
     np.testing.assert_allclose(module.carrier(wheels.of_camera(base[None])[0], wheels.mount), base, atol=1e-12)
 
 
-def test_without_odometry_or_camera_it_goes_on(module: ModuleType) -> None:
+def test_without_odometry_or_camera_it_goes_on(module: SimpleNamespace) -> None:
     node, people = module.Birdifier(), (("7", "person", 640.0), ("9", "person", 900.0))
     node.on_frame(detections(10.0, *people))
     assert "no camera_info" in node.warnings[0]
