@@ -129,40 +129,30 @@ def loot(place: Path, dataset: Dataset, targets: dict[str, Any]) -> dict[str, st
     return got
 
 
+ALL = """import json, sys
+sys.path.append('.')
+import hostile
+targets = json.loads(hostile.TARGETS_FILE.read_text())
+print(json.dumps([list(json.loads(hostile.loot())), list(hostile.attempts(targets))]))"""
+
+
 def test_a_burglar_who_is_not_isolated_gets_everything(place: Path, targets: dict[str, Any]) -> None:
-    code = "import sys; sys.path.append('.'); import hostile; print(hostile.loot())"
-    command = [sys.executable, "-c", code, targets["dataset"]]
+    command = [sys.executable, "-c", ALL, targets["dataset"]]
     done = subprocess.run(command, cwd=place, capture_output=True, check=True)
     by_privilege = {"memory of the parent", "process_vm_readv", "ptrace", "open files of the parent"}
-    assert set(json.loads(done.stdout)) | by_privilege == {*EVERYWHERE, *ATTEMPTS, "udp"}, done.stdout
-
-
-EVERYWHERE = ["paths left over"]
-ATTEMPTS = [
-    *("command line of the parent", "environment of the parent", "working folder of the parent"),
-    *("open files of the parent", "memory of the parent", "process_vm_readv", "ptrace", "signal", "tcp"),
-    *("another process", "home", "read truth", "read what is given", "read dataset.json", "read truth of a copy"),
-    *("read truth by a link", "read answers of others", "read drafts", "read source files", "read keys"),
-    *(
-        "read dataset through root",
-        "write bytecode of vbbench",
-        "write user's folder",
-        "write dataset",
-        "write temporary folder",
-    ),
-]
+    got, tried = json.loads(done.stdout)
+    assert len(tried) >= 27
+    assert set(tried) - set(got) <= by_privilege
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("attempt", EVERYWHERE)
-def test_a_burglar_gets_nothing(attempt: str, loot: dict[str, str]) -> None:
-    assert attempt not in loot, loot[attempt]
+def test_a_burglar_finds_no_path_that_leads_to_the_dataset(loot: dict[str, str]) -> None:
+    assert "paths left over" not in loot
 
 
 @needs_landlock
-@pytest.mark.parametrize("attempt", ATTEMPTS)
-def test_a_burglar_gets_nothing_where_the_kernel_has_landlock(attempt: str, loot: dict[str, str]) -> None:
-    assert attempt not in loot, loot[attempt]
+def test_a_burglar_gets_nothing_where_the_kernel_has_landlock(loot: dict[str, str]) -> None:
+    assert set(loot) <= {"paths left over", "udp"}, loot
 
 
 def test_there_is_no_network_where_the_kernel_has_namespaces(loot: dict[str, str]) -> None:

@@ -88,36 +88,37 @@ def test_nothing_is_run_to_find_out(folder: Path) -> None:
     assert not {"mine", "helper", "deep"} & sys.modules.keys()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("isolate", [False, True])
-def test_a_changed_helper_starts_the_work_anew(folder: Path, monkeypatch: pytest.MonkeyPatch, isolate: bool) -> None:
+def interrupted(folder: Path, monkeypatch: pytest.MonkeyPatch, solver: str = SOLVER, **options: bool) -> Dataset:
+    """A dataset of six sequences, of which a solver has solved four and left two parts."""
     monkeypatch.setattr(vbbench.parallel.parts, "PATIENCE", 0.0)  # every part is kept
     monkeypatch.setattr(vbbench.files.sequence_tables, "PART_SIZE", 2)
     dataset = Dataset(generate("sim", folder / "sim", Options(limit=6)).folder)
-    edit(folder / "mine.py", SOLVER.format(last=repr(float(dataset.sequence(4).given.poses[0, 0]))))
-    with pytest.raises(VbbenchError if isolate else KeyboardInterrupt):
-        solve(dataset, "mine:Mine", "rollout", folder / "out", isolate=isolate)
+    edit(folder / "mine.py", solver.format(last=repr(float(dataset.sequence(4).given.poses[0, 0]))))
+    with pytest.raises(VbbenchError if options else KeyboardInterrupt):
+        solve(dataset, "mine:Mine", "rollout", folder / "out", **options)
     assert len(list(folder.glob("out.partial/parts/*.arrows"))) == 2
+    return dataset
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [{}, {"isolate": True}], ids=str)
+def test_a_changed_helper_starts_the_work_anew(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, options: dict[str, bool]
+) -> None:
+    dataset = interrupted(folder, monkeypatch, **options)
     forget()
     edit(folder / "mine.py", SOLVER.format(last=-1))
     edit(folder / "deep/numbers.py", "SHIFT = 2.0\n")
-    out = solve(dataset, "mine:Mine", "rollout", folder / "out", isolate=isolate)
+    out = solve(dataset, "mine:Mine", "rollout", folder / "out", **options)
     assert set(pq.read_table(out / "poses.parquet")["x"].to_pylist()) == {2.0}
 
 
 @pytest.mark.slow
 def test_isolated_work_takes_no_answers_that_were_given_without(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vbbench.parallel.parts, "PATIENCE", 0.0)
-    monkeypatch.setattr(vbbench.files.sequence_tables, "PART_SIZE", 2)
-    dataset = Dataset(generate("sim", folder / "sim", Options(limit=6)).folder)
     process, asked = 'float(__import__("os").getpid())', '__import__("os").environ.get("STOPS") and frame.index == 0'
-    last = repr(float(dataset.sequence(4).given.poses[0, 0]))
-    solver = SOLVER.format(last=last).replace("shift()", process).replace("frame.index == 0", asked)
-    edit(folder / "mine.py", solver)
     monkeypatch.setenv("STOPS", "here")
-    with pytest.raises(KeyboardInterrupt):
-        solve(dataset, "mine:Mine", "rollout", folder / "out")
-    assert len(list(folder.glob("out.partial/parts/*.arrows"))) == 2
+    solver = SOLVER.replace("shift()", process).replace("frame.index == 0", asked)
+    dataset = interrupted(folder, monkeypatch, solver)
     monkeypatch.delenv("STOPS")
     out = solve(dataset, "mine:Mine", "rollout", folder / "out", isolate=True)
     assert float(os.getpid()) not in pq.read_table(out / "poses.parquet")["x"].to_pylist()
