@@ -33,17 +33,10 @@ namespace {
 
 using Int = std::int64_t;
 
-template <class T>
-T entry(const nb::dict& entries, const char* name) {
-  T value{};
-  if (!entries.contains(name)) refuse(std::string(name) + " is missing");
-  if (!nb::try_cast<T>(entries[name], value)) refuse(std::string(name) + " has the wrong type");
-  return value;
-}
-
 double finite(const nb::dict& numbers, const char* name) {
-  const double value = entry<double>(numbers, name);
-  if (!std::isfinite(value)) refuse(std::string(name) + " must be a finite number");
+  double value = 0.0;
+  if (!numbers.contains(name) || !nb::try_cast<double>(numbers[name], value) || !std::isfinite(value))
+    refuse(std::string(name) + " must be a finite number");
   return value;
 }
 
@@ -56,25 +49,21 @@ void check_indices(const Array<const Int>& found, std::size_t count, const char*
 }
 
 nb::object elementary_function(const std::string& name, const nb::object& of, const nb::object& and_of) {
-  using Of = double (*)(double);
-  const std::pair<const char*, Of> known[] = {{"exp", elementary::exp},
-                                              {"log", elementary::log},
-                                              {"log1p", elementary::log1p},
-                                              {"sin", elementary::sin},
-                                              {"cos", elementary::cos}};
-  const auto x = array<const double>(of, "x", {kAny}), y = array<const double>(and_of, "y", {x.size()});
-  std::vector<double> found(x.size());
-  const auto fill = [&](auto&& function) {
-    for (std::size_t i = 0; i < x.size(); ++i) found[i] = function(x.data()[i], y.data()[i]);
+  using Of = double (*)(double, double);
+  const std::pair<const char*, Of> known[] = {
+      {"exp", [](double a, double) { return elementary::exp(a); }},
+      {"log", [](double a, double) { return elementary::log(a); }},
+      {"log1p", [](double a, double) { return elementary::log1p(a); }},
+      {"sin", [](double a, double) { return elementary::sin(a); }},
+      {"cos", [](double a, double) { return elementary::cos(a); }},
+      {"atan2", [](double a, double b) { return elementary::atan2(a, b); }},
   };
-  if (name == "atan2") {
-    fill([](double a, double b) { return elementary::atan2(a, b); });
-    return numpy(std::move(found), {x.size()});
-  }
+  const auto x = array<const double>(of, "x", {kAny}), y = array<const double>(and_of, "y", {x.size()});
   for (const auto& [called, function] : known) {
     if (name != called) continue;
-    fill([function = function](double a, double) { return function(a); });
-    return numpy(std::move(found), {x.size()});
+    New<double> found({x.size()});
+    std::transform(x.data(), x.data() + x.size(), y.data(), found.data(), function);
+    return found.numpy();
   }
   refuse("no elementary function is called " + name);
 }
@@ -287,28 +276,16 @@ nb::object turn_towards(const nb::object& course, double most) {
 
 // Footage ---------------------------------------------------------------------------------------------------------
 
-nb::tuple filter_readings(const nb::object& times, const nb::object& values, const nb::object& kinds,
-                          const nb::dict& noise) {
+nb::tuple filter_readings(const nb::object& times, const nb::object& values, const nb::object& kinds) {
   const auto in_times = array<const double>(times, "times", {kAny});
   const std::size_t count = in_times.size();
   const auto in_values = array<const double>(values, "values", {count});
   const auto in_kinds = array<const Int>(kinds, "kinds", {count});
   check_indices(in_kinds, odometry::kFrame + 1, "kinds");
-  const odometry::Noise expected{
-      entry<std::array<double, 3>>(noise, "readings"),
-      finite(noise, "acceleration"),
-      finite(noise, "turn_acceleration"),
-      finite(noise, "sideways"),
-      finite(noise, "bias"),
-      finite(noise, "bias_drift"),
-      entry<std::array<double, 2>>(noise, "slips"),
-      finite(noise, "slip_seconds"),
-      finite(noise, "freedom"),
-  };
   const auto frames = static_cast<std::size_t>(
       std::count(in_kinds.data(), in_kinds.data() + count, static_cast<Int>(odometry::kFrame)));
   New<double> poses({frames, 3}), covariances({frames, 3, 3}), motions({frames, 3}), spreads({frames, 3, 3});
-  odometry::filter(length(in_times), in_times.data(), in_values.data(), in_kinds.data(), expected,
+  odometry::filter(length(in_times), in_times.data(), in_values.data(), in_kinds.data(),
                    {poses.data(), covariances.data(), motions.data(), spreads.data()});
   return nb::make_tuple(poses.numpy(), covariances.numpy(), motions.numpy(), spreads.numpy());
 }
@@ -381,7 +358,7 @@ NB_MODULE(_core, m) {
         nb::arg("turn_rate"), nb::arg("turn_time"), nb::arg("lead"), nb::arg("step"), "A robot's way.");
   m.def("turn_towards", &turn_towards, array_arg("course"), nb::arg("most"), "Yaws of a head.");
   m.def("filter_readings", &filter_readings, array_arg("times"), array_arg("values"), array_arg("kinds"),
-        nb::arg("noise"), "Where a robot was, from wheels and gyro.");
+        "Where a robot was, from wheels and gyro.");
   m.def("smooth", &smooth, array_arg("known"), array_arg("noise"), array_arg("starts"), nb::arg("q"), nb::arg("dt"),
         "Smooths tracks.");
   m.def("whiten", &whiten, array_arg("value"), array_arg("phi"), array_arg("weight"), array_arg("person"),

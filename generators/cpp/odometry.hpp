@@ -24,13 +24,14 @@ constexpr int kMoved = 3, kV = 6, kW = 7, kBias = 8, kSlip = 9, kTurnSlip = 10;
 /// Kinds of readings; a frame is a time at which pose and motion are reported.
 enum Kind : std::int64_t { kSpeedReading, kTurnReading, kGyroReading, kFrame };
 
-/// Standard deviations of the filter's model.
+/// Standard deviations of the filter's model, for a robot with differential drive.
 struct Noise {
-  std::array<double, 3> readings;                    ///< of speed, turn and gyro, in m/s, rad/s, rad/s
-  double acceleration, turn_acceleration, sideways;  ///< m/s and rad/s after a second, m in a metre
-  double bias, bias_drift;                           ///< of the gyro at first and after a second, in rad/s
-  std::array<double, 2> slips;                       ///< shares of speed and turning rate
-  double slip_seconds, freedom;                      ///< τ, and ν of the Student-t error of a reading
+  std::array<double, 3> readings{0.02, 0.03, 0.01};     ///< of speed, turn and gyro, in m/s, rad/s, rad/s
+  double acceleration = 0.4, turn_acceleration = 1.0;   ///< random walks of v and ω, in m/s and rad/s after a second
+  double sideways = 0.01;                               ///< lateral drift in m per metre of driving
+  double bias = 0.02, bias_drift = 2e-4;                ///< of the gyro at first and after a second, in rad/s
+  std::array<double, 2> slips{0.018, 0.1};              ///< shares of speed and turning rate
+  double slip_seconds = 10.0, freedom = 4.0;            ///< τ, and ν of the Student-t error of a reading
 };
 
 using State = std::array<double, kSize>;
@@ -38,11 +39,11 @@ using Matrix = std::array<std::array<double, kSize>, kSize>;
 
 class Filter {
  public:
-  explicit Filter(const Noise& noise) : noise_(noise) {
+  Filter() {
     spread_[kV][kV] = spread_[kW][kW] = 1.0;  // up to 1 m/s and 1 rad/s or so
-    spread_[kBias][kBias] = noise.bias * noise.bias;
-    spread_[kSlip][kSlip] = noise.slips[0] * noise.slips[0];
-    spread_[kTurnSlip][kTurnSlip] = noise.slips[1] * noise.slips[1];
+    spread_[kBias][kBias] = noise_.bias * noise_.bias;
+    spread_[kSlip][kSlip] = noise_.slips[0] * noise_.slips[0];
+    spread_[kTurnSlip][kTurnSlip] = noise_.slips[1] * noise_.slips[1];
   }
 
   /// Moves the state `dt` seconds on; its covariance becomes F P Fᵀ + Q.
@@ -135,7 +136,7 @@ class Filter {
       for (int b = 0; b < kSize; ++b) spread_[a][b] += push * aside[a] * aside[b];
   }
 
-  Noise noise_;
+  const Noise noise_{};
   State state_{};
   Matrix spread_{};
 };
@@ -148,8 +149,8 @@ struct Motion {
 
 /// Filters readings, ascending in time.
 inline void filter(std::int64_t count, const double* times, const double* values, const std::int64_t* kinds,
-                   const Noise& noise, const Motion& motion) {
-  Filter filter(noise);
+                   const Motion& motion) {
+  Filter filter;
   std::int64_t frame = 0;
   for (std::int64_t i = 0; i < count; ++i) {
     if (i > 0 && times[i] > times[i - 1]) filter.predict(times[i] - times[i - 1]);

@@ -3,8 +3,6 @@
 Arrays are in C order, of float64, int64 where they count, and bool where they mark. Anything else is a `VbbenchError`.
 """
 
-from typing import Any
-
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 
 def elementary(name: str, x: FloatArray, y: FloatArray) -> FloatArray:
@@ -29,7 +27,7 @@ def march(
     speeds : [K] desired speeds in m/s.
     goals : [K, G, 2] in m.
     walls : [M, 4] segments x0, y0, x1, y1 in m.
-    numbers : of the model, see `vbbench_generators.social_force.NUMBERS`.
+    numbers : of a `vbbench_generators.social_force.Model` by name, those of walls behind ``wall_``.
     dt : seconds per frame, in ``substeps`` steps.
     paths : [T, K, 2] in m.
     """
@@ -45,11 +43,9 @@ def sweep(
 ) -> tuple[FloatArray, FloatArray]:
     """Occlusion: visible fractions [T, K] of people, and boxes [T, K, 4] (u, v, l, width) in px of their visible parts.
 
-    Parameters
-    ----------
-    figures, distances : [T, K, 3] (u, row of the feet, l) in px and [T, K] in m; NaN = not there.
-    half, top : [S] of the `vbbench_generators.tiers.noise.Outline`.
-    columns, bottom : of the picture, in px; infinity where it ``wraps``.
+    ``figures`` [T, K, 3] are (u, row of the feet, l) in px, ``distances`` [T, K] in m, NaN = not there; ``half``,
+    ``top`` [S] of the `vbbench_generators.tiers.noise.Outline`; ``columns``, ``bottom`` of the picture in px, infinity
+    where it ``wraps``.
     """
 
 def link_rows(numbers: FloatArray, kept: float, fresh: float) -> None:
@@ -70,14 +66,7 @@ def sights(
 ) -> FloatArray:
     """Directions [N, 2, 3] (right, down, forward) of the tilted camera to feet and heads of some people.
 
-    Parameters
-    ----------
-    there : [N] who, counted through [T, K].
-    relative, positions : [T, K, 2] in m (right, forward) of the camera, and in the world.
-    poses, heights : [T, 3] (x, y, yaw) of the camera, and [K] in m.
-    mounts, tilt : [T] in m over the ground, and [4, T] cosine and sine of pitch and of roll.
-    amplitudes, phases, waves : of the `vbbench_generators.tiers.field.carriage.Ground`.
-    near_edge : of a body, in m.
+    ``there`` [N] is who, counted through [T, K]; other numbers are those of `Carriage` in ``cpp/sights.hpp``.
     """
 
 def project_cuboids(
@@ -93,13 +82,7 @@ def project_cuboids(
 ) -> FloatArray:
     """Boxes [N, 4] (left, top, right, bottom) in px around cuboids; NaN where a corner is behind a pinhole.
 
-    Parameters
-    ----------
-    frame : [N] of each cuboid.
-    centres, rotations, sizes : [N, 3] m, [N, 3, 3] and [N, 3] m (length, width, height) in the world.
-    turns, shifts : [T, 3, 3] and [T, 3] m of each frame: a point p is at turn p + shift (right, down, forward).
-    intrinsics : fx, fy, cx, cy in px; of a cylinder fx is px per rad, and cx the column straight ahead.
-    behind : a corner less than so many m in front of a pinhole has no place in its picture.
+    Arrays are those of `Scene` in ``cpp/cuboids.hpp``, ``intrinsics`` (fx, fy, cx, cy) those of its `Projection`.
     """
 
 def worths(tracks: FloatArray, detections: FloatArray, scores: FloatArray, least: float, period: float) -> FloatArray:
@@ -159,27 +142,20 @@ def steer(
     lead: float,
     step: float,
 ) -> FloatArray:
-    """[N, 5] place x, y in m, yaw in rad, speed and turning rate of a robot at each of the steps.
+    """[N, 5] place x, y in m, yaw in rad, speed and turning rate of a robot at each ``step`` s.
 
-    Parameters
-    ----------
-    goals, start : [N, 2] and [2] in m.
-    top_speed, acceleration, turn_rate, turn_time, lead : see `vbbench_generators.views.vehicle.RobotModel`.
-    step : in s.
+    ``goals`` [N, 2] and ``start`` [2] are in m; for the rest see `vbbench_generators.views.vehicle.RobotModel`.
     """
 
 def turn_towards(course: FloatArray, most: float) -> FloatArray:
     """Yaws [N] that follow a ``course`` [N] by at most so many rad a step."""
 
 def filter_readings(
-    times: FloatArray, values: FloatArray, kinds: IntArray, noise: dict[str, Any]
+    times: FloatArray, values: FloatArray, kinds: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Pose [T, 3], its covariance, and motion since the frame before with its covariance, at the T frames.
 
-    Parameters
-    ----------
-    times, values, kinds : [N] readings, ascending in time, see `vbbench_generators.footage.odometry_filter`.
-    noise : the fields of `RobotNoise` there.
+    ``times``, ``values``, ``kinds`` [N] are readings, ascending in time: `vbbench_generators.footage.odometry_filter`.
     """
 
 def smooth(known: FloatArray, noise: FloatArray, starts: IntArray, q: float, dt: float) -> FloatArray:

@@ -1,11 +1,13 @@
 """Simulation of crowds by social force."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vbbench.geometry import FloatArray, frozen_array
+from vbbench.geometry import FloatArray, freeze, frozen_array
+from vbbench.parsing.numbers import Checked, Within
 from vbbench_generators import _core
 
 __all__ = ["Crowd", "Model", "Moussaid", "WallForce", "simulate"]
@@ -32,12 +34,10 @@ class Crowd:
 
     def __post_init__(self) -> None:
         people = len(np.atleast_1d(self.positions))
-        shapes = {"positions": (people, 2), "velocities": (people, 2), "speeds": (people,), "goals": (people, None, 2)}
-        for name, shape in shapes.items():
-            values = frozen_array(name, getattr(self, name), shape)
+        freeze(self, positions=(people, 2), velocities=(people, 2), speeds=(people,), goals=(people, None, 2))
+        for name, values in vars(self).items():
             if not np.all(np.isfinite(values)):
                 raise ValueError(f"{name} must be finite; they hold NaN or infinity")
-            object.__setattr__(self, name, values)
         if np.any(self.speeds < 0):
             raise ValueError("speeds must not be negative")
         if self.goals.shape[1] == 0:
@@ -51,20 +51,13 @@ class Crowd:
 
 STOP_RADIUS = 0.5
 """Distance in m from the last goal at which a person stands still, as in pysocialforce."""
-
-
-def _check(parameters: object, *free: str) -> None:
-    """Raise ValueError unless every number is finite and positive; those called ``free`` may be zero."""
-    for parameter in fields(parameters):  # type: ignore[arg-type]
-        value = getattr(parameters, parameter.name)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if number and not (np.isfinite(value) and (value > 0 or (value == 0 and parameter.name in free))):
-            least = "a finite number, zero or more" if parameter.name in free else "a positive number"
-            raise ValueError(f"{type(parameters).__name__}.{parameter.name} must be {least}, not {value}")
+_LARGEST = 1e300
+Positive = Annotated[float, Within(1e-300, _LARGEST)]
+NotNegative = Annotated[float, Within(0.0, _LARGEST)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Moussaid:
+class Moussaid(Checked):
     """Repulsion of Moussaïd et al., Proc. R. Soc. B 276 (2009) 2755; defaults of pysocialforce.
 
     Parameters
@@ -75,18 +68,15 @@ class Moussaid:
     side_sharpness, brake_sharpness : n and n', the decay of evasion and braking with the angle.
     """
 
-    factor: float = 5.1
-    velocity_weight: float = 2.0
-    reach: float = 0.35
-    side_sharpness: float = 2.0
-    brake_sharpness: float = 3.0
-
-    def __post_init__(self) -> None:
-        _check(self, "factor", "velocity_weight", "side_sharpness", "brake_sharpness")
+    factor: NotNegative = 5.1
+    velocity_weight: NotNegative = 2.0
+    reach: Positive = 0.35
+    side_sharpness: NotNegative = 2.0
+    brake_sharpness: NotNegative = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class WallForce:
+class WallForce(Checked):
     """Repulsion of walls, as in pysocialforce: lines are sampled at 10 points per metre, each of which repels.
 
     Parameters
@@ -97,17 +87,14 @@ class WallForce:
     body_radius : radius of a body in m.
     """
 
-    factor: float = 10.0
-    fall_off: float = 0.2
-    reach: float = 3.35
-    body_radius: float = 0.35
-
-    def __post_init__(self) -> None:
-        _check(self, "factor", "body_radius")
+    factor: NotNegative = 10.0
+    fall_off: Positive = 0.2
+    reach: Positive = 3.35
+    body_radius: NotNegative = 0.35
 
 
 @dataclass(frozen=True, kw_only=True)
-class Model:
+class Model(Checked):
     """The forces of a crowd.
 
     Parameters
@@ -121,24 +108,10 @@ class Model:
 
     repulsion: Moussaid = field(default_factory=Moussaid)
     walls: WallForce = field(default_factory=WallForce)
-    relaxation_time: float = 0.5
-    top_speed: float = 1.3
-    arrival_radius: float = 1.0
+    relaxation_time: Positive = 0.5
+    top_speed: Annotated[float, Within(1.0, _LARGEST)] = 1.3
+    arrival_radius: Annotated[float, Within(STOP_RADIUS, _LARGEST)] = 1.0
 
-    def __post_init__(self) -> None:
-        _check(self)
-        if self.top_speed < 1:
-            raise ValueError(f"Model.top_speed must be at least 1, not {self.top_speed}")
-        if self.arrival_radius < STOP_RADIUS:
-            raise ValueError(f"Model.arrival_radius must be at least {STOP_RADIUS} m, not {self.arrival_radius}")
-
-
-NUMBERS = (
-    *("relaxation_time", "top_speed", "arrival_radius", "stop_radius"),
-    *("factor", "velocity_weight", "reach", "side_sharpness", "brake_sharpness"),
-    *("wall_factor", "wall_fall_off", "wall_reach", "body_radius"),
-)
-"""Names of a model's numbers; lengths are in m, times in s."""
 
 NO_WALLS: tuple[tuple[float, float, float, float], ...] = ()
 
@@ -171,22 +144,16 @@ def simulate(
     if not np.all(np.isfinite(segments)):
         raise ValueError("walls must be finite; they hold NaN or infinity")
     paths: FloatArray = np.empty((frames, crowd.people, 2))
+    numbers = {f"wall_{name}": number for name, number in vars(model.walls).items()}
+    numbers |= {"body_radius": model.walls.body_radius, "stop_radius": STOP_RADIUS}
     _core.march(
         states=np.ascontiguousarray(np.column_stack((crowd.positions, crowd.velocities)).T),
         speeds=crowd.speeds,
         goals=crowd.goals,
         walls=segments,
-        numbers=model_numbers(model),
+        numbers={**vars(model), **vars(model.repulsion), **numbers},
         dt=float(dt),
         substeps=int(substeps),
         paths=paths,
     )
     return paths
-
-
-def model_numbers(model: Model) -> dict[str, float]:
-    """The model's numbers by the names of `NUMBERS`."""
-    walls = vars(model.walls)
-    own = {**vars(model), **vars(model.repulsion), "stop_radius": STOP_RADIUS}
-    own |= {f"wall_{name}": value for name, value in walls.items()} | {"body_radius": walls["body_radius"]}
-    return {name: float(own[name]) for name in NUMBERS}

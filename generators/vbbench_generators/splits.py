@@ -54,7 +54,7 @@ class RecipeSplit:
     def plan(self, options: Options) -> Reprojection:
         """Read the source files and lay out the sequences."""
         recipe = self.recipe
-        loaded = load_scenes(recipe, options.source, seed=options.seed, dt=options.dt, homography=options.homography)
+        loaded = load_scenes(recipe, options)
         definition: dict[str, Any] = {
             "format": recipe.format,
             "dt": recipe.dt,

@@ -25,10 +25,11 @@ from vbbench.generation.generator import Options
 from vbbench.generation.options_file import parse_people
 from vbbench.parsing.numbers import Within
 from vbbench_generators.crowds.scenario import read_scenario
+from vbbench_generators.recordings.loading import SceneFile
 from vbbench_generators.recordings.readers.crohd import parse_seqinfo
-from vbbench_generators.recordings.readers.tables import read_trajnet
+from vbbench_generators.recordings.readers.tables import trajnet
 from vbbench_generators.recordings.readers.tracks import read_homography
-from vbbench_generators.recordings.readers.vsp import read_vsp
+from vbbench_generators.recordings.readers.vsp import vsp
 from vbbench_generators.recordings.recipe import read_recipe
 
 Write = Callable[..., Path]
@@ -197,14 +198,15 @@ def test_a_range_says_what_it_is() -> None:
 def test_a_tiny_spline_file_takes_little_memory(write: Write) -> None:
     text = "1 - the number of splines\n2 - Num of control points\n0 0 0 0 - (2D)\n9 9 2000000000 0 - (2D)\n"
     with pytest.raises(FileError, match="goes from frame 0 to 2000000000 with 2 key points; correct"):
-        read_vsp(write(text, "a.vsp"), dt=0.4, frame_step=1, homography=np.eye(3))
+        vsp.read(SceneFile(path=write(text, "a.vsp"), dt=0.4, frame_step=1, homography=np.eye(3)))
+    header = write("9" * 5000 + " - the number of splines\n", "a.vsp")
     with pytest.raises(FileError, match="line 1: '<count> - the number of splines' should stand here"):
-        read_vsp(write("9" * 5000 + " - the number of splines\n", "a.vsp"), dt=0.4, frame_step=1, homography=np.eye(3))
+        vsp.read(SceneFile(path=header, dt=0.4, frame_step=1, homography=np.eye(3)))
 
 
 def test_a_tiny_recording_takes_little_memory(write: Write) -> None:
     with pytest.raises(FileError, match="40,000,002 frames of 2 people from 4 rows are too many"):
-        read_trajnet(write("0 1 0 0\n1 1 1 0\n40000000 2 0 0\n40000001 2 1 0\n"), dt=0.4, frame_step=1)
+        trajnet.read(SceneFile(path=write("0 1 0 0\n1 1 1 0\n40000000 2 0 0\n40000001 2 1 0\n"), dt=0.4, frame_step=1))
 
 
 @pytest.mark.parametrize(
@@ -218,7 +220,7 @@ def test_a_homography_without_an_inverse(write: Write, text: str) -> None:
 @pytest.mark.parametrize("x", ["1e308", "-1e7", "2e6"])
 def test_nobody_walks_on_another_planet(write: Write, x: str) -> None:
     with pytest.raises(FileError, match=r"line 2: .* km from the origin; are these metres"):
-        read_trajnet(write(f"0 1 0 0\n1 1 {x} 0\n"), dt=0.4)
+        trajnet.read(SceneFile(path=write(f"0 1 0 0\n1 1 {x} 0\n"), dt=0.4))
 
 
 @pytest.mark.parametrize(

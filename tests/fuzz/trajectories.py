@@ -14,10 +14,11 @@ from tests.fuzz.mutations import TEXT
 from tests.fuzz.oracle import STRICTER, Row, boxes_of, finite, lines, rows_of
 from tests.lib.mot_text import read_mot
 from vbbench.exchange.tum import import_tum
-from vbbench_generators.recordings.loading import load_scenes
-from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
+from vbbench.generation.generator import Options
+from vbbench_generators.recordings.loading import SceneFile, load_scenes
+from vbbench_generators.recordings.readers.tables import obsmat, trajnet
 from vbbench_generators.recordings.readers.tracks import read_homography
-from vbbench_generators.recordings.readers.vsp import read_key_points, read_vsp
+from vbbench_generators.recordings.readers.vsp import read_key_points, vsp
 from vbbench_generators.recordings.recipe import get_recipe
 
 HOMOGRAPHY = "0.02 0.001 -3\n-0.002 0.03 1.5\n0.00001 0.0002 1\n"
@@ -156,13 +157,8 @@ def _file(name: str, text: str) -> Callable[[Path], object]:
 
 def _own_file(folder: Path) -> object:
     """As the split ``custom`` takes it, whatever format it has."""
-    return load_scenes(
-        get_recipe("custom"),
-        folder / "mine.txt",
-        seed=0,
-        dt=DT,
-        homography=folder / "H.txt" if (folder / "H.txt").is_file() else None,
-    )
+    homography = folder / "H.txt" if (folder / "H.txt").is_file() else None
+    return load_scenes(get_recipe("custom"), Options(source=folder / "mine.txt", dt=DT, homography=homography))
 
 
 def _own_files(folder: Path) -> None:
@@ -192,14 +188,28 @@ def _numbers(width: int, same: Callable[[object, list[Row]], bool]) -> _Oracle:
 
 def _sampled(path: Path) -> object:
     """Key points, after they have been sampled and put on the ground."""
-    read_vsp(path, dt=DT, frame_step=10, homography=np.diag([0.01, 0.01, 1.0]))
+    vsp.read(SceneFile(path=path, dt=DT, frame_step=10, homography=np.diag([0.01, 0.01, 1.0])))
     return read_key_points(path)
 
 
 BOXES, POSES = _Oracle(boxes_of, _same_boxes), _Oracle(_poses_of, _same_poses)
 KINDS = (
-    _text("trajnet", "tracks.txt", TRAJNET, partial(read_trajnet, dt=DT), _numbers(4, _same_scene(2, 3)), 6),
-    _text("obsmat", "obsmat.txt", OBSMAT, partial(read_obsmat, dt=DT), _numbers(8, _same_scene(2, 4)), 4),
+    _text(
+        "trajnet",
+        "tracks.txt",
+        TRAJNET,
+        lambda path: trajnet.read(SceneFile(path=path, dt=DT)),
+        _numbers(4, _same_scene(2, 3)),
+        6,
+    ),
+    _text(
+        "obsmat",
+        "obsmat.txt",
+        OBSMAT,
+        lambda path: obsmat.read(SceneFile(path=path, dt=DT)),
+        _numbers(8, _same_scene(2, 4)),
+        4,
+    ),
     _text("homography", "H.txt", HOMOGRAPHY, read_homography, _numbers(3, _same_matrix), 3),
     _text("vsp", "a.vsp", SPLINES, _sampled, _vsp_oracle, 6),
     Kind(name="own-file", make=_own_files, target="mine.txt", mutations=TEXT, read=_own_file, weight=3),

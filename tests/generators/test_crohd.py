@@ -56,7 +56,7 @@ def test_folder_parent_and_archive_are_the_same(tmp_path: Path) -> None:
     packed = pack(tmp_path / "x.zip", {"HT21/train/HT21-03": folder, "HT21/train/HT21-04": folder})
     places = (folder, tmp_path / "a", packed)
     read = [find_recording("HT21-03", ARCHIVE, place, split="shibuya01") for place in places]
-    assert len({tuple(files.sums) for files in read}) == 1
+    assert len({tuple(file.content for file in files.values()) for files in read}) == 1
     for files in read:
         same(read_heads(files), heads_at(folder))
     assert len(heads_at(tmp_path / "a", "HT21-04")) == 4
@@ -166,7 +166,7 @@ def test_a_recording_that_is_there_twice(tmp_path: Path) -> None:
 
 def test_the_published_archive_is_taken_from_the_data_folder_if_it_is_whole(no_data: Path, tmp_path: Path) -> None:
     with pytest.raises(SourceMissingError, match="vbbench fetch shibuya01"):
-        load_scenes(get_recipe("shibuya01"), None, seed=0)
+        load_scenes(get_recipe("shibuya01"), Options(source=None))
     folder = write_recording(tmp_path / "made" / "HT21-03")
     (no_data / "crohd").mkdir()
     packed = pack(no_data / "crohd" / "HT21Labels.zip", {"train/HT21-03": folder})
@@ -227,12 +227,12 @@ def test_the_dataset_says_how_its_metres_were_found(dataset: Dataset) -> None:
 
 def test_dt_is_that_of_the_recording(recording: Path) -> None:
     with pytest.raises(VbbenchError, match=r"`dt` is for the split 'custom'; here seqinfo\.ini has"):
-        load_scenes(get_recipe("shibuya01"), recording, seed=0, dt=0.4)
+        load_scenes(get_recipe("shibuya01"), Options(source=recording, dt=0.4))
 
 
 def test_fewer_frames_where_a_recipe_says_so(recording: Path) -> None:
     recipe = get_recipe("shibuya01")
-    every = load_scenes(recipe, recording, seed=0).scenes[0]
-    fifth = load_scenes(replace(recipe, frame_step=5), recording, seed=0).scenes[0]
+    every = load_scenes(recipe, Options(source=recording)).scenes[0]
+    fifth = load_scenes(replace(recipe, frame_step=5), Options(source=recording)).scenes[0]
     assert fifth.dt == pytest.approx(0.2)
     np.testing.assert_array_equal(fifth.positions, every.positions[::5][:, np.isin(every.people, fifth.people)])

@@ -2,17 +2,18 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.fuzz.trajectories import SPLINES
 from vbbench.errors import FileError, VbbenchWarning
+from vbbench.generation.generator import Options
 from vbbench.scene import Scene
-from vbbench_generators.recordings.loading import detect_format, load_scenes
-from vbbench_generators.recordings.readers.tables import read_obsmat, read_trajnet
+from vbbench_generators.recordings.loading import SceneFile, detect_format, get_reader, load_scenes
 from vbbench_generators.recordings.readers.tracks import read_homography, to_ground
-from vbbench_generators.recordings.readers.vsp import polyline, read_vsp, smooth_curve
+from vbbench_generators.recordings.readers.vsp import polyline, smooth_curve
 from vbbench_generators.recordings.recipe import get_recipe
 
 Write = Callable[..., Path]
@@ -21,8 +22,8 @@ WALK = "0 1 0.0 0.0\n10 1 0.5 0.0\n20 1 1.0 0.0\n"
 CENTIMETRES = np.diag([0.01, 0.01, 1.0])
 
 
-def read(path: Path) -> Scene:
-    return read_trajnet(path, dt=0.4)
+def read(path: Path, form: str = "trajnet", **facts: Any) -> Scene:
+    return get_reader(form).read(SceneFile(path=path, **{"dt": 0.4, **facts}))
 
 
 @pytest.mark.parametrize("separator", [" ", "\t", ",", ", ", "   "])
@@ -109,7 +110,7 @@ def test_first_of_several_faults_is_named(write: Write) -> None:
 
 def test_wrong_frame_step_is_an_error(write: Write) -> None:
     with pytest.raises(FileError, match="but the step is 5"):
-        read_trajnet(write(WALK), dt=0.4, frame_step=5)
+        read(write(WALK), frame_step=5)
 
 
 def test_files_that_are_none(tmp_path: Path) -> None:
@@ -138,14 +139,14 @@ def test_implausible_speed_is_a_warning_that_names_the_cause(write: Write, step_
 
 
 def test_homography_makes_metres(write: Write) -> None:
-    scene = read_trajnet(write("0 1 100 50\n10 1 150 50\n"), dt=0.4, homography=CENTIMETRES)
+    scene = read(write("0 1 100 50\n10 1 150 50\n"), homography=CENTIMETRES)
     np.testing.assert_allclose(scene.positions[:, 0], [[1.0, 0.5], [1.5, 0.5]])
 
 
 def test_point_on_the_horizon(write: Write) -> None:
     tilted = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, -0.01, 1.0]])
     with pytest.raises(FileError, match="horizon") as caught:
-        read_trajnet(write("0 1 1 1\n10 1 5 100\n"), dt=0.4, homography=tilted)
+        read(write("0 1 1 1\n10 1 5 100\n"), homography=tilted)
     assert caught.value.line == 2
 
 
@@ -196,8 +197,8 @@ def _text(rows: list[tuple]) -> str:
 def test_a_homography_of_another_direction_is_named(write: Write, given: np.ndarray, named: str) -> None:
     path = write(_text(_pixels()))
     with pytest.raises(FileError, match=r"with this homography people walk at [\d.,e+-]+ m/s, " + named):
-        read_trajnet(path, dt=0.4, homography=given)
-    assert read_trajnet(path, dt=0.4, homography=TILTED).frames == 12
+        read(path, homography=given)
+    assert read(path, homography=TILTED).frames == 12
 
 
 def test_people_of_different_speeds_show_the_direction_of_a_homography(write: Write) -> None:
@@ -207,11 +208,11 @@ def test_people_of_different_speeds_show_the_direction_of_a_homography(write: Wr
     pixels = to_ground(places, np.linalg.inv(TILTED))
     rows = [(10 * f, p + 1, *at) for f, p, at in zip(frame.tolist(), person.tolist(), pixels.tolist(), strict=True)]
     with pytest.raises(FileError, match="with its inverse at"):
-        read_trajnet(write(_text(rows)), dt=0.4, homography=np.linalg.inv(TILTED))
+        read(write(_text(rows)), homography=np.linalg.inv(TILTED))
     turned = write(_text([(f, p, y, x) for f, p, x, y in rows]))
     with pytest.warns(VbbenchWarning, match=r"vary by .*with the columns of places swapped.*\(row, column\)"):
-        read_trajnet(turned, dt=0.4, homography=TILTED)
-    assert read_trajnet(write(_text(rows)), dt=0.4, homography=TILTED).frames == 12
+        read(turned, homography=TILTED)
+    assert read(write(_text(rows)), homography=TILTED).frames == 12
 
 
 def test_a_homography_stands_in_brackets_or_in_one_line(write: Write) -> None:
@@ -223,22 +224,22 @@ def test_a_homography_that_only_scales_and_one_for_metres_are_named(write: Write
     metres = to_ground(np.array([row[2:] for row in _pixels()]), TILTED)
     rows = [(frame, person, *place) for (frame, person, *_), place in zip(_pixels(), metres.tolist(), strict=True)]
     with pytest.raises(FileError, match=r"without the homography people walk at 1.2 m/s.*metres already"):
-        read_trajnet(write(_text(rows)), dt=0.4, homography=TILTED)
+        read(write(_text(rows)), homography=TILTED)
     pixels = write(_text([(frame, person, 50.0 * x, 50.0 * y) for frame, person, x, y in rows]))
     with pytest.raises(FileError, match=r"with its inverse at 1\.2 m/s"):
-        read_trajnet(pixels, dt=0.4, homography=np.diag([50.0, 50.0, 1.0]))
-    assert read_trajnet(pixels, dt=0.4, homography=np.diag([0.02, 0.02, 1.0])).frames == 12
+        read(pixels, homography=np.diag([50.0, 50.0, 1.0]))
+    assert read(pixels, homography=np.diag([0.02, 0.02, 1.0])).frames == 12
 
 
 def test_the_cause_of_a_speed_is_not_a_homography_where_there_is_one(write: Write) -> None:
     path, centimetres = write(_text(_pixels())), np.diag([100.0, 100.0, 1.0]) @ TILTED
     with pytest.warns(VbbenchWarning, match="the homography maps to centimetres: 1.2 m/s") as caught:
-        read_trajnet(path, dt=0.4, homography=centimetres)
+        read(path, homography=centimetres)
     assert "homography is needed" not in str(caught[0].message)
     with pytest.warns(VbbenchWarning, match=r"rows of a person are 10 apart \(dt = 0.4\): 1.2 m/s"):
-        read_trajnet(path, dt=0.04, homography=TILTED)
+        read(path, dt=0.04, homography=TILTED)
     with pytest.warns(VbbenchWarning, match="a homography is needed"):
-        read_trajnet(path, dt=0.4)
+        read(path)
 
 
 @pytest.mark.parametrize(
@@ -295,7 +296,7 @@ def test_a_frame_rate_in_a_comment_must_be_that_of_dt(write: Write) -> None:
 )
 def test_two_scenes_and_json_are_named(write: Write, text: str, problem: str) -> None:
     with pytest.raises(FileError, match=problem):
-        load_scenes(get_recipe("custom"), write(text), seed=0, dt=0.4)
+        load_scenes(get_recipe("custom"), Options(source=write(text), dt=0.4))
 
 
 def test_swapped_frames_and_ids_are_named(write: Write) -> None:
@@ -309,7 +310,7 @@ def test_swapped_frames_and_ids_are_named(write: Write) -> None:
 
 def test_obsmat_takes_x_and_y(write: Write) -> None:
     path = write(" 7.8e+02 1e+00 8.5 0 3.6 1 0 2\r\n 7.86e+02 1 9.0 0 3.7 1 0 2\r\n", "obsmat.txt")
-    scene = read_obsmat(path, dt=0.4, frame_step=6)
+    scene = read(path, "obsmat", frame_step=6)
     np.testing.assert_array_equal(scene.positions[:, 0], [[8.5, 3.6], [9.0, 3.7]])
 
 
@@ -318,12 +319,12 @@ def test_obsmat_takes_x_and_y(write: Write) -> None:
 )
 def test_bad_obsmat(write: Write, text: str, line: int) -> None:
     with pytest.raises(FileError) as caught:
-        read_obsmat(write(text), dt=0.4)
+        read(write(text), "obsmat")
     assert caught.value.line == line
 
 
 def test_vsp_is_interpolated_between_key_points(write: Write) -> None:
-    scene = read_vsp(write(SPLINES, "a.vsp"), dt=0.4, frame_step=10, homography=CENTIMETRES)
+    scene = read(write(SPLINES, "a.vsp"), "vsp", frame_step=10, homography=CENTIMETRES)
     assert scene.people.tolist() == [1, 2]
     np.testing.assert_allclose(scene.positions[:, 0], [[0, 0], [0.5, 0], [1, 0], [1, 1 / 3]])
     np.testing.assert_allclose(scene.positions[:, 1], [[np.nan] * 2, [0, 0.15], [0, 0.4], [0, 0.65]])
@@ -359,7 +360,7 @@ def _replace(line: int, text: str) -> str:
 def test_bad_vsp(write: Write, text: str, line: int | None, problem: str) -> None:
     path = write(text, "a.vsp")
     with pytest.raises(FileError, match=problem) as caught:
-        read_vsp(path, dt=0.4, frame_step=10, homography=CENTIMETRES)
+        read(path, "vsp", frame_step=10, homography=CENTIMETRES)
     assert caught.value.path == path
     assert caught.value.line == line
 
@@ -367,7 +368,7 @@ def test_bad_vsp(write: Write, text: str, line: int | None, problem: str) -> Non
 def test_vsp_without_a_sample(write: Write) -> None:
     text = "1 - the number of splines\n2 - Num of control points\n0 0 1 0 - (2D)\n1 1 9 0 - (2D)\n"
     with pytest.raises(FileError, match="no person is annotated"):
-        read_vsp(write(text), dt=0.4, frame_step=10, homography=CENTIMETRES)
+        read(write(text), "vsp", frame_step=10, homography=CENTIMETRES)
 
 
 def test_smooth_curve_passes_key_points_and_stays_between_them() -> None:
@@ -398,8 +399,8 @@ def test_detect_format(write: Write, text: str, found: str) -> None:
 def test_vsp_gives_the_published_students(data_folder: Path, name: str) -> None:
     """Wherever the spline annotation has a person, the published text has the same place to the millimetre."""
     homography = read_homography(data_folder / "ucy/students003_H.txt")
-    made = read_vsp(data_folder / f"ucy/{name}.vsp", dt=0.4, frame_step=10, homography=homography)
-    published = read_trajnet(data_folder / f"ucy/{name}.txt", dt=0.4, frame_step=10)
+    made = read(data_folder / f"ucy/{name}.vsp", "vsp", frame_step=10, homography=homography)
+    published = read(data_folder / f"ucy/{name}.txt", frame_step=10)
     np.testing.assert_array_equal(made.people, published.people)
     both = made.present & published.present
     assert both[made.present].all()

@@ -6,12 +6,14 @@ from collections.abc import Callable
 from dataclasses import fields
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
-from vbbench_generators.recordings.loading import load_scenes
+from vbbench.generation.generator import Options
+from vbbench_generators.recordings.loading import Loaded, load_scenes
 from vbbench_generators.recordings.recipe import (
     Recipe,
     Rules,
@@ -51,10 +53,14 @@ count_observer = false
 WALK = "0 1 0.0 0.0\n10 1 50 0.0\n20 1 100 0.0\n"
 
 
+def load(source: Path | None, name: str = "custom", **asked: Any) -> Loaded:
+    return load_scenes(get_recipe(name), Options(source=source, **asked))
+
+
 def table1(recipe: Recipe, source: Path) -> tuple[int, float, int, float, int]:
     """Sequences, mean frames, and people (least, mean, most), counted after the recipe's rules."""
     rules, people, spans = recipe.sequences, [], 0
-    for number, scene in enumerate(load_scenes(recipe, source, seed=0).scenes):
+    for number, scene in enumerate(load_scenes(recipe, Options(source=source)).scenes):
         crowd = observed_crowd(scene, rules)
         for span in find_spans(scene, number, rules):
             frames = span.first + np.flatnonzero(span.counted)
@@ -106,17 +112,17 @@ def test_bad_recipe(write: Write, old: str, new: str, problem: str) -> None:
 
 def test_missing_sources_name_the_split(no_data: Path) -> None:
     with pytest.raises(SourceMissingError, match="vbbench fetch hotel"):
-        load_scenes(get_recipe("hotel"), None, seed=0)
+        load(None, "hotel")
 
 
 def test_overrides_are_for_custom_only(no_data: Path) -> None:
     with pytest.raises(VbbenchError, match="custom"):
-        load_scenes(get_recipe("hotel"), None, seed=0, dt=0.1)
+        load(None, "hotel", dt=0.1)
 
 
 def test_custom(write: Write) -> None:
     path, homography = write(WALK), write("0.01 0 0\n0 0.01 0\n0 0 1\n", "H.txt")
-    loaded = load_scenes(get_recipe("custom"), path, seed=0, dt=0.5, homography=homography)
+    loaded = load(path, dt=0.5, homography=homography)
     np.testing.assert_allclose(loaded.scenes[0].positions[:, 0, 0], [0, 0.5, 1])
     assert loaded.scenes[0].dt == 0.5
     assert [name for name, _ in loaded.files] == ["tracks.txt", "H.txt"]
@@ -125,31 +131,31 @@ def test_custom(write: Write) -> None:
 def test_custom_vsp_is_sampled_every_dt(write: Write) -> None:
     text = "1 - the number of splines\n2 - Num of control points\n0 0 0 0 - (2D)\n100 0 25 0 - (2D)\n"
     path, homography = write(text, "a.vsp"), write("0.01 0 0\n0 0.01 0\n0 0 1\n", "H.txt")
-    loaded = load_scenes(get_recipe("custom"), path, seed=0, dt=0.2, homography=homography)
+    loaded = load(path, dt=0.2, homography=homography)
     np.testing.assert_allclose(loaded.scenes[0].positions[:, 0, 0], [0, 0.2, 0.4, 0.6, 0.8, 1])
     with pytest.raises(FileError, match=r"multiple of 0\.04"):
-        load_scenes(get_recipe("custom"), path, seed=0, dt=0.25, homography=homography)
+        load(path, dt=0.25, homography=homography)
     with pytest.raises(FileError, match="`homography`"):
-        load_scenes(get_recipe("custom"), path, seed=0, dt=0.2)
+        load(path, dt=0.2)
 
 
 def test_custom_obsmat_needs_no_homography(write: Write) -> None:
     path = write("0 1 0 0 0 0 0 0\n6 1 .5 0 0 0 0 0\n", "obsmat.txt")
-    assert load_scenes(get_recipe("custom"), path, seed=0, dt=0.4).scenes[0].frames == 2
+    assert load(path, dt=0.4).scenes[0].frames == 2
     with pytest.raises(FileError, match="metres already"):
-        load_scenes(get_recipe("custom"), path, seed=0, dt=0.4, homography=write("1 0 0\n0 1 0\n0 0 1\n", "H.txt"))
+        load(path, dt=0.4, homography=write("1 0 0\n0 1 0\n0 0 1\n", "H.txt"))
 
 
 @pytest.mark.parametrize("dt", [None, 0.0, -1.0, float("nan")])
 def test_custom_needs_dt(write: Write, dt: float | None) -> None:
-    with pytest.raises(VbbenchError, match="`dt`"):
-        load_scenes(get_recipe("custom"), write(WALK), seed=0, dt=dt)
+    with pytest.raises(VbbenchError, match=r"`dt`|dt, the time of a frame"):
+        load(write(WALK), dt=dt)
 
 
 def test_custom_needs_a_file(tmp_path: Path) -> None:
     for source in (None, tmp_path, tmp_path / "nowhere.txt"):
         with pytest.raises(VbbenchError, match="--source FILE"):
-            load_scenes(get_recipe("custom"), source, seed=0, dt=0.4)
+            load(source, dt=0.4)
 
 
 @pytest.mark.parametrize(
@@ -169,13 +175,12 @@ def test_table1(data_folder: Path, name: str, sequences: int, frames: float, peo
 
 def test_source_sums_are_those_of_the_recipe(data_folder: Path) -> None:
     recipe = get_recipe("students-resampled")
-    assert load_scenes(recipe, data_folder, seed=0).files == [(source.path, source.sha256) for source in recipe.sources]
+    assert load(data_folder, recipe.name).files == [(source.path, source.sha256) for source in recipe.sources]
 
 
 @pytest.mark.slow
 def test_resampled_students_follow_from_the_seed(data_folder: Path) -> None:
-    recipe = get_recipe("students-resampled")
-    first, again, other = (load_scenes(recipe, data_folder, seed=seed).scenes for seed in (0, 0, 1))
+    first, again, other = (load(data_folder, "students-resampled", seed=seed).scenes for seed in (0, 0, 1))
     for a, b, c in zip(first, again, other, strict=True):
         np.testing.assert_array_equal(a.positions, b.positions)
         moved = (a.positions - c.positions)[a.present]
@@ -186,8 +191,8 @@ def test_resampled_students_follow_from_the_seed(data_folder: Path) -> None:
 
 def test_resampled_students_stay_near_the_published_ones(data_folder: Path) -> None:
     """But accelerate: in the text file about half of all second differences are zero to its last digits."""
-    published = load_scenes(get_recipe("students"), data_folder, seed=0).scenes
-    smooth = load_scenes(get_recipe("students-resampled"), data_folder, seed=0).scenes
+    published = load(data_folder, "students").scenes
+    smooth = load(data_folder, "students-resampled").scenes
     for text, curve in zip(published, smooth, strict=True):
         apart = np.linalg.norm(text.positions - curve.positions, axis=-1)[curve.present]
         assert np.median(apart) < 0.03

@@ -37,7 +37,7 @@ def test_it_follows_a_person_as_wheels_allow() -> None:
     model = get_robot()
     for seed in range(5):
         path = walk(seed)
-        poses = follow(path, DT, np.random.default_rng(seed)).poses
+        poses, _ = follow(path, DT, np.random.default_rng(seed))
         forward, left, turn = moved(poses).T
         assert np.hypot(*(poses[10:, :2] - path[10:]).T).mean() < 0.3
         assert forward.max() <= model.top_speed * DT + 1e-9
@@ -48,12 +48,12 @@ def test_it_follows_a_person_as_wheels_allow() -> None:
 def test_its_odometry_is_as_far_off_as_it_says() -> None:
     off, held = [], []
     for seed in range(20):
-        driven = follow(walk(seed), DT, np.random.default_rng(100 + seed))
-        assert np.isnan(driven.odometry.motions[0]).all()
-        errors = driven.odometry.motions[1:] - moved(driven.poses)
+        poses, odometry = follow(walk(seed), DT, np.random.default_rng(100 + seed))
+        assert np.isnan(odometry.motions[0]).all()
+        errors = odometry.motions[1:] - moved(poses)
         errors[:, 2] = wrap_angle(errors[:, 2])
-        off.append(np.abs(errors[:, 0]).sum() / moved(driven.poses)[:, 0].sum())
-        held.append(in_ellipse(errors[:, :2], driven.odometry.covariances[1:, :2, :2]))
+        off.append(np.abs(errors[:, 0]).sum() / moved(poses)[:, 0].sum())
+        held.append(in_ellipse(errors[:, :2], odometry.covariances[1:, :2, :2]))
     assert 0.002 < np.mean(off) < 0.05
     assert 0.9 < np.mean(held) <= 1.0
 

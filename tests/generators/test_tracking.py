@@ -10,10 +10,12 @@ from scipy.stats import norm
 
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError
+from vbbench.generation.tier import Sight
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.toml_text import read_toml
+from vbbench.sequence import Truth
 from vbbench_generators.tiers.noise import Outline, see
-from vbbench_generators.tiers.tracking.observing import Visible, detect, log_odds, track_people
+from vbbench_generators.tiers.tracking.observing import Visible, detect, log_odds, track_video
 from vbbench_generators.tiers.tracking.settings import DetectorModel, TrackingSettings, get_tracking
 from vbbench_generators.tiers.tracking.tracker import (
     CentredDetections,
@@ -314,8 +316,16 @@ def _tracked(
     boxes = camera.project(np.stack([-positions[..., 1], positions[..., 0]], axis=-1), heights[None])
     showing = see(positions, heights, poses, camera)
     settings = replace(SETTINGS, detector=model)
-    watched, random = np.ones(len(poses), bool), np.random.default_rng(seed)
-    return track_people(boxes, showing, people, camera, DT, watched, settings, Outline(), random)
+    sight = Sight(
+        truth=Truth(poses=poses, positions=positions, heights=heights),
+        people=people,
+        seen=~np.isnan(boxes[..., 2]),
+        watched=np.ones(len(poses), bool),
+        camera=camera,
+        dt=DT,
+        observer="walker",
+    )
+    return track_video(sight, 1, boxes, showing, settings, Outline(), np.random.default_rng(seed))
 
 
 # The file

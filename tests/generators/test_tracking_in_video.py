@@ -69,7 +69,9 @@ def test_few_are_missed_or_confused_at_the_rate_of_recordings(turn: float) -> No
 def test_the_turn_taken_off_keeps_people_that_a_turning_camera_loses(monkeypatch: pytest.MonkeyPatch) -> None:
     sight = crowd(PanoramaCamera(), turn=0.5)
     steady = tally(sight)
-    monkeypatch.setattr("vbbench_generators.tiers.tracking.observing.estimated_turns", lambda *_: None)
+    still = np.broadcast_to(np.eye(3), (10 * len(sight.watched), 3, 3))
+    place = "vbbench_generators.tiers.tracking.observing.estimated_turns"
+    monkeypatch.setattr(place, lambda yaw, *_: still[: len(yaw)])
     dizzy = tally(sight)
     assert steady.found > 1.4 * dizzy.found
 

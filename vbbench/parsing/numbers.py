@@ -1,6 +1,6 @@
 """Numbers and days from outside: their one grammar in text, and ranges in the annotations of fields.
 
-A frozen dataclass writes ``dt: Annotated[float, Within(0.001, 60.0, "s")]`` and calls `check_ranges` when it is made.
+A frozen dataclass writes ``dt: Annotated[float, Within(0.001, 60.0, "s")]`` and is `Checked`, or calls `check_ranges`.
 """
 
 import math
@@ -68,6 +68,13 @@ def check_ranges(values: object) -> None:
     kind: Any = type(values)
     for name, hint in _hints(kind).items():
         _check(name, getattr(values, name), hint)
+
+
+class Checked:
+    """Base of a frozen dataclass whose numbers are checked when it is made; see `check_ranges`."""
+
+    def __post_init__(self) -> None:
+        check_ranges(self)
 
 
 @cache

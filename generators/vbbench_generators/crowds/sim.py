@@ -18,14 +18,14 @@ from vbbench.generation.generator import Card, Look, Observer, Options, Simulati
 from vbbench.generation.tier import Heights, Tier, chosen_heights, chosen_tier
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
-from vbbench.sequence import NO_OBSERVER, Given, Odometry, Sequence, SequenceData
+from vbbench.sequence import NO_OBSERVER, Odometry, SequenceData
 from vbbench.streams import random_stream
 from vbbench_generators.crowds.scenario import ObservedScene, Scenario, draw_crowd, draw_scene, get_scenario, walk
 from vbbench_generators.recordings.recipe import Rules, Span
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.corruption import BehindOthers
-from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
-from vbbench_generators.views.vehicle import draw_window, follow, observer_definition, ride
+from vbbench_generators.views.reprojection import Reprojection, info_of, plan_reprojection
+from vbbench_generators.views.vehicle import draw_window, follow, ride
 from vbbench_generators.views.viewing import view, walked
 
 SCENES, PEOPLE, FRAMES = 3, 24, 60
@@ -100,6 +100,11 @@ class SimulationPlan:
         """Empty: every sequence has its own scene."""
         return ()
 
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """See `vbbench.generation.generator.FootagePlan.tables`: robots measure their own motion."""
+        return (*ALWAYS, ODOMETRY_TABLE) if self.observer == "robot" else ALWAYS
+
     def __len__(self) -> int:
         return min(self.scenario.sequences, self.limit or self.scenario.sequences)
 
@@ -126,21 +131,22 @@ class SimulationPlan:
             index=index,
             rng=rng,
         )
-        return replace(data, sequence=_measured(data.sequence, seen.odometry), scene=seen.scene)
+        given = replace(data.sequence.given, odometry=seen.odometry)
+        return replace(data, sequence=replace(data.sequence, given=given), scene=seen.scene)
 
     def _carried(self, drawn: ObservedScene, index: int, rng: np.random.Generator) -> Carried:
         """The scene with the camera's frames and poses, by the plan's ``observer``."""
         scene = drawn.scene
         if self.observer == "robot":
             others = np.arange(len(scene.people)) != drawn.observer
-            driven = follow(scene.positions[:, drawn.observer], scene.dt, rng)
             rest = replace(
                 scene,
                 people=scene.people[others],
                 positions=scene.positions[:, others],
                 heights=scene.heights[others],
             )
-            return Carried(rest, _throughout(rest, index, NO_OBSERVER), driven.poses, driven.odometry)
+            span = _throughout(rest, index, NO_OBSERVER)
+            return Carried(rest, span, *follow(scene.positions[:, drawn.observer], scene.dt, rng))
         if self.observer == "vehicle":
             window = draw_window(scene, index, rng)
             return Carried(scene, *ride(scene, window, window.of(scene.present), self.info.camera, rng))
@@ -148,24 +154,9 @@ class SimulationPlan:
         return Carried(scene, span, walked(scene, span, drawn.heading, self.look, (self.info.known_seed, index), rng))
 
 
-@dataclass(frozen=True, kw_only=True)
-class MeasuringPlan(SimulationPlan):
-    """The plan of a dataset whose observers measure their own motion."""
-
-    @property
-    def tables(self) -> tuple[str, ...]:
-        """See `vbbench.generation.generator.FootagePlan.tables`."""
-        return (*ALWAYS, ODOMETRY_TABLE)
-
-
 def _throughout(scene: Scene, index: int, observer: int) -> Span:
     """All frames of the scene of sequence ``index``."""
     return Span(scene=index, column=observer, first=0, counted=np.ones(scene.frames, bool))
-
-
-def _measured(sequence: Sequence, odometry: Odometry | None) -> Sequence:
-    given = sequence.given
-    return replace(sequence, given=Given(poses=given.poses, positions=given.positions, odometry=odometry))
 
 
 class SimSplit:
@@ -206,35 +197,14 @@ def plan_simulation(
         scenario = replace(scenario, **{name: value for name, value in numbers.items() if value is not None})
     except ValueError as error:
         raise VbbenchError(f"scenario '{scenario.name}': {error}") from error
-    camera, heights = options.camera or tier.own_camera or make_camera(scenario.camera), chosen_heights(options)
-    look = options.look or tier.look
-    info = DatasetInfo(
-        split=card.name,
-        title=f"{card.title}; {scenario.title}",
-        camera=camera,
-        tier=tier.name,
-        seed=options.seed,
-        dt=scenario.dt,
-        height_mean=heights.told_mean,
-        height_std=heights.told_std,
-        **asdict(tier.told(camera)),
-        scenes=(),
-        definition={
-            "generator": f"simulation/{REVISION}",
-            **observer_definition(options, look),
-            "limit": options.limit,
-            "engine": OWN_ENGINE,
-            "scenario": asdict(scenario),
-            **tier.definition,
-            **definition,
-        },
-    )
-    kind = MeasuringPlan if options.observer == "robot" else SimulationPlan
-    return kind(
-        info=info,
+    camera = options.camera or tier.own_camera or make_camera(scenario.camera)
+    details = {"engine": OWN_ENGINE, "scenario": asdict(scenario), **tier.definition, **definition}
+    titled = replace(card, title=f"{card.title}; {scenario.title}")
+    return SimulationPlan(
+        info=info_of(titled, options, camera, tier, scenario.dt, f"simulation/{REVISION}", details, scenes=()),
         scenario=scenario,
-        heights=heights,
-        look=look,
+        heights=chosen_heights(options),
+        look=options.look or tier.look,
         tier=tier,
         limit=options.limit,
         observer=options.observer,

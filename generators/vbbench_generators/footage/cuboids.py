@@ -25,9 +25,9 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.toml_text import bundled_table
 from vbbench.scene import Scene
 from vbbench_generators import _core
-from vbbench_generators.footage.sequences import FootageSequences, RunRules, named
+from vbbench_generators.footage.sequences import FootageSequences, RunRules, laid_out, medians, named
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
-from vbbench_generators.footage.tracks import FoundTracks, file_for, follow, read_found
+from vbbench_generators.footage.tracks import FOUND_PIXEL_STD, FoundTracks, file_for, follow, read_found
 
 DT = 0.1
 """Seconds per frame of every recording."""
@@ -41,8 +41,6 @@ LONGEST = 20.0
 """Seconds after which a sequence is cut."""
 NEAR_EDGE = 0.45
 """In m, of projected cuboids: see `vbbench.solver.Problem`."""
-FOUND_PIXEL_STD = 5.0
-"""Noise in px of boxes of a detector or tracker."""
 BEHIND = 0.1
 """A corner less than so many m in front of a camera has no place in its picture."""
 STANDS = 1.0
@@ -233,16 +231,11 @@ def footage_of(one: CarRecording, name: str, sensor_name: str) -> tuple[Footage,
     sensor, motion, cuboids = one.sensors[sensor_name], one.motions[sensor_name], one.cuboids
     frames, count = len(motion.origins), int(cuboids.person.max(initial=-1)) + 1
     at = cuboids.frame, cuboids.person
-    boxes = np.full((frames, count, 4), np.nan)
-    boxes[at] = project(cuboids, motion, sensor)
-    visible, places = np.full((frames, count), np.nan), np.full((frames, count, 2), np.nan)
-    visible[at] = cuboids.visible
+    feet = cuboids.centres[:, :2] - 0.5 * cuboids.sizes[:, 2:] * cuboids.rotations[:, :2, 2]
+    values = project(cuboids, motion, sensor), cuboids.visible, feet
+    boxes, visible, places = (laid_out((frames, count), at, one) for one in values)
     visible[np.isnan(boxes[..., 0])] = np.nan
-    places[at] = cuboids.centres[:, :2] - 0.5 * cuboids.sizes[:, 2:] * cuboids.rotations[:, :2, 2]  # their feet
-    order = np.lexsort((cuboids.sizes[:, 2], cuboids.person))
-    people, first, labels = np.unique(cuboids.person[order], return_index=True, return_counts=True)
-    heights, tall = np.full(count, np.nan), cuboids.sizes[order, 2]
-    heights[people] = 0.5 * (tall[first + (labels - 1) // 2] + tall[first + labels // 2])  # medians
+    heights = medians(cuboids.sizes[:, 2], cuboids.person, count)
     eyes = motion.origins + motion.rotations @ sensor.origin
     ahead = motion.rotations @ sensor.rotation[:, 2]
     seen = ~np.isnan(boxes[..., 0]).all(axis=0)
@@ -282,14 +275,13 @@ class CuboidSplit(FootageSplit):
         """The recordings of these names, or those of the parts of these names; all without any."""
 
     def plan(self, options: Options) -> FootageSequences:
-        """See `FootageSplit.plan`; the stated noise is larger for a detector's boxes than for labels."""
+        """See `FootageSplit.plan`."""
         asked = options.footage or FootageOptions()
         seconds = DT * (asked.every or self.every)
         longest = asked.longest or round(LONGEST / seconds)
         shortest = min(max(round(self.lasting / seconds), 5), longest)
         rules = replace(self.rules, shortest=shortest, longest=longest)
-        pixel_std = self.pixel_std if asked.boxes is None else FOUND_PIXEL_STD
-        return FootageSplit.plan(replace(self, rules=rules, pixel_std=pixel_std), options)
+        return FootageSplit.plan(replace(self, rules=rules), options)
 
     @property
     def counted_where(self) -> str:
@@ -336,6 +328,7 @@ class CuboidSplit(FootageSplit):
                 **asked.classes,
             },
             calibration={"summary": _summary(facts), "recordings": facts},
+            pixel_std=None if asked.boxes is None else FOUND_PIXEL_STD,
             carried_by="vehicle",
             box_edge=NEAR_EDGE if asked.boxes is None else None,
         )

@@ -14,11 +14,10 @@ from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options, bundled_card
-from vbbench.geometry import FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
 from vbbench_generators.footage.motsynth_json import read_annotations
-from vbbench_generators.footage.sequences import named, pictures_in
+from vbbench_generators.footage.sequences import laid_out, medians, named, pictures_in
 from vbbench_generators.footage.split import FootageSplit
 
 WHERE = (
@@ -85,13 +84,9 @@ def _footage(path: Path, camera_path: CameraPath) -> Footage:
     column = np.searchsorted(tracks, found.person)
     middle = found.boxes[:, :2] + 0.5 * found.boxes[:, 2:]
     inside = ((middle >= 0.0) & (middle < [found.width, found.height])).all(axis=1)
-
-    def laid_out(values: FloatArray) -> FloatArray:
-        table = np.full((found.frames, len(tracks), *values.shape[1:]), np.nan)
-        table[found.frame[inside], column[inside]] = values[inside]
-        return table
-
-    dt = 1.0 / found.fps
+    shape, at, dt = (found.frames, len(tracks)), (found.frame[inside], column[inside]), 1.0 / found.fps
+    values = np.column_stack([middle, found.boxes[:, 3]]), found.visible, camera_path.people
+    boxes, visible, positions = (laid_out(shape, at, one[inside]) for one in values)
     return Footage(
         name=path.stem,
         camera=PerspectiveCamera(
@@ -106,22 +101,18 @@ def _footage(path: Path, camera_path: CameraPath) -> Footage:
         ),
         dt=dt,
         tracks=tracks,
-        boxes=laid_out(np.column_stack([middle, found.boxes[:, 3]])),
-        visible=laid_out(found.visible),
+        boxes=boxes,
+        visible=visible,
         poses=camera_path.poses,
         scene=Scene(
             name=path.stem,
             dt=dt,
             people=tracks,
-            positions=laid_out(camera_path.people),
-            heights=_medians(camera_path.statures, column, len(tracks)),
+            positions=positions,
+            heights=medians(camera_path.statures, column, len(tracks)),
         ),
         pictures=_pictures(path, found.first),
     )
-
-
-def _medians(values: FloatArray, group: IntArray, count: int) -> FloatArray:
-    return np.array([np.median(values[group == one]) for one in range(count)])
 
 
 def _pictures(path: Path, first: int) -> Pictures | None:

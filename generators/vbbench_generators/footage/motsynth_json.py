@@ -136,8 +136,14 @@ def read_annotations(path: Path) -> Annotations:
     if not len(order):
         raise FileError(path, "nobody is seen: all annotations are of crowds, hidden or without a box")
     frame, person, joints = frame[order], person[order], joints[order, :, :3]
-    _refuse_repetition(path, frame, person)
-    _refuse_points(path, frame, person, joints)
+    twice = first_repetition(frame, person)
+    if twice is not None:
+        raise FileError(path, f"person {person[twice[1]]} has two boxes in frame {frame[twice[1]]}")
+    points = np.ptp(joints, axis=1).max(axis=1) == 0.0
+    if points.any():
+        row = int(points.argmax())
+        problem = f"person {person[row]}, frame {frame[row]}: all joints of keypoints_3d are in one place; remove it"
+        raise FileError(path, problem)
     cx, cy = (_either(found.info, images[0], name) for name in ("cx", "cy"))
     return Annotations(
         path=path,
@@ -211,19 +217,3 @@ def _focal_length(path: Path, info: _Video, image: _Image, height: float, fov: f
             view = f"a vertical field of view of {fov:g} degrees is {focal:.0f} px"
             raise FileError(path, f"{name} is {written:g} px, but {view}: one of them is wrong")
     return focal
-
-
-def _refuse_repetition(path: Path, frame: IntArray, person: IntArray) -> None:
-    found = first_repetition(frame, person)
-    if found is not None:
-        _, again = found
-        raise FileError(path, f"person {person[again]} has two boxes in frame {frame[again]}")
-
-
-def _refuse_points(path: Path, frame: IntArray, person: IntArray, joints: FloatArray) -> None:
-    """Refuse people whose joints [N, 22, 3] all lie at one point."""
-    points = np.ptp(joints, axis=1).max(axis=1) == 0.0
-    if points.any():
-        row = int(points.argmax())
-        problem = f"person {person[row]}, frame {frame[row]}: all joints of keypoints_3d are in one place; remove it"
-        raise FileError(path, problem)

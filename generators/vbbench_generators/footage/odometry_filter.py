@@ -8,11 +8,11 @@ The state is the pose (x, y, yaw) since frame 0, the motion (forward, left, turn
     wheels: (1 + s) v and (1 + k) ω;   gyro: ω + b
 
 Correlated slip is thereby part of the covariance, although no sensor measures it. Outliers (a wheel that spins) have
-less weight, by a Student-t likelihood. (Thrun, Burgard, Fox, *Probabilistic Robotics*, 2005, ch. 3, 5.)
+less weight, by a Student-t likelihood. (Thrun, Burgard, Fox, *Probabilistic Robotics*, 2005, ch. 3, 5.) The model's
+standard deviations stand in ``cpp/odometry.hpp``.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -46,31 +46,6 @@ class Readings:
         return Readings(times=self.times - seconds, values=self.values)
 
 
-class RobotNoise(NamedTuple):
-    """Standard deviations of the filter's model, for a robot with differential drive.
-
-    Attributes
-    ----------
-    readings : noise of `SPEED`, `TURN` and `GYRO`, in m/s, rad/s, rad/s.
-    acceleration, turn_acceleration : random walks of v and ω, in m/s and rad/s after a second.
-    sideways : lateral drift in m per metre of driving.
-    bias, bias_drift : the gyro's bias at the start, and its random walk after a second, in rad/s.
-    slips : standard deviations of s and k.
-    slip_seconds : correlation time τ of the slip, in s.
-    freedom : degrees of freedom ν of the Student-t error of a reading.
-    """
-
-    readings: tuple[float, float, float] = (0.02, 0.03, 0.01)
-    acceleration: float = 0.4
-    turn_acceleration: float = 1.0
-    sideways: float = 0.01
-    bias: float = 0.02
-    bias_drift: float = 2e-4
-    slips: tuple[float, float] = (0.018, 0.1)
-    slip_seconds: float = 10.0
-    freedom: float = 4.0
-
-
 @dataclass(frozen=True, kw_only=True)
 class RobotMotion:
     """The filtered motion of a robot.
@@ -101,8 +76,7 @@ def filter_motion(frames: FloatArray, speed: Readings, turn: Readings, gyro: Rea
     values = np.concatenate([*(one.values for one in sources), np.zeros(len(frames))])
     kinds = np.repeat([SPEED, TURN, GYRO, FRAME], [*(len(one.times) for one in sources), len(frames)])
     order = np.lexsort((kinds, times))
-    ordered = times[order], values[order], kinds[order]
-    poses, covariances, motions, spreads = _core.filter_readings(*ordered, RobotNoise()._asdict())
+    poses, covariances, motions, spreads = _core.filter_readings(times[order], values[order], kinds[order])
     motions[0], spreads[0] = np.nan, np.nan
     return RobotMotion(poses=poses, covariances=covariances, odometry=Odometry(motions=motions, covariances=spreads))
 

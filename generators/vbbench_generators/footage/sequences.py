@@ -74,6 +74,23 @@ def pictures_in(folder: Path, name: str, first: int) -> Pictures | None:
     return Pictures(pattern=f"{whole}/{name}", first=first, step=1)
 
 
+def laid_out(shape: tuple[int, int], at: tuple[IntArray, IntArray], values: FloatArray) -> FloatArray:
+    """[T, K, …] ``values`` [N, …] of rows ``at`` frames [N] and columns [N], NaN elsewhere."""
+    table = np.full((*shape, *values.shape[1:]), np.nan)
+    table[at] = values
+    return table
+
+
+def medians(values: FloatArray, group: IntArray, count: int) -> FloatArray:
+    """[count] median of the known ``values`` [N] of each group, NaN where there is none."""
+    known = np.flatnonzero(~np.isnan(values))
+    order = known[np.lexsort((values[known], group[known]))]
+    groups, first, size = np.unique(group[order], return_index=True, return_counts=True)
+    ordered, found = values[order], np.full(count, np.nan)
+    found[groups] = 0.5 * (ordered[first + (size - 1) // 2] + ordered[first + size // 2])
+    return found
+
+
 @dataclass(frozen=True)
 class FootageSequences:
     """See `vbbench.generation.generator.FootagePlan`; `info.cameras` has one camera for each recording.

@@ -13,7 +13,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vbbench.camera import PerspectiveCamera
-from vbbench.errors import UnknownNameError
 from vbbench.exchange.box_rows import rows_of
 from vbbench.exchange.box_tables import UNLINKED
 from vbbench.files.tables import file_sha256
@@ -22,6 +21,7 @@ from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
 from vbbench.scene import Scene
+from vbbench_generators.footage.sequences import laid_out, named
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
 from vbbench_generators.footage.tracks import FoundTracks, follow
 
@@ -63,10 +63,8 @@ class StreetFilmSplit(FootageSplit):
         asked = options.footage or FootageOptions()
         films, tables = read_films()
         known = {film["name"]: number for number, film in enumerate(films)}
-        for name in asked.sequences or ():
-            if name not in known:
-                raise UnknownNameError("film", name, known)
-        made = {name: _film(films[known[name]], known[name], tables) for name in asked.sequences or known}
+        names = named("film", asked.sequences, known)
+        made = {name: _film(films[known[name]], known[name], tables) for name in names}
         facts = {
             name: {
                 "carried_by": films[known[name]]["carried_by"],
@@ -120,9 +118,8 @@ def _film(facts: dict[str, Any], number: int, tables: dict[str, Columns]) -> tup
     )
     heights = _unpacked(_rows(tables, "heights", number), "m", "height")[:, 0]
     shape, at = (len(poses["frame"]), len(heights)), (rows["frame"], rows["person"])
-    places, labels = np.full((*shape, 2), np.nan), np.full((*shape, 4), np.nan)
-    places[at] = _unpacked(rows, "m", "x", "y")
-    labels[at] = np.where(rows["width"][:, None] > 0, _unpacked(rows, "px", *SIDES), np.nan)
+    places = laid_out(shape, at, _unpacked(rows, "m", "x", "y"))
+    labels = laid_out(shape, at, np.where(rows["width"][:, None] > 0, _unpacked(rows, "px", *SIDES), np.nan))
     tracks = _tracks(_rows(tables, "boxes", number), labels, camera)
     footage = Footage(
         name=facts["name"],

@@ -25,6 +25,8 @@ LEAST_SCORE = 0.0
 """Log-odds that a detection must have more of to count; even odds."""
 UNKNOWN = -1.0
 """A score that says nothing."""
+FOUND_PIXEL_STD = 5.0
+"""Noise in px of a detector's or tracker's boxes, which solvers are given: more than that of labels."""
 
 
 def read_found(

@@ -57,7 +57,7 @@ def camera_of_plane(plane: SizePlane, focal: float, head_size: float, head_heigh
 
     X = D·x/ŝ and Y = g·D/ŝ − (H − h)·tan θ, seen from the camera's foot: X to the right, Y forward.
     """
-    g = float(np.hypot(focal, plane.depth))
+    g = plane.stretch(focal)
     above = head_size * focal / (g * plane.slope)
     foot = head_size * plane.depth / (g * plane.slope)
     cos, sin = np.cos(plane.roll), np.sin(plane.roll)

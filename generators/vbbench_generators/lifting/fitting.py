@@ -18,10 +18,6 @@ _ROUNDS = 60
 _CONVERGED = 8
 
 
-class PlaneError(ValueError):
-    """Head sizes do not determine a plane."""
-
-
 @dataclass(frozen=True, kw_only=True)
 class Mixed:
     """A fit of the mixed model.
@@ -44,7 +40,7 @@ class Mixed:
 def fit_mixed(design: FloatArray, size: FloatArray, share: FloatArray, pair: IntArray, starts: IntArray) -> Mixed:
     """Fit the coefficients β.
 
-    Raises PlaneError if the heads lie on one line.
+    Raises ValueError if the heads lie on one line.
 
     Parameters
     ----------
@@ -83,11 +79,11 @@ def _robust_std(residual: FloatArray) -> float:
 def solve(normal: FloatArray, right: FloatArray) -> FloatArray:
     """Solution of the normal equations.
 
-    Raises PlaneError if they are singular.
+    Raises ValueError if they are singular.
     """
     spread = np.sqrt(np.diag(normal))
     if not spread.all() or np.linalg.cond(normal / np.outer(spread, spread)) > 1e10:
-        raise PlaneError("all heads are on one line of the picture, which does not determine its perspective")
+        raise ValueError("all heads are on one line of the picture, which does not determine its perspective")
     return np.asarray(np.linalg.solve(normal, right), np.float64)
 
 
@@ -151,7 +147,7 @@ def fit_plane(heads: Heads, size: FloatArray, *, resamples: int, seed: int) -> P
     Minimises a Student-t loss of the residuals (s − ŝ)/ŝ, since the noise of a box grows with its size. They are
     relative to the fitted size ŝ: relative to the measured one, boxes that are small by chance would weigh more.
 
-    Raises PlaneError if there are too few tracks, or sizes do not grow downwards significantly.
+    Raises ValueError if there are too few tracks, or sizes do not grow downwards significantly.
 
     Parameters
     ----------
@@ -160,13 +156,13 @@ def fit_plane(heads: Heads, size: FloatArray, *, resamples: int, seed: int) -> P
     x, nu, track = heads.x, heads.nu, heads.track
     starts = np.flatnonzero(np.r_[True, track[1:] != track[:-1]])
     if len(starts) < LEAST_TRACKS:
-        raise PlaneError(f"{len(starts)} tracks are too few to calibrate a camera; {LEAST_TRACKS} are the least")
+        raise ValueError(f"{len(starts)} tracks are too few to calibrate a camera; {LEAST_TRACKS} are the least")
     scale = float(np.hypot(np.ptp(x), np.ptp(nu))) or 1.0
     share, pair = _shares(x, nu, track)
     fit = fit_mixed(np.stack([np.ones_like(x), nu / scale, x / scale], axis=1), size, share, pair, starts)
     draws = _resample(fit, resamples, seed)
     if fit.beta[1] <= 3.0 * np.std(draws[:, 1]):
-        raise PlaneError("heads do not grow significantly towards the picture's lower edge: too few rows, or too steep")
+        raise ValueError("heads do not grow significantly towards the picture's lower edge: too few rows, or too steep")
     planes = tuple(_plane(draw, scale) for draw in draws)
     return PlaneFit(plane=_plane(fit.beta, scale), scatter=fit.scatter, resampled=planes)
 

@@ -48,11 +48,6 @@ class FocalLengths:
     walkers: int
 
 
-def stretch(plane: SizePlane, focal: float) -> float:
-    """The stretch of depths, g = f / cos θ in px."""
-    return float(np.hypot(focal, plane.depth))
-
-
 def find_focal_length(fit: PlaneFit, heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FocalLengths:
     """Estimate the focal length by how people walk and the prior, or by the prior alone if too few walk."""
     return _by_motion(fit, heads, boxes.size[0], settings) or _by_prior(fit, boxes.size[0], settings)
@@ -84,11 +79,11 @@ def _by_motion(fit: PlaneFit, heads: Heads, width: int, settings: LiftingSetting
     best = float(focal[_GRID // 2])
     pace = Pace(between=0.3, within=0.1, direction=settings.direction_spread)
     for _ in range(_ROUNDS):
-        chosen = walkers(steps, stretch(fit.plane, best))
+        chosen = walkers(steps, fit.plane.stretch(best))
         if len(np.unique(steps.person[chosen])) < LEAST_PEOPLE:
             return None
         walking = steps.take(chosen)
-        pace = estimate_pace(walking, stretch(fit.plane, best), settings.direction_spread)
+        pace = estimate_pace(walking, fit.plane.stretch(best), settings.direction_spread)
         before = best
         best = float(_quantiles(_posterior(fit.plane, walking, focal, pace, best), focal, np.array([0.5]))[0])
         if abs(best / before - 1.0) < _CONVERGED:
@@ -147,8 +142,8 @@ def walkers(steps: Steps, g: float) -> BoolArray:
 def _posterior(plane: SizePlane, steps: Steps, focal: FloatArray, pace: Pace, about: float) -> FloatArray:
     """Log posterior density [G] of ln f at the grid ``focal`` [G] in px; ``about`` is an estimate of f."""
     prior = -0.5 * np.linspace(-_REACH, _REACH, _GRID) ** 2
-    near = stretch(plane, about)
-    return prior + [log_likelihood(steps, stretch(plane, float(f)), pace, near) for f in focal]
+    near = plane.stretch(about)
+    return prior + [log_likelihood(steps, plane.stretch(float(f)), pace, near) for f in focal]
 
 
 def _quantiles(log_density: FloatArray, focal: FloatArray, levels: FloatArray) -> FloatArray:

@@ -6,14 +6,14 @@ from typing import Annotated, Literal
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import Checked, Within
 
 Method = Literal["motion", "prior", "homography"]
 """What closed the focal length, or ``homography``: the user gave all of the camera."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class LiftingSettings:
+class LiftingSettings(Checked):
     """The table ``[lifting]`` of a recipe.
 
     Parameters
@@ -35,9 +35,6 @@ class LiftingSettings:
     window: Annotated[float, Within(0.01, 3600.0, "s")] = 2.0
     gap: Annotated[float, Within(0.0, 3600.0, "s")] = 4.0
     resamples: Annotated[int, Within(20, 10_000)] = 60
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +104,20 @@ class Heads:
         return replace(self, x=x, nu=nu, frame=self.frame[chosen], track=self.track[chosen])
 
 
+def parts_of_tracks(frame: IntArray, track: IntArray, length: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Parts of ``length`` frames of each track, counted from its first frame.
+
+    Returns
+    -------
+    [N] number of each head's track, [N] number of its part in the track, [P] first row of each part, [P] its heads.
+    """
+    opening = np.r_[True, track[1:] != track[:-1]]
+    number = np.cumsum(opening) - 1
+    part = (frame - frame[opening][number]) // length
+    starts = np.flatnonzero(np.r_[True, (part[1:] != part[:-1]) | opening[1:]])
+    return number, part, starts, np.diff(np.r_[starts, len(frame)])
+
+
 def split_at_gaps(heads: Heads, gap: float) -> Heads:
     """The same heads with tracks split at gaps of more than ``gap`` s.
 
@@ -154,6 +165,10 @@ class SizePlane:
     def depth(self) -> float:
         """f·tan θ: distance in px from the picture's centre up to the horizon, once that is level."""
         return self.a / self.slope
+
+    def stretch(self, focal: float) -> float:
+        """The stretch of depths, g = f / cos θ in px."""
+        return float(np.hypot(focal, self.depth))
 
     def levelled(self, x: FloatArray, nu: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The points [N] after the rotation that levels the picture."""

@@ -18,7 +18,6 @@ from vbbench_generators.lifting.heads import (
     Heads,
     LiftingSettings,
     Method,
-    SizePlane,
     box_sizes,
     lengthening,
     roundness,
@@ -82,47 +81,32 @@ class Calibration:
     tracks: int
 
 
-@dataclass(frozen=True, kw_only=True)
-class FoundCamera:
-    """A camera with samples of its posterior; other parameters as in `Calibration`.
-
-    Parameters
-    ----------
-    camera : the most probable camera.
-    others : cameras drawn from the posterior; empty if the camera was given.
-    fit : the fit of the head sizes; ``None`` if unused.
-    """
-
-    camera: GroundCamera
-    others: tuple[GroundCamera, ...]
-    method: Method
-    walkers: int
-    fit: PlaneFit | None
-    roundness: float = 0.0
-
-
 def calibration_of(
-    found: FoundCamera, heads: Heads, smoothed: Smoothed, settings: LiftingSettings, middle: float, speed: float | None
+    cameras: tuple[GroundCamera, ...],
+    fit: PlaneFit | None,
+    heads: Heads,
+    smoothed: Smoothed,
+    settings: LiftingSettings,
+    middle: float,
+    **found: Any,
 ) -> Calibration:
     """The calibration, with 95 % intervals from samples of the posterior.
 
     Parameters
     ----------
+    cameras : the most probable camera, and others drawn from the posterior; none if the camera was given.
+    fit : the fit of the head sizes; ``None`` if unused.
     heads : the lifted heads.
     middle : row in px of the picture's centre.
-    speed : median walking speed in m/s.
+    found : ``method``, ``walkers``, ``roundness`` and ``walking_speed``.
     """
 
     def interval(figure: Callable[[GroundCamera], float]) -> Interval:
-        value = float(figure(found.camera))
-        if not found.others:
-            return Interval(value=value, low=value, high=value)
-        low, high = np.quantile([figure(camera) for camera in found.others], [0.025, 0.975])
+        value, *others = (float(figure(camera)) for camera in cameras)
+        low, high = np.quantile(others or [value], [0.025, 0.975])
         return Interval(value=value, low=float(low), high=float(high))
 
-    fit = found.fit
     return Calibration(
-        method=found.method,
         pseudo_metric=fit is not None,
         focal=interval(lambda camera: camera.focal),
         tilt=interval(lambda camera: camera.tilt),
@@ -133,15 +117,13 @@ def calibration_of(
         head_size=settings.head_size,
         head_height=settings.head_height,
         head_scatter=None if fit is None else fit.scatter,
-        roundness=found.roundness,
         size_plane=None if fit is None else (fit.plane.a, fit.plane.b, fit.plane.c),
         size_plane_covariance=None if fit is None else tuple(map(tuple, fit.covariance.tolist())),
-        walkers=found.walkers,
-        walking_speed=speed,
         smoothing_residual_m=smoothed.residual_m,
         smoothing_residual_px=smoothed.residual_px,
         boxes=len(heads.x),
         tracks=len(np.unique(heads.track)),
+        **found,
     )
 
 
@@ -207,28 +189,30 @@ def lift(boxes: HeadBoxes, settings: LiftingSettings, homography: FloatArray | N
     """
     if not len(boxes):
         raise VbbenchError(f"{boxes.name}: no head box to lift")
-    heads = boxes.heads()
+    heads, fit, cameras = boxes.heads(), None, tuple[GroundCamera, ...]()
+    found: dict[str, Any] = {"method": "homography", "walkers": 0, "roundness": 0.0}
     try:
         if homography is not None:
             seen = boxes.centre + np.array([np.median(heads.x), np.median(heads.nu)])
-            camera = camera_of_homography(homography, boxes.centre, seen, settings.head_height)
-            found = FoundCamera(camera=camera, others=(), method="homography", walkers=0, fit=None)
+            cameras = (camera_of_homography(homography, boxes.centre, seen, settings.head_height),)
         else:
-            found = _find_by_heads(heads, boxes, settings)
-        kept = _below_horizon(found.camera.depth(heads.x, heads.nu))
+            cameras, fit, found = _find_by_heads(heads, boxes, settings)
+        kept = _below_horizon(cameras[0].depth(heads.x, heads.nu))
     except ValueError as error:
         advice = "is that of another picture?" if homography is not None else "give its `homography`"
         raise VbbenchError(f"{boxes.name}: the camera cannot be found: {error}; {advice}") from error
     heads = heads.take(kept)
-    speed = walking_speed(heads, found.camera, settings.window)
+    found["walking_speed"] = walking_speed(heads, cameras[0], settings.window)
     heads = split_at_gaps(heads, settings.gap)
-    smoothed = smooth_tracks(heads, found.camera, settings.head_size, boxes.name)
-    calibration = calibration_of(found, heads, smoothed, settings, boxes.centre[1], speed)
+    smoothed = smooth_tracks(heads, cameras[0], settings.head_size, boxes.name)
+    calibration = calibration_of(cameras, fit, heads, smoothed, settings, boxes.centre[1], **found)
     return Lifted(tracks=smoothed.scene, calibration=calibration)
 
 
-def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) -> FoundCamera:
-    """Calibrate the camera from sizes and motion of the heads; raises ValueError if they do not determine it."""
+def _find_by_heads(
+    heads: Heads, boxes: HeadBoxes, settings: LiftingSettings
+) -> tuple[tuple[GroundCamera, ...], PlaneFit, dict[str, Any]]:
+    """Cameras, fit and facts as `calibration_of` takes them; raises ValueError if heads do not determine the camera."""
     focal = settings.focal_median * boxes.size[0]
     seen, drawn = heads.take(boxes.whole), boxes.boxes[boxes.whole]
     for last in (False, True):
@@ -239,18 +223,9 @@ def _find_by_heads(heads: Heads, boxes: HeadBoxes, settings: LiftingSettings) ->
         if last or ball < _HARDLY:
             break
         focal = closing.focal
-
-    def camera(plane: SizePlane, focal: float) -> GroundCamera:
-        return camera_of_plane(plane, focal, settings.head_size, settings.head_height)
-
-    return FoundCamera(
-        camera=camera(fit.plane, closing.focal),
-        others=tuple(camera(plane, float(f)) for plane, f in zip(closing.planes, closing.draws, strict=True)),
-        method=closing.method,
-        walkers=closing.walkers,
-        fit=fit,
-        roundness=ball,
-    )
+    lenses = [(fit.plane, closing.focal), *zip(closing.planes, closing.draws.tolist(), strict=True)]
+    cameras = tuple(camera_of_plane(plane, f, settings.head_size, settings.head_height) for plane, f in lenses)
+    return cameras, fit, {"method": closing.method, "walkers": closing.walkers, "roundness": ball}
 
 
 def _below_horizon(depth: FloatArray) -> BoolArray:

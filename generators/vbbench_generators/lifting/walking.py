@@ -8,6 +8,7 @@ stretch, and the crowd has little information.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.scene import Scene
 from vbbench_generators import _core
 from vbbench_generators.lifting.camera import GroundCamera
-from vbbench_generators.lifting.heads import Heads
+from vbbench_generators.lifting.heads import Heads, parts_of_tracks
 
 BLOCK = 0.4
 _LAGS = (1, 2, 3, 4)
@@ -24,11 +25,10 @@ _LEAST = 20
 _MEDIAN_OF_CHI2 = 0.4549
 
 
-@dataclass(frozen=True, kw_only=True)
-class Strength:
+class Strength(NamedTuple):
     """Measurement and process noise of one coordinate.
 
-    Parameters
+    Attributes
     ----------
     noise : standard deviation of the measurement noise averaged over one second, in units of ``scale``.
     acceleration : spectral density of acceleration, squared units of the coordinate / s³.
@@ -61,8 +61,8 @@ def estimate_strength(value: FloatArray, scale: FloatArray, frame: IntArray, tra
     if not rows:
         return Strength(noise=0.0, acceleration=0.0)
     weight = 1.0 / np.maximum(np.array(seen), 1e-12)
-    solution, _ = nnls(np.array(rows) * weight[:, None], np.array(seen) * weight)
-    return Strength(noise=float(np.sqrt(solution[0])), acceleration=float(solution[1]))
+    (noise, acceleration), _ = nnls(np.array(rows) * weight[:, None], np.array(seen) * weight)
+    return Strength(noise=float(np.sqrt(noise)), acceleration=float(acceleration))
 
 
 def _blocks(
@@ -70,11 +70,7 @@ def _blocks(
 ) -> tuple[FloatArray, FloatArray, IntArray, IntArray, float]:
     """Means of coordinate and scale over blocks of frames, number and track of each block, and its length in s."""
     length = max(1, round(BLOCK / dt))
-    opening = np.r_[True, track[1:] != track[:-1]]
-    number = np.cumsum(opening) - 1
-    part = (frame - frame[opening][number]) // length
-    starts = np.flatnonzero(np.r_[True, (part[1:] != part[:-1]) | opening[1:]])
-    count = np.diff(np.r_[starts, len(value)])
+    number, part, starts, count = parts_of_tracks(frame, track, length)
     whole = count == length
     mean, level = (np.add.reduceat(values, starts) / count for values in (value, scale))
     return mean[whole], level[whole], part[starts][whole], number[starts][whole], length * dt
@@ -88,23 +84,6 @@ def _second_differences(
     close = (owner[after] == owner[before]) & (block[after] - block[before] == 2 * lag)
     second = mean[after] - 2.0 * mean[middle] + mean[before]
     return second[close], level[middle][close]
-
-
-def smooth(value: FloatArray, variance: FloatArray, row: IntArray, starts: IntArray, q: float, dt: float) -> FloatArray:
-    """Smoothed coordinate [M], gaps filled.
-
-    Parameters
-    ----------
-    value, variance : [N] measured coordinate and variance of its noise, in m and m².
-    row : [N] index of each value in the result; ascending.
-    starts : [K + 1] index in the result where each piece of a track begins; the last is M. Pieces begin and end with a
-        measurement.
-    q : density of acceleration in m²/s³.
-    dt : seconds per frame.
-    """
-    known, noise = np.full(starts[-1], np.nan), np.zeros(starts[-1])
-    known[row], noise[row] = value, variance
-    return _core.smooth(known, noise, starts, q, dt)
 
 
 _LEAST_STD = 1e-6
@@ -125,40 +104,27 @@ def smooth_tracks(heads: Heads, camera: GroundCamera, head_size: float, name: st
     ground, jacobian = camera.to_ground(heads.x, heads.nu), camera.jacobian(heads.x, heads.nu)
     size = head_size / np.hypot(jacobian[:, 0, 0], jacobian[:, 1, 0])
     scale = size[:, None] * np.hypot(jacobian[:, :, 0], jacobian[:, :, 1])
-    starts, row = _rows(heads)
+    first = np.flatnonzero(np.r_[True, heads.track[1:] != heads.track[:-1]])
+    spans = heads.frame[np.r_[first[1:], len(heads.track)] - 1] - heads.frame[first] + 1
+    starts = np.r_[0, np.cumsum(spans)]  # of tracks in a table with a row for each frame of a track
+    row = heads.frame + np.repeat(starts[:-1] - heads.frame[first], np.diff(np.r_[first, len(heads.track)]))
     smoothed = np.empty((int(starts[-1]), 2))
     for axis in range(2):
-        strength = estimate_strength(ground[:, axis], scale[:, axis], heads.frame, heads.track, dt=heads.dt)
-        variance = (strength.noise * scale[:, axis]) ** 2 / heads.dt + _LEAST_STD**2
-        density = max(strength.acceleration, _LEAST_ACCELERATION)
-        smoothed[:, axis] = smooth(ground[:, axis], variance, row, starts, density, heads.dt)
+        noise, acceleration = estimate_strength(ground[:, axis], scale[:, axis], heads.frame, heads.track, dt=heads.dt)
+        known, variance = np.full(len(smoothed), np.nan), np.zeros(len(smoothed))
+        known[row], variance[row] = ground[:, axis], (noise * scale[:, axis]) ** 2 / heads.dt + _LEAST_STD**2
+        smoothed[:, axis] = _core.smooth(known, variance, starts, max(acceleration, _LEAST_ACCELERATION), heads.dt)
+    frame = np.arange(len(smoothed)) - np.repeat(starts[:-1] - heads.frame[first], spans)
+    people, unknown = heads.track[first], np.full(len(first), np.nan)
+    positions = np.full((int(frame.max()) + 1, len(people), 2), np.nan)
+    positions[frame, np.repeat(np.arange(len(people)), spans)] = smoothed
     off = ground - smoothed[row]
     moved = np.linalg.solve(jacobian, off[:, :, None])[:, :, 0]
     return Smoothed(
-        scene=_scene(heads, smoothed, starts, name),
+        scene=Scene(name=name, dt=heads.dt, people=people, positions=positions, heights=unknown),
         residual_m=float(np.sqrt(np.mean((off**2).sum(axis=1)))),
         residual_px=float(np.sqrt(np.mean((moved**2).sum(axis=1)))),
     )
-
-
-def _rows(heads: Heads) -> tuple[IntArray, IntArray]:
-    """Starts [K + 1] of tracks in a table with a row for each frame of a track, and each head's row [N]."""
-    first = np.flatnonzero(np.r_[True, heads.track[1:] != heads.track[:-1]])
-    last = np.r_[first[1:], len(heads.track)] - 1
-    spans = heads.frame[last] - heads.frame[first] + 1
-    starts = np.r_[0, np.cumsum(spans)]
-    row = heads.frame + np.repeat(starts[:-1] - heads.frame[first], last - first + 1)
-    return starts, row
-
-
-def _scene(heads: Heads, smoothed: FloatArray, starts: IntArray, name: str) -> Scene:
-    people, first = np.unique(heads.track, return_index=True)
-    spans = np.diff(starts)
-    column = np.repeat(np.arange(len(people)), spans)
-    frame = np.arange(len(smoothed)) - np.repeat(starts[:-1] - heads.frame[first], spans)
-    positions = np.full((int(frame.max()) + 1, len(people), 2), np.nan)
-    positions[frame, column] = smoothed
-    return Scene(name=name, dt=heads.dt, people=people, positions=positions, heights=np.full(len(people), np.nan))
 
 
 HARMONICS = 6
@@ -271,15 +237,10 @@ class Segments:
 
 def cut_segments(heads: Heads, window: float) -> Segments:
     """Cut tracks into consecutive windows of ``window`` s; windows with too few boxes are removed."""
-    frame, track = heads.frame, heads.track
     third = max(1, round(window / heads.dt / 3.0))
-    opening = np.r_[True, track[1:] != track[:-1]]
-    number = np.cumsum(opening) - 1
-    part = (frame - frame[opening][number]) // third
+    number, part, starts, count = parts_of_tracks(heads.frame, heads.track, third)
     key = number * (int(part.max()) + 3) + part
-    starts = np.flatnonzero(np.r_[True, key[1:] != key[:-1]])
-    count = np.diff(np.r_[starts, len(key)])
-    values = (heads.x, heads.nu, frame * heads.dt)
+    values = (heads.x, heads.nu, heads.frame * heads.dt)
     mean = np.stack([np.add.reduceat(value, starts) / count for value in values], axis=1)
     opens = np.flatnonzero(part[starts] % 3 == 0)
     opens = opens[opens + 2 < len(starts)]

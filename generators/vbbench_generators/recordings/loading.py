@@ -10,6 +10,7 @@ import numpy as np
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.text_tables import split_header
 from vbbench.files.tables import file_sha256
+from vbbench.generation.generator import Options
 from vbbench.generation.sources import locate
 from vbbench.geometry import FloatArray
 from vbbench.parsing.numbers import FRAME_TIME
@@ -76,23 +77,6 @@ class SceneFile:
     smooth: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
-class Wishes:
-    """The user's options about the source files.
-
-    Parameters
-    ----------
-    source : file or folder to look in first; for ``custom`` the user's own file.
-    seed : seed of the jitter of resampled scenes, and of places within a grid's cells.
-    dt, homography : seconds per frame, and 3x3 file from pixels to metres.
-    """
-
-    source: Path | None
-    seed: int
-    dt: float | None = None
-    homography: Path | None = None
-
-
 class Reader:
     """A format of recordings, registered under ``vbbench.readers`` by its name in recipes.
 
@@ -110,32 +94,33 @@ class Reader:
         """Read one scene."""
         raise NotImplementedError
 
-    def load(self, recipe: Recipe, wishes: Wishes) -> Loaded:
-        """Find the recipe's files, check and read them."""
-        if wishes.dt is not None or wishes.homography is not None:
+    def load(self, recipe: Recipe, options: Options) -> Loaded:
+        """Find the recipe's files, check and read them, as the options ``source``, ``dt`` and ``homography`` say.
+
+        The option ``seed`` is that of the jitter of resampled scenes, and of places within a grid's cells.
+        """
+        if options.dt is not None or options.homography is not None:
             raise VbbenchError(
                 f"{recipe.name}: `dt` and `homography` are for the split 'custom'; this recipe has its own"
             )
-        paths = locate(recipe.sources, wishes.source, split=recipe.name)
+        paths = locate(recipe.sources, options.source, split=recipe.name)
         matrix = read_homography(paths.pop()) if recipe.homography is not None else None
         scenes = [self.read(_scene_file(recipe, path, recipe.dt, matrix)) for path in paths]
         if recipe.resampling is not None:
             jitter = recipe.resampling.jitter
-            scenes = [_jittered(scene, jitter, wishes.seed, index) for index, scene in enumerate(scenes)]
+            scenes = [_jittered(scene, jitter, options.seed, index) for index, scene in enumerate(scenes)]
         if recipe.grid is not None:
-            scenes = [off_grid(scene, recipe.grid, wishes.seed, index) for index, scene in enumerate(scenes)]
+            scenes = [off_grid(scene, recipe.grid, options.seed, index) for index, scene in enumerate(scenes)]
         return Loaded(scenes=scenes, files=[(file.path, file.sha256) for file in recipe.sources])
 
 
-def load_scenes(
-    recipe: Recipe, source: Path | None, *, seed: int, dt: float | None = None, homography: Path | None = None
-) -> Loaded:
-    """The scenes of a split, read by the reader of its recipe's format; the other parameters are as in `Wishes`.
+def load_scenes(recipe: Recipe, options: Options) -> Loaded:
+    """The scenes of a split, read by the reader of its recipe's format.
 
     Raises VbbenchError if a file is missing or bad, or an option does not fit the split.
     """
-    wishes = Wishes(source=source, seed=seed, dt=dt, homography=homography)
-    return _load_own(recipe, wishes) if recipe.reads_own_file else get_reader(recipe.format).load(recipe, wishes)
+    reads_own = _load_own if recipe.reads_own_file else get_reader(recipe.format).load
+    return reads_own(recipe, options)
 
 
 def get_reader(name: str) -> Reader:
@@ -172,20 +157,20 @@ def detect_format(path: Path) -> str:
     return found
 
 
-def _load_own(recipe: Recipe, wishes: Wishes) -> Loaded:
-    source, homography = wishes.source, wishes.homography
+def _load_own(recipe: Recipe, options: Options) -> Loaded:
+    source, homography = options.source, options.homography
     if source is None or not source.is_file():
         found = "" if source is None else f"; {source} is not a file"
         raise VbbenchError(f"{recipe.name} is made from a file of yours: name it with --source FILE{found}")
     matrix = None if homography is None else read_homography(homography)
     reader = get_reader(detect_format(source) if recipe.format == DETECTED else recipe.format)
-    scene = reader.read(_scene_file(recipe, source, recipe.dt if wishes.dt is None else wishes.dt, matrix))
+    scene = reader.read(_scene_file(recipe, source, recipe.dt if options.dt is None else options.dt, matrix))
     read = [source] if homography is None else [source, homography]
     return Loaded(scenes=[scene], files=[(path.name, file_sha256(path)) for path in read])
 
 
 def _scene_file(recipe: Recipe, path: Path, dt: float | None, homography: FloatArray | None) -> SceneFile:
-    if dt is None or not FRAME_TIME.least <= dt <= FRAME_TIME.most:
+    if dt is None:
         raise VbbenchError(f"{recipe.name}: give the seconds per frame with `dt`, {FRAME_TIME}")
     smooth = recipe.resampling is not None
     return SceneFile(path=path, dt=dt, frame_step=recipe.frame_step, homography=homography, smooth=smooth)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vbbench.errors import UnknownNameError, suggestion
 from vbbench.generation.sources import Source
 from vbbench.geometry import BoolArray
-from vbbench.parsing.numbers import FRAME_TIME, Within, check_ranges
+from vbbench.parsing.numbers import FRAME_TIME, Checked, Within, check_ranges
 from vbbench.parsing.toml_text import bundled_names, read_bundled, read_toml
 from vbbench.registry import registered
 from vbbench.scene import Scene
@@ -20,7 +20,7 @@ from vbbench_generators.tiers.noise import Precision
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rules:
+class Rules(Checked):
     """The rules of a recipe's sequences (table ``[sequences]``).
 
     Parameters
@@ -37,9 +37,6 @@ class Rules:
     min_frames: Annotated[int, Within(1, 10**6)] = 2
     standing_displacement: Annotated[float, Within(0.0, 1e5, "m")] = 0.0
     count_observer: bool = False
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +109,7 @@ class Caution:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Resampling:
+class Resampling(Checked):
     """Smooth interpolation between the key points of a ``.vsp``, plus jitter.
 
     Parameters
@@ -121,9 +118,6 @@ class Resampling:
     """
 
     jitter: Annotated[float, Within(0.0, 10.0, "m")]
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray, world_to_relative
-from vbbench.parsing.numbers import Within, check_ranges
+from vbbench.parsing.numbers import Checked, Within
 from vbbench_generators import _core
 
 
@@ -131,7 +131,7 @@ Bits = Annotated[int, Within(0, 32)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Precision:
+class Precision(Checked):
     """Rounding of boxes (table ``[precision]`` of a recipe).
 
     The error is uniform over half a step to either side. At a distance r the panorama's l = f·h/r px then determines r
@@ -146,9 +146,6 @@ class Precision:
     u_bits: Bits
     v_bits: Bits
     l_bits: Bits
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
     @property
     def steps(self) -> tuple[float, float, float]:

@@ -21,7 +21,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from vbbench.geometry import BoolArray, FloatArray
-from vbbench.parsing.numbers import Share, Within, check_ranges
+from vbbench.parsing.numbers import Checked, Share, Within
 from vbbench.parsing.toml_text import read_bundled
 from vbbench_generators import _core
 from vbbench_generators.tiers.noise import wandering
@@ -88,7 +88,7 @@ Rate = Annotated[float, Within(0.0, 100.0)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Walking:
+class Walking(Checked):
     """Parameters that all laws share.
 
     Parameters
@@ -109,7 +109,7 @@ class Walking:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Follow:
+class Follow(Checked):
     """The walking direction ``lead`` s later, drawn per person, with deviations of correlation time ``memory`` s."""
 
     share: Share
@@ -120,7 +120,7 @@ class Follow:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ahead:
+class Ahead(Checked):
     """The direction of the place reached after a time in s, drawn per person between ``nearest`` and ``farthest``."""
 
     share: Share
@@ -129,7 +129,7 @@ class Ahead:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Glance:
+class Glance(Checked):
     """Along the path, except for glances at neighbours.
 
     Parameters
@@ -149,7 +149,7 @@ class Glance:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sway:
+class Sway(Checked):
     """Along the path, oscillating at half the ``step_rate`` in 1/s with an ``amplitude`` in rad, drawn per person."""
 
     share: Share
@@ -160,7 +160,7 @@ class Sway:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Standing:
+class Standing(Checked):
     """Looking around while standing: directions held for ``held_for`` s on average, ``spread`` rad about the path's."""
 
     held_for: Span
@@ -179,8 +179,6 @@ class NaturalLook:
     standing: Standing
 
     def __post_init__(self) -> None:
-        for table in (self.walking, self.follow, self.ahead, self.glance, self.sway, self.standing):
-            check_ranges(table)
         if abs(sum(self.shares) - 1.0) > 1e-9:
             raise ValueError(f"the shares of the laws add up to {sum(self.shares):g}, not 1")
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.camera import PanoramaCamera
+from vbbench.camera import Camera, PanoramaCamera
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.generator import Card, Look, Observer, Options, refuse_footage
@@ -102,6 +102,34 @@ class Reprojection:
         return [causal_headings(scene.positions, scene.dt) for scene in self.scenes]
 
 
+def info_of(
+    card: Card,
+    options: Options,
+    camera: Camera,
+    tier: Tier,
+    dt: float,
+    generator: str,
+    details: dict[str, Any],
+    **facts: Any,
+) -> DatasetInfo:
+    """The facts of a dataset of crowds: what solvers are given, and its definition, which ends with ``details``."""
+    heights = chosen_heights(options)
+    definition = {"generator": generator, **observer_definition(options, options.look or tier.look)}
+    return DatasetInfo(
+        split=card.name,
+        title=card.title,
+        camera=camera,
+        tier=tier.name,
+        seed=options.seed,
+        dt=dt,
+        height_mean=heights.told_mean,
+        height_std=heights.told_std,
+        **asdict(tier.told(camera)),
+        definition={**definition, "limit": options.limit, **details},
+        **facts,
+    )
+
+
 def plan_reprojection(
     card: Card,
     rules: Rules,
@@ -127,37 +155,17 @@ def plan_reprojection(
         raise VbbenchError(f"a robot drives among simulated people: `observer` robot is not for {card.name}")
     tier, heights = chosen_tier(options), chosen_heights(options)
     camera = options.camera or tier.own_camera or PanoramaCamera()
-    look = options.look or tier.look
-    info = DatasetInfo(
-        split=card.name,
-        title=card.title,
-        camera=camera,
-        tier=tier.name,
-        seed=options.seed,
-        dt=scenes[0].dt,
-        height_mean=heights.told_mean,
-        height_std=heights.told_std,
-        **asdict(tier.told(camera)),
-        scenes=tuple(scene.name for scene in scenes),
-        definition={
-            "generator": f"reprojection/{REVISION}",
-            **observer_definition(options, look),
-            "limit": options.limit,
-            "count_observer": rules.count_observer,
-            "rules": asdict(rules),
-            **tier.definition,
-            **({} if precision is None else {"precision": asdict(precision)}),
-            **definition,
-        },
-        caution=card.caution,
-        calibration=calibration,
-    )
+    details = {"count_observer": rules.count_observer, "rules": asdict(rules), **tier.definition}
+    details |= {**({} if precision is None else {"precision": asdict(precision)}), **definition}
+    names = tuple(scene.name for scene in scenes)
+    facts = {"scenes": names, "caution": card.caution, "calibration": calibration}
+    info = info_of(card, options, camera, tier, scenes[0].dt, f"reprojection/{REVISION}", details, **facts)
     people = tuple(draw_heights(scene, number, options.seed, heights) for number, scene in enumerate(scenes))
     return Reprojection(
         info=info,
         scenes=people,
         rules=rules,
-        look=look,
+        look=options.look or tier.look,
         tier=tier,
         precision=precision,
         limit=options.limit,

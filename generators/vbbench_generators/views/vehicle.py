@@ -17,7 +17,7 @@ from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Look, Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray, moved_as_one, runs_of_true, wrap_angle
-from vbbench.parsing.numbers import Share, Within, check_ranges
+from vbbench.parsing.numbers import Checked, Share, Within
 from vbbench.parsing.toml_text import read_bundled
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, Odometry
@@ -38,7 +38,7 @@ Positive = Annotated[float, Within(1e-3, 1e3)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class RobotModel:
+class RobotModel(Checked):
     """The file ``robot.toml``, which documents each value."""
 
     top_speed: Positive
@@ -54,9 +54,6 @@ class RobotModel:
     wheel_std: Share
     gyro_std: Share
 
-    def __post_init__(self) -> None:
-        check_ranges(self)
-
 
 @cache
 def get_robot() -> RobotModel:
@@ -64,22 +61,8 @@ def get_robot() -> RobotModel:
     return read_bundled("vbbench_generators", "views/robot.toml", RobotModel, "top level")
 
 
-@dataclass(frozen=True)
-class Drive:
-    """A robot's path and odometry.
-
-    Parameters
-    ----------
-    poses : [T, 3] (x, y, yaw) in m and rad.
-    odometry : measured motion from frame to frame, by wheels and gyro.
-    """
-
-    poses: FloatArray
-    odometry: Odometry
-
-
-def follow(walk: FloatArray, dt: float, rng: np.random.Generator) -> Drive:
-    """The drive of a robot that follows a person.
+def follow(walk: FloatArray, dt: float, rng: np.random.Generator) -> tuple[FloatArray, Odometry]:
+    """Poses [T, 3] (x, y, yaw) in m and rad of a robot that follows a person, and odometry by its wheels and gyro.
 
     Parameters
     ----------
@@ -96,7 +79,7 @@ def follow(walk: FloatArray, dt: float, rng: np.random.Generator) -> Drive:
     measured = filter_motion(frames, speed, turn, gyro)
     poses = way[np.rint(frames / STEP).astype(int), :3]
     poses[:, 2] = wrap_angle(poses[:, 2])
-    return Drive(poses=poses, odometry=measured.odometry)
+    return poses, measured.odometry
 
 
 def sense(
@@ -143,7 +126,7 @@ Count = Annotated[int, Within(1, 10**6)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class VehicleModel:
+class VehicleModel(Checked):
     """The file ``vehicle.toml``, which documents each value."""
 
     standing: Share
@@ -166,9 +149,6 @@ class VehicleModel:
     tries: Count
     places: Count
     long_enough: Share
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
 
 @cache

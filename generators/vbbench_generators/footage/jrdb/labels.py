@@ -15,7 +15,7 @@ from vbbench.exchange.box_rows import BoxRows, rows_of
 from vbbench.exchange.box_tables import UNLINKED
 from vbbench.exchange.text_tables import NamedColumns, Rows, first_cells, read_fixed
 from vbbench.files.tables import LARGEST_ID
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import read_object
 from vbbench_generators.footage.tracks import sure_boxes
 
@@ -30,18 +30,6 @@ _PEDESTRIAN, _NO_SIZE = "pedestrian:", "its box is {0:g} px wide and {1:g} px hi
 _ATTRIBUTES = {"occlusion": "Fully_visible", "interpolated": "false"}
 """Attributes of labels, and what they are where nothing is said."""
 _LARGEST = 2**30
-
-
-@dataclass(frozen=True, kw_only=True)
-class PictureLabels(BoxRows):
-    """Boxes in the panorama; ``frame`` is the number of the picture, ``track`` the person.
-
-    Parameters
-    ----------
-    interpolated : [N] whether the box was computed from others.
-    """
-
-    interpolated: BoolArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,14 +49,20 @@ class PlaceLabels(Rows):
     heights: FloatArray
 
 
-def read_pictures(path: Path) -> PictureLabels:
-    """The people of ``labels_2d_stitched/NAME.json``; labels of other things are not read."""
+def read_pictures(path: Path, *, interpolated: bool = True) -> BoxRows:
+    """The people of ``labels_2d_stitched/NAME.json`` by number of the picture; other labels are not read.
+
+    Parameters
+    ----------
+    interpolated : whether boxes that were computed from others are kept.
+    """
     rows = _people(path, ".jpg", _BOX)
     boxes, (frame, track) = rows.stacked(*_BOX), _of_whom(rows)
     rows.refuse(boxes[:, 2:].min(axis=1, initial=1.0) <= 0.0, _NO_SIZE, *boxes[:, 2:].T)
     visible = np.array(list(VISIBLE.values()))[rows.places("occlusion", tuple(VISIBLE))]
     found = rows_of(path, frame, track, boxes, visible, rows.lines)
-    return replace(_labels(found), interpolated=np.char.lower(rows["interpolated"]) == "true")
+    by_hand = np.char.lower(rows["interpolated"]) != "true"
+    return replace(found, visible=visible).select(interpolated | by_hand)
 
 
 def read_places(path: Path) -> PlaceLabels:
@@ -156,7 +150,7 @@ def are_results(path: Path) -> bool:
     return len(first_cells(path)) == len(RESULTS.split())
 
 
-def read_sample(path: Path) -> tuple[PictureLabels, PlaceLabels]:
+def read_sample(path: Path) -> tuple[BoxRows, PlaceLabels]:
     """Both kinds of labels: a row for each person in each frame; x forward, y left."""
     rows = _read(path, "JRDB-Traj's sample", SAMPLE)
     return pictures_of(_boxes(rows, np.ones(len(rows)))), _places(rows, rows.stacked("x", "y"))
@@ -168,16 +162,10 @@ def read_tracked_boxes(path: Path) -> BoxRows:
     return _boxes(rows, rows.numbers("score"))
 
 
-def pictures_of(found: BoxRows) -> PictureLabels:
+def pictures_of(found: BoxRows) -> BoxRows:
     """Tracked boxes as labels, with scores as visible fractions; raises FileError at the first without an id."""
     found.refuse(found.track == UNLINKED, "id is -1: these are detections; link them first")
-    return _labels(found)
-
-
-def _labels(found: BoxRows) -> PictureLabels:
-    """Boxes as labels, none of them interpolated."""
-    seen = {**vars(found), "visible": found.scores}
-    return PictureLabels(**seen, interpolated=np.zeros(len(found), np.bool_))
+    return replace(found, visible=found.scores)
 
 
 def read_tracked_places(path: Path) -> PlaceLabels:

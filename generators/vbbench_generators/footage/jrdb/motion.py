@@ -7,14 +7,15 @@ Times of JRDB's pictures and point clouds: ``timestamps/NAME/frames_img.json`` a
 """
 
 import warnings
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchWarning, quoted
-from vbbench.exchange.bags import IMU, ODOMETRY, open_bag, yaw_of
+from vbbench.exchange.bags import IMU, ODOMETRY, Bag, open_bag, yaw_of
 from vbbench.geometry import BoolArray, FloatArray, IntArray, moved_as_one, wrap_angle
 from vbbench.parsing.json_text import read_object
 from vbbench.sequence import Odometry
@@ -168,43 +169,38 @@ def read_bag(path: Path) -> BagReadings:
     Raises MissingExtraError if the package rosbags is not installed; FileError if it is no bag, is empty, has no wheel
     odometry, or its clock jumps.
     """
-    wheels, imu = _messages(path)
-    if not wheels.rows:
-        raise FileError(path, f"has no message of {' or '.join(WHEELS)}: the robot's motion is not recorded")
-    times = _checked_times(path, wheels)
-    table = _finite(path, wheels)
+    with open_bag(path, "reading a robot's motion (bags)") as bag:
+        if not any(bag.counts.values()):
+            raise FileError(path, "is an empty bag: it holds no message")
+        driven, imus = bag.topics_of(ODOMETRY), bag.topics_of(IMU)
+        wheels = next((name for name in WHEELS if name in driven), None)
+        if wheels is None:
+            raise FileError(path, f"has no message of {' or '.join(WHEELS)}: the robot's motion is not recorded")
+        times, table = _numbers(bag, wheels, _odometry)
+        gyro = _gyro(*_numbers(bag, imus[0], _imu)) if imus else None
     twist, pose = table[:, :2], table[:, 2:]
     if np.abs(twist).max() < _NOTHING and np.ptp(pose, axis=0).max() > _NOTHING:
         times, twist = speeds_of(times, pose)
     fastest = float(np.abs(twist).max())
     if fastest > _FASTEST:
-        raise FileError(path, f"{wheels.name} has {fastest:,.0f} m/s or rad/s; no robot is so fast")
-    speed = Readings(times=times, values=twist[:, 0])
-    return BagReadings(path=path, speed=speed, turn=Readings(times=times, values=twist[:, 1]), gyro=_gyro(path, imu))
+        raise FileError(path, f"{wheels} has {fastest:,.0f} m/s or rad/s; no robot is so fast")
+    speed, turn = (Readings(times=times, values=values) for values in twist.T)
+    return BagReadings(path=path, speed=speed, turn=turn, gyro=gyro)
 
 
-@dataclass(frozen=True)
-class _Topic:
-    """Messages of one topic: times in s, and numbers."""
-
-    name: str
-    times: list[float]
-    rows: list[list[float]]
-
-
-def _messages(path: Path) -> tuple[_Topic, _Topic]:
-    """The messages of the wheels and of the fullest IMU topic; a topic without a name where there is none."""
-    with open_bag(path, "reading a robot's motion (bags)") as bag:
-        if not any(bag.counts.values()):
-            raise FileError(path, "is an empty bag: it holds no message")
-        driven = bag.topics_of(ODOMETRY)
-        wheels = _Topic(next((name for name in WHEELS if name in driven), ""), [], [])
-        imu = _Topic(next(iter(bag.topics_of(IMU)), ""), [], [])
-        for message in bag.messages(wheels.name, imu.name):
-            topic = wheels if message.topic == wheels.name else imu
-            topic.times.append(message.time)
-            topic.rows.append(_odometry(message.fields) if topic is wheels else _imu(message.fields))
-    return wheels, imu
+def _numbers(bag: Bag, topic: str, numbers: Callable[[Any], list[float]]) -> tuple[FloatArray, FloatArray]:
+    """Times [N] in s and ``numbers`` [N, C] of the messages of a topic; refuses a clock that jumps."""
+    rows = np.array([[message.time, *numbers(message.fields)] for message in bag.messages(topic)])
+    times, table = rows[:, 0], rows[:, 1:]
+    passed = np.diff(times)
+    jumps = (passed < 0.0) | (passed > _LONGEST_GAP)
+    if jumps.any():
+        row = int(jumps.argmax())
+        raise FileError(bag.path, f"the clock of {topic} jumps by {passed[row]:+.3f} s after message {row + 1}")
+    bad = ~(np.abs(table) < _MOST).all(axis=1)
+    if bad.any():
+        raise FileError(bag.path, f"message {int(bad.argmax()) + 1} of {topic} holds what is no plausible number")
+    return times, table
 
 
 def _odometry(message: Any) -> list[float]:
@@ -219,25 +215,6 @@ def _imu(message: Any) -> list[float]:
     return [rates.x, rates.y, rates.z, pull.x, pull.y, pull.z]
 
 
-def _checked_times(path: Path, topic: _Topic) -> FloatArray:
-    """Times [N] in s; refuses a clock that jumps."""
-    times = np.array(topic.times)
-    passed = np.diff(times)
-    bad = (passed < 0.0) | (passed > _LONGEST_GAP)
-    if bad.any():
-        row = int(bad.argmax())
-        raise FileError(path, f"the clock of {topic.name} jumps by {passed[row]:+.3f} s after message {row + 1}")
-    return times
-
-
-def _finite(path: Path, topic: _Topic) -> FloatArray:
-    table = np.array(topic.rows)
-    bad = ~(np.abs(table) < _MOST).all(axis=1)
-    if bad.any():
-        raise FileError(path, f"message {int(bad.argmax()) + 1} of {topic.name} holds what is no plausible number")
-    return table
-
-
 def speeds_of(times: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArray]:
     """[N − 1] times and [N − 1, 2] speeds between poses (x, y, yaw), of a robot that reports no speed."""
     passed = np.maximum(np.diff(times), 1e-6)
@@ -248,11 +225,8 @@ def speeds_of(times: FloatArray, pose: FloatArray) -> tuple[FloatArray, FloatArr
     return times[:-1] + 0.5 * passed, np.stack([ahead, turned], axis=-1) / passed[:, None]
 
 
-def _gyro(path: Path, imu: _Topic) -> Readings | None:
+def _gyro(times: FloatArray, table: FloatArray) -> Readings:
     """Turning rate about the vertical: however the IMU is mounted, the mean acceleration points upwards."""
-    if not imu.rows:
-        return None
-    times, table = _checked_times(path, imu), _finite(path, imu)
     pull = table[:, 3:].mean(axis=0)
     strength = float(np.linalg.norm(pull))
     up = pull / strength if _GRAVITY[0] < strength < _GRAVITY[1] else np.array([0.0, 0.0, 1.0])
@@ -349,7 +323,7 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, ever
     every : one of so many frames will be kept. Slip is correlated in time: covariances of so many consecutive motions
         are scaled to add up to that of the whole motion.
     """
-    _check_covers(bag, times)
+    _check_covers(bag.path, bag.speed, times)
     gyro, offsets = bag.gyro, dict[str, float | None]()
     if gyro is not None:
         offsets["gyro"] = clock_offset(bag.turn, gyro)
@@ -357,15 +331,10 @@ def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, ever
     seen = turning_by_people(times, places)
     offsets["pictures"] = None if seen is None else clock_offset(gyro or bag.turn, seen)
     times = times - (offsets["pictures"] or 0.0)
-    truth = filter_motion(times, bag.speed, bag.turn, gyro)
-    wheels = truth if gyro is None else filter_motion(times, bag.speed, bag.turn, None)
-    kept = filter_motion(times[::every], bag.speed, bag.turn, None)
-    return MeasuredMotion(
-        poses=truth.poses,
-        covariances=truth.covariances + _late(truth, times),
-        odometry=shared_out(wheels.odometry, kept.odometry, every),
-        offsets=offsets,
-    )
+    wheels = _by_wheels(times, bag.speed, bag.turn, every)
+    truth = wheels if gyro is None else filter_motion(times, bag.speed, bag.turn, gyro)
+    covariances = truth.covariances + _late(truth, times)
+    return MeasuredMotion(poses=truth.poses, covariances=covariances, odometry=wheels.odometry, offsets=offsets)
 
 
 def follow_poses(
@@ -383,7 +352,7 @@ def follow_poses(
             path, f"the robot has {fastest:,.0f} m/s or rad/s; positions are in m, one for each point cloud"
         )
     speed, turn = (Readings(times=when, values=values) for values in twist.T)
-    _check_covers(BagReadings(path=path, speed=speed, turn=turn, gyro=None), times)
+    _check_covers(path, speed, times)
     seen = turning_by_people(times, places)
     late = None if seen is None else clock_offset(turn, seen, WIDEST)
     if late is not None and abs(late) > MOST_LATE:
@@ -394,14 +363,19 @@ def follow_poses(
         problem = "people turn around the robot the other way than its poses do"
         raise FileError(path, f"{problem}: y must point left, z up, and orientations turn the robot into the world")
     poses = np.stack([np.interp(times, way[0], column) for column in way[1].T], axis=-1)
-    motion = filter_motion(times, speed, turn, None)
-    kept = filter_motion(times[::every], speed, turn, None)
+    wheels = _by_wheels(times, speed, turn, every)
     return MeasuredMotion(
         poses=moved_as_one(poses, poses[0], np.zeros(3)),
-        covariances=motion.covariances,
-        odometry=shared_out(motion.odometry, kept.odometry, every),
+        covariances=wheels.covariances,
+        odometry=wheels.odometry,
         offsets={"places": late},
     )
+
+
+def _by_wheels(times: FloatArray, speed: Readings, turn: Readings, every: int) -> RobotMotion:
+    """The motion by the wheels alone; covariances of odometry are shares of those of every ``every``-th frame."""
+    whole, kept = (filter_motion(when, speed, turn, None) for when in (times, times[::every]))
+    return replace(whole, odometry=shared_out(whole.odometry, kept.odometry, every))
 
 
 def shared_out(odometry: Odometry, kept: Odometry, every: int) -> Odometry:
@@ -433,8 +407,8 @@ def _late(motion: RobotMotion, times: FloatArray) -> FloatArray:
     return added
 
 
-def _check_covers(bag: BagReadings, times: FloatArray) -> None:
-    first, last = bag.speed.times[[0, -1]]
+def _check_covers(path: Path, speed: Readings, times: FloatArray) -> None:
+    first, last = speed.times[[0, -1]]
     if times[0] < first - _SLACK or times[-1] > last + _SLACK:
         covered, wanted = f"{first:.3f} to {last:.3f} s", f"{times[0]:.3f} to {times[-1]:.3f} s"
-        raise FileError(bag.path, f"covers {covered}, the pictures {wanted}: is it the bag of another recording?")
+        raise FileError(path, f"covers {covered}, the pictures {wanted}: is it the bag of another recording?")

@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.boxes import rectangles
+from vbbench.boxes import observations_of, rectangles
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, VbbenchWarning
+from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.matching import frame_offset, in_columns, match_tracks
 from vbbench.exchange.own.timing import nearest
 from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.scene import Scene
-from vbbench_generators.footage.jrdb.labels import PictureLabels, PlaceLabels, are_results, read_tracked_boxes
+from vbbench_generators.footage.jrdb.labels import PlaceLabels, are_results, read_tracked_boxes
 from vbbench_generators.footage.jrdb.motion import RATE, Grid, MeasuredMotion, Stamps
-from vbbench_generators.footage.sequences import pictures_in
+from vbbench_generators.footage.sequences import laid_out, medians, pictures_in
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow, read_found
 
 CAMERA = PanoramaCamera(width=3760, focal=482.9, cy=209.4, mount_height=1.03)
@@ -147,7 +148,7 @@ class Recording:
 
 
 def assemble(
-    name: str, pictures: PictureLabels, places: PlaceLabels, grid: Grid, clouds: IntArray, *, same_ids: bool = True
+    name: str, pictures: BoxRows, places: PlaceLabels, grid: Grid, clouds: IntArray, *, same_ids: bool = True
 ) -> Recording:
     """Put labels on the slots of their frames.
 
@@ -162,19 +163,15 @@ def assemble(
         frame = int(pictures.frame[(slots < 0).argmax()])
         raise FileError(pictures.path, f"picture {frame:06d}.jpg is labelled, but has no time stamp")
     tracks, column = np.unique(pictures.track, return_inverse=True)
-    shape = (len(grid.times), len(tracks))
-    boxes, visible, whole = np.full((*shape, 3), np.nan), np.full(shape, np.nan), np.full((*shape, 4), np.nan)
-    whole[slots, column] = pictures.boxes
-    left, top, width, height = pictures.boxes.T
-    boxes[slots, column] = np.stack([CAMERA.wrap_column(left + 0.5 * width), top + 0.5 * height, height], axis=-1)
-    visible[slots, column] = pictures.visible
+    shape, at = (len(grid.times), len(tracks)), (slots, column)
+    visible, whole = laid_out(shape, at, pictures.visible), laid_out(shape, at, pictures.boxes)
     people, points, heights = _on_slots(places, clouds)
     found = Recording(
         name=name,
         grid=grid,
         tracks=tracks,
         people=people,
-        boxes=boxes,
+        boxes=observations_of(whole, CAMERA),
         visible=visible,
         rectangles=whole,
         places=points,
@@ -215,16 +212,14 @@ def _on_slots(places: PlaceLabels, clouds: IntArray) -> tuple[IntArray, FloatArr
     """People [P], their places [T, P, 2] and median heights [P]."""
     people, column = np.unique(places.track, return_inverse=True)
     order = np.argsort(clouds, kind="stable")
-    points = np.full((len(clouds), len(people), 2), np.nan)
     first = np.searchsorted(clouds[order], places.frame)
     last = np.searchsorted(clouds[order], places.frame, side="right")
     used = first < last  # where two slots have the same cloud, the first one takes it
-    points[order[first[used]], column[used]] = places.places[used]
-    heights = np.array([np.median(places.heights[column == one]) for one in range(len(people))])
-    return people, points, heights
+    points = laid_out((len(clouds), len(people)), (order[first[used]], column[used]), places.places[used])
+    return people, points, medians(places.heights, column, len(people))
 
 
-def _inside_pictures(pictures: PictureLabels) -> PictureLabels:
+def _inside_pictures(pictures: BoxRows) -> BoxRows:
     """Boxes with their centre in the picture; refuses the file if many are outside."""
     middle = pictures.boxes[:, 1] + 0.5 * pictures.boxes[:, 3]
     outside = (middle < 0.0) | (middle > SIZE[1])

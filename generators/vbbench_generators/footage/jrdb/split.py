@@ -8,13 +8,13 @@ import numpy as np
 
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
+from vbbench.exchange.box_rows import BoxRows
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions
 from vbbench.generation.generator import Options, bundled_card
 from vbbench_generators.footage.jrdb.labels import (
     BOXES,
     PLACES,
-    PictureLabels,
     PlaceLabels,
     pictures_of,
     read_pictures,
@@ -166,11 +166,10 @@ def read_recording(one: Found, *, interpolated: bool = True) -> Recording:
     ----------
     interpolated : whether boxes that were interpolated from others are kept.
     """
-    pictures, places = _labels(one)
-    kept = (pictures.visible > 0.0) & (interpolated | ~pictures.interpolated)
-    if not kept.any():
+    pictures, places = _labels(one, interpolated=interpolated)
+    pictures = pictures.select(pictures.visible > 0.0)
+    if not len(pictures):
         raise FileError(pictures.path, "holds no box of a visible person" + ("" if interpolated else " by hand"))
-    pictures = pictures.select(kept)
     first, last = int(pictures.frame.min()), int(pictures.frame.max())
     if PICTURE_TIMES in one.files:
         stamps = read_stamps(one.files[PICTURE_TIMES].parent, PICTURES).between(first, last)
@@ -188,13 +187,13 @@ def _cloud_stamps(one: Found, grid: Grid) -> Stamps:
     return nominal_stamps(next(iter(one.files.values())), grid.frames)
 
 
-def _labels(one: Found) -> tuple[PictureLabels, PlaceLabels]:
+def _labels(one: Found, *, interpolated: bool) -> tuple[BoxRows, PlaceLabels]:
     if TRACKED in one.files:
         found = read_tracked_boxes(one.files[TRACKED])
         return pictures_of(found), read_tracked_places(one.files["places"])
     if "sample" in one.files:
         return read_sample(one.files["sample"])
-    return read_pictures(one.files["pictures"]), read_places(one.files["places"])
+    return read_pictures(one.files["pictures"], interpolated=interpolated), read_places(one.files["places"])
 
 
 def find_recordings(source: Path | None) -> list[Found]:

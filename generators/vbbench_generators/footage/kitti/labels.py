@@ -82,6 +82,11 @@ class Labels(Rows):
         return int(self.frame.max(initial=-1))
 
     @property
+    def rectangles(self) -> FloatArray:
+        """[N, 4] the boxes as (left, top, width, height) in px."""
+        return np.concatenate([self.boxes[:, :2], self.boxes[:, 2:] - self.boxes[:, :2]], axis=-1)
+
+    @property
     def visible(self) -> FloatArray:
         """[N] about the visible share of each body, in (0, 1]: `SHOWS` × `INSIDE`."""
         shown: FloatArray = SHOWS[self.occluded] * INSIDE[self.truncated]
@@ -228,8 +233,8 @@ def _from_detections(path: Path, classes: tuple[str, ...]) -> BoxRows:
 
 def _from_labels(path: Path, classes: tuple[str, ...]) -> BoxRows:
     labels = read_labels(path).of(classes)
-    boxes = np.concatenate([labels.boxes[:, :2], labels.boxes[:, 2:] - labels.boxes[:, :2]], axis=-1)
-    return sure_boxes(rows_of(path, labels.frame, labels.track, boxes, _log_odds(labels.scores), labels.lines))
+    scores = _log_odds(labels.scores)
+    return sure_boxes(rows_of(path, labels.frame, labels.track, labels.rectangles, scores, labels.lines))
 
 
 def _log_odds(scores: FloatArray) -> FloatArray:

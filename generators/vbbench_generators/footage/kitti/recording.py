@@ -38,7 +38,7 @@ from vbbench_generators.footage.kitti.labels import (
     refuse_places_elsewhere,
     size_of_pictures,
 )
-from vbbench_generators.footage.sequences import named, pictures_in
+from vbbench_generators.footage.sequences import laid_out, medians, named, pictures_in
 from vbbench_generators.footage.tracks import FoundTracks, file_for, follow
 
 EARTH_RADIUS = 6378137.0
@@ -307,16 +307,6 @@ class KittiRecording:
     sums: list[list[str]]
 
 
-@dataclass(frozen=True, kw_only=True)
-class _People:
-    """Labelled people: ids [P], boxes [T, P, 4] (left, top, width, height) in px, visible fractions [T, P], places."""
-
-    ids: IntArray
-    boxes: FloatArray
-    visible: FloatArray
-    scene: Scene
-
-
 def read_recording(
     folder: KittiFolder, name: str, asked: FootageOptions, classes: tuple[str, ...], *, several: bool
 ) -> KittiRecording:
@@ -336,21 +326,23 @@ def read_recording(
     persons = labels.of(classes)
     refuse_places_elsewhere(persons, calibration)
     way = _find_way(paths, labels, calibration)
-    people = _find_people(name, persons, way.motions)
-    tracks: dict[str, Any] = {"tracks": people.ids, "boxes": observations_of(people.boxes, camera)}
-    tracks["visible"] = people.visible
+    rows, people, column = persons.tracked()
+    values = rows.rectangles, rows.visible, in_the_world(rows.places, way.motions[rows.frame])
+    labelled, visible, places = (laid_out((len(way.motions), len(people)), (rows.frame, column), one) for one in values)
+    heights = medians(rows.height, column, len(people))
+    tracks: dict[str, Any] = {"tracks": people, "boxes": observations_of(labelled, camera), "visible": visible}
     found = None
     if "boxes" in paths:
         shown: dict[str, Any] = {"dt": DT, "picture": camera.picture_size, "person_class": asked.person_class}
-        boxes = read_boxes(paths["boxes"], len(people.boxes), classes, **shown)
-        found = follow(boxes, people.boxes, people.ids, camera, DT, size=camera.picture_size)
+        boxes = read_boxes(paths["boxes"], len(labelled), classes, **shown)
+        found = follow(boxes, labelled, people, camera, DT, size=camera.picture_size)
         tracks = found.seen
     footage = Footage(
         name=name,
         camera=camera,
         dt=DT,
         poses=on_the_ground(way.motions, calibration),
-        scene=people.scene,
+        scene=Scene(name=name, dt=DT, people=people, positions=places, heights=heights),
         pictures=folder.pictures(name),
         **tracks,
     )
@@ -414,20 +406,3 @@ def _warn_if_apart(path: Path, poses: FloatArray, oxts: FloatArray, best: str) -
         facts = f"in a second these poses and those of oxts move {moved:.2f} m and turn {turned:.3f} rad differently"
         advice = "one of them is wrong, or of another sequence"
         warnings.warn(VbbenchWarning(f"{path}: {facts} (medians); those of {best} are used: {advice}"), stacklevel=3)
-
-
-def _find_people(name: str, labels: Labels, motions: FloatArray) -> _People:
-    rows, ids, column = labels.tracked()
-    shape, at = (len(motions), len(ids)), (rows.frame, column)
-    boxes, visible, places = np.full((*shape, 4), np.nan), np.full(shape, np.nan), np.full((*shape, 2), np.nan)
-    boxes[at] = np.concatenate([rows.boxes[:, :2], rows.boxes[:, 2:] - rows.boxes[:, :2]], axis=-1)
-    visible[at] = rows.visible
-    places[at] = in_the_world(rows.places, motions[rows.frame])
-    heights = np.array([_median_of_known(rows.height[column == track]) for track in range(len(ids))], np.float64)
-    scene = Scene(name=name, dt=DT, people=ids, positions=places, heights=heights)
-    return _People(ids=ids, boxes=boxes, visible=visible, scene=scene)
-
-
-def _median_of_known(values: FloatArray) -> float:
-    known = values[~np.isnan(values)]
-    return float(np.median(known)) if len(known) else np.nan

@@ -1,7 +1,7 @@
 """The split ``kitti``: recordings of KITTI's tracking benchmark as footage."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,9 +10,9 @@ from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench_generators.footage.kitti.labels import CYCLISTS, WALKERS
 from vbbench_generators.footage.kitti.recording import KittiRecording, Way, find_folder, read_recording
-from vbbench_generators.footage.sequences import FootageSequences, RunRules
+from vbbench_generators.footage.sequences import RunRules
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
-from vbbench_generators.footage.tracks import LEAST_OVERLAP, LEAST_SCORE, FoundTracks
+from vbbench_generators.footage.tracks import FOUND_PIXEL_STD, LEAST_OVERLAP, LEAST_SCORE, FoundTracks
 
 SPOKEN = {"oxts": "oxts", "poses": "your files"}
 LONGEST = 900
@@ -86,13 +86,6 @@ class KittiSplit(FootageSplit):
     rules: RunRules = field(default_factory=lambda: RunRules(shortest=10))
     height_mean: float = 1.77
     classes: tuple[str, ...] = WALKERS
-    found_pixel_std: float = 5.0
-
-    def plan(self, options: Options) -> FootageSequences:
-        """See `FootageSplit.plan`; the stated noise is larger for a detector's boxes than for labels."""
-        found = options.footage is not None and options.footage.boxes is not None
-        split = replace(self, pixel_std=self.found_pixel_std) if found else self
-        return FootageSplit.plan(split, options)
 
     def recordings(self, options: Options) -> Recordings:
         """See `FootageSplit.recordings`."""
@@ -112,6 +105,7 @@ class KittiSplit(FootageSplit):
                 **asked.classes,
             },
             calibration=summarise(read),
+            pixel_std=None if asked.boxes is None else FOUND_PIXEL_STD,
         )
 
 

@@ -4,11 +4,11 @@ A recording is a folder with ``seqinfo.ini`` (name, length, size of pictures) an
 as that folder, as a folder above it, or in the published zip archive.
 """
 
-import hashlib
 import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -19,10 +19,11 @@ from vbbench.exchange.mot import PEDESTRIAN, numbered_rows
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, parse_seqinfo
 from vbbench.files.tables import file_sha256
 from vbbench.generation.archives import open_archive
+from vbbench.generation.generator import Options
 from vbbench.generation.sources import Source, find_source, locate
 from vbbench_generators.lifting.heads import HeadBoxes
 from vbbench_generators.lifting.lift import describe_calibration, lift
-from vbbench_generators.recordings.loading import Loaded, Reader, Wishes, every_frame
+from vbbench_generators.recordings.loading import Loaded, Reader, every_frame
 from vbbench_generators.recordings.readers.tracks import check_size, check_speed, read_homography
 from vbbench_generators.recordings.recipe import Recipe
 
@@ -35,30 +36,14 @@ _LEAST_TRACKS, _LEAST_FRAMES = 2, 2
 
 @dataclass(frozen=True)
 class TextFile:
-    """Content of a file from a folder or an archive.
-
-    Parameters
-    ----------
-    path : its path for messages; for a member of an archive, the archive's path and the member's.
-    content : its bytes.
-    """
+    """Content of a file from a folder or an archive, with equal bytes; ``path`` names both for messages."""
 
     path: Path
     content: bytes
 
 
-@dataclass(frozen=True)
-class RecordingFiles:
-    """The two files of a recording, with equal bytes from the archive or a folder."""
-
-    seqinfo: TextFile
-    boxes: TextFile
-
-    @property
-    def sums(self) -> list[tuple[str, str]]:
-        """Name and SHA-256 of each."""
-        files = {SEQINFO: self.seqinfo, BOXES: self.boxes}
-        return [(name, hashlib.sha256(file.content).hexdigest()) for name, file in files.items()]
+RecordingFiles = dict[str, TextFile]
+"""`SEQINFO` and `BOXES` of a recording."""
 
 
 def find_recording(name: str, archive: Source, explicit: Path | None, *, split: str) -> RecordingFiles:
@@ -106,7 +91,7 @@ def _from_folder(folder: Path) -> RecordingFiles:
         except OSError as error:
             raise FileError(path, f"cannot be read: {error.strerror}") from error
 
-    return RecordingFiles(read(SEQINFO), read(BOXES))
+    return {name: read(name) for name in (SEQINFO, BOXES)}
 
 
 def _from_archive(path: Path, name: str) -> RecordingFiles:
@@ -119,11 +104,8 @@ def _from_archive(path: Path, name: str) -> RecordingFiles:
         folder = _the_one(path, folders, name)
         if f"{folder}/{BOXES}" not in members:
             raise FileError(path / folder / BOXES, "is missing in the archive")
-
-        def read(member: str) -> TextFile:
-            return TextFile(path / folder / member, archive.read(members[f"{folder}/{member}"]))
-
-        return RecordingFiles(read(SEQINFO), read(BOXES))
+        content = {name: archive.read(members[f"{folder}/{name}"]) for name in (SEQINFO, BOXES)}
+    return {name: TextFile(path / folder / name, text) for name, text in content.items()}
 
 
 def _the_one(place: Path, folders: Iterable[str], name: str) -> str:
@@ -142,8 +124,8 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
     Raises FileError with file and line, if a row has not 9 numbers; if a head has an invalid frame or id, an empty box,
     or a second box in a frame. Also if there are too few heads, or too many.
     """
-    info = parse_seqinfo(files.seqinfo.path, files.seqinfo.content)
-    table = read_box_text(files.boxes.path, files.boxes.content, layout=NINE)
+    info = parse_seqinfo(files[SEQINFO].path, files[SEQINFO].content)
+    table = read_box_text(files[BOXES].path, files[BOXES].content, layout=NINE)
     counted = (table.classes == PEDESTRIAN) & (table.scores != 0.0) & (table.visible > 0.0)
     rows = numbered_rows(table.select(counted), info.frames)
     frame, track = rows.frame, rows.track
@@ -169,21 +151,21 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
 class HeadTracking(Reader):
     """Recordings of heads, lifted to the ground by the recipe's table ``[lifting]``."""
 
-    def load(self, recipe: Recipe, wishes: Wishes) -> Loaded:
+    def load(self, recipe: Recipe, options: Options) -> Loaded:
         """Find the recording, read its heads and lift them; the user's homography replaces the calibration."""
-        if wishes.dt is not None:
+        if options.dt is not None:
             raise VbbenchError(f"{recipe.name}: `dt` is for the split 'custom'; here seqinfo.ini has the frame rate")
         if recipe.recording is None or recipe.lifting is None:
             problem = "a recipe of format crohd needs the key 'recording' and a table [lifting]"
             raise VbbenchError(f"{recipe.name}: {problem}")
-        files = find_recording(recipe.recording, recipe.source[0], wishes.source, split=recipe.name)
-        matrix = None if wishes.homography is None else read_homography(wishes.homography)
+        files = find_recording(recipe.recording, recipe.source[0], options.source, split=recipe.name)
+        matrix = None if options.homography is None else read_homography(options.homography)
         lifted = lift(read_heads(files), recipe.lifting, matrix)
         scene = every_frame(lifted.tracks, recipe.frame_step or 1)
-        check_speed(files.boxes.path, scene)
-        sums = [(f"{recipe.recording}/{name}", digest) for name, digest in files.sums]
-        if wishes.homography is not None:
-            sums.append(("homography", file_sha256(wishes.homography)))
+        check_speed(files[BOXES].path, scene)
+        sums = [(f"{recipe.recording}/{name}", sha256(file.content).hexdigest()) for name, file in files.items()]
+        if options.homography is not None:
+            sums.append(("homography", file_sha256(options.homography)))
         return Loaded(scenes=[scene], files=sums, calibration=describe_calibration(lifted.calibration))
 
 

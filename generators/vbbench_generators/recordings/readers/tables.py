@@ -36,35 +36,6 @@ FEWEST_STEPS = 12
 """Steps from which this is judged."""
 
 
-def read_trajnet(
-    path: Path, *, dt: float, frame_step: int | None = None, homography: FloatArray | None = None
-) -> Scene:
-    """Read rows ``frame id x y``, or with columns named by a header, in any order of rows.
-
-    Raises FileError with file and line, if a row or a track is bad.
-
-    Parameters
-    ----------
-    path : the file.
-    dt : seconds between rows of a person.
-    frame_step : frame numbers between rows of a person; ``None`` takes the commonest.
-    homography : [3, 3] from x, y to metres; ``None`` if they are metres.
-    """
-    content = read_text(path)
-    named = split_header(content, NOUNS)[1] is not None
-    table = read_table(path, content, NOUNS, required=NOUNS) if named else read_rows(path, TRAJNET)
-    table.refuse_films()
-    if not len(table):
-        raise FileError(path, "is empty: it names columns and holds no row of numbers")
-    refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])
-    person, points = table.numbers("id"), _points(table, homography)
-    frame = table.numbers("frame") if "frame" in table else _frames(table, dt)
-    if not named:
-        _refuse_swapped(path, frame, person, points)
-    _check_rate(path, content, dt, steps_of_people(frame, person, frame[:, None]))
-    return scene_of_rows(path, frame, person, points, table.lines, dt=dt, frame_step=frame_step, homography=homography)
-
-
 def _check_rate(path: Path, content: bytes, dt: float, steps: FloatArray) -> None:
     """Raise FileError if a comment states a frame rate that contradicts ``dt``; frames are ``steps`` [N] apart."""
     comment = rb"^#\s*(?:framerate|frame rate|fps)\s*[:=]\s*([\d.]+)"
@@ -115,22 +86,6 @@ def _refuse_swapped(path: Path, frame: FloatArray, person: FloatArray, points: F
         raise FileError(path, f"{problem}; write what they are in a first line, such as '# id frame x y'")
 
 
-def read_obsmat(path: Path, *, dt: float, frame_step: int | None = None) -> Scene:
-    """Read ground-plane positions (x, y) in m; heights z and velocities are ignored.
-
-    Raises FileError with file and line, if a row or a track is bad.
-
-    Parameters
-    ----------
-    path : the file.
-    dt : seconds between rows of a person.
-    frame_step : video frames between rows of a person; ``None`` takes the commonest.
-    """
-    table = read_rows(path, OBSMAT)
-    frame, person, points = table.numbers("frame"), table.numbers("id"), table.stacked("x", "y")
-    return scene_of_rows(path, frame, person, points, table.lines, dt=dt, frame_step=frame_step)
-
-
 def names_columns(line: str) -> bool:
     """Whether a line is a header of such a table."""
     header = header_of(line, NOUNS)
@@ -147,8 +102,22 @@ class Trajnet(Reader):
         return count_columns(line) == len(TRAJNET) or names_columns(line)
 
     def read(self, file: SceneFile) -> Scene:
-        """See `read_trajnet`."""
-        return read_trajnet(file.path, dt=file.dt, frame_step=file.frame_step, homography=file.homography)
+        """See `Reader.read`; rows may be in any order. A header or comment that names columns decides what they are."""
+        path, dt = file.path, file.dt
+        content = read_text(path)
+        named = split_header(content, NOUNS)[1] is not None
+        table = read_table(path, content, NOUNS, required=NOUNS) if named else read_rows(path, TRAJNET)
+        table.refuse_films()
+        if not len(table):
+            raise FileError(path, "is empty: it names columns and holds no row of numbers")
+        refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])
+        person, points = table.numbers("id"), _points(table, file.homography)
+        frame = table.numbers("frame") if "frame" in table else _frames(table, dt)
+        if not named:
+            _refuse_swapped(path, frame, person, points)
+        _check_rate(path, content, dt, steps_of_people(frame, person, frame[:, None]))
+        step, matrix = file.frame_step, file.homography
+        return scene_of_rows(path, frame, person, points, table.lines, dt=dt, frame_step=step, homography=matrix)
 
 
 class Obsmat(Reader):
@@ -161,10 +130,13 @@ class Obsmat(Reader):
         return count_columns(line) == len(OBSMAT) and not names_columns(line)
 
     def read(self, file: SceneFile) -> Scene:
-        """See `read_obsmat`."""
+        """See `Reader.read`: ground-plane positions (x, y) in m; heights z and velocities are ignored."""
         if file.homography is not None:
             raise FileError(file.path, "is an obsmat table, which is in metres already: remove `homography`")
-        return read_obsmat(file.path, dt=file.dt, frame_step=file.frame_step)
+        table = read_rows(file.path, OBSMAT)
+        frame, person, points = table.numbers("frame"), table.numbers("id"), table.stacked("x", "y")
+        step = file.frame_step
+        return scene_of_rows(file.path, frame, person, points, table.lines, dt=file.dt, frame_step=step)
 
 
 trajnet = Trajnet()

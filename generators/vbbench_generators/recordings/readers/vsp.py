@@ -10,7 +10,6 @@ are ignored.
 """
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,9 +40,6 @@ FEW_SAMPLES, SAMPLES_PER_KEY = 10**5, 2000
 Lines = list[tuple[int, str]]
 """Numbers of lines from 1, with what stands there."""
 
-Curve = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-"""Positions [M, 2] at times [M] from key times [N] and key points [N, 2]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class KeyPoints:
@@ -68,42 +64,6 @@ class KeyPoints:
 def polyline(times: FloatArray, key_times: FloatArray, keys: FloatArray) -> FloatArray:
     """The straight line between key points, as in the UCY text files."""
     return np.stack([np.interp(times, key_times, keys[:, axis]) for axis in (0, 1)], axis=-1)
-
-
-def read_vsp(path: Path, *, dt: float, frame_step: int, homography: FloatArray, curve: Curve = polyline) -> Scene:
-    """Read a spline annotation, sampled at the video frames that ``frame_step`` divides.
-
-    A person is present from the first to the last key point. Ids count from 1 in file order.
-
-    Raises FileError with file and line, if the annotation is bad or cut short.
-
-    Parameters
-    ----------
-    path : the file.
-    dt : seconds between samples.
-    frame_step : video frames between samples.
-    homography : [3, 3] from pixels (origin at the frame's centre, y up) to metres.
-    curve : interpolation between key points, in metres and video frames.
-    """
-    people = read_key_points(path)
-    _check_samples(path, people, frame_step)
-    time = np.concatenate([keys.frame for keys in people]) / FRAME_RATE
-    whose = np.repeat(np.arange(len(people)), [len(keys.frame) for keys in people]).astype(np.float64)
-    check_homography(path, time, whose, np.concatenate([keys.points for keys in people]), homography)
-    parts = []
-    for person, keys in enumerate(people, 1):
-        ground = to_ground(keys.points, homography)
-        check_on_ground(path, ground, keys.lines)
-        first, last = keys.samples(frame_step)
-        frame = np.arange(first, last + 1, dtype=np.float64) * frame_step
-        if len(frame):
-            place = np.broadcast_to([person, keys.lines[0]], (len(frame), 2))
-            parts.append(np.column_stack([place, frame, curve(frame, keys.frame.astype(float), ground)]))
-    if not parts:
-        raise FileError(path, f"no person is annotated at a multiple of {frame_step} frames")
-    ids, line, frames, *xy = np.concatenate(parts).T
-    metres, lines = np.stack(xy, -1), line.astype(np.int64)  # mapped above
-    return scene_of_rows(path, frames, ids, metres, lines, dt=dt, frame_step=frame_step, homography=np.eye(3))
 
 
 def read_key_points(path: Path) -> list[KeyPoints]:
@@ -193,13 +153,34 @@ class Splines(Reader):
         return "number of splines" in line
 
     def read(self, file: SceneFile) -> Scene:
-        """See `read_vsp`; the file counts frames at `FRAME_RATE`, and ``dt`` gives their number per sample."""
-        if file.homography is None:
-            problem = "is a spline annotation in pixels: name the file of its homography with `homography`"
-            raise FileError(file.path, problem)
-        curve = smooth_curve if file.smooth else polyline
-        step = file.frame_step or _frames_in(file.path, file.dt)
-        return read_vsp(file.path, dt=file.dt, frame_step=step, homography=file.homography, curve=curve)
+        """See `Reader.read`; the file counts frames at `FRAME_RATE`, and ``dt`` gives their number per sample.
+
+        A person is present from the first to the last key point, in the video frames that the number divides. Ids
+        count from 1 in file order.
+        """
+        path, homography = file.path, file.homography
+        if homography is None:
+            raise FileError(path, "is a spline annotation in pixels: name the file of its homography with `homography`")
+        step, curve = file.frame_step or _frames_in(path, file.dt), smooth_curve if file.smooth else polyline
+        people = read_key_points(path)
+        _check_samples(path, people, step)
+        time = np.concatenate([keys.frame for keys in people]) / FRAME_RATE
+        whose = np.repeat(np.arange(len(people)), [len(keys.frame) for keys in people]).astype(np.float64)
+        check_homography(path, time, whose, np.concatenate([keys.points for keys in people]), homography)
+        parts = []
+        for person, keys in enumerate(people, 1):
+            ground = to_ground(keys.points, homography)
+            check_on_ground(path, ground, keys.lines)
+            first, last = keys.samples(step)
+            frame = np.arange(first, last + 1, dtype=np.float64) * step
+            if len(frame):
+                place = np.broadcast_to([person, keys.lines[0]], (len(frame), 2))
+                parts.append(np.column_stack([place, frame, curve(frame, keys.frame.astype(float), ground)]))
+        if not parts:
+            raise FileError(path, f"no person is annotated at a multiple of {step} frames")
+        ids, line, frames, *xy = np.concatenate(parts).T
+        metres, lines = np.stack(xy, -1), line.astype(np.int64)  # mapped above
+        return scene_of_rows(path, frames, ids, metres, lines, dt=file.dt, frame_step=step, homography=np.eye(3))
 
 
 def _frames_in(path: Path, dt: float) -> int:

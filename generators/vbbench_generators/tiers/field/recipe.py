@@ -25,7 +25,7 @@ from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.generation.generator import Observer
 from vbbench.generation.tier import Heights, Sight
 from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
-from vbbench.parsing.numbers import Share, Within, check_ranges
+from vbbench.parsing.numbers import Checked, Share, Within
 from vbbench.parsing.toml_text import read_bundled
 from vbbench_generators import _core
 from vbbench_generators.tiers.noise import wandering
@@ -36,13 +36,8 @@ Angle = Annotated[float, Within(0.0, 0.5, "rad")]
 Metres = Annotated[float, Within(0.0, 10.0, "m")]
 
 
-class _Checked:
-    def __post_init__(self) -> None:
-        check_ranges(self)
-
-
 @dataclass(frozen=True, kw_only=True)
-class TiltModel(_Checked):
+class TiltModel(Checked):
     """Tilt of the camera, which solvers are not given.
 
     Parameters
@@ -59,7 +54,7 @@ class TiltModel(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MountModel(_Checked):
+class MountModel(Checked):
     """Height of the camera.
 
     Parameters
@@ -76,7 +71,7 @@ class MountModel(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class GroundModel(_Checked):
+class GroundModel(Checked):
     """Uneven ground: ``waves`` waves with lengths from ``shortest`` to ``longest`` m, and ``std`` m in all."""
 
     std: Metres
@@ -86,7 +81,7 @@ class GroundModel(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodyModel(_Checked):
+class BodyModel(Checked):
     """Extent of a body in its box.
 
     Parameters
@@ -102,7 +97,7 @@ class BodyModel(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AnnotatorModel(_Checked):
+class AnnotatorModel(Checked):
     """Errors of annotators' boxes, as standard deviations in box heights.
 
     Parameters
@@ -135,7 +130,7 @@ class AnnotatorModel(_Checked):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DetectorNoise(_Checked):
+class DetectorNoise(Checked):
     """The noise in px of a detector's boxes that solvers are given, in pictures with borders and in panoramas."""
 
     perspective_std: Annotated[float, Within(0.0, 100.0, "px")]

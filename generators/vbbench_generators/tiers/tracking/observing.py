@@ -242,58 +242,6 @@ class Tracked:
     persons: IntArray
 
 
-def track_people(
-    boxes: FloatArray,
-    showing: Showing,
-    people: IntArray,
-    camera: Camera,
-    dt: float,
-    watched: BoolArray,
-    settings: TrackingSettings,
-    outline: Outline,
-    rng: np.random.Generator,
-    *,
-    turns: FloatArray | None = None,
-    every: int = 1,
-) -> Tracked:
-    """Detect and track people in every frame, and report some frames.
-
-    Parameters
-    ----------
-    boxes : [T, P, 3] (u, v, l) in px of whole people; NaN = absent, or not in the picture.
-    showing : their visible parts.
-    people : [P] their ids.
-    camera, dt : the camera, and seconds per frame.
-    watched : [T] frames in which there may be detections.
-    settings : settings of detector and tracker.
-    outline : outline of people, as in ``showing``.
-    rng : the sequence's random numbers.
-    turns : [T, 3, 3] rotations since the frame before, which the tracker compensates, see `estimated_turns`; ``None``:
-        no compensation.
-    every : step from the first frame of the frames that are returned; least lengths of tracks count these frames.
-
-    Returns
-    -------
-    The tracks in these frames.
-    """
-    period = camera.period
-    there = showing.visible >= settings.detector.least_visible
-    boxes = np.where(there[..., None], boxes, np.nan)
-    whole = rectangles(boxes, settings.detector.aspect)
-    centred = np.concatenate([boxes[..., :2], whole[..., 2:]], axis=-1)
-    visible = np.where(np.isnan(boxes[..., 2]), np.nan, showing.visible)
-    seen = Visible(centred, _hidden_edges(boxes, showing, outline, period), visible)
-    tracker = Tracker(settings.tracker, dt, period)
-    found = []
-    for frame, detections in enumerate(detect(seen, settings.detector, camera, dt, watched, rng)):
-        moved = None if turns is None else partial(carried, rotation=turns[frame], camera=camera)
-        found.append(tracker.step(detections, moved))
-    tracks, scores = _dense(found[::every], settings.tracker.least_boxes)
-    tracks[..., 0] = camera.wrap_column(tracks[..., 0])
-    persons = match_tracks(from_centres(tracks), whole[::every], people, camera, staying=True)
-    return Tracked(tracks[..., [0, 1, 3]], scores, persons)
-
-
 def track_video(
     sight: Sight,
     every: int,
@@ -303,11 +251,40 @@ def track_video(
     outline: Outline,
     rng: np.random.Generator,
 ) -> Tracked:
-    """`track_people` for a sight at the rate of a video, with the camera's rotation compensated."""
-    camera = sight.camera
+    """Detect and track people in a video, with the camera's rotation compensated, and report some frames.
+
+    Parameters
+    ----------
+    sight : the scene at the rate of the video.
+    every : step from the first frame of the frames that are returned; least lengths of tracks count these frames.
+    boxes : [T, P, 3] (u, v, l) in px of whole people; NaN = absent, or not in the picture.
+    showing : their visible parts.
+    settings : settings of detector and tracker.
+    outline : outline of people, as in ``showing``.
+    rng : the sequence's random numbers.
+
+    Returns
+    -------
+    The tracks in these frames.
+    """
+    camera, period = sight.camera, sight.camera.period
     turns = estimated_turns(sight.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
-    where = (sight.people, camera, sight.dt, sight.watched)
-    return track_people(boxes, showing, *where, settings, outline, rng, turns=turns, every=every)
+    there = showing.visible >= settings.detector.least_visible
+    boxes = np.where(there[..., None], boxes, np.nan)
+    whole = rectangles(boxes, settings.detector.aspect)
+    centred = np.concatenate([boxes[..., :2], whole[..., 2:]], axis=-1)
+    visible = np.where(np.isnan(boxes[..., 2]), np.nan, showing.visible)
+    seen = Visible(centred, _hidden_edges(boxes, showing, outline, period), visible)
+    tracker = Tracker(settings.tracker, sight.dt, period)
+    found = []
+    for turn, detections in zip(
+        turns, detect(seen, settings.detector, camera, sight.dt, sight.watched, rng), strict=True
+    ):
+        found.append(tracker.step(detections, partial(carried, rotation=turn, camera=camera)))
+    tracks, scores = _dense(found[::every], settings.tracker.least_boxes)
+    tracks[..., 0] = camera.wrap_column(tracks[..., 0])
+    persons = match_tracks(from_centres(tracks), whole[::every], sight.people, camera, staying=True)
+    return Tracked(tracks[..., [0, 1, 3]], scores, persons)
 
 
 def _hidden_edges(boxes: FloatArray, showing: Showing, outline: Outline, period: float | None) -> FloatArray:

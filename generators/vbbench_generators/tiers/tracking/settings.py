@@ -5,7 +5,7 @@ from functools import cache
 from typing import Annotated
 
 from vbbench.camera import Camera
-from vbbench.parsing.numbers import Share, Within, check_ranges
+from vbbench.parsing.numbers import Checked, Share, Within, check_ranges
 from vbbench.parsing.toml_text import read_bundled
 
 Positive = Annotated[float, Within(1e-9, 1e9)]
@@ -14,7 +14,7 @@ LogOdds = Annotated[float, Within(-1e3, 1e3)]
 
 
 @dataclass(frozen=True, kw_only=True)
-class DetectorModel:
+class DetectorModel(Checked):
     """Errors of a detector of people.
 
     The log-odds of a score are ``score_best`` − ``score_small``/l − ``score_hidden``·(1 − visible) + noise.
@@ -54,9 +54,6 @@ class DetectorModel:
     false_alarms: Spread
     false_alarm_memory: Positive
     false_alarm_score: LogOdds
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
     @property
     def box_std(self) -> float:
@@ -104,7 +101,7 @@ class TrackerSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TrackingSettings:
+class TrackingSettings(Checked):
     """Detector, tracker, and the noise in px that solvers are given.
 
     Parameters
@@ -118,9 +115,6 @@ class TrackingSettings:
     panorama_std: Positive
     detector: DetectorModel
     tracker: TrackerSettings
-
-    def __post_init__(self) -> None:
-        check_ranges(self)
 
     def pixel_std(self, camera: Camera) -> float:
         """Standard deviation in px of column, top and bottom of tracked boxes."""
