@@ -101,7 +101,7 @@ def test_simulated_splits_go_by_their_seed(seed: int, part: str, tmp_path: Path)
 
 
 def test_every_recipe_is_a_recording_of_the_folds(recording: Dataset) -> None:
-    table = tomllib.loads((Path(vbbench.__file__).parent / "training" / "recordings.toml").read_text("utf-8"))
+    table = tomllib.loads((Path(vbbench.__file__).parent / "training" / "official.toml").read_text("utf-8"))
     known = {digest for place in table["recording"] for digest in place["sources"]}
     for recipe in RECIPES.glob("*.toml"):
         sources = tomllib.loads(recipe.read_text("utf-8")).get("source", [])

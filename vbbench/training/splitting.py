@@ -202,7 +202,7 @@ def is_simulated(info: DatasetInfo) -> bool:
 def recording_names(dataset: Dataset) -> list[str]:
     """The recordings that can be withheld for a test of what others teach, in the order of the folds."""
     places = _places(dataset.info)
-    return [place.name for place in _known().recording] if places else list(dataset.info.scenes)
+    return [place.name for place in _published().recording] if places else list(dataset.info.scenes)
 
 
 def _by_seed(dataset: Dataset, _: str | None) -> IntArray:
@@ -250,14 +250,11 @@ def _require_scenes(dataset: Dataset, by: str) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Recording:
+class Place:
+    """A place that was recorded, and the SHA-256 of the files of it."""
+
     name: str
     sources: tuple[str, ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Recordings:
-    recording: tuple[_Recording, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -275,20 +272,20 @@ class Official:
 
 @dataclass(frozen=True, kw_only=True)
 class _Published:
+    recording: tuple[Place, ...]
     lists: tuple[Official, ...]
 
 
 @cache
+def _published() -> _Published:
+    return read_bundled("vbbench", "training/official.toml", _Published, "official lists")
+
+
 def official_lists() -> tuple[Official, ...]:
     """The published lists of all splits of recordings."""
-    return read_bundled("vbbench", "training/official.toml", _Published, "official lists").lists
-
-
-@cache
-def _known() -> _Recordings:
-    return read_bundled("vbbench", "training/recordings.toml", _Recordings, "recordings")
+    return _published().lists
 
 
 def _places(info: DatasetInfo) -> set[str]:
     """Where a dataset was recorded, if it was made from a file that is known."""
-    return {place.name for place in _known().recording if info.sources & set(place.sources)}
+    return {place.name for place in _published().recording if info.sources & set(place.sources)}

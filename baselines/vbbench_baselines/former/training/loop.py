@@ -14,6 +14,7 @@ OUT/weights.npz     the result; training.json then has its SHA-256
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
@@ -158,22 +159,49 @@ class Training:
 
     def run(self, checkpoint: Path, report: Callable[[dict[str, Any]], None]) -> Arrays:
         """Train to the end, with checkpoints; returns the weights, averaged over the last part."""
-        started = process_time()
+        every, started = min(CHECK_EVERY, max(1, len(self._feed) // FEWEST_CHECKS)), process_time()
         for batch in self._feed.drawn(self.batches, self.jobs):
             errors = self._learn(batch)
             self.seconds += process_time() - started
-            if self.batches % min(CHECK_EVERY, max(1, len(self._feed) // FEWEST_CHECKS)) == 0 or self._over:
-                self.log.append({**self._progress(errors), **self.look(self.weights)})
+            if self.batches % every == 0 or self.batches == len(self._feed):
+                progress = {
+                    "batches": self.batches,
+                    "windows": self.windows,
+                    "seconds": round(self.seconds, 1),
+                    "frames": self.recipe.phase_at(self._part).frames,
+                    "rate": self._rate(),
+                    "loss": float(errors.loss.detach()),
+                }
+                self.log.append({**progress, **self.look(self.weights)})
                 self.save(checkpoint)
                 report(self.log[-1])
             started = process_time()
         return {name: values.cpu().numpy().copy() for name, values in self.mean.items()}
 
     def look(self, weights: Mapping[str, torch.Tensor]) -> dict[str, Any]:
-        """Validate the weights on held-out windows: capped means in m by protocol, and calibration of variances."""
+        """Validate the weights on held-out windows.
+
+        Capped means in m by protocol of people and camera, failure rates, and squared errors over their variances.
+        """
         with torch.no_grad():
             batches = [batch.to(self.device) for batch in self.held_out]
-            return summary([(batch, follow(self._birdifier(weights), batch)) for batch in batches])
+            followed = [follow(self._birdifier(weights), batch) for batch in batches]
+        protocol = torch.cat([batch.protocol for batch in batches])
+        people = torch.cat([_means(errors.people, errors.counted) for errors in followed])
+        camera = torch.cat([_means(errors.place, errors.shown) for errors in followed])
+        found: dict[str, Any] = {}
+        for number, name in enumerate(PROTOCOLS):
+            chosen = protocol == number
+            if chosen.any():
+                counted = people[chosen & ~people.isnan()]
+                found[f"{name} people"] = round(float(counted.clip(max=CAPPED).mean()), 4)
+                found[f"{name} camera"] = round(float(camera[chosen].nan_to_num().clip(max=CAPPED).mean()), 4)
+                found[f"{name} failed"] = round(float((camera[chosen] > ASTRAY).float().mean()), 4)
+        surprises = {
+            "pose surprise": [errors.pose_surprise[errors.shown > 0.5].mean() for errors in followed],
+            "place surprise": [errors.place_surprise[errors.counted > 0.5].mean() for errors in followed],
+        }
+        return found | {name: round(float(torch.stack(values).mean()), 3) for name, values in surprises.items()}
 
     def _learn(self, batch: Batch) -> Errors:
         for group in self._optimiser.param_groups:
@@ -207,26 +235,12 @@ class Training:
         """The share of the training that is done, in [0, 1]."""
         return self.windows / self.recipe.windows
 
-    @property
-    def _over(self) -> bool:
-        return self.batches == len(self._feed)
-
     def _rate(self) -> float:
         """The learning rate: it rises quickly, stays, and falls as a cosine."""
         recipe = self.recipe
         late = max(0.0, self._part - recipe.decay) / (1.0 - recipe.decay)
         falling = LEAST_RATE + (1.0 - LEAST_RATE) * 0.5 * (1.0 + np.cos(np.pi * late))
         return float(recipe.rate * min(1.0, (1 + self.batches) / WARM_UP) * falling)
-
-    def _progress(self, errors: Errors) -> dict[str, Any]:
-        return {
-            "batches": self.batches,
-            "windows": self.windows,
-            "seconds": round(self.seconds, 1),
-            "frames": self.recipe.phase_at(self._part).frames,
-            "rate": self._rate(),
-            "loss": float(errors.loss.detach()),
-        }
 
     def save(self, checkpoint: Path) -> None:
         """Write a checkpoint, atomically: weights, optimiser, averages, progress."""
@@ -262,26 +276,6 @@ def held_out_batches(recipe: Recipe, crowds: Crowds) -> tuple[Batch, ...]:
     rng = np.random.default_rng([recipe.held_out_seed, 0])
     sizes = [replace(size, windows=recipe.held_out) for size in recipe.size]
     return tuple(batch_of(rng, crowds, recipe, recipe.phase[-1], size) for size in sizes)
-
-
-def summary(followed: list[tuple[Batch, Errors]]) -> dict[str, Any]:
-    """Capped means in m by protocol of people and camera, failure rates, and squared errors over their variances."""
-    protocol = torch.cat([batch.protocol for batch, _ in followed])
-    people = torch.cat([_means(errors.people, errors.counted) for _, errors in followed])
-    camera = torch.cat([_means(errors.place, errors.shown) for _, errors in followed])
-    found: dict[str, Any] = {}
-    for number, name in enumerate(PROTOCOLS):
-        chosen = protocol == number
-        if chosen.any():
-            counted = people[chosen & ~people.isnan()]
-            found[f"{name} people"] = round(float(counted.clip(max=CAPPED).mean()), 4)
-            found[f"{name} camera"] = round(float(camera[chosen].nan_to_num().clip(max=CAPPED).mean()), 4)
-            found[f"{name} failed"] = round(float((camera[chosen] > ASTRAY).float().mean()), 4)
-    surprise = [errors.pose_surprise[errors.shown > 0.5].mean() for _, errors in followed]
-    found["pose surprise"] = round(float(torch.stack(surprise).mean()), 3)
-    surprise = [errors.place_surprise[errors.counted > 0.5].mean() for _, errors in followed]
-    found["place surprise"] = round(float(torch.stack(surprise).mean()), 3)
-    return found
 
 
 def _means(values: torch.Tensor, counted: torch.Tensor) -> torch.Tensor:
@@ -328,12 +322,14 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
     jobs : see there; as many processes make the crowds. −1 for one per core.
     """
     _check_device(device)
-    recipe, jobs = asked.recipe.shortened(asked.part), processes_of(jobs)
+    windows, jobs = max(1, round(asked.part * asked.recipe.windows)), processes_of(jobs)
+    recipe = replace(asked.recipe, windows=windows)
     facts = asdict(replace(asked, recipe=recipe))
     out.mkdir(parents=True, exist_ok=True)
     with locked(out):
         _begin(out, facts)
-        if _is_done(out):
+        with suppress(FileError):  # weights that have the checksum of their recipe
+            read_weights(out / WEIGHTS)
             return out / WEIGHTS
         folder = crowds or out / CROWDS
         learned = make_crowds(recipe, folder, recipe.seed, part=asked.part, jobs=jobs)
@@ -348,7 +344,9 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
 
             def report(row: dict[str, Any]) -> None:
                 bar.update(row["windows"] - bar.n)
-                _write_log(out / LOG, training.log)
+                names = list(dict.fromkeys(name for one in training.log for name in one))
+                rows = ([one.get(name) for name in names] for one in training.log)
+                write_text_atomically(out / LOG, csv_text(names, rows))
                 draw_curve(training.log, len(learned), out / CURVE)
 
             weights = training.run(out / CHECKPOINT, report)
@@ -365,15 +363,6 @@ def _check_device(device: str) -> None:
         torch.empty(0, device=device)
     except (RuntimeError, AssertionError) as error:
         raise VbbenchError(f"PyTorch cannot use the device {quoted(device)}: {str(error).splitlines()[0]}") from error
-
-
-def _is_done(out: Path) -> bool:
-    """Whether the weights exist and have the checksum of their recipe."""
-    try:
-        read_weights(out / WEIGHTS)
-    except FileError:
-        return False
-    return True
 
 
 def _begin(out: Path, facts: dict[str, Any]) -> None:
@@ -395,15 +384,10 @@ def _begin(out: Path, facts: dict[str, Any]) -> None:
 
 def _about(weights: Path, facts: dict[str, Any], results: dict[str, Any]) -> str:
     """The TOML text that `inference` reads: SHA-256 of the weights, facts of their training."""
-    told = {"vbbench": __version__, **{name: facts[name] for name in ("seed", "part")}, **results}
+    known = {"vbbench": __version__, **{name: facts[name] for name in ("seed", "part")}, **results}
     lines = [f"sha256 = {json.dumps(sha256(weights.read_bytes()).hexdigest())}"]
-    lines += ["", "[training]", *(f"{json.dumps(name)} = {json.dumps(value)}" for name, value in told.items())]
+    lines += ["", "[training]", *(f"{json.dumps(name)} = {json.dumps(value)}" for name, value in known.items())]
     return "\n".join(lines) + "\n"
-
-
-def _write_log(path: Path, rows: list[dict[str, Any]]) -> None:
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    write_text_atomically(path, csv_text(names, ([row.get(name) for name in names] for row in rows)))
 
 
 SIZE, WIDE, HIGH = (9.6, 3.9), 3.9, 2.3

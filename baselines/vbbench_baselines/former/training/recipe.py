@@ -2,7 +2,7 @@
 
 from bisect import bisect_right
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import accumulate
 from pathlib import Path
 from typing import Annotated, Any
@@ -170,10 +170,6 @@ class Recipe:
         """The phase when the share ``part`` of the training is done."""
         ends = list(accumulate(phase.share for phase in self.phase))
         return self.phase[min(bisect_right(ends, part * ends[-1]), len(ends) - 1)]
-
-    def shortened(self, part: float) -> "Recipe":
-        """The recipe with the share ``part`` of the windows."""
-        return replace(self, windows=max(1, round(part * self.windows)))
 
 
 def _check_shares(where: str, shares: list[float]) -> None:
