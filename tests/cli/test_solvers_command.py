@@ -1,6 +1,6 @@
 """`vbbench solvers`: what `solve` can run, third parties' included; a broken plugin harms nobody."""
 
-import json
+from dataclasses import asdict
 from typing import Any
 
 import pytest
@@ -8,6 +8,7 @@ import pytest
 from tests.lib.installing import Install
 from vbbench.cli import main
 from vbbench.registry import registered
+from vbbench.solving.provenance import solver_cards
 
 
 class Theirs:
@@ -30,9 +31,8 @@ def made() -> Undocumented:
     return Undocumented()
 
 
-def cards(capsys: pytest.CaptureFixture[str]) -> dict[str, Any]:
-    assert main(["solvers", "--json"]) == 0
-    return {card["name"]: card for card in json.loads(capsys.readouterr().out)}
+def cards() -> dict[str, Any]:
+    return {card.name: asdict(card) for card in solver_cards()}
 
 
 def test_every_bundled_solver_is_listed(capsys: pytest.CaptureFixture[str]) -> None:
@@ -40,7 +40,7 @@ def test_every_bundled_solver_is_listed(capsys: pytest.CaptureFixture[str]) -> N
     text = capsys.readouterr().out
     for name in registered("solver"):
         assert f"{name}: " in text
-    found = cards(capsys)
+    found = cards()
     assert list(found) == sorted(registered("solver"))
     assert found["vb-cv"]["kind"] == "frame by frame"
     assert found["map-batch"]["kind"] == "whole sequence"
@@ -50,7 +50,7 @@ def test_every_bundled_solver_is_listed(capsys: pytest.CaptureFixture[str]) -> N
 def test_those_of_other_packages_are_listed_too(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
     for name, value in (("theirs", "Theirs"), ("plain", "Undocumented"), ("made", "made")):
         install("vbbench.solvers", name, f"{__name__}:{value}")
-    found = cards(capsys)
+    found = cards()
     assert found["theirs"] == {
         "name": "theirs",
         "package": "an-extension 1.0",

@@ -13,7 +13,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation.datasets import write_dataset
 from vbbench.generation.generator import Options
-from vbbench.generation.planning import single
+from vbbench.generation.planning import Single
 from vbbench.geometry import FloatArray
 from vbbench.pictures.plotting import style
 from vbbench.registry import load
@@ -60,19 +60,19 @@ def test_the_choice_is_the_rule_in_words() -> None:
 
 def test_one_sequence_of_a_plan_is_that_sequence(tmp_path: Path) -> None:
     plan = load("generator", "demo").plan(Options())
-    one = single(plan, 61)
+    one = Single(plan, 61)
     data, whole = one.build(0), plan.build(61)
     assert (len(one), data.sequence.index) == (1, 0)
     np.testing.assert_array_equal(data.sequence.observations, whole.sequence.observations)
     np.testing.assert_array_equal(data.truth.poses, whole.truth.poses)
-    assert one.info.id not in (plan.info.id, single(plan, 60).info.id)
+    assert one.info.id not in (plan.info.id, Single(plan, 60).info.id)
     write_dataset(one, tmp_path / "d")
     assert "are as written" in verify(tmp_path / "d")
 
 
 def test_one_run_of_footage_keeps_its_tables(tmp_path: Path) -> None:
     plan = load("generator", "kitti").plan(Options(source=write_kitti(tmp_path / "kitti" / "training")))
-    one = single(plan, 0)
+    one = Single(plan, 0)
     assert one.tables == plan.tables
     write_dataset(one, tmp_path / "d")
     assert "are as written" in verify(tmp_path / "d")

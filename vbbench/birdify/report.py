@@ -172,9 +172,11 @@ class Report:
 
     def markdown(self) -> str:
         """The text of ``report.md``."""
-        verdict = " ".join(self.verdict.sentences())
-        sections = [f"# {self.name}", verdict, *self._warning_lines(), _table(self._rows()), _EXPLAINED]
-        return "\n\n".join(sections) + "\n"
+        sections = [f"# {self.name}", " ".join(self.verdict.sentences())]
+        if self.warnings:
+            sections.append("## Warnings\n\n" + "\n".join(f"- {line}" for line in self.warnings))
+        table = Table(head=("", ""), rows=list(self._rows()), names=2)
+        return "\n\n".join([*sections, "\n".join(table.markdown()).rstrip(), _EXPLAINED]) + "\n"
 
     def summary(self) -> str:
         """The verdict and a few figures, in lines for the terminal."""
@@ -183,9 +185,6 @@ class Report:
         if self.odometry is None:
             lines += ["without odometry the map may drift with the crowd by more than that"]
         return "\n".join(lines)
-
-    def _warning_lines(self) -> list[str]:
-        return ["## Warnings\n\n" + "\n".join(f"- {line}" for line in self.warnings)] if self.warnings else []
 
     def _rows(self) -> Iterator[tuple[str, str]]:
         yield "recording", f"{self.frames} frames of {self.dt:g} s, {self.boxes} boxes of {self.tracks} tracks"
@@ -248,7 +247,3 @@ def plus_minus(value: float, std: float) -> str:
 def _spread(spread: Spread, unit: str, *, last: bool = True) -> str:
     ends = f", {spread.last:.2g} in the last frame" if last else ""
     return f"{spread.median:.2g} {unit} (median), {spread.p95:.2g} (95 %){ends}"
-
-
-def _table(rows: Iterator[tuple[str, str]]) -> str:
-    return "\n".join(Table(head=("", ""), rows=list(rows), names=2).markdown()).rstrip()

@@ -8,15 +8,11 @@ from vbbench.table import Format
 ProtocolName = Literal["one-step", "sequential", "rollout", "cold-start"]
 
 
-def solvers(json: bool = False) -> None:
-    """List every solver: its package, how it works, what it is.
+def solvers() -> None:
+    """List every solver: its package, how it works, what it is."""
+    from vbbench.solving.provenance import describe_solvers
 
-    Args:
-        json: Machine-readable.
-    """
-    from vbbench.solving.provenance import describe_solvers, solvers_json
-
-    print(solvers_json() if json else describe_solvers())
+    print(describe_solvers())
 
 
 def solve(

@@ -42,12 +42,14 @@ class Work:
         out: Folder for the report, and for datasets and submissions; what it holds is reused. Default: named after the
             study, or reproduced.
         jobs: Processes; the numbers do not depend on it.
+        scheduler: Address of a Dask cluster (tcp://...) that makes datasets and submissions instead.
         overwrite: Generate and solve everything again.
         json: Print every number of one study as JSON instead of its tables.
     """
 
     out: Path | None = None
     jobs: int = 1
+    scheduler: str | None = None
     overwrite: bool = False
     json: bool = False
 
@@ -87,7 +89,7 @@ def reproduce(
     options = {name: value for name, value in asdict(study).items() if value is not None}
     options |= named("download", downloads, _own_downloads())
     studies = chosen_studies(names, options)
-    making = Making(jobs=work.jobs, overwrite=work.overwrite)
+    making = Making(jobs=work.jobs, scheduler=work.scheduler, overwrite=work.overwrite)
     if len(studies) > 1:
         if work.json:
             raise VbbenchError("--json is of one study, and a page writes that of each; remove it")

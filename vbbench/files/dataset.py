@@ -155,8 +155,9 @@ class Dataset:
             boxes, given = (self._opened(name).read(first + begin, first + end) for name in ("observations", "given"))
             moved = self._opened(ODOMETRY_TABLE).read(first + begin, first + end) if self._moved else None
             for index in range(first + begin, first + end):
+                facts = {name: values[index] for name, values in self.rows.items()}
                 own = None if moved is None else _of(moved, index)
-                yield sequence_of(self.table_path, self._facts(index), _of(boxes, index), _of(given, index), own)
+                yield sequence_of(self.table_path, facts, _of(boxes, index), _of(given, index), own)
 
     def truth(self, sequence: Sequence) -> Truth:
         """Truth in the sequence's world; NaN for tracks of false alarms, and for all people if only poses are known.
@@ -227,12 +228,9 @@ class Dataset:
     def _opened(self, name: str) -> SequenceTable:
         """A table, opened at its first use."""
         if name not in self._tables:
-            self._tables[name] = self._table(name)
+            key = "scene" if name in SCENE_TABLES else "sequence"
+            self._tables[name] = SequenceTable(self.table_path(name), name, key)
         return self._tables[name]
-
-    def _table(self, name: str) -> SequenceTable:
-        key = "scene" if name in SCENE_TABLES else "sequence"
-        return SequenceTable(self.table_path(name), name, key)
 
     def _checked_range(self, first: int, last: int | None) -> int:
         last = len(self) if last is None else last
@@ -246,10 +244,6 @@ class Dataset:
             raise VbbenchError(f"{self.folder} is footage of which no truth was ever measured")
         if not self.has_truth:
             raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it with `truth`")
-
-    def _facts(self, index: int) -> dict[str, Any]:
-        """The row of ``sequences.parquet``."""
-        return {name: values[index] for name, values in self.rows.items()}
 
     def _read_scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
         self._require_truth()

@@ -4,7 +4,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -121,14 +121,6 @@ class DatasetInfo:
     def sources(self) -> frozenset[str]:
         """SHA-256 of every file that the dataset was made from; none where it was simulated."""
         return frozenset(_digests(self.definition.get("files")))
-
-    def without_seed(self) -> "DatasetInfo":
-        """The facts with the seed withheld."""
-        return replace(self, seed=None, withheld_id=self.id)
-
-    def with_seed(self, seed: int) -> "DatasetInfo":
-        """The facts with this ``seed``; the id is unchanged if it is the withheld seed."""
-        return replace(self, seed=seed, withheld_id=None)
 
     @property
     def truth_tables(self) -> dict[str, dict[str, Any]]:

@@ -92,7 +92,9 @@ class SequenceTable:
         self._file, there = open_parquet(path, SCHEMAS[name].names, known)
         self._schema = table_schema(name, there.names)
         self._columns = self._schema.names
-        self._require_kinds(there)
+        wrong = [field.name for field in there if not _may_hold(field.type, self._schema.field(field.name).type)]
+        if wrong:
+            raise FileError(path, f"column {', '.join(wrong)} holds no numbers; write integers and floats")
         if bound is not None:
             bound.check(path, self.rows)
             bound.check(path, self._file.num_row_groups)
@@ -135,12 +137,6 @@ class SequenceTable:
         rows = {name: column_values(table.column(name)) for name in self._columns}
         order = np.argsort(rows[self._key], kind="stable")
         self._ahead = frozenset(keys.tolist()), {name: values[order] for name, values in rows.items()}
-
-    def _require_kinds(self, there: pa.Schema) -> None:
-        """Raise FileError if a column's type cannot hold its values; numbers and marks may have several types."""
-        wrong = [field.name for field in there if not _may_hold(field.type, self._schema.field(field.name).type)]
-        if wrong:
-            raise FileError(self.path, f"column {', '.join(wrong)} holds no numbers; write integers and floats")
 
     def _in_groups(self, first: int, last: int, columns: list[str]) -> pa.Table:
         groups = self._groups[(self._last >= first) & (self._first < last)]
@@ -200,6 +196,7 @@ _ZERO_ONE = arrow_array([0.0, 1.0], pa.float64())
 
 
 def _may_hold(there: pa.DataType, wanted: pa.DataType) -> bool:
+    """Whether a column of a type can hold the wanted values; numbers and marks may have several types."""
     if pa.types.is_string(wanted):
         return bool(pa.types.is_string(there) or pa.types.is_large_string(there))
     number = pa.types.is_integer(there) or pa.types.is_floating(there)

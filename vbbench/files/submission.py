@@ -61,7 +61,8 @@ class Faults:
         """Add the same fault for every row marked in ``bad`` [R]; ``columns`` identify the rows (ids, CSV line)."""
         rows = np.flatnonzero(bad)
         if len(rows):
-            names = [_row_name(columns, row) for row in rows[:LISTED]]
+            ids = [name for name in ("line", "sequence", "frame", "track") if name in columns]
+            names = [", ".join(f"{name} {columns[name][row]}" for name in ids) for row in rows[:LISTED]]
             self._add(f"{file}: {problem}", [f"{file}, {name}: {problem}" for name in names], len(rows))
 
     def listing(self) -> tuple[str, ...]:
@@ -76,12 +77,6 @@ class Faults:
         listed = self._listed.setdefault(kind, [])
         listed.extend(map(one_line, faults[: LISTED - len(listed)]))
         self._count[kind] = self._count.get(kind, 0) + count
-
-
-def _row_name(columns: Mapping[str, NDArray[Any]], row: int) -> str:
-    return ", ".join(
-        f"{name} {columns[name][row]}" for name in ("line", "sequence", "frame", "track") if name in columns
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,7 +228,10 @@ def _problem(name: str, value: Any) -> str | None:
             return None
         return f"is {quoted(value)}; give a number of seconds from 0 to {LONGEST_FRAME:.0f}, or remove it"
     if name == "delay":
-        return _delay_problem(value)
+        number = isinstance(value, int) and not isinstance(value, bool)
+        if value in (None, OFFLINE) or (number and 0 <= value <= LONGEST_DELAY):
+            return None
+        return f"is {quoted(value)}; give a number of frames, 0 for a causal solver, or '{OFFLINE}'"
     if not isinstance(value, str):
         return f"is {quoted(value)}; give text"
     if len(value) > LONGEST_TEXT:
@@ -244,10 +242,3 @@ def _problem(name: str, value: Any) -> str | None:
     if choices and value not in choices:
         return f"is {quoted(value)}, which is unknown; choose {', '.join(choices)}"
     return "is empty; fill it in" if name == "solver" and not value.strip() else None
-
-
-def _delay_problem(value: Any) -> str | None:
-    number = isinstance(value, int) and not isinstance(value, bool)
-    if value in (None, OFFLINE) or (number and 0 <= value <= LONGEST_DELAY):
-        return None
-    return f"is {quoted(value)}; give a number of frames, 0 for a causal solver, or '{OFFLINE}'"

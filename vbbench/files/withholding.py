@@ -6,6 +6,7 @@ dataset keeps the SHA-256 of every truth table, and its id, which is computed fr
 
 import json
 import secrets
+from dataclasses import replace
 from pathlib import Path
 
 from vbbench.errors import FileError, VbbenchError
@@ -51,7 +52,7 @@ def check_truth_free(kept: Path, overwrite: bool) -> None:
 def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
     """Write the seed next to the truth tables in the folder ``truth``; return the facts to publish."""
     keep_seed(info, truth)
-    return info.without_seed()
+    return replace(info, seed=None, withheld_id=info.id)
 
 
 def keep_seed(info: DatasetInfo, truth: Path) -> None:
@@ -67,7 +68,9 @@ def check_truth(info: DatasetInfo, truth: Path) -> None:
             raise FileError(path, "this truth table is missing; name the folder that holds all of them with `truth`")
         if path.stat().st_size != facts["bytes"] or file_sha256(path) != facts["sha256"]:
             raise FileError(path, f"is not the truth of dataset {info.id}: its SHA-256 is not the published one")
-    if (truth / SEED_FILE).is_file() and info.with_seed(read_seed(truth / SEED_FILE)).id != info.id:
+    if not (truth / SEED_FILE).is_file():
+        return
+    if replace(info, seed=read_seed(truth / SEED_FILE), withheld_id=None).id != info.id:
         raise FileError(truth / SEED_FILE, f"is not the seed of dataset {info.id}: another id follows from it")
 
 

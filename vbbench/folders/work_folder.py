@@ -82,11 +82,6 @@ def go_on(work: Path, out: Path) -> None:
         (work / JOURNAL).replace(work / DONE)
 
 
-def is_done(work: Path) -> bool:
-    """Whether the swap is complete, so that the rest of the work folder can be removed."""
-    return (work / DONE).is_file()
-
-
 def finish_swaps(folder: Path | str) -> None:
     """Before a folder is read: complete an interrupted swap of it, or of the dataset that its truth belongs to."""
     folder = real(folder)
@@ -218,7 +213,7 @@ class WorkFolder:
                 self._done.add(path.name.removeprefix(beginning))
         if is_decided(self._work):
             go_on(self._work, self.out)
-        if is_done(self._work):
+        if (self._work / DONE).is_file():
             self._placed = True
             self._done.add(_read_key(self._work))
 

@@ -15,7 +15,7 @@ from vbbench.errors import VbbenchError
 from vbbench.files.cards.writing import write_cards
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo, describe_tables, table_paths
-from vbbench.files.sequence_tables import OBSERVER, Ranges, part_ranges
+from vbbench.files.sequence_tables import OBSERVER, part_ranges
 from vbbench.files.tables import (
     CAMERA,
     FRAME_TABLE,
@@ -188,15 +188,15 @@ def write_dataset(plan: Plan, out: Path, *, jobs: int = 1, overwrite: bool = Fal
 
 
 def _write(plan: Plan, work: WorkFolder, withhold_truth: bool, *, jobs: int, scheduler: str | None = None) -> None:
-    if not work.begin(_key(plan, withhold_truth)):
+    if not work.begin(f"{plan.info.id} {__version__} {withhold_truth}"):
         return
     if withhold_truth:
         keep_seed(plan.info, work.new_truth)  # before the work, so that an interruption does not lose a secret seed
-    tables = table_paths(_tables(plan), work, withhold_truth)
+    tables = table_paths(tables_of(plan), work, withhold_truth)
     streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
-    build = partial(_build_part, plan)
+    ranges = part_ranges(len(plan), plan.expected_rows if isinstance(plan, SizedPlan) else None)
     where: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler, "label": plan.info.split}
-    facts = write_in_parts(build, _ranges(plan), work.parts, streamed, **where)
+    facts = write_in_parts(partial(_build_part, plan), ranges, work.parts, streamed, **where)
     for name, groups in _shared_scenes(plan.scenes).items():
         with TableWriter(tables[name], name) as writer:
             for group in groups:
@@ -214,22 +214,10 @@ def _check(out: Path, overwrite: bool, withhold_truth: bool) -> None:
         check_truth_free(truth_folder_of(out), overwrite)
 
 
-def _tables(plan: Plan) -> list[str]:
-    return list(tables_of(plan))
-
-
-def _ranges(plan: Plan) -> Ranges:
-    return part_ranges(len(plan), plan.expected_rows if isinstance(plan, SizedPlan) else None)
-
-
-def _key(plan: Plan, withhold_truth: bool) -> str:
-    return f"{plan.info.id} {__version__} {withhold_truth}"
-
-
 def _build_part(plan: Plan, first: int, last: int) -> Part:
     """The row groups of some sequences, and the counts for `vbbench info`."""
     made: dict[str, list[Columns]] = defaultdict(list)
-    rows, seen, tables = [], [], _tables(plan)
+    rows, seen, tables = [], [], tables_of(plan)
     for index in range(first, last):
         data = build_sequence(plan, index)
         for name, columns in sequence_rows(data).items():

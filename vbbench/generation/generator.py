@@ -24,11 +24,6 @@ MOST_PEOPLE = 10_000
 """People of the largest crowd."""
 
 
-def _check_ranges(values: object) -> None:
-    with user_mistakes():
-        check_ranges(values)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Simulation:
     """What is asked of a simulated crowd; ``None`` leaves it to the scenario.
@@ -97,7 +92,8 @@ class Options:
     footage: FootageOptions | None = None
 
     def __post_init__(self) -> None:
-        _check_ranges(self)
+        with user_mistakes():
+            check_ranges(self)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -93,9 +93,7 @@ class WrittenOptions:
             height_std=self.sigma_h,
             simulation=self._simulation(is_footage),
             footage=self._footage(is_footage, cameras),
-            **self.chosen(
-                "tier", "look", "observer", "detector", "noise", "least_track", "seed", "limit", "stride", "dt"
-            ),
+            **self.chosen(*AS_THEY_ARE),
         )
 
     def chosen(self, *names: str) -> dict[str, Any]:

@@ -113,11 +113,6 @@ class Single(DerivedPlan):
         return replace(data, sequence=replace(data.sequence, index=index))
 
 
-def single(plan: Plan, number: int) -> Plan:
-    """A plan of one sequence of a plan."""
-    return Single(plan, number)
-
-
 def planned(split: str, options: Options) -> Plan:
     """The plan of a split with these options.
 

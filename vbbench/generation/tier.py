@@ -31,11 +31,6 @@ class Heights:
     told_mean: float
     told_std: float
 
-    @staticmethod
-    def as_told(mean: float, std: float) -> "Heights":
-        """Heights that solvers are given as they are."""
-        return Heights(mean=mean, std=std, told_mean=mean, told_std=std)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Told:
@@ -191,7 +186,8 @@ def chosen_heights(options: Options) -> Heights:
     """How tall people are, and what solvers are given; raises VbbenchError if the tier leaves no choice."""
     own = get_tier(options.tier).own_heights
     if own is None:
-        return Heights.as_told(HEIGHT_MEAN, HEIGHT_STD if options.height_std is None else options.height_std)
+        std = HEIGHT_STD if options.height_std is None else options.height_std
+        return Heights(mean=HEIGHT_MEAN, std=std, told_mean=HEIGHT_MEAN, told_std=std)
     if options.height_std is not None:
         raise VbbenchError(f"people of tier '{options.tier}' have heights of its recipe; remove `height_std`")
     return own

@@ -61,11 +61,8 @@ class Part:
     @property
     def columns(self) -> dict[str, set[str]]:
         """The columns of each table's row groups."""
-        return {name: self.columns_of(name) for name in self.groups}
-
-    def columns_of(self, name: str) -> set[str]:
-        """The columns that any row group of a table has."""
-        return {column for group in self.groups.get(name, ()) for column in group.column_names}
+        tables = self.groups.items()
+        return {name: {column for group in groups for column in group.column_names} for name, groups in tables}
 
     @property
     def nbytes(self) -> int:
@@ -184,12 +181,10 @@ def _write_table(path: Path, name: str, optional: Collection[str], parts_made: I
 
 def _optional(name: str, parts_made: Iterable[Part | Path]) -> set[str]:
     """The optional columns that a table has in any of the parts."""
-    return set().union(*(_columns(part, name) for part in parts_made)) if name in OPTIONAL else set()
-
-
-def _columns(part: Part | Path, name: str) -> Collection[str]:
-    """The columns of a table in a part."""
-    return part.columns_of(name) if isinstance(part, Part) else _metadata(part, COLUMNS).get(name, ())
+    if name not in OPTIONAL:
+        return set()
+    columns = (part.columns if isinstance(part, Part) else _metadata(part, COLUMNS) for part in parts_made)
+    return {column for one in columns for column in one.get(name, ())}
 
 
 def _metadata(path: Path, key: bytes) -> dict[str, Any]:

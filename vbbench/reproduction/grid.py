@@ -15,7 +15,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.folders.locks import loose_files
-from vbbench.generation import write_dataset
+from vbbench.generation import generate, write_dataset
 from vbbench.generation.generator import Generator, Options, Plan
 from vbbench.generation.planning import planned
 from vbbench.parallel.parts import in_parallel, progress_bar
@@ -55,9 +55,13 @@ class Cell:
 
 @dataclass(frozen=True, kw_only=True)
 class Making:
-    """Makes what is missing by ``jobs`` processes; with ``overwrite`` all is made again."""
+    """Makes what is missing: by ``jobs`` processes, or on the Dask cluster at ``scheduler``.
+
+    With ``overwrite`` all is made again.
+    """
 
     jobs: int = 1
+    scheduler: str | None = None
     overwrite: bool = False
 
     def dataset(self, split: str, folder: Path, options: Options) -> Dataset:
@@ -65,10 +69,13 @@ class Making:
 
         Raises VbbenchError if ``folder`` holds another dataset, or as `vbbench.generation.datasets.generate` does.
         """
-        return self.planned(planned(split, options), folder)
+        plan = planned(split, options)
+        if self.scheduler is None or (not self.overwrite and (folder / INFO_FILE).is_file()):
+            return self.planned(plan, folder)
+        return generate(split, folder, options, scheduler=self.scheduler, overwrite=self.overwrite)
 
     def planned(self, plan: Plan, folder: Path) -> Dataset:
-        """As `dataset`, of a plan that no command can make."""
+        """As `dataset`, of a plan that no command can make; a cluster does not make it either."""
         if self.overwrite or not (folder / INFO_FILE).is_file():
             return write_dataset(plan, folder, jobs=self.jobs, overwrite=self.overwrite)
         there, wanted = DatasetInfo.read(folder).id, plan.info.id
@@ -84,7 +91,8 @@ class Making:
         Raises VbbenchError if ``folder`` holds another submission, or as `vbbench.solving.submissions.solve` does.
         """
         if self.overwrite or not (folder / SUBMISSION_FILE).is_file():
-            return solve(dataset, solver, protocol, folder, jobs=self.jobs, overwrite=self.overwrite)
+            where: dict[str, Any] = {"scheduler": self.scheduler, "overwrite": self.overwrite}
+            return solve(dataset, solver, protocol, folder, jobs=self.jobs, **where)
         info = SubmissionInfo.read(folder)
         there = f"{info.solver} {info.version}, {info.protocol}, dataset {info.dataset}"
         wanted = f"{solver} {solver_version(solver)}, {protocol}, dataset {dataset.info.id}"

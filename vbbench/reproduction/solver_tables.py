@@ -202,23 +202,17 @@ def _over_frames(found: SolverTable, split: str) -> Table:
         head=["protocol", "σ_h (m)", "solver", *_LABELS],
         rows=[
             *paper,
-            *([*_names(row), *map(_frames, *_figures(row))] for row in grid.rows_at(found.rows, split=split)),
+            *map(_line, grid.rows_at(found.rows, split=split)),
         ],
         names=3,
     )
 
 
-def _names(row: Row) -> list[str]:
+def _line(row: Row) -> list[str]:
     answered = "" if row["coverage"] == 1.0 else f" (answered {row['coverage']:.1%})"
-    return [row["protocol"], f"{row['sigma_h']:g}", f"`{row['solver']}`{answered}"]
-
-
-def _figures(row: Row) -> tuple[list[Summary], list[float]]:
-    return [row["figures"][metric] for metric in COLUMNS], [row["times_the_paper"][metric] for metric in COLUMNS]
-
-
-def _frames(own: Summary, times: float) -> str:
-    return _with_ratio(f"{_size(own.frame_mean)} ± {_size(own.frame_std)}", times)
+    figures = ((row["figures"][metric], row["times_the_paper"][metric]) for metric in COLUMNS)
+    cells = [_with_ratio(f"{_size(own.frame_mean)} ± {_size(own.frame_std)}", times) for own, times in figures]
+    return [row["protocol"], f"{row['sigma_h']:g}", f"`{row['solver']}`{answered}", *cells]
 
 
 def _with_ratio(text: str, ratio: float) -> str:

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 
 from vbbench.errors import VbbenchError
 from vbbench.generation.generator import Plan
-from vbbench.generation.planning import single
+from vbbench.generation.planning import Single
 from vbbench.geometry import FloatArray
 from vbbench.paper import COLUMNS
 from vbbench.pictures.plotting import style
@@ -116,7 +116,7 @@ class TrajectoriesStudy(Study):
                 found.missing[split] = grid.how_to_get(split)
                 continue
             number = typical_sequence(plan)
-            dataset = making.planned(single(plan, number), out / split / "dataset")
+            dataset = making.planned(Single(plan, number), out / split / "dataset")
             protocol = self.protocols[0] if dataset.info.truth == "whole" else "cold-start"
             cell = making.cell(dataset, self.solvers[0], protocol)
             means = {metric: float(own.mean) for metric, own in cell.summaries.items() if np.isfinite(own.mean)}

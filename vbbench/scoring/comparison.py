@@ -1,7 +1,7 @@
 """Compares submissions on common sequences by capped figures, with a block bootstrap over time."""
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,7 +53,7 @@ class SideBySide:
         cells = shown_cells([one.values() for one in self.scores.values()])
         return Table(
             title=self._title(),
-            facts=list(self._facts()),
+            facts=[ranking_fact(self._one.protocol), *self._one.notes()],
             head=["solver", *SHOWN_HEAD],
             rows=[[name, *row] for name, row in zip(self._names(), cells, strict=True)],
         )
@@ -97,10 +97,6 @@ class SideBySide:
             f"{one.protocol.id}: {one.sequences} of {one.total_sequences} sequences scored, {one.frames} frames, "
             f"{one.per_sequence.positions.sum()} positions"
         )
-
-    def _facts(self) -> Iterator[str]:
-        yield ranking_fact(self._one.protocol)
-        yield from self._one.notes()
 
 
 _PLACE = ("dataset", "split", "tier", "protocol")

@@ -219,17 +219,12 @@ class ErrorTables:
                 missing = f"{1.0 - own.coverage:.1%} of the rows of {name} are missing"
                 notes.append(f"Caution: {missing}; they count as the last place known of the same person.")
         if self.only is None and np.isnan(self.capped(0, self.metrics[0])[1][0]):
-            notes.append(interval_note(self.errors[0].per_sequence.timeline, self._blocks))
-        if unknown := [METRICS[key].symbol for key in section("metrics") if not self._is_known(key)]:
+            blocks = self.summaries[0][self.metrics[0]].blocks
+            notes.append(interval_note(self.errors[0].per_sequence.timeline, blocks))
+        shown = section("metrics").values()
+        if unknown := [metric.symbol for metric in shown if self.dataset.truth not in metric.known]:
             notes.append(f"Not known of this dataset: {', '.join(unknown)}.")
         return [*notes, *([f"Caution: {self.dataset.caution}"] if self.dataset.caution else [])]
-
-    @property
-    def _blocks(self) -> float:
-        return self.summaries[0][self.metrics[0]].blocks
-
-    def _is_known(self, metric: str) -> bool:
-        return self.dataset.truth in METRICS[metric].known
 
     def summary(self) -> tuple[list[str], list[list[str]]]:
         """Header and rows of a table: a row per submission with its means, failure rates and coverage."""

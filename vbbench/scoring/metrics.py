@@ -178,10 +178,6 @@ class Metric:
             return ("whole", "poses")
         return ("whole", "relative") if self.without_poses else ("whole",)
 
-    def errors(self, *rows: FloatArray | float) -> FloatArray:
-        """The errors of rows (see ``over``)."""
-        return self.function(*rows)
-
     @property
     def label(self) -> str:
         """Symbol and unit, for the head of a column or an axis."""
@@ -270,7 +266,7 @@ def frame_errors(
         "frames": (poses, true_poses),
         "people": (positions, poses[..., None, :], true_positions, true_poses[..., None, :]),
     }
-    errors = {name: metric.errors(*rows[metric.over]) for name, metric in METRICS.items() if metric.over in rows}
+    errors = {name: metric.function(*rows[metric.over]) for name, metric in METRICS.items() if metric.over in rows}
     return {name: _mean(e, counted) if METRICS[name].over == "people" else e for name, e in errors.items()}
 
 

@@ -118,7 +118,7 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dataset: Data
     frames, figures = {}, {}
     for name, metric in METRICS.items():
         arguments, pose = called[metric.over]
-        errors = metric.errors(*arguments) if truth.known in metric.known else np.full(len(pose), np.nan)
+        errors = metric.function(*arguments) if truth.known in metric.known else np.full(len(pose), np.nan)
         frames[name] = mean_of_groups(pose, errors, count)
         figures[name] = mean_of_groups(sequence[pose], errors, size)
     fallbacks = None if answers.fallback is None else int(answers.fallback.sum())

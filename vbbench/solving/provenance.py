@@ -7,7 +7,6 @@ version, except the solver's own, which is always read.
 
 import hashlib
 import inspect
-import json
 import os
 import platform
 import re
@@ -15,7 +14,7 @@ import sys
 import sysconfig
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.machinery import ModuleSpec
 from importlib.metadata import PackageNotFoundError, packages_distributions, version
@@ -184,11 +183,6 @@ def describe_solvers() -> str:
     return "\n".join(
         f"{card.name}: {card.summary} [{', '.join(filter(None, (card.kind, card.package)))}]" for card in solver_cards()
     )
-
-
-def solvers_json() -> str:
-    """All solvers as a JSON list of cards."""
-    return json.dumps([asdict(card) for card in solver_cards()], indent=2, ensure_ascii=False)
 
 
 def _card(name: str, factory: Any) -> SolverCard:

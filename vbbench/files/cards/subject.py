@@ -87,7 +87,9 @@ class Origin:
 
 def origin_of(info: DatasetInfo) -> Origin:
     """The origin of a dataset, from the ``card`` that is registered under the name of its split."""
-    known = _registered_card(info.split)
+    known: Any = None
+    with suppress(VbbenchError):  # the split is not installed here, or cannot be loaded
+        known = load_registered("generator", info.split).card
     return Origin(
         licence=(known and known.licence) or None,
         citation=(known and known.citation) or None,
@@ -95,13 +97,6 @@ def origin_of(info: DatasetInfo) -> Origin:
         files=tuple((source.path, source.url) for source in known.sources) if known else (),
         tier=load_registered("tier", info.tier).summary if info.tier in registered("tier") else None,
     )
-
-
-def _registered_card(split: str) -> Any:
-    """The card of a split, ``None`` if it is not installed here or cannot be loaded."""
-    with suppress(VbbenchError):
-        return load_registered("generator", split).card
-    return None
 
 
 def said_licence(origin: Origin, publisher: Publisher) -> str:

@@ -77,7 +77,10 @@ def check_cards(folder: Path, info: DatasetInfo) -> str:
 
 def _check_readme(path: Path, info: DatasetInfo) -> str:
     """Check that the front matter has the dataset's id and digest, which hubs keep when they rewrite it."""
-    head = _front_matter(path)
+    with path.open("rb") as file:
+        text = file.read(_LONGEST_README).decode("utf-8", "replace")
+    found = re.match(rf"{FENCE}\r?\n(.*?)^{FENCE}", text, re.DOTALL | re.MULTILINE)
+    head = found[1] if found else ""
     if "vbbench:" not in head:
         return _NOT_OURS
     named = set(re.findall(r"\b(?:[0-9a-f]{16}|[0-9a-f]{64})\b", head))
@@ -87,14 +90,6 @@ def _check_readme(path: Path, info: DatasetInfo) -> str:
     if lost:
         raise FileError(path, f"its front matter lacks {', '.join(lost)}; {_AGAIN}")
     return ""
-
-
-def _front_matter(path: Path) -> str:
-    """The text between the first two fences; empty if there is none."""
-    with path.open("rb") as file:
-        text = file.read(_LONGEST_README).decode("utf-8", "replace")
-    found = re.match(rf"{FENCE}\r?\n(.*?)^{FENCE}", text, re.DOTALL | re.MULTILINE)
-    return found[1] if found else ""
 
 
 def _check_croissant(path: Path, info: DatasetInfo) -> None:
