@@ -13,9 +13,10 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, freeze
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
-from vbbench_renderers.meshes import Int32, Limbs, join_parts
+from vbbench_renderers import _core
+from vbbench_renderers.meshes import Int32, Limbs
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.raster import ShadowMap, build_textures, looks_of, place
+from vbbench_renderers.raster import Scenery, build_textures, draw_shadows, place
 from vbbench_renderers.views import Rays, camera_rays, eye_transform
 
 ALL, INSIDE, ON_BORDER = range(3)
@@ -70,7 +71,11 @@ class Onlooker:
 
     def __init__(self, scene: Scene, people: Walkers) -> None:
         self._scene, self._people = scene, people
-        self._parts = join_parts(people.meshes)
+        self._meshes = _core.Meshes(people.meshes)
+        nobody = people.limbs(0, np.zeros(2)).of(np.zeros(0, np.int64))
+        none = draw_shadows(self._meshes, nobody, nobody.mesh, np.array([0.0, 0.0, 1.0]), np.zeros(2), 1.0, 16)
+        textures = build_textures(np.zeros((1, 1, 1, 3), np.uint8))
+        self._dark = Scenery(np.ones((6, 3)), np.zeros(2, np.uint8), textures, none, none)
 
     def look(
         self, picture: Picture, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None
@@ -113,19 +118,9 @@ class Onlooker:
 
     def _alone(self, limbs: Limbs, eye: FloatArray, rays: Rays) -> BoolArray:
         """[H, W] whether limbs show in a picture of nothing else."""
-        count, blank = len(limbs.mesh), np.zeros((2, 2), np.float32)
-        shadows = ShadowMap(blank, blank[:1, :1], blank, 0.0, 0.0, 1.0, 0.0, 0.0)
-        _, _, ids = place(self._parts, limbs, np.zeros(count, bool), eye, rays).draw(
-            np.arange(count, dtype=np.int32),
-            looks_of(limbs),
-            eye,
-            np.ones((6, 3)),
-            build_textures(np.zeros((1, 1, 1, 3), np.uint8)),
-            shadows,
-            shadows,
-            np.zeros(2, np.uint8),
-            np.append(np.zeros(count, np.int32), np.int32(NOBODY)),
-        )
+        owners = np.append(np.zeros(len(limbs.mesh), np.int32), NOBODY)
+        placement = place(self._meshes, limbs, np.zeros(len(limbs.mesh), bool), eye, owners)
+        _, _, ids = _core.draw(self._meshes, limbs, placement, rays, self._dark, _core.available_threads())
         return ids != NOBODY
 
     def _truncated(

@@ -1,8 +1,10 @@
 // Meshes, the rays of a camera, and limbs: what all that is drawn here consists of.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 
 namespace vbbench::renderers {
@@ -27,6 +29,39 @@ struct Meshes {
   const std::array<float, 4>* spheres;        ///< [M] centre and radius of a sphere around each mesh
   Int count;
 };
+
+/// Centre and radius of a sphere around vertices [V].
+inline std::array<float, 4> sphere_around(const Point* vertices, std::size_t count) {
+  Point low = vertices[0], high = vertices[0];
+  for (std::size_t n = 1; n < count; ++n) {
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], vertices[n][axis]);
+      high[axis] = std::max(high[axis], vertices[n][axis]);
+    }
+  }
+  const float x = (low[0] + high[0]) / 2, y = (low[1] + high[1]) / 2, z = (low[2] + high[2]) / 2;
+  float radius = 0.0f;
+  for (std::size_t n = 0; n < count; ++n) {
+    const float dx = vertices[n][0] - x, dy = vertices[n][1] - y, dz = vertices[n][2] - z;
+    radius = std::max(radius, std::sqrt(dx * dx + dy * dy + dz * dz));
+  }
+  return {x, y, z, radius};
+}
+
+/// Texture widths a metre of a triangle, the geometric mean of both directions.
+inline float grain_of(const Point* vertices, const std::array<float, 2>* uv, const Corners& t) {
+  std::array<Vec, 2> side;
+  std::array<std::array<double, 2>, 2> step;
+  for (int n = 0; n < 2; ++n) {
+    for (int axis = 0; axis < 3; ++axis)
+      side[n][axis] = static_cast<double>(vertices[t[n + 1]][axis]) - vertices[t[0]][axis];
+    for (int axis = 0; axis < 2; ++axis) step[n][axis] = static_cast<double>(uv[t[n + 1]][axis]) - uv[t[0]][axis];
+  }
+  const auto& [a, b] = side;
+  const Vec normal{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  const double cover = std::abs(step[0][0] * step[1][1] - step[0][1] * step[1][0]);
+  return static_cast<float>(std::sqrt(cover / std::max(std::sqrt(dot(normal, normal)), 1e-12)));
+}
 
 /// Rays of a W x H picture; the ray of a pixel is (side[column], (horizon − row) / focal, ahead[column]).
 struct Rays {

@@ -43,66 +43,78 @@ void check_within(const Array<const T>& found, Int least, Int below, const char*
 
 Int length(const auto& found) { return static_cast<Int>(found.shape(0)); }
 
-/// The meshes of `vbbench_renderers.meshes.Parts`, whose indices are checked once.
-class MeshArrays {
+/// Several of `vbbench_renderers.meshes.Mesh`, joined.
+class Library {
  public:
-  explicit MeshArrays(const nb::object& of)
-      : vertices_(array_of<const float>(of, "vertices", {kAny, 3})),
-        normals_(array_of<const float>(of, "normals", {vertices_.shape(0), 3})),
-        colours_(array_of<const float>(of, "colours", {vertices_.shape(0), 3})),
-        uv_(array_of<const float>(of, "uv", {vertices_.shape(0), 2})),
-        triangles_(array_of<const int>(of, "triangles", {kAny, 3})),
-        layers_(array_of<const int>(of, "layers", {triangles_.shape(0)})),
-        grain_(array_of<const float>(of, "grain", {triangles_.shape(0)})),
-        spheres_(array_of<const float>(of, "spheres", {kAny, 4})),
-        first_vertex_(array_of<const Int>(of, "first_vertex", {spheres_.shape(0) + 1})),
-        first_triangle_(array_of<const Int>(of, "first_triangle", {spheres_.shape(0) + 1})) {
-    check_starts(first_vertex_, length(vertices_), "first_vertex");
-    check_starts(first_triangle_, length(triangles_), "first_triangle");
-    if (length(vertices_) > std::numeric_limits<int>::max()) refuse("vertices must be fewer");
-    for (Int part = 0; part < meshes().count; ++part)
-      for (Int n = 3 * first_triangle_.data()[part]; n < 3 * first_triangle_.data()[part + 1]; ++n)
-        if (triangles_.data()[n] < first_vertex_.data()[part] || triangles_.data()[n] >= first_vertex_.data()[part + 1])
-          refuse("triangles must have their corners in their own mesh");
-    if (layers_.size()) most_layer_ = *std::max_element(layers_.data(), layers_.data() + layers_.size());
+  explicit Library(const nb::sequence& of) {
+    for (const nb::handle item : of) {
+      const auto mesh = nb::borrow(item);
+      const auto vertices = array_of<const float>(mesh, "vertices", {kAny, 3});
+      const std::size_t count = vertices.shape(0), start = vertices_.size();
+      const auto normals = array_of<const float>(mesh, "normals", {count, 3});
+      const auto colours = array_of<const float>(mesh, "colours", {count, 3});
+      const auto uv = array_of<const float>(mesh, "uv", {count, 2});
+      const auto layers = array_of<const int>(mesh, "layers", {count});
+      const auto triangles = array_of<const int>(mesh, "triangles", {kAny, 3});
+      if (count == 0) refuse("vertices must be there");
+      if (start + count > static_cast<std::size_t>(std::numeric_limits<int>::max())) refuse("vertices must be fewer");
+      check_within(triangles, 0, length(vertices), "triangles");
+      append(vertices_, vertices);
+      append(normals_, normals);
+      append(colours_, colours);
+      append(uv_, uv);
+      for (std::size_t n = 0; n < triangles.shape(0); ++n) {
+        const Corners& corners = rows<Corners>(triangles)[n];
+        const int shift = static_cast<int>(start), layer = layers.data()[corners[0]];
+        triangles_.push_back({corners[0] + shift, corners[1] + shift, corners[2] + shift});
+        layers_.push_back(layer);
+        grain_.push_back(grain_of(vertices_.data(), uv_.data(), triangles_.back()));
+        layer_count_ = std::max(layer_count_, layer + 1);
+      }
+      spheres_.push_back(sphere_around(rows<Point>(vertices), count));
+      first_vertex_.push_back(static_cast<Int>(vertices_.size()));
+      first_triangle_.push_back(static_cast<Int>(triangles_.size()));
+    }
   }
 
   Meshes meshes() const {
-    return {rows<Point>(vertices_),
-            rows<Point>(normals_),
-            rows<Point>(colours_),
-            rows<std::array<float, 2>>(uv_),
-            layers_.data(),
-            grain_.data(),
-            rows<Corners>(triangles_),
-            first_vertex_.data(),
-            first_triangle_.data(),
-            rows<std::array<float, 4>>(spheres_),
-            length(spheres_)};
+    return {
+        vertices_.data(),  normals_.data(),      colours_.data(),        uv_.data(),      layers_.data(), grain_.data(),
+        triangles_.data(), first_vertex_.data(), first_triangle_.data(), spheres_.data(), count()};
   }
 
   /// The number of texture layers that triangles need.
-  int layers() const { return most_layer_ + 1; }
+  int layers() const { return layer_count_; }
 
   /// Which meshes limbs [N] have.
   Array<const int> limbs(const nb::object& mesh) const {
     const auto found = array<const int>(mesh, "mesh", {kAny});
-    check_within(found, 0, length(spheres_), "mesh");
+    check_within(found, 0, count(), "mesh");
     return found;
   }
 
- private:
-  static void check_starts(const Array<const Int>& starts, Int end, const char* name) {
-    const Int* const last = starts.data() + starts.size() - 1;
-    if (!std::is_sorted(starts.data(), last + 1) || starts.data()[0] != 0 || *last != end)
-      refuse(std::string(name) + " must ascend from 0 to the number of rows");
+  nb::object spheres() const {
+    New<float> found({spheres_.size(), 4});
+    if (!spheres_.empty()) std::copy_n(spheres_[0].data(), 4 * spheres_.size(), found.data());
+    return found.numpy();
   }
 
-  Array<const float> vertices_, normals_, colours_, uv_;
-  Array<const int> triangles_, layers_;
-  Array<const float> grain_, spheres_;
-  Array<const Int> first_vertex_, first_triangle_;
-  int most_layer_ = -1;
+ private:
+  Int count() const { return static_cast<Int>(spheres_.size()); }
+
+  template <class Row, class T>
+  static void append(std::vector<Row>& all, const Array<const T>& more) {
+    all.insert(all.end(), rows<Row>(more), rows<Row>(more) + more.shape(0));
+  }
+
+  std::vector<Point> vertices_, normals_, colours_;
+  std::vector<std::array<float, 2>> uv_;
+  std::vector<Corners> triangles_;
+  std::vector<int> layers_;
+  std::vector<float> grain_;
+  std::vector<std::array<float, 4>> spheres_;
+  std::vector<Int> first_vertex_{0}, first_triangle_{0};
+  int layer_count_ = 0;
 };
 
 /// The rays of `vbbench_renderers.views.Rays`.
@@ -124,16 +136,16 @@ struct RayArrays {
   }
 };
 
-/// The looks of `vbbench_renderers.raster.Looks`, of N limbs.
+/// The looks of `vbbench_renderers.meshes.Limbs`, of N limbs, with the normals of a `Placement`.
 struct LookArrays {
   Array<const float> colour, second_colour, gloss, normal;
   Array<const int> pattern;
 
-  LookArrays(const nb::object& of, std::size_t limbs)
+  LookArrays(const nb::object& of, const nb::object& placement, std::size_t limbs)
       : colour(array_of<const float>(of, "colour", {limbs, 3})),
         second_colour(array_of<const float>(of, "second_colour", {limbs, 3})),
         gloss(array_of<const float>(of, "gloss", {limbs})),
-        normal(array_of<const float>(of, "normal", {limbs, 3, 3})),
+        normal(array_of<const float>(placement, "normal", {limbs, 3, 3})),
         pattern(array_of<const int>(of, "pattern", {limbs})) {}
 
   Looks looks() const {
@@ -142,138 +154,123 @@ struct LookArrays {
   }
 };
 
-/// The textures of `vbbench_renderers.raster.Textures`.
-struct TextureArrays {
-  Array<const std::uint8_t> texels;
-  Array<const Int> first, size;
-  Array<const float> linear;
-  Textures textures;
-
-  TextureArrays(const nb::object& of, int layers)
-      : texels(array_of<const std::uint8_t>(of, "texels", {kAny, 3})),
-        first(array_of<const Int>(of, "first", {kAny})),
-        size(array_of<const Int>(of, "size", {first.size()})),
-        linear(array_of<const float>(of, "linear", {256})) {
-    for (std::size_t level = 0; level < first.size(); ++level) {
-      const Int width = size.data()[level], start = first.data()[level];
-      if (width < 1 || start < 0 || start + layers * width * width > length(texels))
-        refuse("texels must have every layer of every size");
-    }
-    if (first.size() == 0) refuse("first must have a size");
-    textures = {rows<std::array<std::uint8_t, 3>>(texels), first.data(), size.data(), linear.data(),
-                static_cast<Int>(first.size())};
-  }
-};
-
-/// The map of `vbbench_renderers.raster.ShadowMap`.
-struct ShadowArrays {
-  Array<const float> heights, highest, open;
-  ShadowMap map;
-
-  explicit ShadowArrays(const nb::object& of)
-      : heights(square(of, "heights")), highest(square(of, "highest")), open(square(of, "open")) {
-    const int size = static_cast<int>(heights.shape(0)), coarse = static_cast<int>(highest.shape(0));
-    if (coarse != blocks(size)) refuse("highest must have a number for each block of heights");
-    map = {{heights.data(), size},        {highest.data(), coarse},     {open.data(), static_cast<int>(open.shape(0))},
-           number<double>(of, "x"),       number<double>(of, "y"),      number<double>(of, "scale"),
-           number<double>(of, "slope_x"), number<double>(of, "slope_y")};
-  }
-
-  static Array<const float> square(const nb::object& of, const char* name) {
-    const auto found = array_of<const float>(of, name, {kAny, kAny});
-    if (found.shape(0) != found.shape(1)) refuse(std::string(name) + " must be a square");
-    return found;
-  }
-};
-
-Light light_of(const nb::object& light) {
-  const auto found = array<const double>(light, "light", {6, 3});
-  const Vec* const row = rows<Vec>(found);
-  return {row[0], row[1], row[2], row[3], row[4], row[5][0]};
-}
-
-struct EncodingArray {
-  Array<const std::uint8_t> bytes;
-  explicit EncodingArray(const nb::object& table) : bytes(array<const std::uint8_t>(table, "table", {kAny})) {
-    if (bytes.size() < 2) refuse("table must have two bytes");
-  }
-  Encoding encode() const { return {bytes.data(), static_cast<int>(bytes.size()) - 1}; }
-};
-
-/// Limbs as a camera sees them.
-class Frame {
+/// Texture layers [L, S, S, 3] at every size, and the linear value of each byte.
+class TextureArrays {
  public:
-  Frame(const MeshArrays& meshes, const nb::object& mesh, const nb::object& joined, const nb::object& side,
-        const nb::object& rays, Int threads)
-      : meshes_(meshes), rays_(rays), threads_(whole(threads, "threads", 1)) {
-    const auto in_mesh = meshes.limbs(mesh);
-    const auto in_joined = array<const double>(joined, "joined", {in_mesh.size(), 3, 4});
-    const auto in_side = array<const int>(side, "side", {in_mesh.size()});
-    std::vector<int> which(in_mesh.data(), in_mesh.data() + in_mesh.size());
-    std::vector<int> sides(in_side.data(), in_side.data() + in_side.size());
-    const nb::gil_scoped_release released;
-    Team team(threads_);
-    placed_ = place(meshes.meshes(), std::move(which), std::move(sides), rows<Transform>(in_joined), rays_.rays, team);
+  TextureArrays(const nb::list& sizes, const nb::object& linear)
+      : linear_(array<const float>(linear, "linear", {256})) {
+    for (const nb::handle size : sizes) {
+      levels_.push_back(array<const std::uint8_t>(nb::borrow(size), "sizes", {kAny, kAny, kAny, 3}));
+      const auto& level = levels_.back();
+      if (level.shape(0) != levels_[0].shape(0) || level.shape(1) != level.shape(2) || !level.size())
+        refuse("sizes must have squares of the same layers");
+      views_.push_back({rows<Texel>(level), static_cast<Int>(level.shape(1))});
+    }
+    if (views_.empty()) refuse("sizes must have a size");
   }
 
-  nb::tuple draw(const nb::object& order, const nb::object& looks, const nb::object& eye, const nb::object& light,
-                 const nb::object& textures, const nb::object& people, const nb::object& fixed, const nb::object& table,
-                 const nb::object& owners) const {
-    const std::size_t limbs = placed_.mesh.size();
-    const auto in_order = array<const int>(order, "order", {limbs});
-    check_within(in_order, 0, placed_.count(), "order");
-    const LookArrays in_looks(looks, limbs);
-    const auto in_eye = array<const double>(eye, "eye", {3, 4});
-    const TextureArrays in_textures(textures, meshes_.layers());
-    const ShadowArrays in_people(people), in_fixed(fixed);
-    const EncodingArray encoding(table);
-    const auto in_owners = array<const int>(owners, "owners", {limbs + 1});
-    const Rays& rays = rays_.rays;
-    const Meshes meshes = meshes_.meshes();
-    const Looks found_looks = in_looks.looks();
-    const Light found_light = light_of(light);
-    const auto height = static_cast<std::size_t>(rays.height), width = static_cast<std::size_t>(rays.width);
-    New<std::uint8_t> rgb({height, width, 3});
-    New<float> depth({height, width});
-    New<int> ids({height, width});
-    {
-      const nb::gil_scoped_release released;
-      Team team(threads_);
-      renderers::draw({meshes, placed_, found_looks, rays, *rows<Eye>(in_eye), found_light, in_textures.textures,
-                       in_people.map, in_fixed.map, encoding.encode()},
-                      in_order.data(), in_owners.data(), {rgb.data(), depth.data(), ids.data()}, team);
-    }
-    return nb::make_tuple(rgb.numpy(), depth.numpy(), ids.numpy());
+  Textures textures(int layers) const {
+    if (layers > length(levels_[0])) refuse("sizes must have every layer");
+    return {views_.data(), static_cast<Int>(views_.size()), linear_.data()};
   }
 
  private:
-  const MeshArrays& meshes_;
-  RayArrays rays_;
-  int threads_;
-  Placed placed_;
+  std::vector<Array<const std::uint8_t>> levels_;
+  std::vector<TextureLevel> views_;
+  Array<const float> linear_;
 };
 
-nb::tuple shadow_heights(const MeshArrays& meshes, const nb::object& mesh, const nb::object& joined, Int texels,
-                         Int threads) {
-  const auto in_mesh = meshes.limbs(mesh);
-  const auto in_joined = array<const double>(joined, "joined", {in_mesh.size(), 3, 4});
-  const int size = whole(texels, "texels", 1), team_size = whole(threads, "threads", 1);
-  const auto side = static_cast<std::size_t>(size), coarse = static_cast<std::size_t>(blocks(size));
-  New<float> heights({side, side}), highest({coarse, coarse});
+/// What limbs keep from the sun and, where they are on the ground, from the sky.
+class Shadows {
+ public:
+  Shadows(const Library& meshes, const nb::object& mesh, const nb::object& joined, const nb::object& ground, Int texels,
+          Int threads)
+      : size_(whole(texels, "texels", 4)),
+        heights_(square(size_)),
+        highest_(square(blocks(size_))),
+        open_(square(size_ / 4), 1.0f) {
+    const auto in_mesh = meshes.limbs(mesh);
+    const auto in_joined = array<const double>(joined, "joined", {in_mesh.size(), 3, 4});
+    const auto in_ground = array<const double>(ground, "ground", {5});
+    const int team_size = whole(threads, "threads", 1);
+    std::copy_n(in_ground.data(), 5, ground_.begin());
+    const nb::gil_scoped_release released;
+    Team team(team_size);
+    cast(meshes.meshes(), length(in_mesh), in_mesh.data(), rows<Transform>(in_joined), size_, heights_.data(),
+         highest_.data(), team);
+  }
+
+  void stain(const nb::object& spots) {
+    const auto found = array<const double>(spots, "spots", {kAny, 4});
+    const auto [x, y, scale, slope_x, slope_y] = ground_;
+    renderers::stain(length(found), rows<Spot>(found), x, y, 0.25 * scale, size_ / 4, open_.data());
+  }
+
+  ShadowMap map() const {
+    const auto [x, y, scale, slope_x, slope_y] = ground_;
+    return {{heights_.data(), size_},
+            {highest_.data(), blocks(size_)},
+            {open_.data(), size_ / 4},
+            x,
+            y,
+            scale,
+            slope_x,
+            slope_y};
+  }
+
+ private:
+  static std::size_t square(int side) { return static_cast<std::size_t>(side) * side; }
+
+  int size_;
+  std::vector<float> heights_, highest_, open_;
+  std::array<double, 5> ground_{};
+};
+
+/// The picture of limbs: sRGB, depth and ids.
+nb::tuple draw_limbs(const Library& library, const nb::object& limbs, const nb::object& placement,
+                     const nb::object& rays, const nb::object& scenery, Int threads) {
+  const auto mesh = library.limbs(limbs.attr("mesh"));
+  const std::size_t count = mesh.size();
+  const LookArrays looks(limbs, placement, count);
+  const auto joined = array_of<const double>(placement, "joined", {count, 3, 4});
+  const auto side = array_of<const int>(placement, "side", {count});
+  const auto order = array_of<const int>(placement, "order", {count});
+  const auto owners = array_of<const int>(placement, "owners", {count + 1});
+  const auto eye = array_of<const double>(placement, "eye", {3, 4});
+  check_within(order, 0, length(mesh), "order");
+  const RayArrays in_rays(rays);
+  const auto light = array_of<const double>(scenery, "light", {6, 3});
+  const Vec* const row = rows<Vec>(light);
+  const Light found_light{row[0], row[1], row[2], row[3], row[4], row[5][0]};
+  const auto table = array_of<const std::uint8_t>(scenery, "table", {kAny});
+  if (table.size() < 2) refuse("table must have two bytes");
+  const Textures textures = nb::cast<const TextureArrays&>(scenery.attr("textures")).textures(library.layers());
+  const ShadowMap people = nb::cast<const Shadows&>(scenery.attr("people")).map();
+  const ShadowMap fixed = nb::cast<const Shadows&>(scenery.attr("fixed")).map();
+  const int team_size = whole(threads, "threads", 1);
+  const auto height = static_cast<std::size_t>(in_rays.rays.height), width = in_rays.side.size();
+  New<std::uint8_t> rgb({height, width, 3});
+  New<float> depth({height, width});
+  New<int> ids({height, width});
   {
     const nb::gil_scoped_release released;
     Team team(team_size);
-    cast(meshes.meshes(), length(in_mesh), in_mesh.data(), rows<Transform>(in_joined), size, heights.data(),
-         highest.data(), team);
+    const Meshes meshes = library.meshes();
+    const Placed placed = place(meshes, {mesh.data(), mesh.data() + count}, {side.data(), side.data() + count},
+                                rows<Transform>(joined), in_rays.rays, team);
+    draw({meshes,
+          placed,
+          looks.looks(),
+          in_rays.rays,
+          *rows<Eye>(eye),
+          found_light,
+          textures,
+          people,
+          fixed,
+          {table.data(), static_cast<int>(table.size()) - 1}},
+         order.data(), owners.data(), {rgb.data(), depth.data(), ids.data()}, team);
   }
-  return nb::make_tuple(heights.numpy(), highest.numpy());
-}
-
-void stain_ground(const nb::object& spots, double x, double y, double scale, const nb::object& openness) {
-  const auto in_spots = array<const double>(spots, "spots", {kAny, 4});
-  const auto found = array<float>(openness, "openness", {kAny, kAny});
-  if (found.shape(0) != found.shape(1)) refuse("openness must be a square");
-  stain(length(in_spots), rows<Spot>(in_spots), x, y, scale, static_cast<int>(found.shape(0)), found.data());
+  return nb::make_tuple(rgb.numpy(), depth.numpy(), ids.numpy());
 }
 
 }  // namespace
@@ -282,17 +279,16 @@ NB_MODULE(_core, m) {
   m.doc() = "The renderers' inner loops in C++.";
   m.attr("NEAR") = kNear;
   m.def("available_threads", &available_threads, "How many threads this process may run at the same time.");
-  nb::class_<MeshArrays>(m, "Meshes", "Meshes, joined.").def(nb::init<const nb::object&>(), nb::arg("parts"));
-  nb::class_<Frame>(m, "Frame", "Limbs as a camera sees them.")
-      .def(nb::init<const MeshArrays&, const nb::object&, const nb::object&, const nb::object&, const nb::object&,
-                    Int>(),
-           nb::arg("meshes"), array_arg("mesh"), array_arg("joined"), array_arg("side"), nb::arg("rays"),
-           nb::arg("threads"), nb::keep_alive<1, 2>())
-      .def("draw", &Frame::draw, array_arg("order"), nb::arg("looks"), array_arg("eye"), array_arg("light"),
-           nb::arg("textures"), nb::arg("people"), nb::arg("fixed"), array_arg("table"), array_arg("owners"),
-           "The picture.");
-  m.def("shadow_heights", &shadow_heights, nb::arg("meshes"), array_arg("mesh"), array_arg("joined"), nb::arg("texels"),
-        nb::arg("threads"), "Heights of limbs along the sun's rays.");
-  m.def("stain", &stain_ground, array_arg("spots"), nb::arg("x"), nb::arg("y"), nb::arg("scale"), array_arg("openness"),
-        "Darkens the ground under spots.");
+  nb::class_<Library>(m, "Meshes", "Meshes, joined.")
+      .def(nb::init<const nb::sequence&>(), nb::arg("meshes"))
+      .def_prop_ro("spheres", &Library::spheres, "Centres and radii.");
+  nb::class_<TextureArrays>(m, "Textures", "Layers at every size.")
+      .def(nb::init<const nb::list&, const nb::object&>(), nb::arg("sizes"), array_arg("linear"));
+  nb::class_<Shadows>(m, "Shadows", "What limbs keep from the sun.")
+      .def(nb::init<const Library&, const nb::object&, const nb::object&, const nb::object&, Int, Int>(),
+           nb::arg("meshes"), array_arg("mesh"), array_arg("joined"), array_arg("ground"), nb::arg("texels"),
+           nb::arg("threads"))
+      .def("stain", &Shadows::stain, array_arg("spots"), "Darkens the ground under spots.");
+  m.def("draw", &draw_limbs, nb::arg("meshes"), nb::arg("limbs"), nb::arg("placement"), nb::arg("rays"),
+        nb::arg("scenery"), nb::arg("threads"), "The picture.");
 }

@@ -7,13 +7,11 @@ its own colours; a person is some twenty of them.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.geometry import BoolArray, IntArray
-from vbbench_renderers import _core
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
@@ -75,72 +73,6 @@ def _halves(centres: Float32, rows: IntArray) -> list[IntArray]:
     return _halves(centres, ordered[:middle]) + _halves(centres, ordered[middle:])
 
 
-@dataclass(frozen=True)
-class Parts:
-    """M meshes in a few arrays.
-
-    Parameters
-    ----------
-    vertices, normals, colours : [V, 3] as in `Mesh`.
-    uv : [V, 2].
-    layers : [F] texture layer of each triangle.
-    grain : [F] texture widths a metre of each triangle, the geometric mean of both directions.
-    triangles : [F, 3] rows of ``vertices``.
-    first_vertex, first_triangle : [M + 1].
-    spheres : [M, 4] centre and radius of a sphere around each mesh.
-    """
-
-    vertices: Float32
-    normals: Float32
-    colours: Float32
-    uv: Float32
-    layers: Int32
-    grain: Float32
-    triangles: Int32
-    first_vertex: IntArray
-    first_triangle: IntArray
-    spheres: Float32
-
-    @cached_property
-    def core(self) -> _core.Meshes:
-        """The same for the functions in C++."""
-        return _core.Meshes(self)
-
-
-def join_parts(meshes: Sequence[Mesh]) -> Parts:
-    """The meshes as `Parts`, in their order."""
-    whole = join_meshes(meshes)
-    vertices, normals, colours, uv = (
-        np.ascontiguousarray(getattr(whole, name), np.float32) for name in ("vertices", "normals", "colours", "uv")
-    )
-    return Parts(
-        vertices,
-        normals,
-        colours,
-        uv,
-        whole.layers[whole.triangles[:, 0]].astype(np.int32),
-        _grain(vertices, uv, whole.triangles),
-        np.ascontiguousarray(whole.triangles),
-        np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)]),
-        np.cumsum([0, *(len(mesh.triangles) for mesh in meshes)]),
-        np.array([_sphere(mesh.vertices) for mesh in meshes], np.float32),
-    )
-
-
-def _sphere(vertices: Float32) -> Float32:
-    centre = np.array([vertices.min(0), vertices.max(0)], np.float32).mean(axis=0)
-    return np.append(centre, np.linalg.norm(vertices - centre, axis=1).max()).astype(np.float32)
-
-
-def _grain(vertices: Float32, uv: Float32, triangles: Int32) -> Float32:
-    corners, places = vertices[triangles].astype(np.float64), uv[triangles].astype(np.float64)
-    sides, steps = corners[:, 1:] - corners[:, :1], places[:, 1:] - places[:, :1]
-    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    cover = np.abs(steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0])
-    grain: Float32 = np.sqrt(cover / np.maximum(area, 1e-12)).astype(np.float32)
-    return grain
-
-
 class Pattern(IntEnum):
     """Where a limb shows its second colour, by the point (x, y, z) of the limb's own frame; see ``meshes.hpp``."""
 
@@ -171,7 +103,7 @@ class Limbs:
     gloss: Float32
     person: Int32
 
-    def of(self, rows: BoolArray) -> "Limbs":
+    def of(self, rows: BoolArray | IntArray) -> "Limbs":
         """Some of the limbs."""
         return Limbs(**{name: values[rows] for name, values in vars(self).items()})
 

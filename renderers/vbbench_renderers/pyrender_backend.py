@@ -16,6 +16,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from itertools import pairwise
 from types import ModuleType
 from typing import Any
 
@@ -31,7 +32,7 @@ from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
 from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Surroundings, join_meshes, linear_to_srgb
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.raster import looks_of
+from vbbench_renderers.raster import normals_of
 from vbbench_renderers.surroundings import surroundings_of
 from vbbench_renderers.views import NEAR, assemble, eye_transform
 
@@ -117,8 +118,8 @@ class Stage:
             del self.codes[node]
         self._drawn = []
         starts = np.flatnonzero(np.diff(limbs.person, prepend=-1)).tolist()
-        normals = looks_of(limbs).normal
-        for first, last in zip(starts, [*starts[1:], len(limbs.person)], strict=True):
+        normals = normals_of(limbs)
+        for first, last in pairwise([*starts, len(limbs.person)]):
             node = self._add(_baked(meshes, limbs, normals, range(first, last)))
             row = int(limbs.person[first]) + 1
             self.codes[node] = (row >> 16, row >> 8 & 255, row & 255)

@@ -133,8 +133,8 @@ def test_who_stops_keeps_facing_the_same_way_and_comes_to_stand() -> None:
 def test_looks_are_many_and_do_not_depend_on_who_else_is_there() -> None:
     looks = [make_look(0, person, 1.7) for person in range(200)]
     assert len({look.kind for look in looks}) >= 150
-    assert len({tuple(part.mesh for part in look.parts) for look in looks}) >= 50
-    colours = {tuple(np.round(np.concatenate([p.colour for p in look.parts[:6]]), 2)) for look in looks}
+    assert len({tuple(look.parts["mesh"]) for look in looks}) >= 50
+    colours = {tuple(np.round(look.parts["colour"][:6].ravel(), 2)) for look in looks}
     assert len(colours) >= 150
     crowd = Walkers(scene_of(straight(30)), 7)
     few = Walkers(scene_of(straight(3), first_id=20), 7)

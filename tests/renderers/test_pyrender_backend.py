@@ -63,6 +63,15 @@ def test_pictures_come_out_the_same_again(renderer: PyrenderRenderer) -> None:
         assert np.array_equal(getattr(first, name), getattr(second, name))
 
 
+def test_nobody_at_all(renderer: PyrenderRenderer) -> None:
+    absent = Scene(name="t", dt=0.1, people=[], positions=np.empty((1, 0, 2)), heights=[])
+    empty = PyrenderRenderer(absent, surroundings=False)
+    picture = empty.render(0, AHEAD, ORIGIN)
+    empty.close()
+    assert (picture.ids == NOBODY).all()
+    assert np.isfinite(picture.depth[-1]).all()
+
+
 def test_unknown_observers_and_closed_renderers_are_refused(renderer: PyrenderRenderer) -> None:
     with pytest.raises(VbbenchError, match="no person 4"):
         renderer.render(0, AHEAD, ORIGIN, observer=4)

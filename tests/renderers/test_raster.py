@@ -11,9 +11,18 @@ from vbbench.pictures.rendering import Picture
 from vbbench.registry import registered
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
-from vbbench_renderers._core import shadow_heights
-from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, join_parts, linear_to_srgb, split_mesh, srgb_to_linear
-from vbbench_renderers.raster import Drawer, RasterRenderer, build_textures
+from vbbench_renderers._core import Meshes, Shadows, Textures
+from vbbench_renderers.meshes import (
+    PLAIN,
+    Float32,
+    Limbs,
+    Mesh,
+    join_meshes,
+    linear_to_srgb,
+    split_mesh,
+    srgb_to_linear,
+)
+from vbbench_renderers.raster import Drawer, RasterRenderer, halved_sizes
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
 
 AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
@@ -178,18 +187,18 @@ def test_a_pose_turned_by_a_pixel_turns_the_panorama_by_a_pixel() -> None:
 def test_pieces_of_a_mesh_hold_every_triangle_once() -> None:
     mesh = build_surroundings((-4.0, -4.0, 4.0, 4.0), 0).mesh
     pieces = split_mesh(mesh)
-    parts = join_parts(pieces)
-    corners = np.sort(parts.vertices[parts.triangles].reshape(-1, 9), axis=0)
+    whole = join_meshes(pieces)
+    corners = np.sort(whole.vertices[whole.triangles].reshape(-1, 9), axis=0)
     assert np.array_equal(corners, np.sort(mesh.vertices[mesh.triangles].reshape(-1, 9), axis=0))
     assert max(len(piece.triangles) for piece in pieces) <= 256
 
 
 def test_smaller_textures_keep_the_light() -> None:
     layers = np.random.default_rng(0).integers(0, 256, (2, 16, 16, 3)).astype(np.uint8)
-    textures = build_textures(layers)
-    assert textures.size.tolist() == [16, 8, 4, 2, 1]
-    mean = textures.linear[layers].mean(axis=(1, 2))
-    assert np.allclose(textures.linear[textures.texels[textures.first[-1] :]], mean, atol=0.01)
+    linear = srgb_to_linear(np.arange(256, dtype=np.float32) / 255.0)
+    sizes = halved_sizes(layers, linear)
+    assert [level.shape for level in sizes] == [(2, size, size, 3) for size in (16, 8, 4, 2, 1)]
+    assert np.allclose(linear[sizes[-1][:, 0, 0]], linear[layers].mean(axis=(1, 2)), atol=0.01)
     values = np.linspace(0, 1, 50, dtype=np.float32)
     assert np.allclose(srgb_to_linear(linear_to_srgb(values)), values, atol=1e-5)
 
@@ -203,17 +212,20 @@ def test_all_renderers_are_registered() -> None:
     [
         ("vertices", np.zeros((3, 3)), "vertices must be an array of float32 in C order"),
         ("normals", np.zeros((2, 3), np.float32), r"normals must have the shape \[3, 3\], not \[2, 3\]"),
-        ("triangles", np.array([[0, 1, 3]], np.int32), "triangles must have their corners in their own mesh"),
-        ("first_vertex", np.array([0, 4]), "first_vertex must ascend from 0 to the number of rows"),
+        ("triangles", np.array([[0, 1, 3]], np.int32), "triangles must be from 0 to below 3"),
     ],
 )
 def test_meshes_that_do_not_fit_are_refused(name: str, values: np.ndarray, problem: str) -> None:
-    parts = join_parts([triangle_mesh(np.eye(3, dtype=np.float32))])
     with pytest.raises(VbbenchError, match=problem):
-        _ = replace(parts, **{name: values}).core
+        Meshes([replace(triangle_mesh(np.eye(3, dtype=np.float32)), **{name: values})])
 
 
 def test_limbs_of_no_mesh_are_refused() -> None:
-    parts = join_parts([triangle_mesh(np.eye(3, dtype=np.float32))])
+    meshes = Meshes([triangle_mesh(np.eye(3, dtype=np.float32))])
     with pytest.raises(VbbenchError, match="mesh must be from 0 to below 1"):
-        shadow_heights(parts.core, np.ones(1, np.int32), np.zeros((1, 3, 4)), 8, 1)
+        Shadows(meshes, np.ones(1, np.int32), np.zeros((1, 3, 4)), np.zeros(5), 8, 1)
+
+
+def test_textures_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(VbbenchError, match="sizes must have squares of the same layers"):
+        Textures([np.zeros((2, 2, 2, 3), np.uint8), np.zeros((1, 1, 1, 3), np.uint8)], np.zeros(256, np.float32))

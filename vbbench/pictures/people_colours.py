@@ -12,28 +12,12 @@ from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench.sequence import Sequence, Truth
 
 ON_LIGHT = (
-    "#0099ee",
-    "#880000",
-    "#889977",
-    "#553355",
-    "#dd7711",
-    "#5555bb",
-    "#aa66aa",
-    "#223399",
-    "#bb4422",
-    "#775577",
+    *("#0099ee", "#880000", "#889977", "#553355", "#dd7711"),
+    *("#5555bb", "#aa66aa", "#223399", "#bb4422", "#775577"),
 )
 ON_DARK = (
-    "#4488ee",
-    "#ffaa11",
-    "#007766",
-    "#ddbbff",
-    "#aa4400",
-    "#66dd99",
-    "#8844aa",
-    "#99aabb",
-    "#dd7722",
-    "#9977aa",
+    *("#4488ee", "#ffaa11", "#007766", "#ddbbff", "#aa4400"),
+    *("#66dd99", "#8844aa", "#99aabb", "#dd7722", "#9977aa"),
 )
 """Colours for white and for dark paper; a person has the same place in both."""
 

@@ -183,6 +183,17 @@ class Replay:
         recording = [self.info.scenes[self.sequence.scene]] if named else []
         return "  ·  ".join([self.info.split, *recording, f"sequence {self.sequence.index}"])
 
+    def heading(self, *more: str) -> str:
+        """The first line of a picture: `title`, what ``more`` is to be said, the kind of camera, and the tier."""
+        info = self.info
+        tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
+        return "  ·  ".join([self.title, *more, self.camera.kind, tier])
+
+    @property
+    def cautions(self) -> list[str]:
+        """What a reader of a picture must know of its data."""
+        return [f"Caution: {self.info.caution}"] if self.info.caution else []
+
     @property
     def bearings(self) -> dict[str, float]:
         """Columns in px that look behind, left, ahead and right, in a picture that closes on itself; else none."""

@@ -107,24 +107,17 @@ def png_bytes(picture: NDArray[np.uint8]) -> bytes:
 
 def _count_frames(path: Path) -> int:
     """Frames of a film; 0 if it is incomplete: OpenCV does not report that it cannot write."""
-    film = cv2.VideoCapture(str(path))
-    try:
+    with _opened(path) as film:
         return int(film.get(cv2.CAP_PROP_FRAME_COUNT)) if film.isOpened() else 0
-    finally:
-        film.release()
 
 
 def _open_writer(path: Path, fps: float, size: tuple[int, int]) -> cv2.VideoWriter:
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # a missing codec is expected
-    level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    try:
+    with _silently():  # a missing codec is expected
         for code in _CODES:
             writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*code), fps, size)
             if writer.isOpened():
                 return writer
             writer.release()
-    finally:
-        cv2.utils.logging.setLogLevel(level)
     raise VbbenchError(f"{path.parent}: no film can be written here; name a folder for PNG files instead")
 
 
@@ -227,8 +220,7 @@ def _open_folder(folder: Path) -> Film:
     files = sorted((file for file in folder.iterdir() if file.suffix.lower() in ENDINGS), key=_natural)
     if not files:
         raise FileError(
-            folder,
-            f"holds no pictures; wanted: {', '.join(ENDINGS)}, YOLO's labels, or one file of boxes, in it",
+            folder, f"holds no pictures; wanted: {', '.join(ENDINGS)}, YOLO's labels, or one file of boxes, in it"
         )
     height, width = _read_picture(files[0]).shape[:2]
     return Film(path=folder, files=tuple(files), width=width, height=height, frames=len(files), fps=None)
@@ -247,15 +239,24 @@ def _read_picture(file: Path) -> NDArray[np.uint8]:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
-    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # what is wrong is said by us
+def _silently() -> Iterator[None]:
+    """OpenCV and FFmpeg print nothing: what is wrong is said by us."""
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-    video = cv2.VideoCapture(str(path))
     try:
-        yield video
+        yield
     finally:
-        video.release()
         cv2.utils.logging.setLogLevel(level)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[cv2.VideoCapture]:
+    with _silently():
+        video = cv2.VideoCapture(str(path))
+        try:
+            yield video
+        finally:
+            video.release()
 
 
 def _warn(path: Path, problem: str) -> None:

@@ -25,7 +25,7 @@ struct Placed {
   std::vector<int> side;       ///< the side of the triangles that is drawn: 1, −1 where they are clockwise, 0 for both
   std::vector<Point> points;   ///< vertices in eye coordinates, limb after limb
   std::vector<float> columns;  ///< of the points, in px; anything where they are not in front of the camera
-  std::vector<Int> first;      ///< first point of each limb
+  std::vector<Int> first;      ///< [N + 1] first point of each limb
   std::vector<Span> reach;     ///< columns that a limb may cover; in a closed picture they may leave [0, W)
 
   Int count() const { return static_cast<Int>(mesh.size()); }
@@ -90,22 +90,24 @@ inline void move(Int count, const Point* vertices, const Transform& joined, Poin
   }
 }
 
+/// [N + 1] the first vertex of each limb where they lie limb after limb, and their number.
+inline std::vector<Int> first_points(const Meshes& meshes, Int limbs, const int* mesh) {
+  std::vector<Int> first{0};
+  for (Int limb = 0; limb < limbs; ++limb)
+    first.push_back(first.back() + meshes.first_vertex[mesh[limb] + 1] - meshes.first_vertex[mesh[limb]]);
+  return first;
+}
+
 /// Limbs of meshes by their transforms [N] to eye coordinates.
 inline Placed place(const Meshes& meshes, std::vector<int> mesh, std::vector<int> side, const Transform* joined,
                     const Rays& rays, Team& team) {
   Placed placed;
   placed.mesh = std::move(mesh);
   placed.side = std::move(side);
-  placed.first.resize(placed.mesh.size());
+  placed.first = first_points(meshes, placed.count(), placed.mesh.data());
   placed.reach.resize(placed.mesh.size());
-  Int total = 0;
-  for (Int limb = 0; limb < placed.count(); ++limb) {
-    const int part = placed.mesh[limb];
-    placed.first[limb] = total;
-    total += meshes.first_vertex[part + 1] - meshes.first_vertex[part];
-  }
-  placed.points.resize(static_cast<std::size_t>(total));
-  placed.columns.resize(static_cast<std::size_t>(total));
+  placed.points.resize(static_cast<std::size_t>(placed.first.back()));
+  placed.columns.resize(placed.points.size());
   team.run(static_cast<int>(placed.count()), [&](int limb) {
     const int part = placed.mesh[limb];
     placed.reach[limb] = {1.0, 0.0};

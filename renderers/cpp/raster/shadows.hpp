@@ -142,14 +142,9 @@ inline void cast(const Meshes& meshes, Int limbs, const int* mesh, const Transfo
   struct Bounds {
     double low_x = kInfinity, high_x = -kInfinity, low_y = kInfinity, high_y = -kInfinity;
   };
-  std::vector<Int> first(limbs);
+  const std::vector<Int> first = first_points(meshes, limbs, mesh);
   std::vector<Bounds> bounds(limbs);
-  Int total = 0;
-  for (Int limb = 0; limb < limbs; ++limb) {
-    first[limb] = total;
-    total += meshes.first_vertex[mesh[limb] + 1] - meshes.first_vertex[mesh[limb]];
-  }
-  std::vector<Point> points(total);
+  std::vector<Point> points(first.back());
   const auto highest_of = [&](int row, int column) {
     return highest + static_cast<std::size_t>(row / kBlock) * blocks(size) + column / kBlock;
   };

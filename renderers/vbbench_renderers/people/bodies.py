@@ -329,6 +329,6 @@ def library() -> tuple[Mesh, ...]:
 
 
 @cache
-def top_of(name: str) -> float:
-    """Height in m of the highest point of a mesh in its own frame."""
-    return float(library()[NAMES.index(name)].vertices[:, 2].max())
+def top_of(number: int) -> float:
+    """Height in m of the highest point of a mesh, by its number in `NAMES`, in its own frame."""
+    return float(library()[number].vertices[:, 2].max())

@@ -13,11 +13,12 @@ person's height: the spine is stretched by the few centimetres in between, becau
 of upright people of constant height.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 
@@ -55,41 +56,27 @@ REACH = 0.998
 BONES = 18
 
 
-@dataclass(frozen=True, kw_only=True)
-class Style:
-    """Build and way of walking, one row per person.
+STYLE = np.dtype(
+    [
+        ("stance", float, 2),
+        *((name, float) for name in ("size", "shoulders", "hips", "track", "stride", "start", "stoop", "glance")),
+        *((name, float) for name in ("arm_swing", "arm_forward", "arm_aside", "arm_inward", "elbow")),
+    ]
+)
+"""Build and way of walking, one row per person.
 
-    Parameters
-    ----------
-    size : [N] the person's metres per metre of a person of 1.75 m.
-    shoulders, hips : [N] relative breadth.
-    track : [N] half the step width in m for 1.75 m.
-    stance : [N, 2] how far in m the feet stand in front, when still.
-    stride : [N] personal factor of the step length.
-    start : [N] phase at which the person sets out.
-    stoop : [N] how far in m the neck is before the hips.
-    glance : [N] rad that the head turns to the left when still.
-    arm_swing, arm_forward, arm_aside, arm_inward, elbow : [N, 2] rad.
-    """
-
-    size: FloatArray
-    shoulders: FloatArray
-    hips: FloatArray
-    track: FloatArray
-    stance: FloatArray
-    stride: FloatArray
-    start: FloatArray
-    stoop: FloatArray
-    glance: FloatArray
-    arm_swing: FloatArray
-    arm_forward: FloatArray
-    arm_aside: FloatArray
-    arm_inward: FloatArray
-    elbow: FloatArray
-
-    def of(self, people: IntArray) -> "Style":
-        """The rows of some people."""
-        return Style(**{item.name: getattr(self, item.name)[people] for item in fields(self)})
+stance : how far in m the feet stand in front, when still.
+size : the person's metres per metre of a person of 1.75 m.
+shoulders, hips : relative breadth.
+track : half the step width in m for 1.75 m.
+stride : personal factor of the step length.
+start : phase at which the person sets out.
+stoop : how far in m the neck is before the hips.
+glance : rad that the head turns to the left when still.
+arm_swing, arm_forward, arm_aside, arm_inward, elbow : rad.
+"""
+Style = NDArray[np.void]
+"""[N] rows of `STYLE`."""
 
 
 class Bone(IntEnum):
@@ -316,14 +303,14 @@ def vigour(speed: FloatArray) -> FloatArray:
 
 def place_feet(paths: Paths, moment: Moment, style: Style) -> Feet:
     """The feet at a moment, of people with a style [N] each."""
-    size, gait = style.size[:, None], walking(moment.speed)[:, None, None]
+    size, gait = style["size"][:, None], walking(moment.speed)[:, None, None]
     half = 0.5 * np.clip(0.62 - 0.06 * (moment.speed - 1.3), 0.35, 0.66)[:, None]
     from_left = moment.phase[:, None] - (0.0, 0.5)
     cycle = np.round(from_left)
     since = from_left - cycle
     number = np.array([0, 1]) + (2.0 * cycle).astype(np.int64) - 2 * (since < -half)
     plants = paths.plants[(paths.first_plant[moment.run][:, None] + number)[..., None] + (0, 2)]
-    old, new = (_foothold(plants[:, :, i], size * style.track[:, None]) for i in (0, 1))
+    old, new = (_foothold(plants[:, :, i], size * style["track"][:, None]) for i in (0, 1))
     stands = np.abs(since) <= half
     swing = vigour(moment.speed)[:, None]
     strike, push = -STRIKE * swing + 0.0 * since, PUSH * swing + 0.0 * since
@@ -385,12 +372,12 @@ def _clearance(pitch: FloatArray) -> FloatArray:
 
 def _still(moment: Moment, style: Style) -> tuple[FloatArray, FloatArray]:
     """Ankles [N, 2, 3] and directions [N, 2, 2] of feet side by side."""
-    size = style.size[:, None]
+    size = style["size"][:, None]
     angle = moment.heading[:, None] + 1.8 * TOE_OUT * SIDES
     direction = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     ahead = np.stack([np.cos(moment.heading), np.sin(moment.heading)], axis=-1)[:, None]
     left = np.stack([-ahead[..., 1], ahead[..., 0]], axis=-1)
-    aside, along = size * (style.track[:, None] + 0.045) * SIDES, size * style.stance
+    aside, along = size * (style["track"][:, None] + 0.045) * SIDES, size * style["stance"]
     middle = moment.position[:, None] + aside[..., None] * left + along[..., None] * ahead
     ankle = middle - (size * BEHIND)[..., None] * direction
     return np.concatenate([ankle, (ANKLE * size + 0.0 * along)[..., None]], axis=-1), direction
@@ -399,11 +386,11 @@ def _still(moment: Moment, style: Style) -> tuple[FloatArray, FloatArray]:
 def pose_bones(moment: Moment, feet: Feet, style: Style) -> FloatArray:
     """Transforms [N, 18, 3, 4] from the bones' frames, in m for 1.75 m, to the world; `style` has the same rows."""
     bones = np.zeros((len(moment.person), BONES, 3, 4))
-    size = style.size
+    size = style["size"]
     swing = np.sin(2.0 * np.pi * moment.phase) * walking(moment.speed) * vigour(moment.speed)
     facing = _turned(moment.heading + np.radians(4.0) * swing)
     hip = np.empty((len(size), 2, 3))
-    hip[..., :2] = moment.position[:, None] + (size * style.hips)[:, None, None] * HIP_ASIDE * (
+    hip[..., :2] = moment.position[:, None] + (size * style["hips"])[:, None, None] * HIP_ASIDE * (
         SIDES[:, None] * facing[:, None, :2, 1]
     )
     hip[..., 2] = _hip_height(hip, feet.ankle, size)[:, None]
@@ -504,13 +491,13 @@ def _skirt(bones: FloatArray, centre: FloatArray, facing: FloatArray, size: Floa
 
 def _spine(bones: FloatArray, moment: Moment, centre: FloatArray, swing: FloatArray, style: Style) -> None:
     """Chest, neck and head; the head is upright, and its height is given."""
-    size = style.size
+    size = style["size"]
     ahead = _turned(moment.heading)
     chest = _turned(moment.heading - np.radians(6.0) * swing)
-    lean = style.stoop + 0.012 * walking(moment.speed)
+    lean = style["stoop"] + 0.012 * walking(moment.speed)
     base = centre.copy()
     base += (size * lean)[:, None] * ahead[:, :, 0]
-    base[:, 2] = size * (PELVIS + SPINE - 0.4 * np.maximum(style.stoop, 0.0))
+    base[:, 2] = size * (PELVIS + SPINE - 0.4 * np.maximum(style["stoop"], 0.0))
     spine = (base - centre) / (SPINE * size)[:, None]
     stretch = _length(spine)
     chest = _upright(spine / stretch[:, None], chest[:, :, 0])
@@ -518,28 +505,28 @@ def _spine(bones: FloatArray, moment: Moment, centre: FloatArray, swing: FloatAr
     bones[:, Bone.CHEST, :, 2] *= stretch[:, None]
     bones[:, Bone.CHEST, :, 3] = centre
     chin = np.column_stack([moment.position, size * CHIN])
-    chin += (size * (lean + 0.5 * np.maximum(style.stoop, 0.0)))[:, None] * ahead[:, :, 0]
+    chin += (size * (lean + 0.5 * np.maximum(style["stoop"], 0.0)))[:, None] * ahead[:, :, 0]
     neck = chin - base
     bones[:, Bone.NECK, :, :3] = _upright(neck / _length(neck)[:, None], ahead[:, :, 0])
     bones[:, Bone.NECK, :, 3] = chin
-    bones[:, Bone.HEAD, :, :3] = _turned(moment.heading + style.glance * (1.0 - 0.7 * walking(moment.speed)))
+    bones[:, Bone.HEAD, :, :3] = _turned(moment.heading + style["glance"] * (1.0 - 0.7 * walking(moment.speed)))
     bones[:, Bone.HEAD, :, 3] = chin
 
 
 def _arms(bones: FloatArray, moment: Moment, swing: FloatArray, style: Style) -> None:
     """Arms that swing opposite to the legs, with the elbows more bent in front."""
-    size = style.size
+    size = style["size"]
     chest = bones[:, Bone.CHEST].copy()
-    spread = (SHOULDER_ASIDE * style.shoulders)[:, None] * SIDES
+    spread = (SHOULDER_ASIDE * style["shoulders"])[:, None] * SIDES
     shoulder = chest[:, None, :, 3] + size[:, None, None] * (
         spread[..., None] * chest[:, None, :, 1] + SHOULDER_UP * chest[:, None, :, 2]
     )
-    forward = style.arm_swing * swing[:, None] * SIDES
-    upper = style.arm_forward + forward
-    bend = style.elbow + 0.55 * np.maximum(forward, -0.1) * (style.arm_swing > 0.2)
+    arm_swing, arm_forward, elbow = (style[name][:, None] for name in ("arm_swing", "arm_forward", "elbow"))
+    forward = arm_swing * swing[:, None] * SIDES
+    bend = elbow + 0.55 * np.maximum(forward, -0.1) * (arm_swing > 0.2)
     frame = _turned(moment.heading - np.radians(4.0) * swing)[:, None]
-    arm = frame @ _rolled(style.arm_aside * SIDES) @ _pitched(-upper)
-    lower = arm @ _turned(-style.arm_inward * SIDES) @ _pitched(-bend)
+    arm = frame @ _rolled(style["arm_aside"][:, None] * SIDES) @ _pitched(-(arm_forward + forward))
+    lower = arm @ _turned(-style["arm_inward"][:, None] * SIDES) @ _pitched(-bend)
     bones[:, Bone.UPPER_ARM : Bone.UPPER_ARM + 2, :, :3] = arm
     bones[:, Bone.FOREARM : Bone.FOREARM + 2, :, :3] = lower
     bones[:, Bone.UPPER_ARM : Bone.UPPER_ARM + 2, :, 3] = shoulder

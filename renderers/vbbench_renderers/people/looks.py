@@ -4,11 +4,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vbbench.geometry import FloatArray
 from vbbench.parsing.toml_text import bundled_table
 from vbbench_renderers.meshes import Pattern, srgb_to_linear
-from vbbench_renderers.people.bodies import MID_TORSO, top_of
+from vbbench_renderers.people.bodies import MID_TORSO, NAMES, top_of
 from vbbench_renderers.people.gait import CHIN, FOREARM, SHIN, THIGH, UPPER_ARM, Bone
 
 Triple = tuple[float, float, float]
@@ -26,31 +27,25 @@ def linear(code: str) -> FloatArray:
     return srgb_to_linear(np.frombuffer(bytes.fromhex(code), np.uint8).astype(np.float32) / 255.0).astype(np.float64)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Part:
-    """One limb of a look.
+PART = np.dtype(
+    [
+        *((name, np.int32) for name in ("mesh", "bone", "coarsest", "pattern")),
+        *((name, float, 3) for name in ("scale", "offset")),
+        *((name, np.float32, 3) for name in ("colour", "second_colour")),
+        ("gloss", np.float32),
+    ]
+)
+"""One limb of a look.
 
-    Parameters
-    ----------
-    mesh : name in the library.
-    bone : index of the bone that it hangs from.
-    colour, second : linear RGB.
-    scale : along the limb's own axes.
-    offset : of its origin from the bone's, in the bone's frame, in m for 1.75 m.
-    pattern : where the second colour shows.
-    gloss : 0 … 1.
-    coarsest : last level of detail at which it is drawn.
-    """
-
-    mesh: str
-    bone: int
-    colour: FloatArray
-    second: FloatArray
-    scale: Triple = ONE
-    offset: Triple = (0.0, 0.0, 0.0)
-    pattern: Pattern = Pattern.PLAIN
-    gloss: float = 0.0
-    coarsest: int = 2
+mesh : number in `NAMES`.
+bone : of `Bone`, that it hangs from.
+coarsest : last level of detail at which it is drawn.
+pattern : a `Pattern`, where the second colour shows.
+scale : along the limb's own axes.
+offset : of its origin from the bone's, in the bone's frame, in m for 1.75 m.
+colour, second_colour : linear RGB.
+gloss : 0 … 1.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,13 +55,13 @@ class Look:
     Parameters
     ----------
     kind : what distinguishes this look: sex, age, build, garments and colours.
-    parts : the limbs.
-    style : one row of `Style`, by name.
+    parts : [P] limbs, rows of `PART`.
+    style : one row of `vbbench_renderers.people.gait.STYLE`, by name.
     """
 
     kind: tuple[str, ...]
-    parts: tuple[Part, ...]
-    style: dict[str, FloatArray] = field(repr=False)
+    parts: NDArray[np.void]
+    style: dict[str, float | FloatArray] = field(repr=False)
 
 
 @dataclass
@@ -83,7 +78,7 @@ class Outfit:
     outer: str = ""
     cloth: FloatArray | None = None
     kind: list[str] = field(default_factory=list)
-    parts: list[Part] = field(default_factory=list)
+    parts: list[tuple[Any, ...]] = field(default_factory=list)
 
     @property
     def sex(self) -> str:
@@ -107,20 +102,32 @@ class Outfit:
         self.kind.append(options[int(self.rng.choice(len(options), p=shares))])
         return self.kind[-1]
 
-    def add(self, mesh: str, bone: int, colour: FloatArray, second: FloatArray | None = None, **more: object) -> None:
-        """Put something on."""
-        dyes = {"colour": colour, "second": colour if second is None else second}
-        self.parts.append(Part(mesh=mesh, bone=int(bone), **dyes, **more))  # type: ignore[arg-type]
+    def add(
+        self,
+        mesh: str,
+        bone: int,
+        colour: FloatArray,
+        second: FloatArray | None = None,
+        *,
+        scale: Triple = ONE,
+        offset: Triple = (0.0, 0.0, 0.0),
+        pattern: Pattern = Pattern.PLAIN,
+        gloss: float = 0.0,
+        coarsest: int = 2,
+    ) -> None:
+        """Put something on, as in `PART`."""
+        dyes = colour, colour if second is None else second
+        self.parts.append((NAMES.index(mesh), bone, coarsest, pattern, scale, offset, *dyes, gloss))
 
     def drape(self, mesh: str, colour: FloatArray, scale: Triple) -> None:
         """A skirt: four copies that overlap; from far away two are enough."""
         for number in range(4):
             self.add(mesh, Bone.SKIRT + number, colour, scale=scale, coarsest=2 if number in (0, 3) else 1)
 
-    def pair(self, mesh: str, bone: int, colour: FloatArray, **more: object) -> None:
+    def pair(self, mesh: str, bone: int, colour: FloatArray, **more: Any) -> None:
         """The same on the left and on the right."""
         for side in (0, 1):
-            self.add(mesh, bone + side, colour, **more)  # type: ignore[arg-type]
+            self.add(mesh, bone + side, colour, **more)
 
 
 def _add_head(who: Outfit) -> None:
@@ -237,31 +244,28 @@ def make_look(seed: int, person: int, height: float) -> Look:
     _add_top(who)
     _add_bottom(who)
     _add_bag(who)
-    crown = max(part.offset[2] + part.scale[2] * top_of(part.mesh) for part in who.parts if part.bone == Bone.HEAD)
-    manner = _manner(who, height / (CHIN + crown))
-    return Look(kind=tuple(who.kind), parts=tuple(who.parts), style=manner)
+    parts = np.array(who.parts, PART)
+    on_head = parts[parts["bone"] == Bone.HEAD]
+    crown = max(part["offset"][2] + part["scale"][2] * top_of(part["mesh"]) for part in on_head)
+    return Look(kind=tuple(who.kind), parts=parts, style=_manner(who, height / (CHIN + crown)))
 
 
-def _manner(who: Outfit, size: float) -> dict[str, FloatArray]:
-    """One row of a `Style`."""
-    rng, old = who.rng, who.age == "old"
-    swing = np.full(2, rng.uniform(0.25, 0.5) * (0.7 if old else 1.0))
-    forward, elbow = np.full(2, rng.uniform(-0.05, 0.05)), np.full(2, rng.uniform(0.15, 0.45))
-    aside = np.full(2, rng.uniform(0.06, 0.11) + 0.45 * max(who.girth - 1.0, 0.0))
-    inward = np.full(2, rng.uniform(0.1, 0.4))
+def _manner(who: Outfit, size: float) -> dict[str, float | FloatArray]:
+    """The style of a `Look`."""
+    rng, old, stout = who.rng, who.age == "old", max(who.girth - 1.0, 0.0)
     return {
-        "size": np.array(size),
-        "shoulders": np.array((0.88 if who.woman else 1.0) * (0.6 + 0.4 * who.girth)),
-        "hips": np.array(0.6 + 0.4 * who.girth),
-        "track": np.array((0.040 if who.woman else 0.052) + 0.25 * max(who.girth - 1.0, 0.0)),
+        "arm_swing": rng.uniform(0.25, 0.5) * (0.7 if old else 1.0),
+        "arm_forward": rng.uniform(-0.05, 0.05),
+        "elbow": rng.uniform(0.15, 0.45),
+        "arm_aside": rng.uniform(0.06, 0.11) + 0.45 * stout,
+        "arm_inward": rng.uniform(0.1, 0.4),
+        "size": size,
+        "shoulders": (0.88 if who.woman else 1.0) * (0.6 + 0.4 * who.girth),
+        "hips": 0.6 + 0.4 * who.girth,
+        "track": (0.040 if who.woman else 0.052) + 0.25 * stout,
         "stance": rng.uniform(-0.035, 0.035) * np.array([1.0, -1.0]),
-        "stride": np.array(rng.uniform(0.95, 1.06) * (0.88 if old else 1.0) * (0.97 if who.girth > 1.12 else 1.0)),
-        "start": np.array(rng.uniform(0.0, 1.0)),
-        "stoop": np.array(rng.uniform(0.03, 0.09) if old else rng.uniform(-0.005, 0.02)),
-        "glance": np.array(rng.normal(0.0, 0.35)),
-        "arm_swing": swing,
-        "arm_forward": forward,
-        "arm_aside": aside,
-        "arm_inward": inward,
-        "elbow": elbow,
+        "stride": rng.uniform(0.95, 1.06) * (0.88 if old else 1.0) * (0.97 if who.girth > 1.12 else 1.0),
+        "start": rng.uniform(0.0, 1.0),
+        "stoop": rng.uniform(0.03, 0.09) if old else rng.uniform(-0.005, 0.02),
+        "glance": rng.normal(0.0, 0.35),
     }

@@ -1,16 +1,12 @@
 """Lamps and trees, each in its own frame with its foot at z = 0."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench_renderers.meshes import Mesh, join_meshes
-from vbbench_renderers.surroundings.shapes import (
-    STREET,
-    icosphere,
-    one_of,
-    smooth_mesh,
-    tube,
-)
+from vbbench_renderers.surroundings.shapes import STREET, icosphere, one_of, smooth_mesh, tube
 from vbbench_renderers.surroundings.textures import TILE, Layer
 
 BARK = np.array([0.20, 0.155, 0.115])
@@ -117,9 +113,7 @@ def _bough(start: FloatArray, end: FloatArray, size: float) -> Mesh:
     lean = (end - start)[:2]
     points = rod.vertices.astype(np.float64)
     moved = np.column_stack([points[:, :2] + points[:, 2:] * lean, points[:, 2] * (end - start)[2]]) + start
-    return smooth_mesh(
-        moved, rod.normals.astype(np.float64), rod.colours.astype(np.float64), rod.triangles.astype(np.int64)
-    )
+    return replace(rod, vertices=moved.astype(np.float32))
 
 
 IRON = np.array([0.035, 0.04, 0.042])

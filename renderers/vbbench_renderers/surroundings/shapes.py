@@ -24,9 +24,9 @@ def one_of(colours: list[list[float]], rng: np.random.Generator) -> FloatArray:
     return np.array(colours[rng.integers(len(colours))])
 
 
-def place(mesh: Mesh, x: float, y: float, yaw: float = 0.0, z: float = 0.0) -> Mesh:
+def place(mesh: Mesh, x: float, y: float, yaw: float = 0.0) -> Mesh:
     """The mesh turned about z by `yaw`, rad, and moved."""
-    vertices = turned(mesh.vertices, yaw) + np.array([x, y, z])
+    vertices = turned(mesh.vertices, yaw) + np.array([x, y, 0.0])
     return replace(mesh, vertices=vertices.astype(np.float32), normals=turned(mesh.normals, yaw).astype(np.float32))
 
 
@@ -151,7 +151,6 @@ def boxes(
     colours: ArrayLike,
     *,
     layer: int = PLAIN,
-    uv: ArrayLike | None = None,
     tile: float = 1.0,
     faces: Sequence[str] = SEEN,
     foot: float = 1.0,
@@ -162,4 +161,4 @@ def boxes(
     corners = ends[:, bits, np.arange(3)][:, [FACES[face] for face in faces]]
     shades = np.where(np.asarray([FACES[face] for face in faces])[..., None] < 4, foot, 1.0)
     tints = np.broadcast_to(np.asarray(colours, dtype=np.float64), (len(ends), 3))[:, None, None, :] * shades
-    return quads(corners.reshape(-1, 4, 3), tints.reshape(-1, 4, 3), layer=layer, uv=uv, tile=tile)
+    return quads(corners.reshape(-1, 4, 3), tints.reshape(-1, 4, 3), layer=layer, tile=tile)

@@ -120,11 +120,7 @@ def _bars(pane: FloatArray, colour: ArrayLike, *, rows: list[float]) -> None:
         pane[low:high] = colour
 
 
-Layer = IntEnum(
-    "Layer",
-    "PAVING ASPHALT GRASS BRICK PLASTER ASHLAR ROOF LEAVES OPENINGS",
-    start=0,
-)
+Layer = IntEnum("Layer", "PAVING ASPHALT GRASS BRICK PLASTER ASHLAR ROOF LEAVES OPENINGS", start=0)
 """The number of each texture layer."""
 TILE = dict(zip(Layer, (2.4, 3.0, 3.0, 2.0, 4.0, 2.4, 2.4, 1.2), strict=False))
 """Width of a layer in the world, m; the last one holds pictures, four to a layer."""

@@ -7,7 +7,6 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.film import paint
 from vbbench.pictures.film.paint import Canvas, Colour
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting import style as labels
 from vbbench.pictures.replay import Replay
 
 _MARGIN = 1.0  # m around everything drawn
@@ -153,7 +152,7 @@ class BirdsEyeView:
         bar = np.array([40.0, self.height - 20.0]) + np.linspace(0.0, 1.0, 8)[:, None] * np.array([110.0, 0.0])
         arrow = tail + np.linspace(0.0, 1.0, 6)[:, None] * (tip - tail)
         taken = np.vstack([places[order], self.place(known[order]), arrow, bar])
-        offsets = labels.free_offsets(places[order], labels.text_extent(texts, _LABEL), taken, clearance=5.0)
+        offsets = style.free_offsets(places[order], style.text_extent(texts, _LABEL), taken, clearance=5.0)
         for text, place, offset in zip(texts, places[order], offsets, strict=True):
             if np.isfinite(offset[0]):
                 paint.draw_text(canvas, text, place + offset, _LABEL, paint.INK, halo=paint.WHITE, align="centre")

@@ -26,9 +26,7 @@ Mark = Callable[[Canvas, float, float], None]
 def draw_title(width: int, replay: Replay, frame: int) -> Canvas:
     """What is shown, the time, and the errors of the estimate in this frame."""
     canvas, info = paint.blank(width, TITLE_HEIGHT), replay.info
-    tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
-    title = "  ·  ".join([replay.title, replay.camera.kind, tier])
-    paint.draw_text(canvas, title, (_EDGE, 19), 18, paint.INK, bold=True)
+    paint.draw_text(canvas, replay.heading(), (_EDGE, 19), 18, paint.INK, bold=True)
     time = f"frame {frame} / {replay.sequence.frames - 1}    {frame * info.dt:.2f} s"
     paint.draw_text(canvas, time, (width - _EDGE, 19), 18, paint.INK, align="right")
     below = f"{replay.headline(frame)},  {int(replay.sequence.observed[frame].sum())} people seen"
@@ -47,8 +45,8 @@ def draw_legend(width: int, replay: Replay, farthest: float) -> Canvas:
             column = float(_EDGE)
         rows[-1].append((mark, label, column))
         column += need
-    caution = f"Caution: {replay.info.caution}" if replay.info.caution else ""
-    lines = wrap(caution, width - 2 * _EDGE, lambda text: paint.text_width(text, _TEXT)) if caution else []
+    room = width - 2 * _EDGE
+    lines = [line for text in replay.cautions for line in wrap(text, room, partial(paint.text_width, size=_TEXT))]
     canvas = paint.blank(width, 14 + _ROW * len(rows) + _LINE * len(lines))
     for number, line in enumerate(lines):
         place = (_EDGE, 7.0 + _ROW * len(rows) + _LINE * (number + 0.5))

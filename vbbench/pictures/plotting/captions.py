@@ -18,18 +18,11 @@ _POINT: dict[str, Any] = {"marker": "o", "linestyle": "none"}
 
 def draw_title(figure: Figure, replay: Replay, frame: int) -> None:
     """Over everything: what is shown, and the errors of the estimate in this frame."""
-    info, sequence = replay.info, replay.sequence
-    what = [replay.title, f"frame {frame} (0–{sequence.frames - 1})"]
-    tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
+    heading = replay.heading(f"frame {frame} (0–{replay.sequence.frames - 1})")
     top, left = 1.0 - 0.32 / figure.get_figheight(), 0.6 / figure.get_figwidth()
-    figure.text(left, top, "  ·  ".join([*what, replay.camera.kind, tier]), fontsize=12.5, weight="bold")
+    figure.text(left, top, heading, fontsize=12.5, weight="bold")
     below = top - 0.24 / figure.get_figheight()
     figure.text(left, below, replay.headline(frame), fontsize=10, color=style.INK)
-
-
-def cautions(replay: Replay) -> list[str]:
-    """What a reader of the figure must know of its data."""
-    return [f"Caution: {replay.info.caution}"] if replay.info.caution else []
 
 
 def draw_scale(axes: Axes, colours: ScalarMappable) -> None:

@@ -16,7 +16,6 @@ from vbbench.boxes import rectangles, with_seam_copies
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.plotting import style
-from vbbench.pictures.plotting import style as labels
 from vbbench.pictures.replay import Replay
 
 _STRIP_ASPECT = 0.22
@@ -136,7 +135,7 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int, people: IntArray, effec
     """One row of ids over the heads, each joined to its box; set upright where they would not fit in a line."""
     people = people[: style.MOST_LABELS]
     texts = [str(track) for track in replay.sequence.tracks[people]]
-    widths = labels.text_extent(texts, style.LABEL_SIZE)[:, 0] + 2.0
+    widths = style.text_extent(texts, style.LABEL_SIZE)[:, 0] + 2.0
     left, right = axes.get_xlim()
     per_point = 72.0 / axes.figure.dpi * axes.transData.get_matrix()[0, 0]
     in_line = widths.sum() < 0.9 * (right - left) * per_point
@@ -146,7 +145,7 @@ def _draw_labels(axes: Axes, replay: Replay, frame: int, people: IntArray, effec
     above = np.min(np.append(tops, replay.camera.horizon(u)), initial=max(axes.get_ylim()))
     if period is not None and right - left < period:
         u = unrolled(u, left, period)
-    places = labels.spread(u, gap, left + 0.7 * gap, right - 0.7 * gap)
+    places = style.spread(u, gap, left + 0.7 * gap, right - 0.7 * gap)
     low, high = sorted(axes.get_ylim())
     pad = 0.05 * (high - low)
     row = float(np.clip(above - pad, low + 2.0 * pad, high))

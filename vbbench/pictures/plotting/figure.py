@@ -19,15 +19,7 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.backdrop import Backdrop
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.bird import draw_bird, draw_pose, fill_map
-from vbbench.pictures.plotting.captions import (
-    ROW,
-    cautions,
-    draw_facts,
-    draw_legend,
-    draw_scale,
-    draw_table,
-    draw_title,
-)
+from vbbench.pictures.plotting.captions import ROW, draw_facts, draw_legend, draw_scale, draw_table, draw_title
 from vbbench.pictures.plotting.ego import draw_ego, shown_columns, strip_aspect
 from vbbench.pictures.plotting.style import (
     Rectangles,
@@ -72,7 +64,7 @@ def plot_answers(
     together = replay.sequence.observed.any(axis=0).sum() * len(looks) <= _MOST_PATHS
     low, high = _window(replay, people=True)
     count = 1 if together else len(looks) + 1
-    figure = _answers_laid_out(count, len(looks), np.ptp([low, high], axis=0), [*notes, *cautions(replay)])
+    figure = _answers_laid_out(count, len(looks), np.ptp([low, high], axis=0), [*notes, *replay.cautions])
     parts = {axes.get_label(): axes for axes in figure.axes}
     for n in range(count):
         axes = parts[f"map-{n}"]
@@ -194,12 +186,10 @@ def _mark_exit(axes: Axes, path: FloatArray, colour: str, gid: str) -> None:
 
 def _draw_words(figure: Figure, replay: Replay, frame: int) -> None:
     info, sequence = replay.info, replay.sequence
-    tier = info.tier if info.pixel_std == 0 else f"{info.tier} (σ = {info.pixel_std:g} px)"
-    title = "  ·  ".join([replay.title, f"{sequence.frames} frames", replay.camera.kind, tier])
     people = int(sequence.observed.any(axis=0).sum())
     facts = [f"{people} people seen, dt = {info.dt:g} s", f"places marked in frame {frame}"]
     facts += [replay.caveat] if replay.caveat else ["errors: means over the scored frames of this sequence"]
-    style.write_heading(figure, _LEFT, title, ";  ".join(facts))
+    style.write_heading(figure, _LEFT, replay.heading(f"{sequence.frames} frames"), ";  ".join(facts))
 
 
 def _draw_legend(figure: Figure, legend: Axes) -> None:
@@ -303,13 +293,13 @@ def plot_replay(replay: Replay, frame: int | None = None) -> Figure:
 def _laid_out(replay: Replay, backdrop: Backdrop, columns: tuple[float, float]) -> Figure:
     """The map over a wide picture and next to another."""
     if replay.camera.period is None and backdrop.width < _WIDE * backdrop.height:
-        return lay_out(_ABREAST_SIZE, _ABREAST, cautions(replay))
+        return lay_out(_ABREAST_SIZE, _ABREAST, replay.cautions)
     height = _STACKED["ego"][2] * strip_aspect(replay, backdrop, columns)
     raised: Rectangles = {
         name: (left, bottom, width, height) if name == "ego" else (left, bottom + height, width, high)
         for name, (left, bottom, width, high) in _STACKED.items()
     }
-    return lay_out((_STACKED_SIZE[0], _STACKED_SIZE[1] + height), raised, cautions(replay))
+    return lay_out((_STACKED_SIZE[0], _STACKED_SIZE[1] + height), raised, replay.cautions)
 
 
 def _checked(replay: Replay, frame: int | None) -> int:

@@ -130,8 +130,6 @@ class Tape:
     """
 
     def __init__(self, stream: Any, frames: int, dt: float) -> None:
-        from vbbench.pictures.viewer.marks import rerun
-
         self.rr = rerun()
         self.stream, self.frames, self.dt = stream, frames, dt
 

@@ -1,6 +1,6 @@
 """Writes the recording of a sequence, whole or not at all, and the layout in which the viewer opens it."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from vbbench.folders.replacing import replacing
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.backdrop import Backdrop
-from vbbench.pictures.rendering import Backend, Picture, open_renderer, pictures, scene_of, silent
+from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
 from vbbench.pictures.replay import Answer, Replay, load_replay
 from vbbench.pictures.viewer import marks
 from vbbench.pictures.viewer.marks import MAP, WORLD, Ground, Tape, rerun, strictly
@@ -53,19 +53,22 @@ def record_boxes(tape: Tape, replay: Replay) -> None:
     _record_frame(tape, replay, root)
 
 
-def record_pictures(tape: Tape, replay: Replay, people: IntArray, pictures: Iterable[Picture]) -> None:
-    """Record rendered pictures, one per frame; the pixels of the ``people`` [N] have the colours of their boxes."""
+def record_pictures(tape: Tape, replay: Replay, backend: Backend, announce: Callable[[str], object]) -> None:
+    """Record rendered pictures, one per frame; the pixels of people have the colours of their boxes."""
     rr, root, tracks = tape.rr, ego_root(replay), replay.sequence.tracks
+    scene, frames = scene_of(replay.dataset, replay.sequence.scene), replay.sequence.frames
     looks = zip(tracks.astype(str), marks.people_colours(replay).tolist(), strict=True)
     classes = [("nobody", (0, 0, 0, 0)), *looks, ("no box", marks.UNSEEN)]
     tape.always(root, rr.AnnotationContext([(number, *look) for number, look in enumerate(classes)]))
-    class_of = _classes(replay, people)
-    for frame, picture in enumerate(pictures):
-        centimetres = np.where(np.isfinite(picture.depth), picture.depth * CENTIMETRES, 0.0).clip(0, 65535)
-        ids = np.where(picture.ids == NOBODY, 0, class_of[frame, np.searchsorted(people, picture.ids)])
-        tape.now(frame, f"{root}/picture", rr.Image(picture.rgb).compress(jpeg_quality=QUALITY))
-        tape.now(frame, f"{root}/depth", rr.DepthImage(centimetres.astype(np.uint16), meter=CENTIMETRES))
-        tape.now(frame, f"{root}/ids", rr.SegmentationImage(ids.astype(np.uint16)))
+    class_of = _classes(replay, scene.people)
+    with open_renderer(backend, scene, announce) as renderer, progress_bar(frames, "frames", unit="frame") as bar:
+        for frame, picture in enumerate(pictures(replay.dataset, replay.sequence, renderer)):
+            centimetres = np.where(np.isfinite(picture.depth), picture.depth * CENTIMETRES, 0.0).clip(0, 65535)
+            ids = np.where(picture.ids == NOBODY, 0, class_of[frame, np.searchsorted(scene.people, picture.ids)])
+            tape.now(frame, f"{root}/picture", rr.Image(picture.rgb).compress(jpeg_quality=QUALITY))
+            tape.now(frame, f"{root}/depth", rr.DepthImage(centimetres.astype(np.uint16), meter=CENTIMETRES))
+            tape.now(frame, f"{root}/ids", rr.SegmentationImage(ids.astype(np.uint16)))
+            bar.update()
 
 
 def _classes(replay: Replay, people: IntArray) -> IntArray:
@@ -77,16 +80,17 @@ def _classes(replay: Replay, people: IntArray) -> IntArray:
     return classes
 
 
-def record_footage(tape: Tape, replay: Replay, backdrop: Backdrop, done: Callable[[], object]) -> None:
-    """Record the pictures that the camera itself took, in the frames that have one; ``done`` is called after each."""
-    rr, root = tape.rr, ego_root(replay)
-    for frame in range(replay.sequence.frames):
-        picture = backdrop.recorded(frame)
-        if picture is None:
-            tape.now(frame, f"{root}/picture", rr.Clear(recursive=False))
-        else:
-            tape.now(frame, f"{root}/picture", rr.Image(picture).compress(jpeg_quality=QUALITY))
-        done()
+def record_footage(tape: Tape, replay: Replay) -> None:
+    """Record the pictures that the camera itself took, in the frames that have one."""
+    rr, path, frames = tape.rr, f"{ego_root(replay)}/picture", replay.sequence.frames
+    backdrop = Backdrop(replay.dataset, replay.sequence)
+    if backdrop.is_recorded:
+        with progress_bar(frames, "frames", unit="frame") as bar:
+            for frame in range(frames):
+                shown = backdrop.recorded(frame)
+                image = rr.Clear(recursive=False) if shown is None else rr.Image(shown).compress(jpeg_quality=QUALITY)
+                tape.now(frame, path, image)
+                bar.update()
 
 
 def _record_frame(tape: Tape, replay: Replay, root: str) -> None:
@@ -223,41 +227,18 @@ def record_to_file(
         stream.save(temporary)
         stream.send_blueprint(_layout(replay, pictures=backend is not None), make_active=True, make_default=True)
         tape = Tape(stream, replay.sequence.frames, dataset.info.dt)
-        _record(tape, replay)
+        ground = Ground(tape)
+        record_words(tape, replay)
+        record_world(ground, replay)
+        record_boxes(tape, replay)
+        for number in range(len(replay.answers)):
+            record_estimate(ground, replay, number)
         if footage:
-            _show_footage(tape, replay)
+            record_footage(tape, replay)
         elif backend is not None:
-            _render(tape, replay, backend, announce)
+            record_pictures(tape, replay, backend, announce)
         stream.disconnect()
     return path
-
-
-def _record(tape: Tape, replay: Replay) -> None:
-    ground = Ground(tape)
-    record_words(tape, replay)
-    record_world(ground, replay)
-    record_boxes(tape, replay)
-    for number in range(len(replay.answers)):
-        record_estimate(ground, replay, number)
-
-
-def _show_footage(tape: Tape, replay: Replay) -> None:
-    backdrop = Backdrop(replay.dataset, replay.sequence)
-    if backdrop.is_recorded:
-        with progress_bar(replay.sequence.frames, "frames", unit="frame") as bar:
-            record_footage(tape, replay, backdrop, bar.update)
-
-
-def _render(tape: Tape, replay: Replay, backend: Backend, announce: Callable[[str], object]) -> None:
-    scene, frames = scene_of(replay.dataset, replay.sequence.scene), replay.sequence.frames
-    with open_renderer(backend, scene, announce) as renderer, progress_bar(frames, "frames", unit="frame") as bar:
-
-        def shown() -> Any:
-            for picture in pictures(replay.dataset, replay.sequence, renderer):
-                yield picture
-                bar.update()
-
-        record_pictures(tape, replay, scene.people, shown())
 
 
 def _layout(replay: Replay, *, pictures: bool) -> Any:
