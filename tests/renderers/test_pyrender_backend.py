@@ -19,12 +19,15 @@ pytestmark = pytest.mark.extra("pyrender")
 AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
 AROUND = PanoramaCamera(width=360, focal=360 / (2 * np.pi), cy=60.0)
 ORIGIN = np.zeros(3)
+EMPTY = 2
+"""The frame in which nobody is."""
 
 
 def crowd() -> Scene:
     places = np.array([(3.0, 0.0), (4.0, 1.0), (-3.0, 0.05), (1.0, -4.0)])
-    return Scene(name="t", dt=0.1, people=np.array([3, 10, 300, 70000]), positions=np.tile(places, (2, 1, 1)),
-                 heights=np.full(4, 1.7))  # fmt: skip
+    paths = np.tile(places, (EMPTY + 1, 1, 1))
+    paths[EMPTY] = np.nan
+    return Scene(name="t", dt=0.1, people=[3, 10, 300, 70000], positions=paths, heights=np.full(4, 1.7))
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +67,7 @@ def test_pictures_come_out_the_same_again(renderer: PyrenderRenderer) -> None:
 
 
 def test_nobody_at_all(renderer: PyrenderRenderer) -> None:
-    absent = Scene(name="t", dt=0.1, people=[], positions=np.empty((1, 0, 2)), heights=[])
-    empty = PyrenderRenderer(absent, surroundings=False)
-    picture = empty.render(0, AHEAD, ORIGIN)
-    empty.close()
+    picture = renderer.render(EMPTY, AHEAD, ORIGIN)
     assert (picture.ids == NOBODY).all()
     assert np.isfinite(picture.depth[-1]).all()
 
