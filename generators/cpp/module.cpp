@@ -90,10 +90,6 @@ social_force::Settings settings_of(const nb::dict& numbers) {
   return settings;
 }
 
-std::span<const social_force::Wall> walls_of(const Array<const double>& walls) {
-  return {reinterpret_cast<const social_force::Wall*>(walls.data()), walls.shape(0)};
-}
-
 void march(const nb::object& states, const nb::object& speeds, const nb::object& goals, const nb::object& walls,
            const nb::dict& numbers, double dt, Int substeps, const nb::object& paths) {
   const auto in_states = array<const double>(states, "states", {4, kAny});
@@ -109,7 +105,7 @@ void march(const nb::object& states, const nb::object& speeds, const nb::object&
   crowd.states = in_states.data();
   crowd.speeds = in_speeds.data();
   crowd.goals = in_goals.data();
-  crowd.walls = walls_of(in_walls);
+  crowd.walls = {rows<social_force::Wall>(in_walls), in_walls.shape(0)};
   crowd.settings = settings_of(numbers);
   crowd.dt = dt;
   crowd.substeps = whole(substeps, "substeps", 1);

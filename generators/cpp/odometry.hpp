@@ -26,12 +26,12 @@ enum Kind : std::int64_t { kSpeedReading, kTurnReading, kGyroReading, kFrame };
 
 /// Standard deviations of the filter's model, for a robot with differential drive.
 struct Noise {
-  std::array<double, 3> readings{0.02, 0.03, 0.01};     ///< of speed, turn and gyro, in m/s, rad/s, rad/s
-  double acceleration = 0.4, turn_acceleration = 1.0;   ///< random walks of v and ω, in m/s and rad/s after a second
-  double sideways = 0.01;                               ///< lateral drift in m per metre of driving
-  double bias = 0.02, bias_drift = 2e-4;                ///< of the gyro at first and after a second, in rad/s
-  std::array<double, 2> slips{0.018, 0.1};              ///< shares of speed and turning rate
-  double slip_seconds = 10.0, freedom = 4.0;            ///< τ, and ν of the Student-t error of a reading
+  std::array<double, 3> readings{0.02, 0.03, 0.01};    ///< of speed, turn and gyro, in m/s, rad/s, rad/s
+  double acceleration = 0.4, turn_acceleration = 1.0;  ///< random walks of v and ω, in m/s and rad/s after a second
+  double sideways = 0.01;                              ///< lateral drift in m per metre of driving
+  double bias = 0.02, bias_drift = 2e-4;               ///< of the gyro at first and after a second, in rad/s
+  std::array<double, 2> slips{0.018, 0.1};             ///< shares of speed and turning rate
+  double slip_seconds = 10.0, freedom = 4.0;           ///< τ, and ν of the Student-t error of a reading
 };
 
 using State = std::array<double, kSize>;

@@ -1,6 +1,5 @@
 """The split jrdb: the sample, the official layout, the robot's motion from its bag."""
 
-import json
 import shutil
 from pathlib import Path
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.lib.jrdb_recording import Files, Robot, recording
+from tests.lib.jrdb_recording import Files, Robot, edit, recording
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.dataset import Dataset
@@ -115,14 +114,14 @@ def test_the_folder_may_be_the_one_above(files: Files, tmp_path: Path, place: st
 
 
 def test_hidden_people_are_not_seen_and_partly_hidden_ones_are_marked(files: Files, root: Path, tmp_path: Path) -> None:
-    path = root / f"labels/labels_2d_stitched/{files.name}.json"
-    values = json.loads(path.read_text())
-    for labels in values["labels"].values():
-        for label in labels:
-            if label["label_id"] == "pedestrian:1":
-                label["attributes"]["occlusion"] = "Fully_occluded"
-        labels.append({"label_id": "car:3", "box": [1, 1, 5, 5]})
-    path.write_text(json.dumps(values))
+    def hide(values: dict[str, Any]) -> None:
+        for labels in values["labels"].values():
+            for label in labels:
+                if label["label_id"] == "pedestrian:1":
+                    label["attributes"]["occlusion"] = "Fully_occluded"
+            labels.append({"label_id": "car:3", "box": [1, 1, 5, 5]})
+
+    files.edit(root, "labels_2d", hide)
     (sequence, *_) = (dataset := made(tmp_path / "d", root)).sequences()
     assert 1 not in people_of(dataset, sequence)
     assert 2 in people_of(dataset, sequence)
@@ -141,12 +140,12 @@ def test_interpolated_boxes_can_be_left_out(root: Path, tmp_path: Path) -> None:
 
 
 def test_boxes_by_hand_need_not_begin_with_the_first_picture(files: Files, root: Path, tmp_path: Path) -> None:
-    path = root / f"labels/labels_2d_stitched/{files.name}.json"
-    values = json.loads(path.read_text())
-    for frame, labels in enumerate(values["labels"].values()):
-        for label in labels:
-            label["attributes"]["interpolated"] = frame % 6 != 3
-    path.write_text(json.dumps(values))
+    def later(values: dict[str, Any]) -> None:
+        for frame, labels in enumerate(values["labels"].values()):
+            for label in labels:
+                label["attributes"]["interpolated"] = frame % 6 != 3
+
+    files.edit(root, "labels_2d", later)
     assert made(tmp_path / "d", root, interpolated=False).sequence(0).observed.any()
 
 
@@ -161,16 +160,10 @@ def test_pictures_are_named_where_they_are(files: Files, tmp_path: Path) -> None
 
 
 def test_a_missing_frame_is_a_gap_and_not_a_leap_in_time(files: Files, root: Path, tmp_path: Path) -> None:
-    for place in ("frames_img.json", "frames_pc.json"):
-        path = root / "timestamps" / files.name / place
-        path.write_text(
-            json.dumps({"data": [row for n, row in enumerate(json.loads(path.read_text())["data"]) if n != 30]})
-        )
-    for kind, ending in (("2d_stitched", "jpg"), ("3d", "pcd")):
-        path = root / f"labels/labels_{kind}/{files.name}.json"
-        values = json.loads(path.read_text())
-        del values["labels"][f"000030.{ending}"]
-        path.write_text(json.dumps(values))
+    for kind in ("pictures", "clouds"):
+        files.edit(root, kind, lambda values: values["data"].pop(30))
+    for kind, name in (("labels_2d", "000030.jpg"), ("labels_3d", "000030.pcd")):
+        files.edit(root, kind, lambda values, name=name: values["labels"].pop(name))  # type: ignore[misc]
     dataset = made(tmp_path / "d", root, every=1)
     bounds = [(one.first_frame, one.first_frame + one.frames) for one in dataset.sequences()]
     assert bounds[0] == (0, 30)
@@ -273,32 +266,34 @@ def test_a_folder_of_bags_may_hold_odometry_as_json(files: Files, root: Path, tm
 
 def test_odometry_a_second_late_is_named(files: Files, root: Path, tmp_path: Path) -> None:
     path = files.write_odometry(tmp_path / "odometry") / f"{files.name}.json"
-    entries = json.loads(path.read_text())["odometry"]
-    poses = list(entries.values())
-    late = dict(zip(entries, poses[:1] * 15 + poses[:-15], strict=True))
-    path.write_text(json.dumps({"odometry": late}))
+
+    def delay(values: dict[str, Any]) -> None:
+        names, poses = list(values["odometry"]), list(values["odometry"].values())
+        values["odometry"] = dict(zip(names, poses[:1] * 15 + poses[:-15], strict=True))
+
+    edit(path, delay)
     with pytest.warns(VbbenchWarning, match=r"people turn around the robot -(0\.9|1\.0)\d s after its poses"):
         made(tmp_path / "d", root, bags=path)
 
 
-def later_clouds(files: Files, root: Path) -> None:
-    path = root / "timestamps" / files.name / "frames_pc.json"
-    values = json.loads(path.read_text())
+def later_clouds(values: dict[str, Any]) -> None:
     for row in values["data"]:
         row["pointclouds"][0]["timestamp"] += 1.0
-    path.write_text(json.dumps(values))
 
 
-def later_places(files: Files, root: Path) -> None:
-    path = root / f"labels/labels_3d/{files.name}.json"
-    values = json.loads(path.read_text())["labels"]
-    names = sorted(values)
-    path.write_text(json.dumps({"labels": {name: values[old] for name, old in zip(names[15:], names, strict=False)}}))
+def later_places(values: dict[str, Any]) -> None:
+    labels = values["labels"]
+    names = sorted(labels)
+    values["labels"] = {name: labels[old] for name, old in zip(names[15:], names, strict=False)}
 
 
-@pytest.mark.parametrize("change", [later_clouds, later_places], ids=["by their time stamps", "by their frames"])
-def test_places_a_second_late_are_named(files: Files, root: Path, change: Any) -> None:
-    change(files, root)
+@pytest.mark.parametrize(
+    ("kind", "change"),
+    [("clouds", later_clouds), ("labels_3d", later_places)],
+    ids=["by their time stamps", "by their frames"],
+)
+def test_places_a_second_late_are_named(files: Files, root: Path, kind: str, change: Any) -> None:
+    files.edit(root, kind, change)
     with pytest.warns(VbbenchWarning, match=r"boxes overlap people 15 frames later by 0.90, now by 0.\d\d"):
         jrdb.recordings(Options(source=root))
 
@@ -322,9 +317,7 @@ def test_the_samples_places_are_of_its_frames(sample: Path, recwarn: pytest.Warn
 )
 def test_what_odometry_cannot_hold(files: Files, root: Path, tmp_path: Path, change: Any, said: str) -> None:
     path = files.write_odometry(tmp_path / "odometry") / f"{files.name}.json"
-    values = json.loads(path.read_text())
-    change(values["odometry"])
-    path.write_text(json.dumps(values))
+    edit(path, lambda values: change(values["odometry"]))
     with pytest.raises(FileError, match=said):
         jrdb.recordings(Options(source=root, footage=FootageOptions(bags=path)))
 

@@ -1,22 +1,19 @@
 """The split jrdb and files that cannot be: one line that names file and place and says what to do."""
 
-import json
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.lib.jrdb_recording import Files, Robot, recording
+from tests.lib.jrdb_recording import KINDS, Change, Files, Robot, recording
 from vbbench.cli import main
 from vbbench.errors import VbbenchWarning
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 
 rosbags = pytest.mark.extra("rosbags")
-Change = Callable[[dict[str, Any]], None]
 
 
 @pytest.fixture(scope="module")
@@ -43,11 +40,10 @@ def first_label(values: dict[str, Any]) -> dict[str, Any]:
     return label
 
 
-def jump(values: dict[str, Any], seconds: float) -> None:
-    for row in values["data"][50:]:
-        for sensors in (row.get("cameras", []), row.get("pointclouds", [])):
-            for sensor in sensors:
-                sensor["timestamp"] += seconds
+def jump(values: dict[str, Any], seconds: float, first: int = 0) -> None:
+    for row in values["data"][first:]:
+        for sensor in row.get("cameras") or row["pointclouds"]:
+            sensor["timestamp"] += seconds
 
 
 def turned_labels(values: dict[str, Any]) -> None:
@@ -72,21 +68,16 @@ def lower_boxes(values: dict[str, Any]) -> None:
             label["box"][1] *= 5.0
 
 
-LABELS_2D, LABELS_3D = "labels/labels_2d_stitched/{}.json", "labels/labels_3d/{}.json"
-TIMES, CLOUDS = "timestamps/{}/frames_img.json", "timestamps/{}/frames_pc.json"
+LABELS_2D, LABELS_3D, TIMES, CLOUDS = KINDS
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("place", "change", "said"),
+    ("kind", "change", "said"),
     [
-        (
-            TIMES,
-            lambda v: jump(v, 30.0),
-            "clock jumps by +30.0",
-        ),
-        (TIMES, lambda v: jump(v, -3.0), "clock jumps by -2.93"),
-        (CLOUDS, lambda v: jump(v, 9.0), "frames_pc.json: the clock jumps by +9.0"),
+        (TIMES, lambda v: jump(v, 30.0, 50), "clock jumps by +30.0"),
+        (TIMES, lambda v: jump(v, -3.0, 50), "clock jumps by -2.93"),
+        (CLOUDS, lambda v: jump(v, 9.0, 50), "frames_pc.json: the clock jumps by +9.0"),
         (TIMES, lambda v: v.pop("data"), "has no list 'data' with an object for each frame"),
         (
             TIMES,
@@ -137,29 +128,22 @@ TIMES, CLOUDS = "timestamps/{}/frames_img.json", "timestamps/{}/frames_pc.json"
     ],
 )
 def test_what_files_cannot_hold(
-    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], place: str, change: Change, said: str
+    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, change: Change, said: str
 ) -> None:
-    path = root / place.format(files.name)
-    values = json.loads(path.read_text())
-    change(values)
-    path.write_text(json.dumps(values))
+    files.edit(root, kind, change)
     line = refusal(capsys, tmp_path, root)
     assert said in line
     assert files.name in line
 
 
 @pytest.mark.parametrize(
-    ("place", "said"),
-    [
-        (TIMES, "is missing; download JRDB's timestamps"),
-        (CLOUDS, "is missing"),
-        (LABELS_3D, "the file is missing"),
-    ],
+    ("kind", "said"),
+    [(TIMES, "is missing; download JRDB's timestamps"), (CLOUDS, "is missing"), (LABELS_3D, "the file is missing")],
 )
 def test_what_is_missing(
-    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], place: str, said: str
+    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, said: str
 ) -> None:
-    path = root / place.format(files.name)
+    path = files.path(root, kind)
     path.unlink()
     line = refusal(capsys, tmp_path, root)
     assert said in line
@@ -214,11 +198,8 @@ def test_what_the_sample_cannot_hold(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 def test_boxes_beside_the_picture_and_without_a_place_are_told(files: Files, root: Path, tmp_path: Path) -> None:
-    for place, change in ((LABELS_2D, one_box_below), (LABELS_3D, places_at_first)):
-        path = root / place.format(files.name)
-        values = json.loads(path.read_text())
-        change(values)
-        path.write_text(json.dumps(values))
+    files.edit(root, LABELS_2D, one_box_below)
+    files.edit(root, LABELS_3D, places_at_first)
     with pytest.warns(VbbenchWarning) as told:
         generate("jrdb", tmp_path / "out", Options(source=root), jobs=1)
     stray, few = (str(one.message) for one in told)
@@ -266,11 +247,6 @@ def test_bags_of_other_times_and_broken_ones(
         path.write_bytes(broken)
         assert "is no whole ROS 1 bag" in refusal(capsys, tmp_path, root, "--options", f"bags={path.parent}")
     path.write_bytes(whole)
-    for place in (TIMES, CLOUDS):
-        stamps = root / place.format(files.name)
-        values = json.loads(stamps.read_text())
-        for row in values["data"]:
-            for sensor in row.get("cameras", row.get("pointclouds")):
-                sensor["timestamp"] += 86400.0
-        stamps.write_text(json.dumps(values))
+    for kind in (TIMES, CLOUDS):
+        files.edit(root, kind, lambda values: jump(values, 86400.0))
     assert "is it the bag of another recording?" in refusal(capsys, tmp_path, root, "--options", f"bags={path.parent}")

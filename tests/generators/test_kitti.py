@@ -204,11 +204,7 @@ def changed(pattern: str, by: str, line: int | None = None) -> Change:
 @pytest.mark.parametrize(
     ("folder", "change", "message"),
     [
-        (
-            "label_02",
-            changed(r" -1.5$", "", 4),
-            r"label_02/0003.txt, line 4: 16 columns with blanks between, wanted",
-        ),
+        ("label_02", changed(r" -1.5$", "", 4), r"label_02/0003.txt, line 4: 16 columns with blanks between, wanted"),
         (
             "label_02",
             changed(r"Pedestrian", "Pedestrain", 4),
@@ -260,11 +256,7 @@ def changed(pattern: str, by: str, line: int | None = None) -> Change:
             r"poses/0003.txt, line 9: the camera is \S+ m from where the line before",
         ),
         ("oxts", lambda lines: lines[:-3], r"oxts/0003.txt, line 117: has 117 lines, but labels go on to frame 119"),
-        (
-            "oxts",
-            changed(r" 0.5 $", "", 7),
-            r"oxts/0003.txt, line 7: 29 columns with blanks between, wanted 30: lat l",
-        ),
+        ("oxts", changed(r" 0.5 $", "", 7), r"oxts/0003.txt, line 7: 29 columns with blanks between, wanted 30: lat l"),
         ("oxts", changed(r"^49", "149", 7), r"line 7: lat is 149.*°; the map ends at 85°"),
         ("oxts", lambda lines: [], r"oxts/0003.txt: is empty; it should hold GPS/IMU"),
         ("calib", lambda lines: lines[:-1], r"calib/0003.txt: lacks Tr_imu_velo; download"),
@@ -273,11 +265,7 @@ def changed(pattern: str, by: str, line: int | None = None) -> Change:
         ("calib", changed(r"721.5377", "0", 1), r"line 1: P2 has focal lengths 0 and 0 px; they are above 0"),
         ("calib", changed(r"721.5377", "90000", 1), r"0003.txt: P2 has focal lengths 90000 and 90000 px, for pictures"),
         ("poses", changed(r" \S+$", "", 9), r"poses/0003.txt, line 9: 11 columns with blanks between, wanted 12"),
-        (
-            "poses",
-            changed(r"^\S+", "3", 9),
-            r"poses/0003.txt, line 9: columns .* are no rotation",
-        ),
+        ("poses", changed(r"^\S+", "3", 9), r"poses/0003.txt, line 9: columns .* are no rotation"),
         ("poses", lambda lines: lines[:50], r"poses/0003.txt, line 50: has 50 lines, but labels go on to frame 119"),
     ],
 )

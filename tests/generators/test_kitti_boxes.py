@@ -186,10 +186,7 @@ HALVED = [(f, t, *(0.3 * edge for edge in edges)) for f, t, *edges in LABELLED]
         (mot(LABELLED[:5], linked=True) + mot(LABELLED[5:9], linked=False), r"line 6: the id is missing here"),
         (detections(SHIFTED), r"600 boxes is outside the picture of 1242 x 375 px.*write the size of the picture"),
         (mot(CORNERS, linked=True), r"width and height seem to be the right and lower borders of boxes"),
-        (
-            mot(HALVED, linked=True),
-            r"0003.txt: only 0 of 600 boxes are on people, of whom there are 600 \(recall 0",
-        ),
+        (mot(HALVED, linked=True), r"0003.txt: only 0 of 600 boxes are on people, of whom there are 600 \(recall 0"),
         ("", r"0003.txt: holds no box"),
     ],
 )

@@ -1,6 +1,7 @@
 """A recording in JRDB's layout, made up: a robot drives among people, its wheels slip, and its clocks differ."""
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -68,6 +69,23 @@ def drive(robot: Robot, seed: int) -> Drive:
     return Drive(times, np.stack([x, y, yaw], axis=-1), wheels, turning, gyro.earlier(-robot.gyro_offset))
 
 
+KINDS = {
+    "labels_2d": "labels/labels_2d_stitched/{}.json",
+    "labels_3d": "labels/labels_3d/{}.json",
+    "pictures": "timestamps/{}/frames_img.json",
+    "clouds": "timestamps/{}/frames_pc.json",
+}
+"""Where the official files are."""
+Change = Callable[[dict[str, Any]], object]
+
+
+def edit(path: Path, change: Change) -> None:
+    """Change the values in a JSON file."""
+    values = json.loads(path.read_text())
+    change(values)
+    path.write_text(json.dumps(values))
+
+
 @dataclass(frozen=True)
 class Files:
     """The recording as the values of its files, to be changed before they are written."""
@@ -85,16 +103,19 @@ class Files:
 
     def write(self, root: Path) -> Path:
         """Write labels and times; return ``root``."""
-        for place, values in (
-            (f"labels/labels_2d_stitched/{self.name}.json", self.labels_2d),
-            (f"labels/labels_3d/{self.name}.json", self.labels_3d),
-            (f"timestamps/{self.name}/frames_img.json", self.pictures),
-            (f"timestamps/{self.name}/frames_pc.json", self.clouds),
-        ):
-            path = root / place
+        for kind in KINDS:
+            path = self.path(root, kind)
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(json.dumps(values))
+            path.write_text(json.dumps(getattr(self, kind)))
         return root
+
+    def path(self, root: Path, kind: str) -> Path:
+        """The file of one of the `KINDS` below ``root``."""
+        return root / KINDS[kind].format(self.name)
+
+    def edit(self, root: Path, kind: str, change: Change) -> None:
+        """Change the values in one of the files that were written."""
+        edit(self.path(root, kind), change)
 
     def write_odometry(self, folder: Path, start: tuple[float, float, float] = (5.0, -3.0, 2.0)) -> Path:
         """Write the true way as odometry in JSON, from a pose ``start`` (x, y, yaw) on; return ``folder``."""

@@ -243,15 +243,6 @@ def _draw_place(
     )
 
 
-@dataclass(frozen=True)
-class ObservedScene:
-    """A scene, its observer's column, and the observer's ``heading`` [T] in rad."""
-
-    scene: Scene
-    observer: int
-    heading: FloatArray
-
-
 def draw_scene(
     scenario: Scenario,
     people: int,
@@ -259,8 +250,10 @@ def draw_scene(
     camera: Camera,
     height: float,
     rng: np.random.Generator,
-) -> ObservedScene:
+) -> tuple[Scene, int, FloatArray]:
     """A scene of the scenario in which nobody is stuck, with an observer who sees enough; heights are not drawn.
+
+    Returns the scene, the observer's column, and the observer's heading [T] in rad.
 
     Raises VbbenchError if no such scene was found, or there is no room for the crowd.
 
@@ -285,7 +278,7 @@ def draw_scene(
                 unknown = np.full(people, np.nan)
                 ids = np.arange(people)
                 scene = Scene(name=scenario.name, dt=scenario.dt, people=ids, positions=positions, heights=unknown)
-                return ObservedScene(scene, int(observer), ahead)
+                return scene, int(observer), ahead
     raise VbbenchError(
         f"scenario '{scenario.name}' with {people} people: in each of {ATTEMPTS} crowds a person was stuck, or nobody "
         f"saw {scenario.min_seen} others all the time; ask for another number of people, or another camera"

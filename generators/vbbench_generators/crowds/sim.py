@@ -4,7 +4,7 @@
 """
 
 from dataclasses import asdict, dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, Odometry, SequenceData
 from vbbench.streams import random_stream
-from vbbench_generators.crowds.scenario import ObservedScene, Scenario, draw_crowd, draw_scene, get_scenario, walk
+from vbbench_generators.crowds.scenario import Scenario, draw_crowd, draw_scene, get_scenario, walk
 from vbbench_generators.recordings.recipe import Rules, Span
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.corruption import BehindOthers
@@ -74,15 +74,6 @@ SIM_SCENARIO, STREET_SCENARIO = "open", "street"
 """Those of the paper's splits."""
 
 
-class Carried(NamedTuple):
-    """A scene, the observed frames, the poses [T, 3] of the camera in m and rad, and the odometry of its bearer."""
-
-    scene: Scene
-    span: Span
-    poses: FloatArray
-    odometry: Odometry | None = None
-
-
 @dataclass(frozen=True, kw_only=True)
 class SimulationPlan:
     """A simulated dataset's `vbbench.generation.generator.Plan`. ``build`` takes any index, however large."""
@@ -113,32 +104,33 @@ class SimulationPlan:
         rng = random_stream(self.info.known_seed, index)
         people = self.scenario.people[index % len(self.scenario.people)]
         heights = self.heights.mean + self.heights.std * rng.standard_normal(people)
-        drawn = draw_scene(
+        scene, observer, heading = draw_scene(
             self.scenario,
             people,
             camera=self.info.camera,
             height=self.info.height_mean,
             rng=rng,
         )
-        seen = self._carried(replace(drawn, scene=drawn.scene.with_heights(heights)), index, rng)
+        scene, span, poses, odometry = self._carried(scene.with_heights(heights), observer, heading, index, rng)
         data = view(
-            seen.scene,
-            seen.span,
-            seen.span.of(seen.scene.present),
-            seen.poses,
+            scene,
+            span,
+            span.of(scene.present),
+            poses,
             info=self.info,
             tier=self.tier,
             index=index,
             rng=rng,
         )
-        given = replace(data.sequence.given, odometry=seen.odometry)
-        return replace(data, sequence=replace(data.sequence, given=given), scene=seen.scene)
+        given = replace(data.sequence.given, odometry=odometry)
+        return replace(data, sequence=replace(data.sequence, given=given), scene=scene)
 
-    def _carried(self, drawn: ObservedScene, index: int, rng: np.random.Generator) -> Carried:
-        """The scene with the camera's frames and poses, by the plan's ``observer``."""
-        scene = drawn.scene
+    def _carried(
+        self, scene: Scene, observer: int, heading: FloatArray, index: int, rng: np.random.Generator
+    ) -> tuple[Scene, Span, FloatArray, Odometry | None]:
+        """The scene, the observed frames, poses [T, 3] of the camera in m and rad, and odometry of its bearer."""
         if self.observer == "robot":
-            others = np.arange(len(scene.people)) != drawn.observer
+            others = np.arange(len(scene.people)) != observer
             rest = replace(
                 scene,
                 people=scene.people[others],
@@ -146,12 +138,12 @@ class SimulationPlan:
                 heights=scene.heights[others],
             )
             span = _throughout(rest, index, NO_OBSERVER)
-            return Carried(rest, span, *follow(scene.positions[:, drawn.observer], scene.dt, rng))
+            return rest, span, *follow(scene.positions[:, observer], scene.dt, rng)
         if self.observer == "vehicle":
             window = draw_window(scene, index, rng)
-            return Carried(scene, *ride(scene, window, window.of(scene.present), self.info.camera, rng))
-        span = _throughout(scene, index, drawn.observer)
-        return Carried(scene, span, walked(scene, span, drawn.heading, self.look, (self.info.known_seed, index), rng))
+            return scene, *ride(scene, window, window.of(scene.present), self.info.camera, rng), None
+        span = _throughout(scene, index, observer)
+        return scene, span, walked(scene, span, heading, self.look, (self.info.known_seed, index), rng), None
 
 
 def _throughout(scene: Scene, index: int, observer: int) -> Span:

@@ -233,9 +233,7 @@ def _find_reading(found: Annotations) -> _Reading:
     """The convention under which people stand upright and walk as predicted."""
     triples, leans = _triples(found), [_lean(found, convention) for convention in CONVENTIONS]
     if min(leans) > MOST_LEAN:
-        problem = (
-            f"people do not stand upright however cam_world_rot is read: they lean {min(leans):.0f} degrees at best"
-        )
+        problem = "people do not stand upright however cam_world_rot is read: they lean "
         problem += f"{min(leans):.0f} degrees at best, as ({CONVENTIONS[leans.index(min(leans))].angles})"
         raise FileError(found.path, problem)
     readings = []

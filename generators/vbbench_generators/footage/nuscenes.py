@@ -112,9 +112,10 @@ class JsonTable(ArrowTable):
         if not self.path.is_file():
             raise FileError(self.path, f"is missing; {AGAIN}, or name with --source {WANTED}")
         text = self.path.read_bytes().translate(_BLANKS).strip()
-        if not (text.startswith(b"[") and text.endswith(b"]")):
+        rows = text[1:-1].strip()
+        if not (text.startswith(b"[") and text.endswith(b"]")) or rows.startswith(b"null"):  # which would crash Arrow
             raise FileError(self.path, f"is no list of objects in JSON from '[' to ']'; {AGAIN}")
-        rows = text[1:-1].strip().replace(b"}, {", b"} \n{")  # of the official layout; of any other:
+        rows = rows.replace(b"}, {", b"} \n{")  # of the official layout; of any other:
         rows = _BETWEEN.sub(b"}\n{", rows) if rows.count(b"\n") + 1 < rows.count(b"{") else rows
         options = arrow_json.ParseOptions(explicit_schema=schema, unexpected_field_behavior="ignore")
         block = arrow_json.ReadOptions(block_size=1 << 24)

@@ -231,9 +231,10 @@ def drive(
     wanted = min(model.fewest, int(people.max(initial=1)))
     shortest = min(model.shortest, int((people >= wanted).sum()))
     away = rng.uniform(model.nearest_person, model.farthest_person)
+    limits = (*(camera.view or (-np.pi, np.pi)), model.horizon, model.clearance)
     for _ in range(model.tries):
         ways = _lay(_draw_way(len(places), dt, model, rng), places, crowd, model, rng)
-        best, first, last = _choose(*_core.look_round(places, crowd, ways, wanted, _limits(camera, model)), away, model)
+        best, first, last = _choose(*_core.look_round(places, crowd, ways, wanted, limits), away, model)
         if last - first >= shortest:
             return first, ways[best, first:last]
     first, last = _longest_run(people >= wanted)
@@ -285,12 +286,6 @@ def _motion(frames: int, dt: float, model: VehicleModel, rng: np.random.Generato
     turns = model.yaw_rate_std * wandering((frames - 1,), model.yaw_rate_time, dt, rng)
     speeds = np.maximum(mean + model.speed_std * changes, 0.0)
     return speeds, np.where(speeds > 0.0, turns, 0.0)
-
-
-def _limits(camera: Camera, model: VehicleModel) -> tuple[float, float, float, float]:
-    """Limits for `_core.look_round`: azimuths in rad of the view's borders, farthest and nearest distance in m."""
-    left, right = (-np.pi, np.pi) if camera.view is None else camera.view
-    return left, right, model.horizon, model.clearance
 
 
 def _longest_run(good: BoolArray) -> tuple[int, int]:

@@ -77,7 +77,13 @@ def test_one_wrong_value_is_named_with_its_row(tables, tmp_path, name, change, s
 def test_a_table_that_is_missing_or_damaged_is_named(tables, tmp_path, name):
     path = edited(tables, tmp_path, name, lambda rows: rows)
     content = path.read_text()
-    for damage in (content[:-5], "", "{}", content.replace('"token"', '"token', 1).replace('_token"', "_token", 1)):
+    for damage in (
+        content[:-5],
+        "",
+        "{}",
+        "[null]",
+        content.replace('"token"', '"token', 1).replace('_token"', "_token", 1),
+    ):
         path.write_text(damage)
         with pytest.raises(FileError, match=rf"^{re.escape(str(path))}: is no .*unpack the metadata again"):
             read(tmp_path)

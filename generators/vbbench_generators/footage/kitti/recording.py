@@ -60,6 +60,8 @@ _Z_UP = np.array([[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 
 
 def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
     """Motions [T, 4, 4] of camera 0, from the first camera's place on the map."""
+    from scipy.spatial.transform import Rotation  # slow to import
+
     rows = read_fixed(path, OXTS_ROW, "GPS/IMU, a line a frame")
     latitude, longitude, altitude, roll, pitch, yaw = (rows[name] for name in PLACE.split())
     rows.refuse(np.abs(latitude) > 85.0, "lat is {0:g}°; the map ends at 85°", latitude)
@@ -72,7 +74,7 @@ def read_oxts(path: Path, calibration: Calibration) -> FloatArray:
     east = scale * np.radians(longitude)
     north = scale * np.log(np.tan(np.pi / 4.0 + np.radians(latitude) / 2.0))
     motions = np.tile(np.eye(4), (len(rows), 1, 1))
-    motions[:, :3, :3] = _rotations(roll, pitch, yaw)
+    motions[:, :3, :3] = Rotation.from_euler("ZYX", np.stack([yaw, pitch, roll], axis=-1)).as_matrix()
     motions[:, :3, 3] = np.stack([east - east[0], north - north[0], altitude - altitude[0]], axis=-1)
     _refuse_leaps(rows, motions[:, :3, 3])
     cameras = motions @ np.linalg.inv(calibration.imu_to_camera)
@@ -111,20 +113,6 @@ def in_the_world(places: FloatArray, motions: FloatArray) -> FloatArray:
     """World positions [N, 2] of places [N, 3] in coordinates of camera 0, with its motion [N, 4, 4] in each frame."""
     world: FloatArray = np.einsum("nij,nj->ni", motions[:, :2, :3], places) + motions[:, :2, 3]
     return world
-
-
-def refuse_too_few(path: Path, lines: int, frames: int) -> None:
-    """Raise FileError if a file with a line a frame ends before the labels."""
-    if lines < frames:
-        problem = f"has {lines} lines, but labels go on to frame {frames - 1}, counted from 0"
-        raise FileError(path, f"{problem}: every frame needs a line; download it again, or exclude the sequence", lines)
-
-
-def _rotations(roll: FloatArray, pitch: FloatArray, yaw: FloatArray) -> FloatArray:
-    """[T, 3, 3] Rz(yaw) Ry(pitch) Rx(roll)."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_euler("ZYX", np.stack([yaw, pitch, roll], axis=-1)).as_matrix())
 
 
 LEAST_DRIVEN = 20.0
@@ -383,7 +371,10 @@ def _find_way(paths: dict[str, Path], labels: Labels, calibration: Calibration) 
     if "oxts" in paths:
         sources["oxts"] = read_oxts(paths["oxts"], calibration)
     for source, motions in sources.items():
-        refuse_too_few(paths[source], len(motions), labels.last_frame + 1)
+        if len(motions) <= labels.last_frame:
+            problem = f"has {len(motions)} lines, but labels go on to frame {labels.last_frame}, counted from 0"
+            advice = "every frame needs a line; download it again, or exclude the sequence"
+            raise FileError(paths[source], f"{problem}: {advice}", len(motions))
     if len({len(motions) for motions in sources.values()}) > 1:
         lines = f"has {len(sources['poses'])} lines, and {paths['oxts'].name} of oxts {len(sources['oxts'])}"
         raise FileError(paths["poses"], f"{lines}: every frame needs a line in both; is a frame missing in the middle?")

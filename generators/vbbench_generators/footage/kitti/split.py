@@ -24,7 +24,10 @@ def summarise(recordings: Mapping[str, KittiRecording]) -> dict[str, Any]:
     values, words = {}, []
     for name, one in recordings.items():
         found = one.found
-        values[name] = {**one.way.values(), **({} if found is None else {"boxes": _values(found)})}
+        values[name] = {
+            **one.way.values(),
+            **({} if found is None else {"boxes": {**found.agreements, "dropped": found.dropped}}),
+        }
         words.append(f"{name}: {_of_way(one.way)}" + ("" if found is None else f"; {_of_boxes(found)}"))
     text = ". ".join(words)
     return {"summary": text if len(text) <= LONGEST else _of_all(recordings), "sequences": values}
@@ -62,10 +65,6 @@ def _of_all(recordings: Mapping[str, KittiRecording]) -> str:
 def _ends(values: Any, form: str) -> str:
     least, most = format(values.min(), form), format(values.max(), form)
     return least if least == most else f"{least} to {most}"
-
-
-def _values(found: FoundTracks) -> dict[str, Any]:
-    return {**found.agreements, "dropped": found.dropped}
 
 
 CARD = bundled_card("vbbench_generators", "kitti")
