@@ -145,7 +145,10 @@ def birdify(
         report = make_report(dataset, recording, answer, solver)
         _draw_map(work.new / "map.png", sequence, answer, report)
         if film:
-            _make_film(dataset, work.new, announce)
+            from vbbench.pictures.rendering import render_to_file
+
+            submission = work.new / SUBMISSION
+            render_to_file(dataset, 0, work.new / "film.mp4", footage=True, submission=submission, announce=announce)
         write_text_atomically(work.new / "report.md", report.markdown())
         write_text_atomically(work.new / REPORT, report.to_json())
         work.publish()
@@ -243,10 +246,3 @@ def _draw_map(path: Path, sequence: Sequence, answer: Estimate, report: Report) 
     facts = [" ".join(report.verdict.sentences())]
     lost = report.verdict.lost(sequence.frames)
     save_picture(plot_map(answer, sequence.observed, report.dt, report.name, facts, lost), path)
-
-
-def _make_film(dataset: Dataset, folder: Path, announce: Callable[[str], object]) -> None:
-    from vbbench.pictures.rendering import render_to_file
-
-    submission = folder / SUBMISSION
-    render_to_file(dataset, 0, folder / "film.mp4", footage=True, submission=submission, announce=announce)

@@ -179,16 +179,14 @@ class SequenceTable:
 
     def _ranges_by_rows(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """First and last key of each row group from its rows."""
-        run = np.cumsum(self._rows) // KEYS_AT_ONCE
-        ranges = [self._ranges_of(np.flatnonzero(run == number)) for number in np.unique(run)]
-        first, last = np.concatenate(ranges, axis=1) if ranges else np.empty((2, 0), np.int64)
+        run, ranges = np.cumsum(self._rows) // KEYS_AT_ONCE, []
+        for number in np.unique(run):
+            places = np.flatnonzero(run == number)
+            keys = column_values(self._read(self._groups[places], [self._key]).column(self._key))
+            starts = np.cumsum(self._rows[places]) - self._rows[places]
+            ranges.append(np.stack([np.minimum.reduceat(keys, starts), np.maximum.reduceat(keys, starts)]))
+        first, last = np.concatenate(ranges, axis=1, dtype=np.int64) if ranges else np.empty((2, 0), np.int64)
         return first, last
-
-    def _ranges_of(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
-        """[2, len(places)] first and last key of some row groups."""
-        keys = column_values(self._read(self._groups[places], [self._key]).column(self._key))
-        starts = np.cumsum(self._rows[places]) - self._rows[places]
-        return np.stack([np.minimum.reduceat(keys, starts), np.maximum.reduceat(keys, starts)]).astype(np.int64)
 
 
 _F = pa.float64()

@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from vbbench.files.cards.readme import config_name, tags
-from vbbench.files.cards.subject import Publisher, Subject, citations, licence_address, said_licence
+from vbbench.files.cards.subject import Subject, citations, licence_address, said_licence
 from vbbench.files.dataset_info import INFO_FILE
 
 CONFORMS_TO = ["http://mlcommons.org/croissant/1.0", "http://mlcommons.org/croissant/RAI/1.0"]
@@ -40,6 +40,8 @@ def croissant(subject: Subject, said: Mapping[str, Any]) -> str:
     """The text of ``croissant.json``."""
     info, origin, publisher = subject.info, subject.origin, subject.publisher
     licence = said_licence(origin, publisher)
+    creator = publisher.creator and {"@type": "sc:Organization", "name": publisher.creator}
+    published = {"creator": creator, "url": publisher.url, "datePublished": publisher.published}
     values = {
         "@context": CONTEXT,
         "@type": "sc:Dataset",
@@ -53,7 +55,7 @@ def croissant(subject: Subject, said: Mapping[str, Any]) -> str:
         "citeAs": " ".join(citations(origin, publisher)),
         "keywords": tags(subject),
         "isLiveDataset": False,
-        **_published(publisher),
+        **{name: value for name, value in published.items() if value},
         **_responsible(said),
         "distribution": [
             _file_object(INFO_FILE, "application/json", subject.info_file),
@@ -62,12 +64,6 @@ def croissant(subject: Subject, said: Mapping[str, Any]) -> str:
         "recordSet": [_record_set(subject, name) for name in subject.tables],
     }
     return json.dumps(values, indent=2, ensure_ascii=False) + "\n"
-
-
-def _published(publisher: Publisher) -> dict[str, Any]:
-    creator = publisher.creator and {"@type": "sc:Organization", "name": publisher.creator}
-    said = {"creator": creator, "url": publisher.url, "datePublished": publisher.published}
-    return {name: value for name, value in said.items() if value}
 
 
 def _responsible(said: Mapping[str, Any]) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 from vbbench.errors import FileError
 from vbbench.files.cards.croissant import croissant
@@ -97,13 +96,9 @@ def _check_croissant(path: Path, info: DatasetInfo) -> None:
     if values.get("identifier") != info.id:
         raise FileError(path, f"describes another dataset than {info.id}; {_AGAIN}")
     sums = {f"{name}.parquet": info.tables[name]["sha256"] for name in tables_here(info)}
-    stated = _stated_sums(values.get("distribution"))
+    files = values.get("distribution")
+    entries = [entry for entry in files if isinstance(entry, dict)] if isinstance(files, list) else []
+    stated = {str(entry.get("@id")): entry.get("sha256") for entry in entries}
     for name, digest in {INFO_FILE: file_sha256(path.parent / INFO_FILE), **sums}.items():
         if stated.get(name) != digest:
             raise FileError(path, f"has not the SHA-256 of {name}; {_AGAIN}")
-
-
-def _stated_sums(distribution: Any) -> dict[Any, Any]:
-    """SHA-256 of each file that a distribution names."""
-    files = [entry for entry in distribution if isinstance(entry, dict)] if isinstance(distribution, list) else []
-    return {str(entry.get("@id")): entry.get("sha256") for entry in files}

@@ -170,21 +170,14 @@ class RemoteFrameSolver(Remote):
         people = len(problem.tracks)
         self._expected: Shapes = {
             "pose": (FLOAT, (3,)),
-            "positions": (FLOAT, (people, 2)),
             "pose_covariance": (FLOAT, (3, 3)),
-            "position_covariances": (FLOAT, (people, 2, 2)),
-            **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
-            **dict.fromkeys(("fallback", "converged"), (BOOL, ())),
+            **_shapes_of_people((), people),
         }
         self._child.call({"call": "start", **_facts(problem)}, {"tracks": problem.tracks}, {})
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `FrameSolver.step`."""
-        shown = {
-            "index": np.array(frame.index),
-            "observations": frame.observations,
-            **_given(frame.given),
-        }
+        shown = {"index": np.array(frame.index), "observations": frame.observations, **_given(frame.given)}
         answer: dict[str, Any] = self._child.call({"call": "step"}, shown, self._expected, ("pose", "positions"))
         for mark in answer.keys() & {"fallback", "converged"}:
             answer[mark] = bool(answer[mark])
@@ -196,22 +189,25 @@ class RemoteSequenceSolver(Remote):
 
     def solve(self, problem: Problem, observations: FloatArray, given: Given) -> Estimate:
         """See `SequenceSolver.solve`."""
-        shown = {
-            "tracks": problem.tracks,
-            "observations": observations,
-            **_given(given),
-        }
+        shown = {"tracks": problem.tracks, "observations": observations, **_given(given)}
         frames, people = given.positions.shape[:2]
         expected: Shapes = {
             "poses": (FLOAT, (frames, 3)),
-            "positions": (FLOAT, (frames, people, 2)),
             "pose_covariances": (FLOAT, (frames, 3, 3)),
-            "position_covariances": (FLOAT, (frames, people, 2, 2)),
-            **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
-            **dict.fromkeys(("fallback", "converged"), (BOOL, (frames,))),
+            **_shapes_of_people((frames,), people),
         }
         answer = self._child.call({"call": "solve", **_facts(problem)}, shown, expected, ("poses", "positions"))
         return Estimate(**answer)
+
+
+def _shapes_of_people(frames: tuple[int, ...], people: int) -> Shapes:
+    """What answers for one frame, with no ``frames``, and for many name alike."""
+    return {
+        "positions": (FLOAT, (*frames, people, 2)),
+        "position_covariances": (FLOAT, (*frames, people, 2, 2)),
+        **dict.fromkeys(("heights", "height_variances"), (FLOAT, (people,))),
+        **dict.fromkeys(("fallback", "converged"), (BOOL, frames)),
+    }
 
 
 def _given(given: Given) -> dict[str, Any]:
@@ -301,11 +297,8 @@ class IsolatedSolver:
             for name, value in os.environ.items()
             if PASSED_ON.fullmatch(name) and not any(path in value for path in secret)
         }
-        own = {
-            **dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), str(self._folder)),
-            "PYTHONDONTWRITEBYTECODE": "1",
-        }
-        return {**passed, **own}
+        own = dict.fromkeys(("HOME", "TMPDIR", "TEMP", "TMP"), str(self._folder))
+        return {**passed, **own, "PYTHONDONTWRITEBYTECODE": "1"}
 
 
 def warn_of_open_files() -> None:
