@@ -384,12 +384,7 @@ def test_smooth_curve_passes_key_points_and_stays_between_them() -> None:
 
 @pytest.mark.parametrize(
     ("text", "found"),
-    [
-        ("# mine\n" + WALK, "trajnet"),
-        ("0,1,2,3\n", "trajnet"),
-        ("1 1 0 0 0 0 0 0\r\n", "obsmat"),
-        (SPLINES, "vsp"),
-    ],
+    [("# mine\n" + WALK, "trajnet"), ("0,1,2,3\n", "trajnet"), ("1 1 0 0 0 0 0 0\r\n", "obsmat"), (SPLINES, "vsp")],
 )
 def test_detect_format(write: Write, text: str, found: str) -> None:
     assert detect_format(write(text)) == found

@@ -14,14 +14,7 @@ import pytest
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
 from vbbench.generation.generator import Options
 from vbbench_generators.recordings.loading import Loaded, load_scenes
-from vbbench_generators.recordings.recipe import (
-    Recipe,
-    Rules,
-    find_spans,
-    get_recipe,
-    observed_crowd,
-    read_recipe,
-)
+from vbbench_generators.recordings.recipe import Recipe, Rules, find_spans, get_recipe, observed_crowd, read_recipe
 
 Write = Callable[..., Path]
 
