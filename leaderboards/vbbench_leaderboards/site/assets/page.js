@@ -51,11 +51,8 @@ window.vbbench = (function () {
   /** A promise that is kept when the script at an address, relative to the page, has run. */
   function script(address) {
     return new Promise((resolve, reject) => {
-      const made = document.createElement("script");
-      made.src = address;
-      made.onload = () => resolve();
-      made.onerror = () => reject(new Error(`${address} cannot be loaded`));
-      document.head.append(made);
+      const onerror = () => reject(new Error(`${address} cannot be loaded`));
+      document.head.append(make("script", { src: address, onload: resolve, onerror }));
     });
   }
 
@@ -98,5 +95,16 @@ window.vbbench = (function () {
     return `#/${path}${view && `/${view}`}${query && `?${query}`}`;
   }
 
-  return { isDark, provide, script, load, address: { decoded, parse, format } };
+  /** An element; text is text, whoever wrote it, and `on…` are listeners. */
+  function make(name, facts, ...parts) {
+    const element = document.createElement(name);
+    for (const [key, value] of Object.entries(facts)) {
+      if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
+      else if (value !== undefined) element.setAttribute(key, value);
+    }
+    element.append(...parts);
+    return element;
+  }
+
+  return { isDark, provide, script, load, make, address: { decoded, parse, format } };
 })();

@@ -2,8 +2,8 @@
 "use strict";
 (function () {
   const START = 2; // frames 0 and 1 are given under every protocol
-  const METRE = 1e-3, PIXEL = 0.1, RADIAN = 1e-4; // the quanta of site/clip.py
-  const FONT = "system-ui, sans-serif";
+  const METRE = 1e-3, PIXEL = 0.1, RADIAN = 1e-4; // the quanta of site/player.py
+  const FONT = "system-ui, sans-serif", { make } = vbbench;
   const count = (number, one, more = `${one}s`) => `${number} ${number === 1 ? one : more}`;
   const wrap = (angle) => angle - 2 * Math.PI * Math.round(angle / (2 * Math.PI));
 
@@ -13,7 +13,7 @@
     return value.toFixed(value >= 100 ? 0 : value >= 10 ? 1 : value >= 1 ? 2 : 3);
   }
 
-  /* Data: the decoding of what site/clip.py wrote. */
+  /* Data: the decoding of what site/player.py wrote. */
 
   async function load(name) {
     const value = await vbbench.load(`player/${name}`);
@@ -637,27 +637,32 @@
     static STEEP = 8; // a solver that is so many times worse than another is cut off at the top
 
     constructor(canvas) {
-      Object.assign(this, { canvas, context: canvas.getContext("2d"), still: document.createElement("canvas") }); // all but the cursor
+      Object.assign(this, { canvas, context: canvas.getContext("2d") });
     }
 
-    /** Curves are { colour, values [T] }, given [T] whether any position is, worst a frame or -1; drawn until a change. */
+    /** Curves are { colour, values [T] }, given [T] whether any position is, worst a frame or -1. */
     show(curves, given, worst, theme) {
-      Object.assign(this, { curves, given, worst, frames: given.length, theme, stale: true });
+      const largest = curves.map(({ values }) => Math.max(...values.filter((v) => v === v), 0));
+      const least = Math.min(...largest.filter((most) => most > 0)), whole = Math.max(...largest, 1e-3);
+      const top = ceiling(whole > Strip.STEEP * least ? Math.max(2 * least, 1e-3) : whole);
+      Object.assign(this, { curves, given, worst, frames: given.length, theme, whole, top });
     }
 
     draw(at) {
-      const { canvas, context, theme } = this;
-      if (fit(canvas) || this.stale) this.paint();
+      const { canvas, context, theme, curves } = this, frame = Math.floor(at);
+      fit(canvas);
       const { ratio } = canvas;
       context.clearRect(0, 0, canvas.width, canvas.height);
-      context.drawImage(this.still, 0, 0);
+      this.drawGiven(ratio);
+      this.drawAxes(ratio);
+      for (const curve of curves) this.drawCurve(curve, ratio);
+      this.drawNotes(ratio);
       context.fillStyle = theme.accent;
       context.fillRect(this.x(at) - ratio, 0, 2 * ratio, canvas.height - Strip.BOTTOM * ratio);
-      for (const { colour, values } of this.curves) {
-        const value = values[Math.floor(at)];
-        if (value !== value) continue;
+      for (const { colour, values } of curves) {
+        if (values[frame] !== values[frame]) continue;
         context.beginPath();
-        context.arc(this.x(Math.floor(at)), this.y(value), 3 * ratio, 0, 2 * Math.PI);
+        context.arc(this.x(frame), this.y(values[frame]), 3 * ratio, 0, 2 * Math.PI);
         context.fillStyle = colour;
         context.fill();
       }
@@ -679,30 +684,9 @@
       return Math.round(Math.min(Math.max(share, 0), 1) * (this.frames - 1));
     }
 
-    paint() {
-      const { canvas, still, theme, curves } = this, { ratio } = canvas, { LEFT, RIGHT } = Strip;
-      Object.assign(still, { width: canvas.width, height: canvas.height });
-      const context = still.getContext("2d"), largest = curves.map(({ values }) => Math.max(...values.filter((v) => v === v), 0));
-      const least = Math.min(...largest.filter((most) => most > 0)), whole = Math.max(...largest, 1e-3);
-      this.top = ceiling(whole > Strip.STEEP * least ? Math.max(2 * least, 1e-3) : whole);
-      this.paintGiven(context, ratio);
-      context.fillStyle = theme.line;
-      for (const share of [0, 0.5, 1]) {
-        context.fillRect(LEFT * ratio, Math.round(this.y(share * this.top)), canvas.width - (LEFT + RIGHT) * ratio, 1);
-      }
-      this.letter(context, ratio);
-      for (const { colour, values } of curves) this.curve(context, colour, values, ratio);
-      if (whole > 1.05 * this.top) {
-        type(context, 10 * ratio, "right", "middle");
-        label(context, `↑ up to ${short(whole)}`, canvas.width - (RIGHT + 2) * ratio, this.y(this.top) + 8 * ratio, theme.ink, theme.paper);
-      }
-      if (this.worst >= 0) this.paintWorst(context, ratio);
-      this.stale = false;
-    }
-
     /** A band where everything is given, and a tick under every frame in which somebody's position is. */
-    paintGiven(context, ratio) {
-      const low = this.y(0), wide = Math.max(ratio, Math.min(3 * ratio, this.x(1) - this.x(0) - ratio));
+    drawGiven(ratio) {
+      const { context } = this, low = this.y(0), wide = Math.max(ratio, Math.min(3 * ratio, this.x(1) - this.x(0) - ratio));
       context.fillStyle = this.theme.ink;
       faintly(context, 0.07, () => context.fillRect(this.x(0), 0, this.x(Math.min(START, this.frames) - 0.5) - this.x(0), low));
       faintly(context, 0.55, () => this.given.forEach((given, t) => {
@@ -710,31 +694,41 @@
       }));
     }
 
-    paintWorst(context, ratio) {
-      const x = this.x(this.worst), size = 5 * ratio;
-      context.fillStyle = this.theme.accent;
-      context.beginPath();
-      context.moveTo(x - size, ratio); context.lineTo(x + size, ratio); context.lineTo(x, ratio + 1.5 * size);
-      context.fill();
-    }
-
-    letter(context, ratio) {
-      context.fillStyle = this.theme.faint;
+    drawAxes(ratio) {
+      const { canvas, context, theme, top, whole } = this, { LEFT, RIGHT } = Strip;
       type(context, 10 * ratio, "right", "middle");
       for (const share of [0, 0.5, 1]) {
-        context.fillText(String(+(share * this.top).toPrecision(3)), (Strip.LEFT - 5) * ratio, this.y(share * this.top));
+        context.fillStyle = theme.line;
+        context.fillRect(LEFT * ratio, Math.round(this.y(share * top)), canvas.width - (LEFT + RIGHT) * ratio, 1);
+        context.fillStyle = theme.faint;
+        context.fillText(String(+(share * top).toPrecision(3)), (LEFT - 5) * ratio, this.y(share * top));
       }
       type(context, 10 * ratio, "center", "bottom");
       const every = [1, 2, 5, 10, 20, 50, 100, 200, 500].find((n) => this.frames / n <= 10) || 1000;
-      for (let t = 0; t < this.frames; t += every) context.fillText(t, this.x(t), this.canvas.height);
+      for (let t = 0; t < this.frames; t += every) context.fillText(t, this.x(t), canvas.height);
     }
 
-    curve(context, colour, values, ratio) {
+    drawCurve({ colour, values }, ratio) {
+      const { context } = this;
       context.beginPath();
       values.forEach((value, t) => {
         if (value === value) context[values[t - 1] === values[t - 1] ? "lineTo" : "moveTo"](this.x(t), this.y(value));
       });
       Object.assign(context, { lineWidth: 1.6 * ratio, strokeStyle: colour }).stroke();
+    }
+
+    /** How far curves go that are cut off, and the frame of the largest error. */
+    drawNotes(ratio) {
+      const { canvas, context, theme, top, whole, worst } = this, x = this.x(worst), size = 5 * ratio;
+      if (whole > 1.05 * top) {
+        type(context, 10 * ratio, "right", "middle");
+        label(context, `↑ up to ${short(whole)}`, canvas.width - (Strip.RIGHT + 2) * ratio, this.y(top) + 8 * ratio, theme.ink, theme.paper);
+      }
+      if (worst < 0) return;
+      context.fillStyle = theme.accent;
+      context.beginPath();
+      context.moveTo(x - size, ratio); context.lineTo(x + size, ratio); context.lineTo(x, ratio + 1.5 * size);
+      context.fill();
     }
   }
 
@@ -866,15 +860,13 @@
       <dl>${KEYS.map(([key, text]) => `<dt><kbd>${key}</kbd></dt><dd>${text}</dd>`).join("")}</dl>
       <p>Drag the map to move it; wheel or pinch to zoom; point at a person to see its errors, click to keep it.</p>
       <form method="dialog"><button>Close</button></form></dialog>`;
-  const PARTS = ["sequence", "board", "facts", "gone", "note", "body", "ego", "boxes-line", "map", "solvers", "person",
-    "person-text", "ids", "scrub", "clock", "speed", "metric", "strip", "said", "help"];
 
   /** Build the player into an element; the parts by the names of their data attributes. */
   function build(element) {
     element.innerHTML = `<section class="player" aria-label="Sequence player">${TEMPLATE}</section>`;
-    const root = element.firstElementChild, camel = (name) => name.replace(/-./, ([, letter]) => letter.toUpperCase());
-    const found = Object.fromEntries(PARTS.map((name) => [camel(name), root.querySelector(`[data-${name}]`)]));
-    return { ...found, root, button: (name) => root.querySelector(`[data-do="${name}"]`) };
+    const root = element.firstElementChild, parts = [...root.querySelectorAll("*")];
+    const named = parts.flatMap((part) => Object.keys(part.dataset).map((name) => [name, part]));
+    return { ...Object.fromEntries(named), root, button: (name) => root.querySelector(`[data-do="${name}"]`) };
   }
 
   function list(select, pairs, value) {
@@ -893,23 +885,20 @@
       this.views = { ego: new EgoView(this.ui.ego), map: new MapView(this.ui.map), strip: new Strip(this.ui.strip) };
       this.smooth = !matchMedia("(prefers-reduced-motion: reduce)").matches;
       Object.assign(this, { at: 0, playing: false, speed: 1, metric: "dx", pinned: -1, hovered: -1, turn: 0 });
-      this.tick = this.tick.bind(this);
-      this.isGiven = this.isGiven.bind(this);
-      this.isAlarm = this.isAlarm.bind(this);
       connect(this);
       this.open(board, state || {});
     }
 
-    isGiven(t, k) {
+    isGiven = (t, k) => {
       const { clip, board } = this, i = t * clip.K + k;
       return board.given !== "origin" && clip.observed[i] && (t < START || (board.given === "arrivals" && clip.given[i]));
-    }
+    };
 
     /** Whether a box is known to show nobody: the truth has no place for it. */
-    isAlarm(t, k) {
+    isAlarm = (t, k) => {
       const { clip, index } = this, i = t * clip.K + k;
       return index.truth !== "poses" && clip.observed[i] === 1 && !clip.known[i];
-    }
+    };
 
     /** Show a board, { key: "SPLIT/PROTOCOL-TIER", solvers: [{ name, colour }] }, at the state that an address gives. */
     async open(board, state) {
@@ -1018,21 +1007,16 @@
     /** A row a solver: its check box with the mark it has on the map, and cells for its errors. */
     listSolvers() {
       const { ui, solvers, chosen } = this, held = ui.solvers.contains(document.activeElement) ? document.activeElement.value : null;
-      const create = (name, facts, ...inside) => {
-        const made = Object.assign(document.createElement(name), facts);
-        made.append(...inside);
-        return made;
-      };
       ui.solvers.replaceChildren(...solvers.map((solver) => {
-        const checked = chosen.includes(solver.name), box = create("input", { type: "checkbox", value: solver.name, checked });
-        box.disabled = !checked && chosen.length >= MOST;
-        box.addEventListener("change", () => this.toggle(solver.name, box.checked));
-        const mark = create("canvas", { width: 32, height: 32, className: "player-mark", ariaHidden: "true" });
+        const checked = chosen.includes(solver.name), onchange = ({ target }) => this.toggle(solver.name, target.checked);
+        const box = make("input", { type: "checkbox", value: solver.name, onchange });
+        Object.assign(box, { checked, disabled: !checked && chosen.length >= MOST });
+        const mark = make("canvas", { width: 32, height: 32, class: "player-mark", "aria-hidden": "true" });
         const context = mark.getContext("2d");
         addMark(context, solver.shape, 16, 16, 10);
         Object.assign(context, { lineWidth: 4, strokeStyle: solver.colour }).stroke();
-        solver.cells = ["dx", "dt", "mean"].map(() => create("td", {}));
-        return create("tr", {}, create("th", { scope: "row" }, create("label", {}, box, mark, solver.name)), ...solver.cells);
+        solver.cells = ["dx", "dt", "mean"].map(() => make("td", {}));
+        return make("tr", {}, make("th", { scope: "row" }, make("label", {}, box, mark, solver.name)), ...solver.cells);
       }));
       if (held !== null) ui.solvers.querySelector(`input[value="${CSS.escape(held)}"]`)?.focus();
     }
@@ -1073,13 +1057,13 @@
       if (!this.waiting) this.waiting = requestAnimationFrame(this.tick);
     }
 
-    tick(now) {
+    tick = (now) => {
       this.waiting = 0;
       if (!this.clip || !this.ui.root.isConnected) return;
       if (this.playing) this.advance(now);
       this.draw();
       if (this.playing) this.ask();
-    }
+    };
 
     advance(now) {
       const end = this.clip.T - 1, passed = this.before ? Math.min(now - this.before, 250) / 1000 : 0;
@@ -1256,6 +1240,7 @@
     });
     on("sequence", "change", (value) => pick(s, Number(value)));
     on("board", "change", (name) => { // another board of the split, the same sequence, frame and solvers
+      s.tell(); // now, not when the other board is there
       location.hash = vbbench.address.format({ board: `${s.index.split}/${name}`, view: "play", options: s.state() });
     });
     on("ids", "change", () => s.ask());

@@ -1,6 +1,7 @@
 /* Numbers as the build writes them (site/words.py): two or three significant digits, points of a column in line. */
 "use strict";
-vbbench.figures = (function () {
+const { make } = vbbench;
+const figures = vbbench.figures = (function () {
   /** The power of ten of a number's first digit, 0 for 0. */
   const power = (value) => (value ? Number(Math.abs(value).toExponential().split("e")[1]) : 0);
   const toThreeDigits = (value) => Number(value.toPrecision(3));
@@ -194,23 +195,9 @@ const boardView = (function () {
   return { show, fail, note };
 })();
 
-/** An element; text is text, whoever wrote it, and `on…` are listeners. */
-function make(name, facts, ...parts) {
-  return fill(document.createElement(name), facts, parts);
-}
-
-function fill(element, facts, parts) {
-  for (const [key, value] of Object.entries(facts)) {
-    if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-    else if (value !== undefined) element.setAttribute(key, value);
-  }
-  element.append(...parts);
-  return element;
-}
-
 /* Two solvers of a board next to one another: their differences, sequence by sequence, and where they differ most. */
 const comparison = (function () {
-  const { decimals, figure, signed, figureDecimals, chance } = vbbench.figures;
+  const { decimals, figure, signed, figureDecimals, chance } = figures;
   const BY = "dx", LEVEL = 0.05, SHOWN = 5;
 
   /** The errors and differences of a board's solvers, and which sequences can be watched. */
