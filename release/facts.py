@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from vbbench.solving.submissions import declared_facts
-from vbbench_leaderboards.results.boards import bundled_solvers
+from vbbench_leaderboards.results.boards import REFERENCES
 from vbbench_leaderboards.results.folder import published_results, result_paths
 from vbbench_leaderboards.results.result import Result, read_result, write_result
 
@@ -17,7 +17,7 @@ def outdated(results: Path) -> Iterator[Result]:
     """The results of bundled solvers whose facts are not those of the code, with these in their place."""
     for path in result_paths(results):
         result = read_result(results / path)
-        if result.solver not in bundled_solvers():
+        if result.solver not in REFERENCES:
             continue
         about = replace(result.about, **declared_facts(result.solver))
         if about != result.about:

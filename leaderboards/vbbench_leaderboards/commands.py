@@ -8,6 +8,7 @@ from vbbench.cli.parsing import Further, named
 
 RESULTS = Path("leaderboards/results")
 WORK = Path("out/leaderboard")
+TEMPLATE = Path(__file__).with_name("template")
 Format = Literal["csv", "latex", "markdown", "json", "bibtex"]
 
 
@@ -56,7 +57,7 @@ def add(
     from vbbench_leaderboards.challenge.definition import parse_moment
     from vbbench_leaderboards.challenge.submissions import accept
 
-    print(accept(challenge, submission, name, parse_moment(date), **facts).text())
+    print(accept(challenge, submission, name, parse_moment(date), **facts))
 
 
 def try_(
@@ -76,7 +77,7 @@ def try_(
         work: Folder for the dataset and the answers; a dataset that is there is used again.
         jobs: Processes; the answers do not depend on it.
     """
-    from vbbench_leaderboards.site.building import build as make
+    from vbbench_leaderboards.site.pages import build as make
     from vbbench_leaderboards.site.player import Films
     from vbbench_leaderboards.submitting import TRIED, try_solver
 
@@ -92,10 +93,9 @@ def template(folder: Path, /) -> None:
     Args:
         folder: Folder to write into; nothing in it is overwritten.
     """
-    from vbbench_leaderboards.submitting import copy_template
+    from vbbench.folders.replacing import copy_templates
 
-    for path in copy_template(folder):
-        print(path)
+    print(*copy_templates(folder, {path.name: path for path in TEMPLATE.iterdir() if path.is_file()}), sep="\n")
 
 
 def check(
@@ -153,16 +153,8 @@ def rerun(
     """
     from vbbench_leaderboards.checks.rerunning import Rerun
 
-    run = Rerun(
-        results=results,
-        work=work,
-        seed=seed,
-        by=by,
-        update=update,
-        together=together,
-        jobs=jobs,
-        root=root,
-    )
+    how: dict[str, Any] = {"seed": seed, "by": by, "update": update, "together": together, "jobs": jobs, "root": root}
+    run = Rerun(results=results, work=work, **how)
     drifted = 0
     for outcome in run.boards(split, solver, tier):
         drifted += outcome.is_drift
@@ -215,7 +207,7 @@ def build(
     from vbbench.generation.footage import FOOTAGE
     from vbbench.pictures.rendering import Backend
     from vbbench_leaderboards.results.folder import challenge_folder_of
-    from vbbench_leaderboards.site.building import build as make
+    from vbbench_leaderboards.site.pages import build as make
     from vbbench_leaderboards.site.player import Films
 
     challenge = None if results is None else challenge_folder_of(results)

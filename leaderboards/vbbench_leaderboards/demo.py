@@ -19,12 +19,11 @@ from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.solving import solve
 from vbbench.solving.provenance import solver_cards
 from vbbench.table import Table
-from vbbench_leaderboards.results.boards import bundled_solvers
+from vbbench_leaderboards.results.boards import REFERENCES
 from vbbench_leaderboards.results.folder import dataset_folder, read_results, submission_folder
 from vbbench_leaderboards.results.ranking import headline
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.site.building import build
-from vbbench_leaderboards.site.pages import render
+from vbbench_leaderboards.site.pages import build, render
 from vbbench_leaderboards.site.player import Films
 from vbbench_leaderboards.submitting import add
 
@@ -53,23 +52,22 @@ def make_demo(out: Path | str, *, full: bool = False, jobs: int = 1) -> str:
     """
     out, protocols, solvers = Path(out), PROTOCOLS if full else FEW, SOLVERS
     if full:
-        bundled = bundled_solvers()
-        solvers = {card.name: card.summary for card in solver_cards() if card.name in bundled}
+        solvers = {card.name: card.summary for card in solver_cards() if card.name in REFERENCES}
     with _demo_folder(out):
-        dataset = generate(
-            SPLIT, dataset_folder(out, SPLIT, TIER), Options(tier=TIER, limit=SEQUENCES), jobs=jobs, overwrite=True
-        )
+        folder, options = dataset_folder(out, SPLIT, TIER), Options(tier=TIER, limit=SEQUENCES)
+        dataset = generate(SPLIT, folder, options, jobs=jobs, overwrite=True)
         results = _results(dataset, out, [(one, protocol) for protocol in protocols for one in solvers], jobs)
         rows = [_row(one, words, [results[one, protocol] for protocol in protocols]) for one, words in solvers.items()]
         head = ["solver", "what it is", *(f"Δx, {name} (m)" for name in protocols), "ms per frame"]
-        shown = _shown_sequence(dataset, results[SHOWN, FEW[0]])
-        board = Board(split=SPLIT, protocol=FEW[0], tier=TIER)
+        shown, board = _shown_sequence(dataset, results[SHOWN, FEW[0]]), _board(FEW[0])
         plot_to_file(dataset, shown, out / "map.png", submissions=[submission_folder(out, board, SHOWN)])
         build(out / "site", out / "results", films=Films(work=out))
-        write_text_atomically(out / PAGE, _page(dataset, head, rows, board, shown))
+        facts = {"sequences": len(dataset), "sequence": shown, "shown": SHOWN, "cap": get_protocol(FEW[0]).caps["dx"]}
+        page = render("demo.html", board=board.key, head=head, rows=rows, **facts)
+        write_text_atomically(out / PAGE, page)
     table = "\n".join(Table(head=head, rows=rows, names=2).text())
-    facts = f"{len(dataset)} sequences of simulated crowds, with the boxes of a detector and a tracker (tier {TIER})"
-    return f"{facts}\n\n{table}\n\nOpen {out / PAGE} in a browser."
+    words = f"{len(dataset)} sequences of simulated crowds, with the boxes of a detector and a tracker (tier {TIER})"
+    return f"{words}\n\n{table}\n\nOpen {out / PAGE} in a browser."
 
 
 @contextmanager
@@ -107,27 +105,15 @@ def _results(dataset: Dataset, out: Path, calls: list[tuple[str, str]], jobs: in
 
 def _solve(dataset: Dataset, out: Path, solver: str, protocol: str) -> None:
     with without_bars():
-        submission = solve(dataset, solver, protocol, _submission(out, solver, protocol), overwrite=True)
+        submission = submission_folder(out, _board(protocol), solver)
+        solve(dataset, solver, protocol, submission, overwrite=True)
     add(submission, dataset.folder, out / "results", overwrite=True)
 
 
-def _submission(out: Path, solver: str, protocol: str) -> Path:
-    return submission_folder(out, Board(split=SPLIT, protocol=protocol, tier=TIER), solver)
+def _board(protocol: str) -> Board:
+    return Board(split=SPLIT, protocol=protocol, tier=TIER)
 
 
 def _row(solver: str, words: str, results: list[Result]) -> list[str]:
     errors = [f"{headline(one, 'dx').value:.2f}" for one in results]
     return [solver, words, *errors, f"{1e3 * (results[0].score['seconds_per_frame'] or 0.0):.1f}"]
-
-
-def _page(dataset: Dataset, head: list[str], rows: list[list[str]], board: Board, sequence: int) -> str:
-    return render(
-        "demo.html",
-        sequences=len(dataset),
-        board=board.key,
-        shown=SHOWN,
-        sequence=sequence,
-        head=head,
-        rows=rows,
-        cap=get_protocol(board.protocol).caps["dx"],
-    )

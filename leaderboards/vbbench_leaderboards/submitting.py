@@ -1,4 +1,4 @@
-"""What a submitter needs: a template of a solver, a trial on a published board, and adding a submission."""
+"""What a submitter needs: a trial on a published board, and adding a submission."""
 
 import re
 from pathlib import Path
@@ -9,8 +9,6 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.files.submission import SubmissionInfo
 from vbbench.files.verification import verify
-from vbbench.folders.locks import loose_files
-from vbbench.folders.replacing import write_text_atomically
 from vbbench.generation import generate
 from vbbench.protocol import PROTOCOLS
 from vbbench.scoring import score
@@ -27,11 +25,7 @@ from vbbench_leaderboards.results.folder import (
 )
 from vbbench_leaderboards.results.ranking import KINDS, headline, rank_apart
 from vbbench_leaderboards.results.result import NEEDED, NOBODY_YET, About, Board, Result, write_result
-
-TEMPLATE = Path(__file__).parent / "template"
-"""The files that `copy_template` copies."""
-
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}")
+from vbbench_leaderboards.results.sealed_json import SOLVER_NAME
 
 
 def add(
@@ -60,19 +54,15 @@ def add(
         raise VbbenchError(f"{results} belongs to the challenge in {challenge}; use 'vbbench challenge accept'")
     info, opened = SubmissionInfo.read(submission), Dataset(dataset, truth)
     solver = name or info.solver
-    if not _NAME.fullmatch(solver):
-        raise VbbenchError(
-            f"'{solver}' cannot be the name of a result's file; give one with `name`: up to 40 letters, "
-            "digits and . _ + -, beginning with a letter or digit"
-        )
+    if not re.fullmatch(SOLVER_NAME, solver):
+        rule = "up to 40 letters, digits and . _ + -, beginning with a letter or digit"
+        raise VbbenchError(f"'{solver}' cannot be the name of a result's file; give one with `name`: {rule}")
     if info.dataset != opened.info.id:
         raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset} is {opened.info.id}; name its own")
     record = _record_of(opened, results)
     if record is not None and record.id != info.dataset:
-        raise VbbenchError(
-            f"{dataset} is dataset {info.dataset}, the boards of {record.split} {record.tier} hold results on "
-            f"{record.id} alone; {record.advice}"
-        )
+        alone = f"the boards of {record.split} {record.tier} hold results on {record.id} alone"
+        raise VbbenchError(f"{dataset} is dataset {info.dataset}, {alone}; {record.advice}")
     board = Board(split=opened.info.split, tier=opened.info.tier, protocol=info.protocol)
     path = results / board.key / f"{solver}.json"
     if path.exists() and not overwrite:
@@ -91,22 +81,6 @@ def _record_of(dataset: Dataset, results: Path) -> BoardDataset | None:
     folders = [results] if dataset.info.seed is None else [results, published_results()]
     place = next((folder for folder in folders if (folder / path).is_file()), None)
     return None if place is None else read_dataset(place / path)
-
-
-def copy_template(out: Path | str) -> list[Path]:
-    """Copy the template into the folder ``out``, created if necessary; return the paths of the copies.
-
-    Raises VbbenchError if ``out`` is a file, a dataset or a submission, or holds a changed file of the template.
-    """
-    out = Path(out)
-    texts = {path.name: path.read_text("utf-8") for path in sorted(TEMPLATE.iterdir()) if path.is_file()}
-    with loose_files(out):
-        for path, text in ((out / name, text) for name, text in texts.items()):
-            if path.exists() and not (path.is_file() and path.read_bytes() == text.encode()):
-                raise VbbenchError(f"{path} exists and may be yours; choose another folder")
-        for name, text in texts.items():
-            write_text_atomically(out / name, text)
-    return [out / name for name in texts]
 
 
 TRIED = "tried"
@@ -148,7 +122,7 @@ def _check_declared(solver: str) -> None:
     declared = declared_facts(solver)
     missing = [name for name in NEEDED if not declared.get(name, "").strip()]
     if missing:
-        example = {"authors": NOBODY_YET} | dict.fromkeys(NEEDED[1:], "nothing")
+        example = dict.fromkeys(NEEDED, "nothing") | {"authors": NOBODY_YET}
         words = f"{solver} does not say {', '.join(missing)}"
         raise VbbenchError(f"{words}; its class needs a line such as facts = {example}")
 
@@ -172,8 +146,6 @@ def _dataset(board: Board, record: BoardDataset, work: Path, jobs: int) -> Datas
         generate(board.split, folder, source(board.split, board.tier).options(record.seed), jobs=jobs, overwrite=True)
     dataset = Dataset(folder)
     if dataset.info.id != record.id:
-        raise VbbenchError(
-            f"{folder} is dataset {dataset.info.id}, {board.key} stands on {record.id}: source files differ, or "
-            "versions; see 'vbbench splits'"
-        )
+        why = "source files differ, or versions; see 'vbbench splits'"
+        raise VbbenchError(f"{folder} is dataset {dataset.info.id}, {board.key} stands on {record.id}: {why}")
     return dataset

@@ -8,9 +8,8 @@ import pytest
 
 from tests.lib.made_sequence import DT, made_sequence
 from tests.lib.player_decoding import decode_clip, decode_estimate
-from vbbench_leaderboards.site.building import assets
-from vbbench_leaderboards.site.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.site.player import write_data
+from vbbench_leaderboards.site.pages import assets
+from vbbench_leaderboards.site.player import encode_clip, encode_estimate, write_data
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser

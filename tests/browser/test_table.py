@@ -22,13 +22,16 @@ SPLITS = ("demo", "hotel")
 METRICS = ("dx_rel", "dx", "dr", "dt")
 
 
-def address(board: Board, **state: str) -> str:
-    query = "&".join(f"{name}={value}" for name, value in state.items())
-    return f"#/{board.key}{'?' if query else ''}{query}"
-
-
 def on_board(page: Page, board: Board) -> None:
     expect(page.locator("#board-table")).to_have_attribute("data-board", board.key)
+
+
+def opened(open_page: Open, board: Board, **state: str) -> Page:
+    """The page of a board, when its table is there."""
+    query = "&".join(f"{name}={value}" for name, value in state.items())
+    page = open_page(f"#/{board.key}{'?' if query else ''}{query}")
+    on_board(page, board)
+    return page
 
 
 def solvers(page: Page) -> list[str]:
@@ -53,8 +56,7 @@ def figure(result: Result, column: str) -> Any:
 
 @pytest.mark.parametrize("board", [DEMO, HOTEL], ids=SPLITS)
 def test_every_column_sorts_both_ways(board: Board, open_page: Open, boards: Boards) -> None:
-    page = open_page(address(board))
-    on_board(page, board)
+    page = opened(open_page, board)
     page.locator("#more-columns").click()
     figures = {result.solver: result for result in boards[board]}
     columns = page.locator("#board-table [data-sort]:visible").evaluate_all("all => all.map(one => one.dataset.sort)")
@@ -75,8 +77,7 @@ def test_every_column_sorts_both_ways(board: Board, open_page: Open, boards: Boa
 
 @pytest.mark.parametrize("board", [DEMO, HOTEL], ids=SPLITS)
 def test_solvers_share_a_rank_where_nothing_is_settled(board: Board, open_page: Open, boards: Boards) -> None:
-    page = open_page(address(board, by="dt"))
-    on_board(page, board)
+    page = opened(open_page, board, by="dt")
     rankings = rank_apart(boards[board])
     for metric in ("dt", "dx", "drift_m"):
         if metric == "drift_m":
@@ -92,8 +93,7 @@ def test_solvers_share_a_rank_where_nothing_is_settled(board: Board, open_page: 
 
 
 def test_words_filter_the_rows(open_page: Open) -> None:
-    page = open_page(address(DEMO))
-    on_board(page, DEMO)
+    page = opened(open_page, DEMO)
     find = page.get_by_role("searchbox")
     find.fill("VB-")
     expect(page.locator("#board-rows tr:visible")).to_have_count(2)
@@ -106,8 +106,7 @@ def test_words_filter_the_rows(open_page: Open) -> None:
 
 
 def test_solvers_can_be_left_out_and_the_address_says_so(open_page: Open) -> None:
-    page = open_page(address(DEMO))
-    on_board(page, DEMO)
+    page = opened(open_page, DEMO)
     page.locator("#chips").get_by_label("sf", exact=True).uncheck()
     page.locator("#chips").get_by_label(STRANGER).uncheck()
     expect(page.locator("#board-rows tr:visible")).to_have_count(3)
@@ -119,8 +118,7 @@ def test_solvers_can_be_left_out_and_the_address_says_so(open_page: Open) -> Non
 
 
 def test_split_protocol_and_tier_are_switched(open_page: Open) -> None:
-    page = open_page(address(HOTEL))
-    on_board(page, HOTEL)
+    page = opened(open_page, HOTEL)
     picker = page.locator("#picker")
     picker.locator("#kept summary").click()
     picker.locator("[data-split=eth]").click()
@@ -140,15 +138,13 @@ def test_split_protocol_and_tier_are_switched(open_page: Open) -> None:
 
 
 def test_a_tier_that_a_split_does_not_have_leads_to_one_that_has_it(open_page: Open) -> None:
-    page = open_page(address(KITTI))
-    on_board(page, KITTI)
+    page = opened(open_page, KITTI)
     page.locator("#picker [data-tier=field]").click()
     expect(page.locator("#board-table")).to_have_attribute("data-board", re.compile(".*/sequential-field"))
 
 
 def test_who_sees_the_future_stays_below_however_the_table_is_sorted(open_page: Open) -> None:
-    page = open_page(address(KITTI, by="solver", order="down"))
-    on_board(page, KITTI)
+    page = opened(open_page, KITTI, by="solver", order="down")
     assert solvers(page) == ["vb-sf", "vb-cv", "sf", "map-causal", "cv"]
     late = page.locator("#late-rows tr")
     expect(late).to_have_count(1)
@@ -159,8 +155,7 @@ def test_who_sees_the_future_stays_below_however_the_table_is_sorted(open_page: 
 
 def test_the_papers_rows_are_quoted_and_take_no_rank(open_page: Open) -> None:
     board = Board(split="hotel", tier="ideal", protocol="one-step")
-    page = open_page(address(board))
-    on_board(page, board)
+    page = opened(open_page, board)
     quoted = page.locator("#board-table .quoted")
     expect(quoted.locator("tr").first).to_contain_text("not measured here, not ranked")
     expect(quoted.locator("tr").first).to_contain_text("The paper's text describes sequential")
@@ -178,8 +173,7 @@ def test_the_papers_rows_are_quoted_and_take_no_rank(open_page: Open) -> None:
 
 
 def test_a_strangers_words_are_words(open_page: Open) -> None:
-    page = open_page(address(DEMO))
-    on_board(page, DEMO)
+    page = opened(open_page, DEMO)
     expect(page.locator("#who")).to_contain_text(HOSTILE)
     row = page.locator(f"#board-rows tr[data-solver='{STRANGER}']")
     assert page.locator("#who img").count() == 0

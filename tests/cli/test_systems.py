@@ -10,7 +10,7 @@ import pytest
 from vbbench.folders import locks, replacing, work_folder
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench_leaderboards.submitting import TEMPLATE
+from vbbench_leaderboards.commands import TEMPLATE
 
 WITHOUT_POSIX = """
 import os, signal, sys

@@ -27,10 +27,10 @@ from vbbench.sequence import Given
 from vbbench.solver import Frame, Problem
 from vbbench.solving import solve
 from vbbench_leaderboards.results.result import read_result
-from vbbench_leaderboards.submitting import copy_template, parse_board
+from vbbench_leaderboards.submitting import parse_board
 
 PROTOCOLS = ("one-step", "sequential", "rollout")
-Said = Callable[..., str]
+Said, Words = Callable[..., str], Callable[..., list[object]]
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 @pytest.fixture
 def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The folder of a newcomer who stands in it."""
-    copy_template(tmp_path / "mine")
+    assert main(["leaderboard", "template", str(tmp_path / "mine")]) == 0
     monkeypatch.chdir(tmp_path / "mine")
     monkeypatch.syspath_prepend(str(tmp_path / "mine"))
     return tmp_path / "mine"
@@ -165,20 +165,37 @@ def submission(room: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(room / "work/submissions" / FILE.with_suffix(""), tmp_path / "answers"))
 
 
-def add(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str, str]:
-    status = main(["leaderboard", "add", *map(str, arguments)])
-    captured = capsys.readouterr()
-    return status, captured.out, captured.err
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    return tmp_path / "results"
+
+
+@pytest.fixture
+def added(submission: Path, tiny: Path, results: Path) -> Words:
+    """The words that add an answer to a dataset, by default the submission to its own."""
+
+    def words(*more: object, answers: Path = submission, dataset: Path = tiny) -> list[object]:
+        return ["leaderboard", "add", answers, "--dataset", dataset, "--results", results, *more]
+
+    return words
+
+
+def succeeds(words: list[object]) -> bool:
+    return main([str(word) for word in words]) == 0
+
+
+def declare(submission: Path, **facts: object) -> None:
+    """Change what a submission says of itself."""
+    path = submission / "submission.json"
+    path.write_text(json.dumps({**json.loads(path.read_text("utf-8")), **facts}), encoding="utf-8")
 
 
 def test_the_first_result_writes_the_record_too(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path
+    capsys: pytest.CaptureFixture[str], added: Words, results: Path
 ) -> None:
-    results = tmp_path / "results"
-    words = ["--name", "mine", "--reference", "A paper", "--about", "code=https://example.org/mine"]
-    status, out, err = add(capsys, submission, "--dataset", tiny, "--results", results, *words)
-    assert (status, err) == (0, "")
-    assert out == f"{results / FILE.with_name('mine.json')}\n"
+    assert succeeds(added("--name", "mine", "--reference", "A paper", "--about", "code=https://example.org/mine"))
+    said = capsys.readouterr()
+    assert (said.out, said.err) == (f"{results / FILE.with_name('mine.json')}\n", "")
     result = read_result(results / FILE.with_name("mine.json"))
     about = result.about
     assert (result.solver, about.reference, about.code) == ("mine", "A paper", "https://example.org/mine")
@@ -187,111 +204,97 @@ def test_the_first_result_writes_the_record_too(
     assert result.score["solver"] == "mine"
     assert set(result.submission) == {"poses.parquet", "positions.parquet"}
     assert sorted(path.name for path in results.rglob("*") if path.is_file()) == ["ideal.json", "mine.json"]
-    assert main(["leaderboard", "check", "--results", str(results)]) == 0
+    assert succeeds(["leaderboard", "check", "--results", results])
 
 
-def test_a_result_is_replaced_only_when_asked(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path
-) -> None:
-    arguments = (submission, "--dataset", tiny, "--results", tmp_path / "results")
-    assert add(capsys, *arguments)[0] == 0
-    status, out, err = add(capsys, *arguments, "--reference", "new")
-    assert (status, out) == (2, "")
-    assert "cv.json exists; set --overwrite to replace it" in err
-    assert add(capsys, *arguments, "--reference", "new", "--overwrite")[0] == 0
-    assert read_result(tmp_path / "results" / FILE).about.reference == "new"
+def test_a_result_is_replaced_only_when_asked(added: Words, mistake: Said, results: Path) -> None:
+    assert succeeds(added())
+    assert "cv.json exists; set --overwrite to replace it" in mistake(*added("--reference", "new"))
+    assert succeeds(added("--reference", "new", "--overwrite"))
+    assert read_result(results / FILE).about.reference == "new"
 
 
 @pytest.mark.parametrize("name", ["a/b", "..", "mine:Still", "x" * 41, "-x", "é", "a b"])
 def test_a_name_that_no_file_can_bear_is_refused(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path, name: str
+    added: Words, mistake: Said, submission: Path, results: Path, name: str
 ) -> None:
-    facts = json.loads((submission / "submission.json").read_text())
-    (submission / "submission.json").write_text(json.dumps({**facts, "solver": name}))
-    status, _, err = add(capsys, submission, "--dataset", tiny, "--results", tmp_path / "results")
-    assert (status, err.count("\n")) == (2, 1)
-    assert "cannot be the name of a result's file; give one with --name" in err
-    assert not (tmp_path / "results").exists()
+    declare(submission, solver=name)
+    assert "cannot be the name of a result's file; give one with --name" in mistake(*added())
+    assert not results.exists()
 
 
 @pytest.mark.parametrize(
-    "words", ["code=javascript:alert(1)", "reference=a\nb", "reference=" + "x" * 501, "referense=x", "reference"]
+    ("option", "value"),
+    [
+        ("--about", "code=javascript:alert(1)"),
+        ("--about", "reference=a\nb"),
+        ("--about", "reference=" + "x" * 501),
+        ("--about", "referense=x"),
+        ("--about", "reference"),
+        ("--date", "yesterday"),
+        ("--date", "2026-2-3"),
+        ("--delay", "-1"),
+    ],
 )
-def test_words_that_no_page_can_show_are_refused(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path, words: str
+def test_facts_that_no_page_can_show_are_refused(
+    added: Words, mistake: Said, results: Path, option: str, value: str
 ) -> None:
-    status, _, err = add(capsys, submission, "--dataset", tiny, "--results", tmp_path / "results", "--about", words)
-    assert (status, err.count("\n")) == (2, 1)
-    assert words.partition("=")[0] in err
-    assert not (tmp_path / "results").exists()
+    assert value.partition("=")[0] in mistake(*added(option, value))
+    assert not results.exists()
 
 
-def test_another_dataset_is_refused_with_both_ids_and_the_way_out(
-    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path
-) -> None:
+def test_another_dataset_is_refused_with_both_ids_and_the_way_out(mistake: Said, room: Path, tmp_path: Path) -> None:
     other = tiny_dataset(tmp_path / "other", Crowd(sequences=4, people=5))
-    (tmp_path / "answers").mkdir()
-    answers = solve(Dataset(other), "cv", "sequential", tmp_path / "answers" / "cv")
-    status, _, err = add(capsys, answers, "--dataset", other, "--results", room / "results", "--name", "mine")
+    answers = solve(Dataset(other), "cv", "sequential", tmp_path / "cv")
+    said = mistake("leaderboard", "add", answers, "--dataset", other, "--results", room / "results", "--name", "mine")
     board = read_result(room / "results" / FILE).dataset
-    assert status == 2
-    assert Dataset(other).info.id in err
-    assert board in err
-    assert "vbbench generate tiny --camera panorama" in err
-    assert "--tier ideal" in err
+    for words in (Dataset(other).info.id, board, "vbbench generate tiny --camera panorama", "--tier ideal"):
+        assert words in said
 
 
 def test_another_dataset_cannot_land_on_a_published_board(
-    capsys: pytest.CaptureFixture[str], room: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    added: Words, mistake: Said, room: Path, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("vbbench_leaderboards.submitting.published_results", lambda: room / "results")
     other = tiny_dataset(tmp_path / "other", Crowd(sequences=4, people=5))
-    solve(Dataset(other), "cv", "rollout", tmp_path / "cv")
-    status, _, err = add(capsys, tmp_path / "cv", "--dataset", other, "--results", tmp_path / "results")
-    assert status == 2
-    assert "hold results on" in err
-    assert "--tier ideal --sigma-h 0 --seed 0 --out tiny-ideal" in err
-    assert not (tmp_path / "results").exists()
+    said = mistake(*added(answers=solve(Dataset(other), "cv", "rollout", tmp_path / "cv"), dataset=other))
+    assert "hold results on" in said
+    assert "--tier ideal --sigma-h 0 --seed 0 --out tiny-ideal" in said
+    assert not results.exists()
 
 
 @pytest.mark.parametrize("table", ["truth/poses", "truth/scenes", "given"])
 def test_truth_that_is_not_the_published_one_is_refused(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path, table: str
+    added: Words, mistake: Said, tiny: Path, tmp_path: Path, table: str
 ) -> None:
     copy = Path(shutil.copytree(tiny, tmp_path / "copy"))
     path = copy / f"{table}.parquet"
     content = bytearray(path.read_bytes())
     content[20] ^= 1
     path.write_bytes(content)
-    status, _, err = add(capsys, submission, "--dataset", copy, "--results", tmp_path / "results")
-    assert status == 2
-    assert f"{path}: its SHA-256 is not the one in dataset.json" in err
+    assert f"{path}: its SHA-256 is not the one in dataset.json" in mistake(*added(dataset=copy))
 
 
 def test_withheld_truth_is_named_and_checked(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path
+    added: Words, mistake: Said, tiny: Path, results: Path, tmp_path: Path
 ) -> None:
     copy, truth = Path(shutil.copytree(tiny, tmp_path / "copy")), tmp_path / "kept"
     (copy / "truth").rename(truth)
-    arguments = (submission, "--dataset", copy, "--results", tmp_path / "results")
-    status, _, err = add(capsys, *arguments)
-    assert status == 2
-    assert "--truth" in err
+    assert "--truth" in mistake(*added(dataset=copy))
     (truth / "people.parquet").rename(tmp_path / "away")
-    assert add(capsys, *arguments, "--truth", truth)[0] == 2
+    assert not succeeds(added("--truth", truth, dataset=copy))
     (tmp_path / "away").rename(truth / "people.parquet")
-    assert add(capsys, *arguments, "--truth", truth)[0] == 0
-    assert (tmp_path / "results" / FILE).is_file()
+    assert succeeds(added("--truth", truth, dataset=copy))
+    assert (results / FILE).is_file()
 
 
 def test_a_submission_with_faults_is_not_added(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path
+    added: Words, capsys: pytest.CaptureFixture[str], submission: Path, results: Path
 ) -> None:
     (submission / "positions.parquet").unlink()
-    status, _, err = add(capsys, submission, "--dataset", tiny, "--results", tmp_path / "results")
-    assert status == 2
-    assert "positions.parquet: the file is missing" in err
-    assert not (tmp_path / "results").exists()
+    assert not succeeds(added())
+    assert "positions.parquet: the file is missing" in capsys.readouterr().err
+    assert not results.exists()
 
 
 @pytest.mark.parametrize(
@@ -304,26 +307,13 @@ def test_a_submission_with_faults_is_not_added(
     ],
 )
 def test_a_row_that_does_not_say_all_is_refused_and_an_option_completes_it(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path, key: str, words: str
+    added: Words, mistake: Said, submission: Path, results: Path, key: str, words: str
 ) -> None:
-    facts = json.loads((submission / "submission.json").read_text())
-    (submission / "submission.json").write_text(json.dumps({**facts, key: None if key == "delay" else ""}))
-    arguments = (submission, "--dataset", tiny, "--results", tmp_path / "results")
-    status, _, err = add(capsys, *arguments)
-    assert (status, err.count("\n")) == (2, 1)
-    assert words in err
-    assert not (tmp_path / "results").exists()
-    assert add(capsys, *arguments, "--about", f"{key}=3")[0] == 0
-    assert str(getattr(read_result(tmp_path / "results" / FILE).about, key)) == "3"
-
-
-@pytest.mark.parametrize(("option", "value"), [("--date", "yesterday"), ("--date", "2026-2-3"), ("--delay", "-1")])
-def test_days_and_delays_that_are_none_are_refused(
-    capsys: pytest.CaptureFixture[str], submission: Path, tiny: Path, tmp_path: Path, option: str, value: str
-) -> None:
-    status, _, err = add(capsys, submission, "--dataset", tiny, "--results", tmp_path / "results", option, value)
-    assert (status, err.count("\n")) == (2, 1)
-    assert value.removeprefix("delay=") in err
+    declare(submission, **{key: None if key == "delay" else ""})
+    assert words in mistake(*added())
+    assert not results.exists()
+    assert succeeds(added("--about", f"{key}=3"))
+    assert str(getattr(read_result(results / FILE).about, key)) == "3"
 
 
 def test_a_solver_that_gets_whole_sequences_is_offline_unless_it_gets_the_past_alone(

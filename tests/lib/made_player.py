@@ -9,9 +9,8 @@ import numpy as np
 from tests.lib.made_sequence import DT, MadeSequence
 from vbbench.estimate import Estimate
 from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
-from vbbench_leaderboards.site.building import assets
-from vbbench_leaderboards.site.clip import encode_clip, encode_estimate
-from vbbench_leaderboards.site.player import write_data
+from vbbench_leaderboards.site.pages import assets
+from vbbench_leaderboards.site.player import encode_clip, encode_estimate, write_data
 
 BOARD = "made/sequential-noisy"
 CAPS = {"dx": 2.0, "dt": 2.0, "dr": 0.5}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from tests.leaderboards.site.test_building import site_of
+from tests.leaderboards.site.test_pages import site_of
 from tests.lib.answers import submit, true_answers
 from tests.lib.board_results import BOARD, result
 from tests.lib.make_dataset import Crowd, write_dataset
@@ -21,8 +21,7 @@ from vbbench.scoring import score
 from vbbench.scoring.comparison import compare
 from vbbench.scoring.metrics import METRICS, Metric, position_error, rotation_error
 from vbbench_leaderboards.results.sealed_json import form_of
-from vbbench_leaderboards.site.building import site_files
-from vbbench_leaderboards.site.pages import board_page
+from vbbench_leaderboards.site.pages import board_page, site_files
 
 NEW = {
     "degrees": Metric(

@@ -5,13 +5,13 @@ import re
 import secrets
 import stat
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
-from vbbench.errors import FileError, plain_errors
-from vbbench.folders.locks import LOCK, NO_LINKS, close_early, is_file_at, lock_file
+from vbbench.errors import FileError, VbbenchError, plain_errors
+from vbbench.folders.locks import LOCK, NO_LINKS, close_early, is_file_at, lock_file, loose_files
 
 _NAME = re.compile(r"\..*\.vbbench-[0-9a-f]{8}(\.\w+)?", re.DOTALL)
 _LONGEST = 48
@@ -119,6 +119,21 @@ def _remove_if_stale(path: Path) -> None:
 def write_text_atomically(path: Path, text: str) -> None:
     """Write a small text file completely or not at all."""
     write_bytes_atomically(path, text.encode())
+
+
+def copy_templates(folder: Path, templates: Mapping[str, Path]) -> list[Path]:
+    """Copy text files, given by their new names, into ``folder``, created if necessary; return the paths of the copies.
+
+    Raises VbbenchError if ``folder`` is a file, a dataset or a submission, or holds a changed copy.
+    """
+    texts = {folder / name: path.read_text("utf-8") for name, path in sorted(templates.items())}
+    with loose_files(folder):
+        for path, text in texts.items():
+            if path.exists() and not (path.is_file() and path.read_bytes() == text.encode()):
+                raise VbbenchError(f"{path} exists and may be yours; choose another folder")
+        for path, text in texts.items():
+            write_text_atomically(path, text)
+    return [*texts]
 
 
 def write_bytes_atomically(path: Path, data: bytes) -> None:

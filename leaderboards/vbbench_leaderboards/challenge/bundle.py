@@ -29,9 +29,9 @@ from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_with
 from vbbench_leaderboards.challenge.submissions import check
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 from vbbench_leaderboards.results.result import NEEDED, NOBODY_YET
-from vbbench_leaderboards.site.building import write_files
-from vbbench_leaderboards.site.pages import render
+from vbbench_leaderboards.site.pages import check_made, render, write_files
 
+BUNDLE = "bundle of 'vbbench challenge bundle'"
 SUMS, TRUTH, SEQUENCES = "SHA256SUMS", "truth", "sequences.json"
 COLUMNS = {"dx": "Δx, m", "lost": "lost", "dt": "Δt, m", "dr": "Δr, rad"}
 """Of the results on Codabench: key and title, the one that ranks first."""
@@ -57,7 +57,7 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bo
         problem = f"{', '.join(challenge.placeholders)}: as in the template; say who holds the challenge"
         raise FileError(folder / CHALLENGE_FILE, problem)
     verify(dataset.folder, organiser.truth)
-    with WorkFolder(out, partial(_check_bundle, out)) as work:
+    with WorkFolder(out, partial(check_made, out, BUNDLE, SUMS, CHALLENGE_FILE)) as work:
         work.begin()
         (work.new / DATA).mkdir(parents=True)
         tables = [f"{name}.parquet" for name in dataset.info.tables if not name.startswith("truth/")]
@@ -116,12 +116,6 @@ def _pack(folder: Path, path: Path, prefix: str) -> Path:
             facts.external_attr, facts.create_system = 0o644 << 16, 3
             archive.writestr(facts, (folder / member).read_bytes())
     return path
-
-
-def _check_bundle(out: Path) -> None:
-    """Raise VbbenchError if ``out`` exists and was not made by `make_bundle`."""
-    if out.exists() and not ((out / SUMS).is_file() and (out / CHALLENGE_FILE).is_file()):
-        raise VbbenchError(f"{out} exists and is not a bundle of 'vbbench challenge bundle'; choose another `out`")
 
 
 def _write_codabench(organiser: Organiser, folder: Path) -> None:

@@ -11,9 +11,11 @@ def new(folder: Path, /) -> None:
     Args:
         folder: Folder to write into; what is yours in it is not overwritten.
     """
-    from vbbench_leaderboards.challenge.organiser import start
+    from vbbench.folders.replacing import copy_templates
+    from vbbench_leaderboards.challenge.definition import START
+    from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
-    print(start(folder))
+    print(*copy_templates(folder, {CHALLENGE_FILE: START}))
 
 
 def generate(folder: Path, /, jobs: int = 1) -> None:
@@ -71,13 +73,12 @@ def accept(submission: Path, /, challenge: Path, team: str = "", date: str = "")
 
     moment = parse_moment(date)
     if team:
-        print(submissions.accept(challenge, submission, team, moment).text())
+        print(submissions.accept(challenge, submission, team, moment))
         return 0
     refused = False
-    for answer in submissions.accept_inbox(challenge, submission, moment):
-        taken = isinstance(answer, submissions.Receipt)
-        print(answer.text() if isinstance(answer, submissions.Receipt) else f"refused: {answer}", flush=True)
-        refused |= not taken
+    for is_taken, text in submissions.accept_inbox(challenge, submission, moment):
+        print(text, flush=True)
+        refused |= not is_taken
     return int(refused)
 
 

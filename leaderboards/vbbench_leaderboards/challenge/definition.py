@@ -10,6 +10,7 @@ from typing import Literal
 from vbbench.errors import FileError, VbbenchError, is_printable
 from vbbench.parsing.toml_text import read_toml, toml_table
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
+from vbbench_leaderboards.results.sealed_json import SOLVER_NAME, SPLIT_NAME
 from vbbench_leaderboards.site.words import is_web_address
 
 Part = Literal["public", "hidden"]
@@ -28,7 +29,6 @@ OWN_RULES = (
 """Of the rules of all boards, those that a challenge cannot do without."""
 
 _MOST_SUBMISSIONS = 1000
-_NAME, _TEAM = r"[a-z0-9][a-z0-9-]{0,39}", r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}"
 _NAME_RULE = "up to 40 small letters, digits and -, beginning with a letter or digit"
 _TEAM_RULE = "up to 40 letters, digits and . _ + -, beginning with a letter or digit"
 _OWN_OPTIONS = ("--out", "--tier", "--seed", "--withhold-truth", "--overwrite", "--scheduler")
@@ -91,7 +91,7 @@ class Phase:
 
     def __post_init__(self) -> None:
         place = f"[[phases]] {self.name}"
-        _require(re.fullmatch(_NAME, self.name), f"[[phases]] name = '{self.name}': {_NAME_RULE}")
+        _require(re.fullmatch(SPLIT_NAME, self.name), f"[[phases]] name = '{self.name}': {_NAME_RULE}")
         backwards = f"{place}: end = {self.end} is before start = {self.start}; exchange them"
         _require(self.start <= self.end, backwards)
         possible = 1 <= self.submissions <= _MOST_SUBMISSIONS
@@ -120,7 +120,7 @@ class Team:
     members: str = ""
 
     def __post_init__(self) -> None:
-        _require(re.fullmatch(_TEAM, self.name), f"[[teams]] name = '{self.name}': {_TEAM_RULE}")
+        _require(re.fullmatch(SOLVER_NAME, self.name), f"[[teams]] name = '{self.name}': {_TEAM_RULE}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,7 +154,7 @@ class Challenge:
     baseline: str = "cv"
 
     def __post_init__(self) -> None:
-        _require(re.fullmatch(_NAME, self.name), f"name = '{self.name}': {_NAME_RULE}")
+        _require(re.fullmatch(SPLIT_NAME, self.name), f"name = '{self.name}': {_NAME_RULE}")
         texts = [(key, getattr(self, key)) for key in ("title", "organisers", "contact", "licence")]
         for key, text in texts:
             _require(text.strip(), f"{key} is empty; fill it in")
@@ -191,12 +191,12 @@ class Challenge:
 
     def open_phase(self, moment: datetime) -> Phase:
         """The phase that takes submissions; raises VbbenchError with the day on which one opens or closed."""
-        found, following, last = self.phase_at(moment), self.phase_after(moment), self.phases[-1]
-        if found is None:
-            why = f"its last phase, {last.name}, closed after {last.end}"
-            why = f"phase {following.name} opens on {following.start}" if following else why
-            raise VbbenchError(f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC: {why}")
-        return found
+        if found := self.phase_at(moment):
+            return found
+        following, last = self.phase_after(moment), self.phases[-1]
+        closed = f"its last phase, {last.name}, closed after {last.end}"
+        why = f"phase {following.name} opens on {following.start}" if following else closed
+        raise VbbenchError(f"{self.name} takes no submissions on {moment:%Y-%m-%d %H:%M} UTC: {why}")
 
     def is_over(self, moment: datetime) -> bool:
         """Whether the last phase has closed."""

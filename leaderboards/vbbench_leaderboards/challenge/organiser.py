@@ -17,10 +17,9 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE
 from vbbench.files.withholding import GUESSABLE_BITS, SEED_FILE, read_seed, truth_folder_of
-from vbbench.folders.locks import loose_files
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.geometry import IntArray
-from vbbench_leaderboards.challenge.definition import START, Challenge, Part, read_challenge
+from vbbench_leaderboards.challenge.definition import Challenge, Part, read_challenge
 from vbbench_leaderboards.results.dataset_record import BoardDataset, ScoredSequences, read_dataset
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
 
@@ -191,16 +190,6 @@ def check_withheld(data: Path) -> None:
     """Raise FileError if a dataset's folder gives its truth or its seed away."""
     if (data / "truth").exists() or Dataset(data).info.seed is not None:
         raise FileError(data, "its truth or seed is not withheld; make it with --seed secret --withhold-truth")
-
-
-def start(folder: Path) -> Path:
-    """Write a commented ``challenge.toml`` into a folder, created if necessary; return its path."""
-    path, text = folder / CHALLENGE_FILE, START.read_text("utf-8")
-    with loose_files(folder):
-        if path.exists() and not (path.is_file() and path.read_bytes() == text.encode()):
-            raise VbbenchError(f"{path} exists and may be yours; choose another folder")
-        write_text_atomically(path, text)
-    return path
 
 
 def generate(folder: Path, make: Callable[[list[str]], object]) -> Path:

@@ -12,10 +12,9 @@ from vbbench.folders.work_folder import WorkFolder
 from vbbench_leaderboards.challenge.definition import Part
 from vbbench_leaderboards.challenge.organiser import Entry, Organiser, digest_of_last
 from vbbench_leaderboards.results.folder import read_results
-from vbbench_leaderboards.results.ranking import Place, failure_rate, headline, rank_apart
+from vbbench_leaderboards.results.ranking import Place, failure_rate, headline, rank_apart, ranking_figure
 from vbbench_leaderboards.results.result import Result, write_result
-from vbbench_leaderboards.site.building import MARKER, assets, build, check_site, write_files
-from vbbench_leaderboards.site.pages import render
+from vbbench_leaderboards.site.pages import MARKER, SITE, assets, build, check_made, render, write_files
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,19 +25,13 @@ class Row:
     result: Result
     entry: Entry
 
-    @property
-    def dx(self) -> float:
-        """The figure that ranks; infinite where there is none."""
-        value = headline(self.result, "dx").value
-        return float("inf") if value is None else value
-
     def text(self) -> str:
         """Its line of the standings."""
         result, about, seen = self.result, self.result.about, self.result.seen
         figure, lost = headline(result, "dx"), failure_rate(result)
         ends = "–" if figure.low is None or figure.high is None else f"{figure.low:.4f}–{figure.high:.4f}"
         facts = f", {about.timing}" * about.sees_the_future + f", {seen} on these recordings" * bool(seen)
-        who = f"  {self.place.rank:>4}  {result.solver:<20} {self.dx:>8.4f} {ends:>15}"
+        who = f"  {self.place.rank:>4}  {result.solver:<20} {ranking_figure(result):>8.4f} {ends:>15}"
         return f"{who} {'' if lost is None else f'{lost:.0%}':>6}  {self.entry.number} of {self.entry.day}{facts}"
 
 
@@ -60,7 +53,7 @@ def standings(organiser: Organiser, part: Part) -> list[Row]:
         warnings.warn(VbbenchWarning(f"OMITTED from the standings: {fault}"), stacklevel=2)
     places = rank_apart(found)["dx"].places
     rows = [Row(place=places[one.solver], result=one, entry=counting[one.solver]) for one in found]
-    return sorted(rows, key=lambda row: (row.result.group, row.place.rank, row.dx))
+    return sorted(rows, key=lambda row: (row.result.group, row.place.rank, ranking_figure(row.result)))
 
 
 def shown_standings(organiser: Organiser, moment: datetime) -> dict[Part, list[Row]]:
@@ -125,7 +118,7 @@ def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
         },
     )
     own = {name: assets()[name] for name in ("assets/page.css", "assets/page.js", "assets/challenge.js")}
-    with WorkFolder(out, partial(check_site, out)) as work:
+    with WorkFolder(out, partial(check_made, out, SITE, MARKER)) as work:
         work.begin()
         work.new.mkdir()
         for part, own_rows in rows.items() if over else ():

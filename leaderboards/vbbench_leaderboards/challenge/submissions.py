@@ -6,7 +6,7 @@ import shutil
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,20 +17,19 @@ import numpy as np
 from vbbench.errors import FileError, SubmissionError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
-from vbbench.files.tables import file_sha256
 from vbbench.folders.locks import NO_LINKS, locked
 from vbbench.folders.work_folder import WorkFolder
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.scoring import score
 from vbbench.scoring.answers import OR_HOLD, Checked, CheckedSubmission, check_submission
 from vbbench.solving import solve
-from vbbench_leaderboards.challenge.definition import BASELINE, Challenge, Part, Phase, parse_moment
+from vbbench_leaderboards.challenge.definition import BASELINE, Challenge, Part, parse_moment
 from vbbench_leaderboards.challenge.organiser import Entry, Organiser, append, digest_of_last
 from vbbench_leaderboards.challenge.standings import standings_text
 from vbbench_leaderboards.results.ranking import headline
-from vbbench_leaderboards.results.result import NOBODY_YET, About, Result, write_result
+from vbbench_leaderboards.results.result import NOBODY_YET, TABLES, About, Result, file_hashes, write_result
 
-FILES = (SUBMISSION_FILE, "poses.parquet", "positions.parquet", "poses.csv", "positions.csv")
+FILES = (SUBMISSION_FILE, *TABLES)
 MOST_BYTES = 1 << 30
 """Of one file: no answer to a challenge is larger."""
 
@@ -39,47 +38,12 @@ NEAR = 0.05
 them by 2.4 cm, two good solvers differ by their errors, which are several times as large."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Receipt:
-    """What a team gets back.
+def accept(folder: Path, submission: Path, team: str, moment: datetime, **about: Any) -> str:
+    """Take a submission of a team into the challenge in ``folder``; return the receipt, for people.
 
-    Parameters
-    ----------
-    challenge, entry, phase : its name, the team's line of the log, and the phase it was taken in.
-    used : submissions of the team in this phase, this one included.
-    result : figures on the public part; ``None`` in a hidden phase.
-    is_again : whether the team's same answers were taken before, in the same phase: nothing was added.
-    """
-
-    challenge: str
-    entry: Entry
-    phase: Phase
-    used: int
-    result: Result | None = None
-    is_again: bool = False
-
-    def text(self) -> str:
-        """The receipt, for people."""
-        entry, phase = self.entry, f"phase {self.phase.name}"
-        if self.is_again:
-            before = f"{entry.team} handed these answers in before, in {phase} on {entry.day} (number {entry.number})"
-            return f"{self.challenge}: {before}; they count already, and nothing was added"
-        counts = f"submission {self.used} of {self.phase.submissions}, number {entry.number}"
-        taken = (
-            f"{self.challenge}: taken from {entry.team} in {phase}, {counts}\nSHA-256 of its answers: {entry.answers}"
-        )
-        if self.result is None:
-            return f"{taken}\nThis phase counts on the hidden part, which is scored after its end."
-        dx, dt, dr = (f"{headline(self.result, metric).value:.4f}" for metric in ("dx", "dt", "dr"))
-        sequences = f"{self.result.score['sequences']} of {self.result.score['sequences_in_dataset']} sequences"
-        return f"{taken}\nPublic part, {sequences}, capped: Δx {dx} m, Δt {dt} m, Δr {dr} rad"
-
-
-def accept(folder: Path, submission: Path, team: str, moment: datetime, **about: Any) -> Receipt:
-    """Take a submission of a team into the challenge in ``folder``; accepted or refused, it is written into the log.
-
-    Raises VbbenchError if it is refused: the team is unknown, no phase is open, the team has used up its submissions,
-    the submission has faults, answers something else, or repeats what another team handed in.
+    Accepted or refused, it is written into the log. Raises VbbenchError if it is refused: the team is unknown, no phase
+    is open, the team has used up its submissions, the submission has faults, answers something else, or repeats what
+    another team handed in.
 
     Parameters
     ----------
@@ -111,16 +75,19 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
             raise
 
 
-def accept_inbox(folder: Path, inbox: Path, moment: datetime) -> Iterator[Receipt | VbbenchError]:
-    """Take the submissions in an inbox, whose folders have the names of their teams; yield receipts and refusals."""
+def accept_inbox(folder: Path, inbox: Path, moment: datetime) -> Iterator[tuple[bool, str]]:
+    """Take the submissions in an inbox, whose folders have the names of their teams.
+
+    Yields for each whether it was accepted, with the receipt or the reason.
+    """
     teams = sorted(path.name for path in inbox.iterdir() if path.is_dir()) if inbox.is_dir() else []
     if not teams or (inbox / SUBMISSION_FILE).exists():
         raise VbbenchError(f"{inbox} is no inbox: name the `team`, or put submissions into folders named like teams")
     for team in teams:
         try:
-            yield accept(folder, inbox / team, team, moment)
+            yield True, accept(folder, inbox / team, team, moment)
         except VbbenchError as error:
-            yield error
+            yield False, f"refused: {error}"
 
 
 def _take_baseline(organiser: Organiser, moment: datetime) -> None:
@@ -133,7 +100,7 @@ def _take_baseline(organiser: Organiser, moment: datetime) -> None:
         accept(organiser.folder, answers, BASELINE, phase.opens)
 
 
-def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> Receipt:
+def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime, facts: dict[str, Any]) -> str:
     challenge, team, accepted = organiser.challenge, blank.team, [one for one in organiser.entries if one.is_accepted]
     last = max((entry.time for entry in accepted if entry.team == team), default="")
     if last and moment < datetime.fromisoformat(last):  # the last one is the one that counts
@@ -150,7 +117,8 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
             raise VbbenchError(f"the authors are '{NOBODY_YET}', as in the template; name who made the solver")
         answers = digest_of_answers(work.new, organiser.dataset)
         if own and own[-1].answers == answers:
-            return Receipt(challenge=challenge.name, entry=own[-1], phase=phase, used=len(own), is_again=True)
+            before = f"handed these answers in before, in phase {phase.name} on {own[-1].day} (number {own[-1].number})"
+            return f"{challenge.name}: {team} {before}; they count already, and nothing was added"
         if len(own) >= phase.submissions:
             used = f"{team} has used its {phase.submissions} submissions of phase {phase.name}"
             raise VbbenchError(f"{used}, the last on {own[-1].day}")
@@ -158,14 +126,20 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
             if other.answers == answers and other.team != team:
                 where = f"on {other.day} (submission {other.number})"
                 raise VbbenchError(f"these are the answers that {other.team} handed in {where}; hand in your own")
-        near, files = _near_copy(organiser, team, work.new), file_hashes(work.new)
+        near, files = _near_copy(organiser, team, work.new), file_hashes(work.new, FILES)
         entry = replace(blank, answers=answers, files=files, about=vars(about), reason=near)
         result = result_of(organiser, entry, work.new, "public") if phase.part == "public" else None
         work.publish()
     if result is not None:
         write_result(result, organiser.results("public"), organiser.record("public"))
     append(organiser.folder, organiser.entries, entry)
-    return Receipt(challenge=challenge.name, entry=entry, phase=phase, used=len(own) + 1, result=result)
+    counts = f"submission {len(own) + 1} of {phase.submissions}, number {entry.number}"
+    taken = f"{challenge.name}: taken from {team} in phase {phase.name}, {counts}\nSHA-256 of its answers: {answers}"
+    if result is None:
+        return f"{taken}\nThis phase counts on the hidden part, which is scored after its end."
+    dx, dt, dr = (f"{headline(result, metric).value:.4f}" for metric in ("dx", "dt", "dr"))
+    sequences = f"{result.score['sequences']} of {result.score['sequences_in_dataset']} sequences"
+    return f"{taken}\nPublic part, {sequences}, capped: Δx {dx} m, Δt {dt} m, Δr {dr} rad"
 
 
 def _near_copy(organiser: Organiser, team: str, submission: Path) -> str:
@@ -209,10 +183,8 @@ def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:
 
 def result_of(organiser: Organiser, entry: Entry, submission: Path, part: Part) -> Result:
     """The figures of a submission on a part alone."""
-    figures, about = (
-        score(submission, organiser.data, organiser.truth, sequences=organiser.parts[part]),
-        About(**entry.about),
-    )
+    figures = score(submission, organiser.data, organiser.truth, sequences=organiser.parts[part])
+    about = About(**entry.about)
     described = f"{figures.info.solver} {figures.info.version}".strip()
     return Result.of(figures, submission, replace(about, reference=about.reference or described), name=entry.team)
 
@@ -235,7 +207,7 @@ def close(folder: Path, moment: datetime) -> str:
             raise VbbenchError(f"{name}: no team handed anything in in phase {phase.name}")
         for entry in counting.values():
             kept = folder / entry.folder
-            if file_hashes(kept) != entry.files:
+            if file_hashes(kept, FILES) != entry.files:
                 raise FileError(kept, f"is not what was handed in on {entry.day}: its SHA-256 differ from the log's")
             result = result_of(organiser, entry, kept, "hidden")
             write_result(result, organiser.results("hidden"), organiser.record("hidden"))
@@ -269,11 +241,6 @@ def _copy(path: Path, copy: Path) -> None:
             raise FileError(path, f"is not a plain file of at most {MOST_BYTES >> 20} MB; hand in the file itself")
         with copy.open("wb") as target:
             shutil.copyfileobj(source, target)
-
-
-def file_hashes(folder: Path) -> dict[str, str]:
-    """File → SHA-256 of every file of a submission."""
-    return {name: file_sha256(folder / name) for name in FILES if (folder / name).is_file()}
 
 
 def digest_of_answers(submission: Path, dataset: Dataset) -> str:

@@ -24,7 +24,7 @@ from vbbench.scoring.scorecard import known, summarise
 from vbbench_leaderboards.results.boards import SINGLE_PRECISION
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import read_datasets, read_results, record_paths, result_paths
-from vbbench_leaderboards.results.result import Result, history_faults, table_hashes
+from vbbench_leaderboards.results.result import Result, file_hashes, history_faults
 
 ROUNDING = 1e-6
 TOLERANCE, SINGLE_TOLERANCE = 1e-6, 1e-4
@@ -145,7 +145,7 @@ def _unmatched(results: Sequence[Result], named: Iterable[Path], datasets: dict[
 def _made_of(folder: Path, results: Sequence[Result]) -> list[Result]:
     """The results that a submission's tables gave."""
     try:
-        own = table_hashes(folder), SubmissionInfo.read(folder)
+        own = file_hashes(folder), SubmissionInfo.read(folder)
     except VbbenchError:
         return []
     key = own[0], own[1].dataset, own[1].protocol

@@ -35,13 +35,7 @@ from vbbench.solving import solve
 from vbbench.solving.provenance import source_digest
 from vbbench.solving.submissions import declared_facts
 from vbbench_leaderboards.checks.checking import drift, record_faults
-from vbbench_leaderboards.results.boards import (
-    REFERENCES,
-    BoardSource,
-    bundled_solvers,
-    chosen_sources,
-    is_diagnostic,
-)
+from vbbench_leaderboards.results.boards import REFERENCES, BoardSource, chosen_sources, is_diagnostic
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, write_dataset
 from vbbench_leaderboards.results.folder import dataset_folder, result_paths, submission_folder
 from vbbench_leaderboards.results.result import About, Board, Result, read_result, write_result
@@ -119,7 +113,7 @@ class Rerun:
         Raises VbbenchError if a name is unknown, or the sources of a named split are missing; others are omitted with a
         message.
         """
-        chosen, sources = [*(solvers or bundled_solvers())], chosen_sources(splits, tiers)
+        chosen, sources = [*(solvers or sorted(REFERENCES))], chosen_sources(splits, tiers)
         for name in chosen:
             load("solver", name)
         for name in tiers:
@@ -166,10 +160,8 @@ class Rerun:
 
     def dataset(self, source: BoardSource) -> Dataset:
         """The dataset of a split and tier's boards; what is whole there and of the same code is kept."""
-        folder, options = (
-            dataset_folder(self.room, source.split, source.tier),
-            source.options(self.seed or 0, self.root),
-        )
+        folder = dataset_folder(self.room, source.split, source.tier)
+        options = source.options(self.seed or 0, self.root)
         make = partial(generate, source.split, folder, options, jobs=self.jobs, overwrite=True)
         self._make(folder, f"{code_of('generator', source.split)} {options}", make)
         return Dataset(folder)
@@ -177,7 +169,7 @@ class Rerun:
     def submission(self, dataset: Dataset, board: Board, solver: str) -> Path:
         """A solver's submission to a board; what is whole there and of the same code is kept."""
         folder = submission_folder(self.room, board, solver)
-        apart = solver not in bundled_solvers() or not (self.together or is_diagnostic(board))
+        apart = solver not in REFERENCES or not (self.together or is_diagnostic(board))
         make = partial(solve, dataset, solver, board.protocol, folder, fresh_processes=apart, overwrite=True)
         self._make(folder, f"{code_of('solver', solver)} {dataset.info.id}{' in fresh processes' * apart}", make)
         return folder
@@ -214,8 +206,12 @@ class Rerun:
         moved = isinstance(kept, BoardDataset) and kept.id != record.id
         for one in fresh:
             old = self._kept(one.path, read_result)
-            moved = moved or (isinstance(old, Result) and old.dataset != one.dataset)
-            found[one.path] = [old] if isinstance(old, str) else _result_differences(old, one, runs)
+            if isinstance(old, str):
+                found[one.path] = [old]
+                continue
+            elsewhere = old.dataset != one.dataset
+            moved = moved or elsewhere
+            found[one.path] = disagreements(old, one, runs) if elsewhere else drift(old, one)
         drifted = any(found.values())
         strangers = self._strangers(record, found) if drifted and self.update and moved else []
         if drifted and self.update and not strangers:
@@ -289,10 +285,6 @@ def _record_differences(kept: BoardDataset | str, fresh: BoardDataset, dataset: 
         if abs(after - before) > COUNTS * before:
             found.append(f"$.counts.{name}: was {before:.6g}, is {after:.6g}")
     return found
-
-
-def _result_differences(kept: Result, fresh: Result, runs: int) -> list[str]:
-    return drift(kept, fresh) if kept.dataset == fresh.dataset else disagreements(kept, fresh, runs)
 
 
 def disagreements(kept: Result, fresh: Result, comparisons: int) -> list[str]:

@@ -171,11 +171,6 @@ SINGLE_PRECISION = ("vb-former",)
 """Solvers that count with 24 bits."""
 
 
-def bundled_solvers() -> list[str]:
-    """Names of the solvers that come with vbbench and stand on its boards."""
-    return sorted(REFERENCES)
-
-
 SIMULATED = ("sim", "street", "demo")
 """Splits that are made of no recording."""
 

@@ -114,11 +114,9 @@ def read_datasets(*folders: Path, unusable: list[FileError] | None = None) -> Re
                     raise FileError(folder / path, f"holds the record that belongs in {record.path}; move it there")
                 first = records.setdefault((record.split, record.tier), record)
                 if record.id != first.id:
-                    raise FileError(
-                        folder / path,
-                        f"is of dataset {record.id}, results of {first.id} stand next to it; they cannot be on one "
-                        "page, name one folder with --results",
-                    )
+                    others = f"is of dataset {record.id}, results of {first.id} stand next to it"
+                    way_out = "they cannot be on one page, name one folder with --results"
+                    raise FileError(folder / path, f"{others}; {way_out}")
     return dict(sorted(records.items()))
 
 
@@ -144,8 +142,6 @@ def _is_placed(result: Result, records: Records, folder: Path, path: Path) -> bo
     if record is None:
         raise FileError(folder / path, f"has no dataset record {its_path}; add the result again, which writes it")
     if result.dataset != record.id:
-        raise FileError(
-            folder / path,
-            f"$.dataset.id: is {result.dataset}, everything on this board is made on {record.id}; {record.advice}",
-        )
+        wanted = f"everything on this board is made on {record.id}; {record.advice}"
+        raise FileError(folder / path, f"$.dataset.id: is {result.dataset}, {wanted}")
     return True

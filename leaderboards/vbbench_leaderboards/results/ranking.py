@@ -23,7 +23,7 @@ from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import capped_figures
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC, HEADLINE_PROTOCOL
 from vbbench_leaderboards.results.folder import Boards
-from vbbench_leaderboards.results.result import Board, Result
+from vbbench_leaderboards.results.result import Board, Interval, Result
 
 LEVEL = 0.05
 
@@ -95,38 +95,10 @@ class Ranking:
     pairs: tuple[Pair, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Contrasts:
-    """Every two solvers of a board.
-
-    Parameters
-    ----------
-    solvers : their names.
-    sequences : [N] numbers of the sequences.
-    figures : [solvers, N, metrics] capped errors, NaN where there is none; metrics in the order of `METRICS`.
-    pairs : (a, b), numbers of solvers with a < b → metric → their difference, its p-value for this pair alone.
-    """
-
-    solvers: tuple[str, ...]
-    sequences: IntArray
-    figures: FloatArray
-    pairs: dict[tuple[int, int], dict[str, Pair]]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Headline:
-    """A result's figure by which a metric ranks: the capped mean, with its 95 % interval; ``None`` = there is none."""
-
-    value: float | None
-    low: float | None
-    high: float | None
-
-
-def headline(result: Result, metric: str) -> Headline:
-    """The ranking figure of a metric."""
+def headline(result: Result, metric: str) -> Interval:
+    """The figure by which a metric ranks."""
     figures = summary(result, metric)
-    low, high = figures["capped_ci95"]
-    return Headline(value=figures["capped"], low=low, high=high)
+    return Interval(figures["capped"], *figures["capped_ci95"])
 
 
 def ranking_figure(result: Result) -> float:
@@ -233,15 +205,17 @@ def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
     return places
 
 
-def contrasts(results: Sequence[Result]) -> Contrasts:
-    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions."""
-    names = tuple(result.solver for result in results)
-    sequences, figures, timeline = capped_errors(results)
+def contrasts(results: Sequence[Result]) -> dict[tuple[int, int], dict[str, Pair]]:
+    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions.
+
+    (a, b), numbers of results with a < b → metric → their difference, its p-value for this pair alone.
+    """
+    names, (_, figures, timeline) = [result.solver for result in results], capped_errors(results)
     pairs = {}
     for a, b in combinations(range(len(names)), 2):
         own = _pairs([(names[a], names[b])] * len(METRICS), timeline, figures[a] - figures[b])
         pairs[a, b] = dict(zip(METRICS, own, strict=True))
-    return Contrasts(solvers=names, sequences=sequences, figures=figures, pairs=pairs)
+    return pairs
 
 
 def leading_rows(results: Boards, boards: Sequence[Board], *, late: bool) -> dict[str, Mapping[Board, Result]]:

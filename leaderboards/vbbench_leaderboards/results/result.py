@@ -6,11 +6,11 @@ A *board* is a split, a tier and a protocol: the table in which solvers stand ne
 
 import datetime
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -42,14 +42,13 @@ Delay = int | Literal["offline"]
 NOBODY_YET = "your name"
 """The authors that the template and examples name; nobody may hand them in."""
 
-NEEDED = ("authors", "trained_on", "tuned_on")
-"""What every row must declare."""
-
-_MISSING = {
+NEEDED = {
     "authors": "who made the solver",
     "trained_on": "what the solver was trained on ('nothing' is an answer)",
     "tuned_on": "what the solver was tuned on by hand ('nothing' is an answer)",
 }
+"""What every row must declare."""
+
 _CODE = re.compile(r"(https?://[^\s<>\"']{1,492})?")
 
 LARGEST_FIGURE = 10 * LARGEST
@@ -58,8 +57,13 @@ LARGEST_FIGURE = 10 * LARGEST
 DIGITS = 8
 """Of an earlier figure in a file, which is kept to be seen, not to be computed with."""
 
-Interval = tuple[float | None, float | None, float | None]
-"""A capped mean with the low and the high end of its 95 % interval; ``None`` = there is none."""
+
+class Interval(NamedTuple):
+    """A capped mean with the ends of its 95 % interval; ``None`` = there is none."""
+
+    value: float | None
+    low: float | None
+    high: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,15 +113,11 @@ class About:
         facts |= {field.name: getattr(info, field.name) for field in fields(About) if hasattr(info, field.name)}
         facts |= {name: value for name, value in given.items() if value not in ("", None)}
         if facts["delay"] is None:
-            raise VbbenchError(
-                "a row must state whether the solver is causal: give `delay`, frames that an answer comes after its "
-                f"own (0 for none), or '{OFFLINE}'; or write it into submission.json"
-            )
-        for name in NEEDED:
+            how = f"frames that an answer comes after its own (0 for none), or '{OFFLINE}'; or write it into"
+            raise VbbenchError(f"a row must state whether the solver is causal: give `delay`, {how} submission.json")
+        for name, words in NEEDED.items():
             if not facts[name].strip():
-                raise VbbenchError(
-                    f"a row must state {_MISSING[name]}: give `{name}`, or write it into submission.json"
-                )
+                raise VbbenchError(f"a row must state {words}: give `{name}`, or write it into submission.json")
         about = About(**facts)
         if not _CODE.fullmatch(about.code):
             raise VbbenchError(f"`code` {about.code} is not an address; give one that begins with https:// or http://")
@@ -162,13 +162,13 @@ class Past:
     @staticmethod
     def of(score: Mapping[str, Any], **facts: str) -> "Past":
         """The entry of a score, as ``vbbench score --json`` prints it; ``facts`` are the other parameters."""
-        summaries = {**score["metrics"], **score["drift"]}
-        return Past(**facts, capped={name: (one["capped"], *one["capped_ci95"]) for name, one in summaries.items()})
+        found = {**score["metrics"], **score["drift"]}.items()
+        return Past(**facts, capped={name: Interval(one["capped"], *one["capped_ci95"]) for name, one in found})
 
     @staticmethod
     def read(values: Mapping[str, Any]) -> "Past":
         """An entry of a file of the right form."""
-        return Past(**{**values, "capped": {name: tuple(ends) for name, ends in values["capped"].items()}})
+        return Past(**{**values, "capped": {name: Interval(*ends) for name, ends in values["capped"].items()}})
 
     def values(self) -> dict[str, Any]:
         """The entry as the file has it."""
@@ -296,7 +296,7 @@ class Result:
             seed=data.seed,
             package_version=__version__,
             hardware=info.hardware,
-            submission=table_hashes(submission),
+            submission=file_hashes(submission),
             score={**score.values(), "solver": solver},
             per_sequence=replace(own, figures={n: v.astype("f4").astype("f8") for n, v in own.figures.items()}),
         )
@@ -367,9 +367,12 @@ def _history(old: Values, present: Past) -> tuple[Past, ...]:
     return grown([*map(Past.read, old.get("history", ()))], past, present)
 
 
-def table_hashes(submission: Path) -> dict[str, str]:
-    """File name → SHA-256 of a submission's tables."""
-    names = (f"{table}.{kind}" for table in ("poses", "positions") for kind in ("parquet", "csv"))
+TABLES = tuple(f"{table}.{kind}" for table in ("poses", "positions") for kind in ("parquet", "csv"))
+"""The files that a submission's tables may be in."""
+
+
+def file_hashes(submission: Path, names: Iterable[str] = TABLES) -> dict[str, str]:
+    """File name → SHA-256 of those files of a submission that there are."""
     return {name: file_sha256(submission / name) for name in names if (submission / name).is_file()}
 
 

@@ -44,6 +44,9 @@ COUNTS = ("sequence", "scene", "first_frame", "last_frame", "frames", "positions
 LARGEST_COUNT = 10**9
 """The largest number of anything."""
 
+SOLVER_NAME, SPLIT_NAME = r"[A-Za-z0-9][A-Za-z0-9._+-]{0,39}", r"[a-z0-9][a-z0-9-]{0,39}"
+"""Expressions for names: of solvers and teams, of splits and challenges."""
+
 _PLAIN = r"[^\x00-\x1f\x7f\ud800-\udfff]"
 _LINE = rf"^{_PLAIN}*\Z"
 _FILLED = rf"^{_PLAIN}*[^\x00-\x20\x7f\ud800-\udfff]{_PLAIN}*\Z"
@@ -56,8 +59,8 @@ WebAddress = Annotated[str, Meta(max_length=500, pattern=r"^(https?://[^\s<>\"'\
 Day = Annotated[str, Meta(pattern=r"^[0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])\Z")]
 Sha256 = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z")]
 DatasetId = Annotated[str, Meta(pattern=r"^[0-9a-f]{16}\Z")]
-SolverName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._+-]{0,39}\Z")]
-SplitName = Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9-]{0,39}\Z")]
+SolverName = Annotated[str, Meta(pattern=rf"^{SOLVER_NAME}\Z")]
+SplitName = Annotated[str, Meta(pattern=rf"^{SPLIT_NAME}\Z")]
 TierName = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}\Z")]
 ProtocolId = Annotated[str, Meta(pattern=rf"^({'|'.join(PROTOCOLS)})/[1-9][0-9]*\Z")]
 Count = Annotated[int, Meta(ge=0, le=LARGEST_COUNT)]
@@ -130,27 +133,29 @@ class ScoreForm(Form, kw_only=True):
     truth: Literal["poses", "relative"] | UnsetType = UNSET
 
 
-class BlockForm(Form):
-    """Columns of numbers as text; see `encode`."""
+class ResultBlockForm(Form):
+    """Counts and metrics of every scored sequence: columns of numbers as text; see `encode`."""
 
     columns: list[str]
     rows: Annotated[int, Meta(ge=1, le=10**6)]
     encoding: Literal[ENCODING]  # type: ignore[valid-type]
     data: Annotated[str, Meta(pattern=r"^[A-Za-z0-9+/]+=*\Z")]
 
-
-class ResultBlockForm(BlockForm):
-    """Counts and metrics of every scored sequence."""
-
     def __post_init__(self) -> None:
-        _check_columns(self.columns, (*COUNTS, *METRICS))
+        if self.columns != self.wanted():
+            raise ValueError(f"Expected the columns {', '.join(self.wanted())}")
+
+    def wanted(self) -> list[str]:
+        """The names of the columns."""
+        return [*COUNTS, *METRICS]
 
 
-class RecordBlockForm(BlockForm):
+class RecordBlockForm(ResultBlockForm):
     """Counts of every sequence that a protocol scores."""
 
-    def __post_init__(self) -> None:
-        _check_columns(self.columns, COUNTS[:6])
+    def wanted(self) -> list[str]:
+        """The names of the columns."""
+        return [*COUNTS[:6]]
 
 
 class PastForm(Form):
@@ -274,11 +279,6 @@ def _result_form(*parts: tuple[tuple[str, bool], ...]) -> type[Form]:
     score = defstruct("MetricScoreForm", list(zip(PARTS, forms, strict=True)), bases=(ScoreForm,), kw_only=True)
     form: type[Form] = defstruct("ScoredResultForm", [("score", score)], bases=(ResultForm,), kw_only=True)  # type: ignore[assignment]
     return form
-
-
-def _check_columns(columns: list[str], wanted: tuple[str, ...]) -> None:
-    if columns != list(wanted):
-        raise ValueError(f"Expected the columns {', '.join(wanted)}")
 
 
 def _check_seed(seed: int | None, place: str) -> None:
@@ -406,12 +406,9 @@ def _check(values: Values, kind: Kind, path: Path) -> None:
     """Raise FileError at the first fault; another format version explains all others and comes first."""
     version = values.get("format_version", FORMAT_VERSION)
     if version != FORMAT_VERSION:
-        raise FileError(
-            path,
-            f"$.format_version: is {quoted(version)}, this vbbench reads {FORMAT_VERSION}; make it again: "
-            "'vbbench leaderboard add' for your solver, 'vbbench leaderboard rerun --update' for those that "
-            "come with vbbench",
-        )
+        wrong = f"$.format_version: is {quoted(version)}, this vbbench reads {FORMAT_VERSION}; make it again"
+        how = "'vbbench leaderboard add' for your solver, 'vbbench leaderboard rerun --update' for those that come with"
+        raise FileError(path, f"{wrong}: {how} vbbench")
     try:
         msgspec.convert(values, form_of(kind))
     except UnicodeEncodeError as error:

@@ -18,7 +18,7 @@ from vbbench.table import Table, csv_text, latex_text, unmarked
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC
 from vbbench_leaderboards.results.dataset_record import BoardDataset
 from vbbench_leaderboards.results.folder import Boards, Records
-from vbbench_leaderboards.results.ranking import Place, Ranking, headline, rank_apart
+from vbbench_leaderboards.results.ranking import Place, Ranking, rank_apart, ranking_figure
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site.words import is_web_address
 
@@ -112,7 +112,7 @@ class ExportedBoard:
         return ExportedBoard(
             board=board,
             record=record,
-            results=tuple(sorted(results, key=_order)),
+            results=tuple(sorted(results, key=lambda one: (one.group, ranking_figure(one), one.solver))),
             places=(ranking or rank_apart(results)[HEADLINE_METRIC]).places,
         )
 
@@ -211,8 +211,3 @@ def exported_text(boards: Sequence[ExportedBoard], form: Format) -> str:
 def _how(result: Result) -> str:
     """Whether a solver is causal, and whether it saw recordings of the board."""
     return f"{result.about.timing}, {result.seen} on these recordings" if result.seen else result.about.timing
-
-
-def _order(result: Result) -> tuple[tuple[bool, bool], float, str]:
-    figure = headline(result, HEADLINE_METRIC).value
-    return result.group, float("inf") if figure is None else figure, result.solver

@@ -1,10 +1,11 @@
-"""The pages of the leaderboard: what they show, put in order once, and the templates that write it."""
+"""The site of the leaderboard: what its pages show, put in order once, and the templates that write it."""
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,9 @@ import numpy as np
 from jinja2 import Environment
 
 from vbbench import __version__
-from vbbench.errors import FileError
+from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.files.dataset_info import truth_sha256
+from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation.footage import FOOTAGE
 from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
@@ -30,15 +32,19 @@ from vbbench_leaderboards.results import boards as listed
 from vbbench_leaderboards.results import ranking
 from vbbench_leaderboards.results.boards import HEADLINE_METRIC, HEADLINE_PROTOCOL, is_diagnostic, is_headline
 from vbbench_leaderboards.results.dataset_record import BoardDataset
-from vbbench_leaderboards.results.folder import Boards, Records, published_dataset
-from vbbench_leaderboards.results.ranking import GROUPS, Place, Ranking, contrasts, grouped, headline
+from vbbench_leaderboards.results.folder import Boards, Records, published_dataset, read_datasets, read_results
+from vbbench_leaderboards.results.ranking import GROUPS, Place, Ranking, grouped, headline
 from vbbench_leaderboards.results.result import Board, Result
 from vbbench_leaderboards.site import words
-from vbbench_leaderboards.site.charts import colour_number, distribution, scatter
-from vbbench_leaderboards.site.export import DOWNLOADS, table_address
-from vbbench_leaderboards.site.words import decimals, drift_terms, error_terms, tiers
+from vbbench_leaderboards.site.charts import colour_number, colours_css, distribution, scatter
+from vbbench_leaderboards.site.export import DOWNLOADS, ExportedBoard, exported_text, table_address
+from vbbench_leaderboards.site.player import Films, write_player
+from vbbench_leaderboards.site.words import decimals, drift_terms, error_terms, provided, term_of, tiers
 
-TEMPLATES = Path(__file__).parent / "templates"
+TEMPLATES, _ASSETS = Path(__file__).with_name("templates"), Path(__file__).with_name("assets")
+
+SITE, MARKER = "site of 'vbbench leaderboard build'", ".vbbench-site"
+"""What a site is called in errors, and the file that marks one, which may be replaced; other folders must not be."""
 
 QUOTED_PROTOCOL = "one-step"
 """The protocol that the paper's figures agree with; its text describes ``sequential`` (docs/reproduce.md)."""
@@ -347,24 +353,25 @@ def comparison_values(site: Site, board: Board) -> dict[str, Any]:
 
     ``pairs`` are [number of A, number of B, metric → [A − B, low, high, p, sequences, won by A]].
     """
-    results = site.results[board]
-    found, caps = contrasts(results), get_protocol(board.protocol).caps
+    results, caps = site.results[board], get_protocol(board.protocol).caps
+    sequences, figures, _ = ranking.capped_errors(results)
     place = {metric: number for number, metric in enumerate(METRICS)}
     return {
-        "solvers": list(found.solvers),
-        "sequences": found.sequences.tolist(),
+        "solvers": [result.solver for result in results],
+        "sequences": sequences.tolist(),
         "metrics": {
             metric: {
                 "name": term.name,
                 "unit": term.unit,
                 "cap": caps.get(metric),
                 "capped": _short([result.score["metrics"][metric]["capped"] for result in results]),
-                "errors": [_short(map(finite_or_none, own[:, place[metric]].tolist())) for own in found.figures],
+                "errors": [_short(map(finite_or_none, own[:, place[metric]].tolist())) for own in figures],
             }
             for metric, term in error_terms().items()
         },
         "pairs": [
-            [a, b, {metric: _contrast(own[metric]) for metric in error_terms()}] for (a, b), own in found.pairs.items()
+            [a, b, {metric: _contrast(own[metric]) for metric in error_terms()}]
+            for (a, b), own in ranking.contrasts(results).items()
         ],
     }
 
@@ -411,3 +418,90 @@ def is_published(site: Site, board: Board) -> bool:
         return published_dataset(board.split, board.tier) == site.dataset(board).id
     except FileError:
         return False
+
+
+def build(out: Path, *results: Path, films: Films | None = None, docs: str = "") -> Site:
+    """Write the site of all results below the folders ``results`` into ``out``, and return what it shows.
+
+    A file that cannot be used is omitted, with a warning of its name and the reason.
+
+    Raises VbbenchError if ``out`` exists and is not a site, or if there are no usable results.
+
+    Parameters
+    ----------
+    results : folders of result files; the first counts if several hold the same result.
+    films : which sequences can be played; ``None`` for none.
+    docs : address of the documentation, to which the page leads; "" if it does not.
+    """
+    with WorkFolder(out, partial(check_made, out, SITE, MARKER)) as work:
+        unusable: list[FileError] = []
+        records = read_datasets(*results, unusable=unusable)
+        found = read_results(*results, records=records, unusable=unusable)
+        for error in unusable:
+            warnings.warn(VbbenchWarning(f"OMITTED from the site: {error}"), stacklevel=2)
+        if not found:
+            places = ", ".join(map(str, results))
+            raise VbbenchError(f"{places} holds no results that can be used; add one with 'vbbench leaderboard add'")
+        work.begin()
+        work.new.mkdir()
+        site = Site(
+            results=found,
+            datasets=records,
+            rankings={board: ranking.rank_apart(rows) for board, rows in found.items()},
+            playable=write_player(work.new, found, films),
+            docs=docs,
+        )
+        write_files(work.new, {MARKER: f"vbbench {__version__}\n"} | dict(site_files(site)))
+        work.publish()
+    return site
+
+
+def write_files(folder: Path, texts: dict[str, str]) -> None:
+    """Write texts by their path below a folder."""
+    for name, text in texts.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def site_files(site: Site) -> Iterator[tuple[str, str]]:
+    """Path below the site's folder, and text, of every file but the player's data."""
+    yield "index.html", front_page(site)
+    yield from assets().items()
+    for board in site.boards:
+        protocol, tier = term_of(words.PROTOCOLS, board.protocol).name, term_of(tiers(), board.tier).name
+        own = {
+            "key": board.key,
+            "split": board.split,
+            "protocol": board.protocol,
+            "tier": board.tier,
+            "title": site.title(board.split),
+            "words": f"{board.split}, {protocol}, {tier}",
+            "solvers": [{"name": one.solver, "colour": site.colours[one.solver]} for one in site.results[board]],
+            "playable": list(site.playable.get(board, ())),
+            "html": board_page(site, board),
+        }
+        yield f"data/{board.key}.js", provided(board.key, own)
+        key = f"pages/pairs/{board.key}"
+        yield f"data/{key}.js", provided(key, comparison_values(site, board))
+        leading = site.rankings[board][HEADLINE_METRIC]
+        exported = ExportedBoard.of(board, site.dataset(board), site.results[board], leading)
+        yield from ((table_address(board, form), exported_text([exported], form)) for form in DOWNLOADS)
+    for solver in site.solvers:
+        key = f"pages/solver/{solver}"
+        yield f"data/{key}.js", provided(key, {"name": solver, "html": solver_page(site, solver)})
+    yield from (
+        (source.address, source.text) for source in {one.address: one for one in site.sources.values()}.values()
+    )
+
+
+def assets() -> dict[str, str]:
+    """Styles and scripts by their path in a site."""
+    found = {f"assets/{path.name}": path.read_text("utf-8") for path in sorted(_ASSETS.iterdir())}
+    return found | {"assets/colours.css": colours_css()}
+
+
+def check_made(folder: Path, what: str, *markers: str) -> None:
+    """Raise VbbenchError if ``folder`` exists and lacks a file that marks what a command makes."""
+    if folder.exists() and not all((folder / marker).is_file() for marker in markers):
+        raise VbbenchError(f"{folder} exists and is not a {what}; choose another `out`")

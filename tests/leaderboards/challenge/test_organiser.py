@@ -7,13 +7,14 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from tests.lib.challenges import SECRET, TEXT, make_challenge, run_lines, vbbench
+from tests.lib.challenges import SECRET, TEXT, declared, run_lines, vbbench
 from tests.lib.made_results import made_results
 from vbbench.cli import all_commands, main
 from vbbench.cli.parsing import parse
@@ -30,11 +31,7 @@ from vbbench_leaderboards.results.folder import published_results, read_datasets
 from vbbench_leaderboards.site.pages import Site, again_lines, take_part_lines
 from vbbench_leaderboards.submitting import add, parse_board, try_solver
 
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_challenge(tmp_path_factory.mktemp("kit") / "tiny")
-
+Refused = Callable[..., str]
 
 MISTAKES = {
     "unknown key": ('title = "A tiny', 'titel = "A tiny', "unknown key 'titel'; did you mean 'title'?"),
@@ -70,21 +67,20 @@ def test_mistakes_in_the_file_are_named_with_file_and_key(name: str, tmp_path: P
     assert str(caught.value).startswith(str(tmp_path / "challenge.toml"))
 
 
-def test_the_starting_file_is_one_and_overwrites_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_starting_file_is_one_and_overwrites_nothing(tmp_path: Path, refused: Refused) -> None:
     assert vbbench("challenge", "new", tmp_path / "mine") == 0
     challenge = read_challenge(tmp_path / "mine")
     assert [phase.part for phase in challenge.phases] == ["public", "hidden"]
     words = shlex.split(challenge.data.command("--seed 1", "--out x"))[1:]
     parse(all_commands(), words)
     (tmp_path / "mine" / "challenge.toml").write_text(TEXT, encoding="utf-8")
-    assert vbbench("challenge", "new", tmp_path / "mine") == 2
-    assert "exists and may be yours" in capsys.readouterr().err
+    assert "exists and may be yours" in refused("challenge", "new", tmp_path / "mine")
 
 
-def test_options_that_cannot_be_are_told_with_the_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_options_that_cannot_be_are_told_with_the_file(tmp_path: Path, refused: Refused) -> None:
     (tmp_path / "challenge.toml").write_text(TEXT.replace("people", "peeple"), encoding="utf-8")
-    assert vbbench("challenge", "generate", tmp_path) == 2
-    assert "challenge.toml: [data]: --options: options of generate: unknown key 'peeple'" in capsys.readouterr().err
+    said = refused("challenge", "generate", tmp_path)
+    assert "challenge.toml: [data]: --options: options of generate: unknown key 'peeple'" in said
     assert not (tmp_path / "data").exists()
 
 
@@ -133,11 +129,8 @@ def test_sequences_that_share_a_moment_are_not_parted(made: Path) -> None:
 
 
 def test_the_bundle_has_no_truth_and_the_same_bytes_always(made: Path, tmp_path: Path) -> None:
-    room = shutil.copytree(made, tmp_path / "room")
-    if not (room / "data" / "README.md").exists():
-        (room / "data" / "README.md").write_text("A card.\n", encoding="utf-8")
     for name in ("one", "two"):
-        assert vbbench("challenge", "bundle", room, "--out", tmp_path / name, "--archive") == 0
+        assert vbbench("challenge", "bundle", made, "--out", tmp_path / name, "--archive") == 0
     files = {path.relative_to(tmp_path / "one"): path.read_bytes() for path in (tmp_path / "one").rglob("*.*")}
     assert files == {path.relative_to(tmp_path / "two"): path.read_bytes() for path in (tmp_path / "two").rglob("*.*")}
     assert (tmp_path / "one.zip").read_bytes() == (tmp_path / "two.zip").read_bytes()
@@ -151,41 +144,33 @@ def test_the_bundle_has_no_truth_and_the_same_bytes_always(made: Path, tmp_path:
 
 
 @pytest.mark.parametrize("spoil", ["truth", "seed"])
-def test_a_bundle_that_would_tell_is_not_made(
-    made: Path, tmp_path: Path, spoil: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    room = shutil.copytree(made, tmp_path / "room")
+def test_a_bundle_that_would_tell_is_not_made(room: Path, tmp_path: Path, spoil: str, refused: Refused) -> None:
+    data, truth = room / "tiny" / "data", room / "tiny" / "data.truth"
     if spoil == "truth":
-        shutil.copytree(room / "data.truth", room / "data" / "truth")
+        shutil.copytree(truth, data / "truth")
     else:
-        shutil.rmtree(room / "data")
-        generate("sim", room / "data", Options(limit=3, tier="noisy"))
-        shutil.rmtree(room / "data.truth")
-        shutil.move(room / "data" / "truth", room / "data.truth")
-    assert vbbench("challenge", "bundle", room, "--out", tmp_path / "out") == 2
-    assert "is not withheld" in capsys.readouterr().err
+        shutil.rmtree(data)
+        generate("sim", data, Options(limit=3, tier="noisy"))
+        shutil.rmtree(truth)
+        shutil.move(data / "truth", truth)
+    assert "is not withheld" in refused("challenge", "bundle", room / "tiny", "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_of_somebody_is_not_replaced(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_folder_of_somebody_is_not_replaced(made: Path, tmp_path: Path, refused: Refused) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "work.txt").write_text("years", encoding="utf-8")
-    assert vbbench("challenge", "bundle", made, "--out", tmp_path / "mine") == 2
-    assert "is not a bundle" in capsys.readouterr().err
-    assert vbbench("challenge", "generate", made) == 2
-    assert "may be the only copy" in capsys.readouterr().err
+    assert "is not a bundle" in refused("challenge", "bundle", made, "--out", tmp_path / "mine")
+    assert "may be the only copy" in refused("challenge", "generate", made)
 
 
 def test_what_a_participant_must_say_is_asked_for(
-    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    room: Path, refused: Refused, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    answer = shutil.copytree(made.parent / "cv", tmp_path / "answer")
-    facts = json.loads((answer / "submission.json").read_text("utf-8"))
-    (answer / "submission.json").write_text(json.dumps({**facts, "authors": "", "delay": None}), encoding="utf-8")
-    assert vbbench("challenge", "check", answer, "--challenge", made) == 2
-    assert "lacks authors, delay" in capsys.readouterr().err
-    (answer / "submission.json").write_text(json.dumps({**facts, "authors": "your name"}), encoding="utf-8")
-    assert vbbench("challenge", "check", answer, "--challenge", made) == 0
+    check = ["challenge", "check", declared(room / "cv", authors="", delay=None), "--challenge", room / "tiny"]
+    assert "lacks authors, delay" in refused(*check)
+    declared(room / "cv", authors="your name", delay=0)
+    assert vbbench(*check) == 0
     assert "but for its authors: say who you are in place of 'your name'" in capsys.readouterr().out
 
 
@@ -294,14 +279,11 @@ def test_a_trial_is_on_a_published_board(made: Path, tmp_path: Path) -> None:
         try_solver("cv", "sim/sequential", tmp_path)
 
 
-def test_texts_of_the_template_are_not_handed_out(
-    made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    room = shutil.copytree(made, tmp_path / "room")
+def test_texts_of_the_template_are_not_handed_out(room: Path, tmp_path: Path, refused: Refused) -> None:
     text = TEXT.replace('"Somebody"', '"Your laboratory"').replace("somebody@", "challenge@")
-    (room / "challenge.toml").write_text(text, encoding="utf-8")
-    assert vbbench("challenge", "bundle", room, "--out", tmp_path / "out") == 2
-    assert "challenge.toml: organisers, contact: as in the template" in capsys.readouterr().err
+    (room / "tiny" / "challenge.toml").write_text(text, encoding="utf-8")
+    said = refused("challenge", "bundle", room / "tiny", "--out", tmp_path / "out")
+    assert "challenge.toml: organisers, contact: as in the template" in said
     assert not (tmp_path / "out").exists()
 
 

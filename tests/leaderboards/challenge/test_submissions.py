@@ -13,38 +13,13 @@ import pandas as pd
 import pytest
 
 from tests.folders.test_locks import held
-from tests.lib.challenges import FACTS, make_challenge, memorised, on, run_lines, vbbench
+from tests.lib.challenges import FACTS, declared, memorised, on, run_lines, vbbench
 from vbbench.scoring import score
 from vbbench_leaderboards.challenge.organiser import Organiser, parts_of, read_log
 from vbbench_leaderboards.results.folder import read_results
 from vbbench_leaderboards.results.ranking import headline
 
 Refused = Callable[..., str]
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return make_challenge(tmp_path_factory.mktemp("made") / "tiny")
-
-
-@pytest.fixture
-def room(made: Path, tmp_path: Path) -> Path:
-    """A copy of the challenge and of the answers, to be spoilt."""
-    return shutil.copytree(made.parent, tmp_path / "room")
-
-
-@pytest.fixture
-def refused(capsys: pytest.CaptureFixture[str]) -> Refused:
-    """Runs a command that is refused, and gives what it says."""
-
-    def run(*words: object) -> str:
-        capsys.readouterr()
-        assert vbbench(*words) == 2
-        said = capsys.readouterr()
-        assert said.out == ""
-        return said.err
-
-    return run
 
 
 def accept(room: Path, answer: str | Path, team: str = "honest", date: str = "2026-12-02") -> list[object]:
@@ -70,9 +45,8 @@ def test_the_whole_story(
     run_lines([*organiser.challenge.unpacking_lines, *organiser.challenge.solving_lines])
     assert "ready for tiny" in capsys.readouterr().out
     honest = tmp_path / "away" / "tiny" / "mine" / "answer"
-    facts = json.loads((honest / "submission.json").read_text("utf-8"))
-    assert facts["authors"] == "your name"
-    (honest / "submission.json").write_text(json.dumps({**facts, "authors": "H. Onest"}), encoding="utf-8")
+    assert json.loads((honest / "submission.json").read_text("utf-8"))["authors"] == "your name"
+    declared(honest, authors="H. Onest")
     assert vbbench(*accept(room, honest)) == 0
     assert "6 of 12 sequences" in capsys.readouterr().out
 
@@ -115,7 +89,7 @@ def test_what_other_sequences_are_given_helps_nobody(room: Path, refused: Refuse
         words = ["--solver", solver, "--protocol", "sequential", "--out", room / out]
         assert vbbench("solve", room / "tiny" / "data", *words) == 0
     assert vbbench(*accept(room, "plain")) == 0
-    changed(room, "memory", authors="M. Allory", trained_on="nothing", tuned_on="nothing")
+    declared(room / "memory", authors="M. Allory", trained_on="nothing", tuned_on="nothing")
     assert "are the answers that honest handed in" in refused(*accept(room, "memory", "cheat"))
 
 
@@ -137,13 +111,6 @@ def test_a_part_is_scored_on_its_own_sequences_alone(room: Path) -> None:
     assert vbbench("leaderboard", "check", "--results", results) == 0
 
 
-def changed(room: Path, answer: str = "cv", **facts: Any) -> Path:
-    """An answer whose submission.json says something else."""
-    path = room / answer / "submission.json"
-    path.write_text(json.dumps({**json.loads(path.read_text("utf-8")), **facts}), encoding="utf-8")
-    return room / answer
-
-
 def spoilt(room: Path, table: str, change: Callable[[pd.DataFrame], object]) -> Path:
     """The answer of cv with a changed table."""
     path = room / "cv" / f"{table}.parquet"
@@ -155,12 +122,7 @@ def spoilt(room: Path, table: str, change: Callable[[pd.DataFrame], object]) -> 
 
 
 def put(row: int, column: str, value: float) -> Callable[[pd.DataFrame], object]:
-    return lambda rows: rows.isetitem(rows.columns.get_loc(column), _with(rows[column].to_numpy().copy(), row, value))
-
-
-def _with(values: Any, row: int, value: float) -> Any:
-    values[row] = value
-    return values
+    return lambda rows: rows.__setitem__(column, rows[column].where(np.arange(len(rows)) != row % len(rows), value))
 
 
 def linked(room: Path) -> Path:
@@ -171,18 +133,18 @@ def linked(room: Path) -> Path:
 
 
 SUBMISSIONS: dict[str, tuple[Callable[[Path], Path], str]] = {
-    "another dataset": (lambda room: changed(room, dataset="0" * 16), "answers dataset 0000000000000000; tiny is"),
-    "another protocol": (lambda room: changed(room, protocol="rollout"), "held under sequential"),
-    "gaps allowed": (lambda room: changed(room, failure_policy="hold"), "wants every answer"),
-    "nobody": (lambda room: changed(room, authors=""), "who made the solver"),
-    "the template's": (lambda room: changed(room, authors="your name"), "name who made the solver"),
-    "an unknown key": (lambda room: changed(room, score=0.0), "key 'score' is unknown"),
+    "another dataset": (
+        lambda room: declared(room / "cv", dataset="0" * 16),
+        "answers dataset 0000000000000000; tiny is",
+    ),
+    "another protocol": (lambda room: declared(room / "cv", protocol="rollout"), "held under sequential"),
+    "gaps allowed": (lambda room: declared(room / "cv", failure_policy="hold"), "wants every answer"),
+    "nobody": (lambda room: declared(room / "cv", authors=""), "who made the solver"),
+    "the template's": (lambda room: declared(room / "cv", authors="your name"), "name who made the solver"),
+    "an unknown key": (lambda room: declared(room / "cv", score=0.0), "key 'score' is unknown"),
     "NaN": (lambda room: spoilt(room, "poses", put(5, "x", np.nan)), "1 fault"),
     "absurd": (lambda room: spoilt(room, "positions", put(5, "y", 1e9)), "must be finite numbers within"),
-    "a row is missing": (
-        lambda room: spoilt(room, "poses", put(-1, "frame", 0)),
-        "the row is missing",
-    ),
+    "a row is missing": (lambda room: spoilt(room, "poses", put(-1, "frame", 0)), "the row is missing"),
     "a link to the truth": (linked, "is a link or cannot be read"),
     "no folder": (lambda room: room / "cv" / "poses.parquet", "is not a folder"),
 }
@@ -272,8 +234,8 @@ def test_copies_are_found_in_whatever_form(room: Path, refused: Refused) -> None
         if name == "poses":  # and a row that nobody asks for
             rows = pd.concat([rows, rows[rows.sequence == 0].tail(1).assign(frame=0)])
         rows.to_csv(disguise / f"{name}.csv", index=False)
-    facts = json.loads((room / "cv" / "submission.json").read_text("utf-8"))
-    (disguise / "submission.json").write_text(json.dumps({**facts, "solver": "mine"}), encoding="utf-8")
+    shutil.copy(room / "cv" / "submission.json", disguise)
+    declared(disguise, solver="mine")
     assert "are the answers that honest handed in" in refused(*accept(room, disguise, "cheat"))
     assert vbbench(*accept(room, "cv", date="2027-02-01")) == 0  # one's own counts in the next phase, too
 

@@ -20,7 +20,6 @@ from vbbench.cli import main
 from vbbench.registry import load, registered
 from vbbench_leaderboards.results.folder import read_datasets, read_results
 from vbbench_leaderboards.results.ranking import rank_apart
-from vbbench_leaderboards.site.building import build
 from vbbench_leaderboards.site.export import (
     DOWNLOADS,
     ExportedBoard,
@@ -30,6 +29,7 @@ from vbbench_leaderboards.site.export import (
     known_references,
     table_address,
 )
+from vbbench_leaderboards.site.pages import build
 
 ERRORS = np.random.default_rng(3).gamma(4.0, 0.02, 40)
 KEY = "hotel/sequential-field"

@@ -13,7 +13,7 @@ from PIL import Image
 
 from tests.generators.test_footage import FRAMES, known_as, made, photographed
 from tests.lib.answers import submit, true_answers
-from tests.lib.board_results import ABOUT
+from tests.lib.board_results import ABOUT, result
 from tests.lib.made_sequence import DT, MadeSequence, made_sequence
 from tests.lib.make_dataset import Crowd, write_dataset
 from tests.lib.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_estimate
@@ -22,14 +22,21 @@ from vbbench.errors import VbbenchError
 from vbbench.geometry import wrap_angle
 from vbbench.pictures.rendering import Backend
 from vbbench.scoring import score
-from vbbench.scoring.scorecard import PerSequence
 from vbbench.solver import Estimate
 from vbbench.solving import solve
 from vbbench_leaderboards.results.folder import dataset_folder, read_results, submission_folder
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.site.building import build
-from vbbench_leaderboards.site.clip import LARGEST, encode_clip, encode_estimate
-from vbbench_leaderboards.site.player import FOLDER, WIDTH, Films, choose_sequences, write_player
+from vbbench_leaderboards.site.pages import build
+from vbbench_leaderboards.site.player import (
+    FOLDER,
+    LARGEST,
+    WIDTH,
+    Films,
+    choose_sequences,
+    encode_clip,
+    encode_estimate,
+    write_player,
+)
 from vbbench_leaderboards.submitting import add
 
 Results = dict[Board, tuple[Result, ...]]
@@ -102,51 +109,25 @@ def test_students_with_three_solvers_are_small(people: int, frames: int) -> None
     assert sum(len(json.dumps(one)) for one in values) <= 30 * people * frames
 
 
-def result(board: Board, solver: str, errors: list[float]) -> Result:
-    count = np.arange(len(errors))
-    own = PerSequence(
-        sequence=count * 2,
-        scene=count,
-        first_frame=count,
-        last_frame=count + 9,
-        frames=count + 1,
-        positions=count + 1,
-        posed=count + 1,
-        placed=count + 1,
-        figures={name: np.array(errors) for name in ("dx", "dt")},
-    )
-    texts = dict.fromkeys(["version", "dataset", "package_version", "hardware"], "")
-    values = {"metrics": {"dx": {"mean": float(np.nanmean(errors))}}}
-    return Result(
-        board=board,
-        about=ABOUT,
-        camera="panorama",
-        seed=0,
-        solver=solver,
-        submission={},
-        score=values,
-        per_sequence=own,
-        **texts,
-    )
-
-
 NOISY = Board(split="made", tier="noisy", protocol="sequential")
 IDEAL = Board(split="made", tier="ideal", protocol="one-step")
 
 
 def test_the_best_and_the_worst_are_played_and_others_between() -> None:
-    errors = [0.5, 0.1, np.nan, 0.9, 0.3, 0.7, 0.2]
+    errors = np.array([0.5, 0.1, np.nan, 0.9, 0.3, 0.7, 0.2])
+    factors = {"a": 9.0, "b": 1.0, "c": 0.1}
     results = {
-        NOISY: tuple(result(NOISY, name, [e * f for e in errors]) for name, f in [("a", 9.0), ("b", 1.0), ("c", 0.1)]),
-        IDEAL: (result(IDEAL, "a", errors[::-1]),),
+        NOISY: tuple(result(name, factor * errors, board=NOISY) for name, factor in factors.items()),
+        IDEAL: (result("a", errors[::-1], board=IDEAL),),
     }
-    assert choose_sequences(results, 3, 100).tolist() == [2, 6, 8]
-    assert (
-        choose_sequences(results, 3, 100).tolist() == choose_sequences(dict(reversed(results.items())), 3, 100).tolist()
-    )
-    assert choose_sequences(results, 1, 100).tolist() == [2]
-    assert choose_sequences(results, 99, 100).tolist() == [0, 2, 6, 8, 10, 12]
-    assert choose_sequences(results, 99, 7).tolist() == [0, 2, 6]
+    for count, available, chosen in (
+        (3, 100, [1, 3, 4]),
+        (1, 100, [1]),
+        (99, 100, [0, 1, 3, 4, 5, 6]),
+        (99, 4, [0, 1, 3]),
+    ):
+        for order in (results, dict(reversed(results.items()))):
+            assert choose_sequences(order, count, available).tolist() == chosen
 
 
 @pytest.fixture(scope="module")
@@ -201,7 +182,7 @@ def test_the_site_gets_an_index_a_sequence_and_a_file_a_solver(work: Path, resul
 
 
 def test_nothing_is_played_of_what_is_not_there(work: Path, results: Results, tmp_path: Path) -> None:
-    assert write_player(tmp_path, {IDEAL: (result(IDEAL, "a", [1.0]),)}, Films(work=work)) == {}
+    assert write_player(tmp_path, {IDEAL: (result("a", np.ones(1), board=IDEAL),)}, Films(work=work)) == {}
     assert write_player(tmp_path, results, None) == {}
     assert not list(tmp_path.iterdir())
 
