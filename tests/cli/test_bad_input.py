@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.cli.test_cli import run
 from tests.lib.make_dataset import Crowd
 from tests.lib.mot_text import read_mot
 from tests.lib.tiny_board import tiny_dataset
@@ -62,11 +63,6 @@ class Stream(io.TextIOWrapper):
         super().__init__(io.BufferedWriter(Full()), encoding="ascii")
 
 
-def run(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
-    status = main([str(argument) for argument in arguments])
-    return status, capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("key", "value", "said"),
     [
@@ -97,7 +93,7 @@ def test_a_scenarios_numbers_have_ranges(
         read_scenario(path)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
-    status, error = run(capsys, "generate", "sim", "--options", f"scenario={path}", "--out", tmp_path / "out")
+    status, _, error = run(capsys, "generate", "sim", "--options", f"scenario={path}", "--out", tmp_path / "out")
     assert (status, error.count("\n")) == (2, 1)
     assert not (tmp_path / "out").exists()
 
@@ -180,7 +176,7 @@ def test_numbers_of_people_are_bounded(text: str) -> None:
     ],
 )
 def test_numbers_on_the_command_line(arguments: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    status, error = run(capsys, "generate", *arguments, "--out", tmp_path / "out")
+    status, _, error = run(capsys, "generate", *arguments, "--out", tmp_path / "out")
     assert (status, error.count("\n")) == (2, 1)
     assert len(error) < 6000
     assert "\x1b" not in error
@@ -284,14 +280,14 @@ def test_what_a_stranger_wrote_never_steers_the_terminal(
 
 @pytest.mark.parametrize("argument", ["caf\udce9", "a\0b", "mine:\udcff"])
 def test_arguments_are_text(capsys: pytest.CaptureFixture[str], argument: str, tmp_path: Path) -> None:
-    status, error = run(capsys, "solve", tmp_path, "--solver", argument, "--out", tmp_path / "out")
+    status, _, error = run(capsys, "solve", tmp_path, "--solver", argument, "--out", tmp_path / "out")
     assert (status, error.count("\n")) == (2, 1)
     assert "argument 4 is not UTF-8 text" in error
 
 
 def test_a_full_disk_behind_stdout(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stdout", Stream(errno.ENOSPC))
-    status, error = run(capsys, "splits")
+    status, _, error = run(capsys, "splits")
     assert (status, error) == (2, "vbbench: the output cannot be written: No space left on device\n")
 
 

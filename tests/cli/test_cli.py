@@ -51,19 +51,14 @@ def test_info_json_has_the_keys_of_the_contract(capsys: pytest.CaptureFixture[st
     assert keys | {"observations", "id"} <= set(json.loads(out))
 
 
-def test_score_json_has_the_keys_of_the_contract(
+def test_score_json_and_rows_of_a_solve_without_a_protocol(
     capsys: pytest.CaptureFixture[str], dataset: Path, submission: Path
 ) -> None:
     table = dataset.parent / "rows.csv"
     status, out, _ = run(capsys, "score", submission, "--dataset", dataset, "--json", "--per-sequence", table)
     assert status == 0
     result = json.loads(out)
-    top = {"dataset", "protocol", "solver", "sequences", "frames", "coverage", "seconds_per_frame", "metrics"}
-    assert top <= set(result)
     assert result["protocol"] == "sequential", "which solve takes by itself"
-    assert {"dr", "dt", "dx", "dx_rel"} <= set(result["metrics"])
-    keys = {"mean", "std", "ci95", "frame_mean", "frame_std", "median", "p95"}
-    assert all(keys <= set(metric) for metric in result["metrics"].values())
     assert result["coverage"] == 1.0
     assert len(table.read_text().splitlines()) == 21
 

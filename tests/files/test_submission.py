@@ -231,8 +231,6 @@ def test_a_check_lists_faults_and_ends_with_2(dataset, tmp_path, capsys):
 
 
 def test_validation_does_not_need_truth(dataset, tmp_path):
-    import shutil
-
     public = tmp_path / "public"
     shutil.copytree(dataset, public)
     shutil.rmtree(public / "truth")

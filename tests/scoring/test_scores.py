@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.lib.answers import submit, true_answers
@@ -11,6 +12,7 @@ from tests.lib.make_dataset import FALSE_ALARM, Crowd, write_dataset
 from tests.lib.slow_score import score_rows
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
+from vbbench.protocol import get_protocol
 from vbbench.scoring import score
 from vbbench.scoring.scored_rows import scored_rows
 
@@ -132,7 +134,8 @@ def test_false_alarms_are_not_scored_and_need_no_answer(tmp_path):
     assert FALSE_ALARM not in set(positions.track)
     result = score(submit(tmp_path / "without", tmp_path / "data", (poses, positions)), tmp_path / "data")
     alarm = poses[["sequence", "frame"]].assign(track=FALSE_ALARM, x=50.0, y=50.0)
-    both = submit(tmp_path / "with", tmp_path / "data", (poses, _concat(positions, alarm)))
+    marked = pd.concat([positions, alarm]).sort_values(["sequence", "frame", "track"])
+    both = submit(tmp_path / "with", tmp_path / "data", (poses, marked))
     assert score(both, tmp_path / "data").to_json() == result.to_json()
     assert result.frames > 0
 
@@ -150,8 +153,6 @@ def test_given_rows_are_not_scored_and_may_be_there(dataset, noisy, tmp_path):
 
 
 def test_scored_rows_leave_out_what_was_given(dataset):
-    from vbbench.protocol import get_protocol
-
     opened = Dataset(dataset)
     for protocol in map(get_protocol, ("sequential", "rollout")):
         rows = [set(zip(r.sequence, r.frame, r.track, strict=True)) for r in scored_rows(opened, protocol)]
@@ -168,12 +169,6 @@ def test_a_dataset_with_nothing_to_score_says_so(tmp_path):
     folder = submit(tmp_path / "answer", tmp_path / "data", true_answers(tmp_path / "data"))
     with pytest.raises(VbbenchError, match="no sequence has a frame to score"):
         score(folder, tmp_path / "data")
-
-
-def _concat(a, b):
-    import pandas as pd
-
-    return pd.concat([a, b]).sort_values(["sequence", "frame", "track"])
 
 
 SUMMARY = ["capped", "capped_ci95", "failure_rate", "median", "mean", "ci95", "std", "p95"]
