@@ -53,10 +53,6 @@ class Factors(NamedTuple):
         """[K] who is observed and expected."""
         return ~np.isnan(self.std + self.relative[:, 0])
 
-    def spread(self, times: float) -> "Factors":
-        """The same terms with standard deviations of motion that many times as large."""
-        return self._replace(std=self.std * times, walk_std=self.walk_std * times)
-
 
 class CrowdGraph(NamedTuple):
     """The interacting pairs and the strength of their potential.

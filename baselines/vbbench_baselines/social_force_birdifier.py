@@ -91,11 +91,8 @@ class SocialForceBirdifier(Birdifier):
         crowd = task._replace(pose=pose, factors=factors.of(near), rays=task.rays[near])
         self._crowd = crowd, alone[near], weights[near]
         positions[near] = self._interact(*self._crowd)
-        # The weighted squares that touch the energy at its minimum (see `reweighting.hpp`).
-        stray = np.hypot(*(pose - factors.walk)[:2]) / factors.walk_std
-        walk_std = factors.walk_std * (stray**2 + self.softness**2) ** 0.25
-        tangent = factors._replace(std=factors.std / np.sqrt(weights), walk_std=walk_std)
-        return Answer(pose, positions, factors.spread(EXPECTED_WEIGHT**-0.5), tangent)
+        wide = EXPECTED_WEIGHT**-0.5
+        return Answer(pose, positions, factors._replace(std=factors.std * wide, walk_std=factors.walk_std * wide))
 
     def _interact(self, task: Task, alone: FloatArray, weights: FloatArray) -> FloatArray:
         """The second stage: people's places [K, 2] given the pose, starting from each person's own optimum."""

@@ -16,7 +16,7 @@ from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines._core import fit_pose, localise, measure, pose_covariance, position_covariances
 from vbbench_baselines.cascade import VAGUE, Company, Factors, Heights, can_anchor, company, reanchor, select
 from vbbench_baselines.common.bearings import sight, usable
-from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray, add_drift
+from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
 from vbbench_baselines.common.facts import CASCADE
 from vbbench_baselines.common.motion import SURE, History, MeasuredPose, Spreads, newest_measured
@@ -45,19 +45,17 @@ class Task(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """The minimum of the energy, and two quadratic approximations there.
+    """The minimum of the energy, and its quadratic approximation.
 
     Attributes
     ----------
     pose, positions : [3], and [K, 2] of the chosen people.
     curved : terms with the energy's mean curvature, for covariances.
-    tangent : terms with the same minimum, for the energy around it.
     """
 
     pose: FloatArray
     positions: FloatArray
     curved: Factors
-    tangent: Factors
 
 
 @dataclass(kw_only=True)
@@ -252,8 +250,10 @@ class Birdifier(ABC):
         drifted = people.copy()
         self._drift.cover(sigma, drifted, answer.pose, localise(answer.pose, curved))
         drifted = np.where(history.position_given[2][:, None, None], people, drifted)
-        if history.cold:
-            add_drift(sigma, drifted, np.array(self._astray.variance))
+        if history.cold:  # people's velocities are independent in these covariances, which lack their common part
+            common = self._astray.variance * np.eye(2)
+            sigma[:2, :2] += common
+            drifted += common
         return {"pose_covariance": sigma, "position_covariances": drifted}
 
 
@@ -279,4 +279,4 @@ class ConstantVelocityBirdifier(Birdifier):
     def _minimise(self, task: Task) -> Answer:
         factors = task.factors
         pose = fit_pose(factors, task.facing) if np.isnan(task.pose[2]) else task.pose
-        return Answer(pose, localise(pose, factors), factors, factors)
+        return Answer(pose, localise(pose, factors), factors)
