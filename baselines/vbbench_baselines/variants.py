@@ -38,15 +38,11 @@ class Misinformed:
 
     def start(self, problem: Problem) -> None:
         """See `vbbench.solver.FrameSolver.start`."""
-        self.solver.start(_noisier(problem, self.times))
+        self.solver.start(replace(problem, pixel_std=self.times * problem.pixel_std))
 
     def step(self, frame: Frame) -> FrameEstimate:
         """See `vbbench.solver.FrameSolver.step`."""
         return self.solver.step(frame)
-
-
-def _noisier(problem: Problem, times: float) -> Problem:
-    return replace(problem, pixel_std=times * problem.pixel_std)
 
 
 Make = Callable[[], Any]

@@ -193,8 +193,8 @@ class GeneratedSamples:
             raise VbbenchError(f"{stop} sequences, windows of {frames} frames: both are 1 or more")
         if self._plan.info.tier == FOOTAGE:
             raise VbbenchError(f"{split} is footage: generate its folder, and read samples from that (FolderSamples)")
-        limits = [] if is_endless(self._plan) else [len(self._plan)]
-        self.size: int | None = min([*limits, *([] if stop is None else [stop])], default=None)
+        ends = (None if is_endless(self._plan) else len(self._plan), stop)
+        self.size: int | None = min((end for end in ends if end is not None), default=None)
 
     def __len__(self) -> int:
         if self.size is None:
