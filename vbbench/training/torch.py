@@ -98,6 +98,16 @@ class Feed:
             pin_memory=pin_memory,
         )
 
+    @property
+    def epoch(self) -> int:
+        """Epochs that have ended."""
+        return self._order.epoch
+
+    @property
+    def batch(self) -> int:
+        """Batches given of this epoch."""
+        return self._order.batch
+
     def __len__(self) -> int:
         """Batches of an epoch."""
         return len(self._order)
