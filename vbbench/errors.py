@@ -116,6 +116,15 @@ def user_mistakes() -> Iterator[None]:
 
 
 @contextmanager
+def mistakes_in(path: Path) -> Iterator[None]:
+    """Turn a ValueError or VbbenchError in the block, about what ``path`` says, into a FileError in the same words."""
+    try:
+        yield
+    except (ValueError, VbbenchError) as error:
+        raise FileError(path, str(error)) from error
+
+
+@contextmanager
 def plain_errors(path: Path, place: Path | None = None) -> Iterator[None]:
     """Turn system errors in the block into a FileError: ``path`` cannot be written.
 

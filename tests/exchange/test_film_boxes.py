@@ -151,8 +151,8 @@ def test_lines_from_a_damaged_one_on_are_made_again(tmp_path, damage):
     whole = find_boxes(film, tmp_path / "whole.txt", fps=10.0, detector=SQUARE)
     lines = kept.read_bytes().splitlines(keepends=True)
     kept.write_bytes(b"".join([*lines[:6], damage, *lines[7:]]))
-    with kept_detections(kept, key_of(film, TIRED, None)) as found:
-        assert len(found.found) == 5
+    with kept_detections(kept, key_of(film, TIRED, None)) as (found, _):
+        assert len(found) == 5
     find_boxes(film, out, fps=10.0, detector=SQUARE)
     assert out.read_bytes() == whole.path.read_bytes()
 

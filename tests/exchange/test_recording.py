@@ -22,7 +22,7 @@ from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.camera_file import read_camera
-from vbbench.exchange.own.recording import box_noise, files_in, read_recording
+from vbbench.exchange.own.recording import ASSUMED_NOISE, box_noise, files_in, read_recording
 from vbbench.exchange.own.timing import time_frames
 from vbbench.exchange.text_tables import Rows
 from vbbench.files.dataset import Dataset
@@ -284,7 +284,7 @@ def test_noise_is_measured_from_boxes(folder):
     assert read(folder).pixel_std == pytest.approx(6.0, rel=0.25)
     (folder / "camera.toml").write_text(f"pixel_std = 3.0\n{CAMERA_TOML}")
     assert read(folder).pixel_std == 3.0
-    assert box_noise(np.full((9, 2, 3), np.nan), 640.0, None) is None
+    assert box_noise(np.full((9, 2, 3), np.nan), 640.0, None) == ASSUMED_NOISE
 
 
 def read_split(source: Path, **asked) -> str:

@@ -69,9 +69,7 @@ class Grounded:
 def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     """The poses of a trajectory on the ground; the yaw is that of the body's forward axis projected to the ground.
 
-    Parameters
-    ----------
-    axes : a key of `AXES`, if they are known; otherwise they are inferred from the motion.
+    ``axes``, a key of `AXES`, are inferred from the motion unless they are known.
     """
     axes, orders = axes or (trajectory.axes if trajectory.axes in AXES else None), trajectory.rotations
     places, name = trajectory.places, trajectory.path.name
@@ -117,10 +115,9 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
         notes.append(f"{name}: in the axes of '{axes}' {found.climb:.0%} of the way leads up or down: is it '{axes}'?")
     aside = phase(found.heading or 1.0)
     if still and _BEND < abs(aside) <= _AHEAD:
-        way = (
-            f"its rotation never changes, and its path leads {np.degrees(abs(aside)):.0f}° to a side of where it looks"
-        )
-        notes.append(f"{name}: {way}; if nothing measured rotations, remove them: time x y z")
+        way = f"its path leads {np.degrees(abs(aside)):.0f}° to a side of where it looks"
+        advice = "if nothing measured rotations, remove them: time x y z"
+        notes.append(f"{name}: its rotation never changes, and {way}; {advice}")
     return Grounded(poses=found.poses, notes=tuple(notes))
 
 
@@ -179,11 +176,8 @@ class _Reading:
     def cost(self) -> float:
         """Misfit: 0 for an upright body that moves forward and rotates about the vertical."""
         aside = 0.0 if self.heading is None else 1.0 - self.heading.real
-        return (
-            aside
-            + float(np.mean(1.0 - np.cos(self.lean)))
-            + (1.0 - self.spin) * min(self.turned / _TURNED_STANDING, 1.0)
-        )
+        lean = float(np.mean(1.0 - np.cos(self.lean)))
+        return aside + lean + (1.0 - self.spin) * min(self.turned / _TURNED_STANDING, 1.0)
 
 
 def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, steps: IntArray) -> _Reading:
@@ -230,10 +224,8 @@ def _axes_of(name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _vertical(upwards: FloatArray, rights: FloatArray, moves: FloatArray) -> FloatArray:
     """The vertical [3]: the world's z if the body's up axis is near it, else the normal of all motion.
 
-    Parameters
-    ----------
-    upwards, rights : [N, 3] the body's up and right axes in the world; the latter stays level on the ground.
-    moves : [M, 3] directions of motion.
+    The body's axes ``upwards`` and ``rights`` [N, 3] and directions of motion ``moves`` [M, 3] are in the world; on the
+    ground ``rights`` stay level.
     """
     mean = upwards.mean(axis=0)
     length = float(np.linalg.norm(mean))
@@ -296,22 +288,20 @@ def _corners(places: FloatArray, reach: float) -> IntArray:
 
 def _along_path(trajectory: Trajectory, axes: str | None, why: str) -> Grounded:
     """Poses whose yaw is the direction of the path, over `_CHORD` m; it is held while the body stands."""
-    path, count = trajectory.path, len(trajectory)
-    axes = axes or _axes_of_path(trajectory)
+    path, count, axes = trajectory.path, len(trajectory), axes or _axes_of_path(trajectory)
     still = np.broadcast_to(np.eye(3), (count, 3, 3))
     places = _read_as(trajectory.places, still, "", axes, np.array([0])).poses[:, :2]
     rows = _corners(places, _CHORD)
     if len(rows) < 2:
-        raise FileError(
-            path, f"{why}, and no place is {_CHORD:g} m from the first: nothing gives the yaw; write qx qy qz qw"
-        )
+        problem = f"{why}, and no place is {_CHORD:g} m from the first"
+        raise FileError(path, f"{problem}: nothing gives the yaw; write qx qy qz qw")
     chords = np.diff(places[rows], axis=0)
     turns = wrap_angle(np.diff(np.arctan2(chords[:, 1], chords[:, 0])))
     if (np.abs(turns) > _CUSP).any():
         corner = int((np.abs(turns) > _CUSP).argmax()) + 1
         problem = f"{why}, and the path turns back by {np.degrees(abs(turns[corner - 1])):.0f}°"
-        problem = f"{problem}: places do not show if the camera turned; write qx qy qz qw"
-        raise trajectory.fault(int(rows[corner]), problem)
+        advice = "places do not show if the camera turned; write qx qy qz qw"
+        raise trajectory.fault(int(rows[corner]), f"{problem}: {advice}")
     at = np.searchsorted(rows, np.arange(count), side="right").clip(1, len(rows) - 1) - 1
     share = ((places - places[rows[at]]) * chords[at]).sum(axis=1) / (chords[at] ** 2).sum(axis=1)
     yaws = np.arctan2(*chords[0, ::-1]) + np.append(0.0, np.cumsum(turns))

@@ -75,14 +75,10 @@ def is_bag(path: Path) -> bool:
 
 @contextmanager
 def open_bag(path: Path, purpose: str) -> Iterator[Bag]:
-    """Open a bag: a file of ROS 1, or a folder of ROS 2.
+    """Open a bag: a file of ROS 1, or a folder of ROS 2; ``purpose`` begins the error without rosbags.
 
-    Raises
-    ------
-    MissingExtraError
-        If the package rosbags is not installed.
-    FileError
-        If it is no bag, or damaged, also while messages are read.
+    Raises MissingExtraError if the package rosbags is not installed, and FileError if it is no bag, or damaged, also
+    while messages are read.
     """
     with needs_extra("robot", purpose):
         from rosbags.rosbag1 import Reader as Reader1

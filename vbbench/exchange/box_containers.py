@@ -93,9 +93,8 @@ def _of_content(path: Path, content: bytes, picture: Picture) -> BoxTable:
 
 def _of_archive(path: Path, picture: Picture) -> BoxTable:
     with open_archive(path) as archive:
-        names = [
-            name for name in archive.names if "__MACOSX" not in name and not name.rpartition("/")[2].startswith(".")
-        ]
+        whole = [name for name in archive.names if "__MACOSX" not in name]
+        names = [name for name in whole if not name.rpartition("/")[2].startswith(".")]
         if "xl/workbook.xml" in names:
             raise FileError(path, "is an Excel workbook; save the sheet as CSV")
         lists = ("labels.txt", "obj.names", "classes.txt")
@@ -104,28 +103,26 @@ def _of_archive(path: Path, picture: Picture) -> BoxTable:
         tables = [name for name in names if name.lower().endswith((".txt", ".csv", ".tsv", ".json", ".parquet"))]
         tables = [name for name in tables if not name.lower().endswith(rest)]
         texts = [name for name in tables if name.endswith(".txt")]
+        found = [name for name in tables if name.endswith("gt/gt.txt")] or tables
         if texts and (len(texts) > 1 or len(tables) == 1) and _is_label(archive.read(texts[0])):
             table = _labels(path, {name: archive.read(name) for name in texts}, picture)
-        else:
-            found = [name for name in tables if name.endswith("gt/gt.txt")] or tables
-            if not found and any(name.endswith(".xml") for name in names):
-                raise FileError(path, f"holds {_XML}")
-            if len(found) != 1:
-                listed = ", ".join(map(quoted, (found or names)[:4]))
-                what = "several tables" if found else "no table of boxes"
-                raise FileError(path, f"holds {what}: {listed}; unpack it, and name the file of boxes")
+        elif len(found) == 1:
             table = _of_content(path / found[0], archive.read(found[0]), picture)
+        elif not found and any(name.endswith(".xml") for name in names):
+            raise FileError(path, f"holds {_XML}")
+        else:
+            listed = ", ".join(map(quoted, (found or names)[:4]))
+            what = "several tables" if found else "no table of boxes"
+            raise FileError(path, f"holds {what}: {listed}; unpack it, and name the file of boxes")
         return _with_names(table, archive.read(named)) if named else table
 
 
-def _with_names(table: BoxTable, content: bytes) -> BoxTable:
-    """The boxes with names of classes from a list, which starts at class 0 if the boxes have a class 0."""
-    return replace(table, class_names=_class_names(content, 0 if (table.classes == 0).any() else 1))
-
-
-def _class_names(content: bytes, first: int) -> dict[int, str]:
+def _with_names(table: BoxTable, content: bytes, first: int | None = None) -> BoxTable:
+    """The boxes with names of classes from a list, which starts at ``first``, or at class 0 if the boxes have it."""
+    first = (0 if (table.classes == 0).any() else 1) if first is None else first
     lines = content.decode("utf-8-sig", "replace").split("\n")
-    return {first + number: line.strip() for number, line in enumerate(lines) if line.strip()}
+    names = {first + number: line.strip() for number, line in enumerate(lines) if line.strip()}
+    return replace(table, class_names=names)
 
 
 def _is_label(content: bytes) -> bool:
@@ -141,37 +138,29 @@ def _is_label(content: bytes) -> bool:
 def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTable:
     """YOLO's labels: a file for each frame, with the number in its name."""
     lists = [name for name in files if Path(name).name in ("classes.txt", "labels.txt")]
-    names = {name: content for name, content in files.items() if name not in lists}
-    rows, frames = [], list[str]()
-    for name, content in names.items():
-        for line, text in enumerate(content.decode("utf-8", "replace").split("\n"), 1):
+    rows = list[tuple[str, list[str]]]()
+    for name in (name for name in files if name not in lists):
+        for line, text in enumerate(files[name].decode("utf-8", "replace").split("\n"), 1):
             cells = text.split()
-            if not cells:
-                continue
-            if not 5 <= len(cells) <= 7:
+            if cells and not 5 <= len(cells) <= 7:
                 problem = f"{len(cells)} columns, wanted class u v width height [score] [id]"
                 raise FileError(path / name, f"{problem}; polygons are not read, nor keypoints", line)
-            frames.append(name)
-            rows.append(cells)
+            rows += [(name, cells)] if cells else []
     if not rows:
         raise FileError(path, "holds no box")
     # Of scores and ids in the sixth and seventh cells one may be missing.
-    sixth = [(frame, cells[5]) for frame, cells in zip(frames, rows, strict=True) if len(cells) > 5]
-    whole = all(cell.isdigit() for _, cell in sixth) and not any(len(cells) == 7 for cells in rows)
-    names_of_rest = ("id",) if whole and len(set(sixth)) == len(sixth) else ("score", "id")
-    more = [dict(zip(names_of_rest, cells[5:], strict=False)) for cells in rows]
-    columns = ("class", "u_norm", "v_norm", "width_norm", "height_norm")
-    records = [
-        {"frame": name, **dict(zip(columns, cells, strict=False)), **rest}
-        for name, cells, rest in zip(frames, rows, more, strict=True)
-    ]
+    sixth = [(frame, cells[5]) for frame, cells in rows if len(cells) > 5]
+    whole = all(cell.isdigit() for _, cell in sixth) and not any(len(cells) == 7 for _, cells in rows)
+    rest = ("id",) if whole and len(set(sixth)) == len(sixth) else ("score", "id")
+    columns = ("frame", "class", "u_norm", "v_norm", "width_norm", "height_norm", *rest)
+    records = [dict(zip(columns, (frame, *cells), strict=False)) for frame, cells in rows]
     boxes = box_table(columns_of_records(path, records, NOUNS), picture, base=0)
-    loose = np.array([not rest.get("id") for rest in more])
+    loose = np.array([not record.get("id") for record in records])
     if loose.any() and not loose.all():
         note = f"{int(loose.sum())} of {len(loose)} boxes are dropped: they have no id"
         boxes = replace(boxes.select(~loose), notes=(note,))
-    class_names = _class_names(files[lists[0]], 0) if lists else {}
-    return replace(boxes, base=1, class_names=class_names)
+    boxes = replace(boxes, base=1)
+    return _with_names(boxes, files[lists[0]], 0) if lists else boxes
 
 
 def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
@@ -191,9 +180,8 @@ def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
     table = columns_of_records(path, records, NOUNS)
     if not table.columns.keys() & {"left", "right", "u", "width"}:
         listed = quoted(", ".join(table.header.names if table.header else ()))
-        raise FileError(
-            path, f"holds no boxes as objects with bbox, or left, top, width, height: {listed}; {_CSV}, or COCO"
-        )
+        problem = f"holds no boxes as objects with bbox, or left, top, width, height: {listed}"
+        raise FileError(path, f"{problem}; {_CSV}, or COCO")
     return replace(box_table(table, picture, base=0), base=first)
 
 

@@ -27,9 +27,7 @@ SAMPLE = 5000
 class Ids:
     """Numbers of tracks for the ids of a file: these ids, or 1, 2, … if they are texts or have 64 bits.
 
-    Parameters
-    ----------
-    originals : [K] ids of the tracks 1 to K, ascending; ``None`` where tracks have the ids of the file.
+    ``originals`` [K] are the ids of tracks 1 to K, ascending; ``None`` where tracks have the ids of the file.
     """
 
     originals: NDArray[Any] | None = None
@@ -148,11 +146,11 @@ def _tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
     if not texts:
         wrong = (ids != np.round(ids)) | (ids < 0)
         table.refuse(wrong, "id {0} is not a whole number from 0 on; give every box an id, or none", ids)
-    times = len(np.unique(table.frame))
-    if len(ids) >= FEWEST_ALONE and len(np.unique(ids)) == len(ids) and times > 1:
+    times, originals, many = len(np.unique(table.frame)), np.unique(ids), len(ids) >= FEWEST_ALONE
+    if many and len(originals) == len(ids) and times > 1:
         problem = f"no id occurs in two of {len(ids)} boxes: these are numbers of boxes, not of people"
         raise FileError(table.path, f"{problem}; remove the column to have boxes linked")
-    if len(ids) >= FEWEST_ALONE and (ids == ids[0]).all() and 2 * times <= len(ids):
+    if many and len(originals) == 1 and 2 * times <= len(ids):
         problem = f"all boxes have id {ids[0]}, several of them in one frame: is this column the class?"
         raise FileError(table.path, f"{problem} Then name the columns in a first line")
     if table.header is None and not texts:
@@ -161,10 +159,10 @@ def _tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
         table.refuse(ids > 2.0**53, "the id is {0:g}: digits are lost; write ids without point and exponent", ids)
     if not texts and ids.max() <= LARGEST_ID:
         return ids.astype(np.int64), AS_THEY_ARE, ()
-    originals = np.unique(ids if texts else ids.astype(np.int64))
-    named, count, first = Ids(originals), len(originals), quoted(str(originals[0]))
+    named, count = Ids(originals if texts else originals.astype(np.int64)), len(originals)
     kind = "texts" if texts else f"larger than {LARGEST_ID}"
-    note = f"ids are {kind}: in dataset and submission, tracks are numbered 1 to {count}, {first} is 1"
+    first = f"{quoted(str(named.of(np.ones(1, np.int64))[0]))} is 1"
+    note = f"ids are {kind}: in dataset and submission, tracks are numbered 1 to {count}, {first}"
     return named.tracks(ids), named, (note,)
 
 

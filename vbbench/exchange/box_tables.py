@@ -7,7 +7,7 @@ alone; in px, or, by the names, in shares of the picture. Without names columns 
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,69 +21,14 @@ from vbbench.geometry import BoolArray, FloatArray
 from vbbench.parsing.column_names import SHARES, UNITS, separator_of, split_cells
 from vbbench.parsing.numbers import parse_number
 
-UNKNOWN = -1
-"""The class of a box that has none; it counts as a person."""
 PEOPLE = frozenset(
     ("person", "persons", "people", "pedestrian", "pedestrians", "ped", "human", "humans", "man", "woman", "child")
 )
 """Names of classes of people."""
 RIVAL = 0.5
 """Boxes of class 1 per box of class 0 from which 0 need not be people, as it is in COCO."""
-
-
-def of_people(
-    path: Path, classes: NDArray[Any], given: int | str | None = None, names: Mapping[int, str] | None = None
-) -> tuple[BoolArray, str]:
-    """Mask [N] of boxes of people, and a text that counts the dropped boxes by class; empty without any.
-
-    Class 0 is people if it occurs, as in COCO; else class 1, as in MOTChallenge, whose ground truth has no class 0.
-
-    Parameters
-    ----------
-    classes : [N] numbers, `UNKNOWN` or NaN for none, or names.
-    given : the class of people, if the user states it.
-    names : of class numbers, if the file has them.
-    """
-    numbered = classes.dtype.kind in "if"
-    known = np.isfinite(classes) & (classes != UNKNOWN) if numbered else classes != ""
-    values, place, count = np.unique(classes[known], return_inverse=True, return_counts=True)
-    words = [(names or {}).get(int(one), f"{one:g}") if numbered else str(one) for one in values.tolist()]
-    counts = dict(zip(words, count.tolist(), strict=True))
-    kept = np.ones(len(classes), np.bool_)
-    if not counts:
-        return kept, ""
-    chosen = _chosen(path, counts, given)
-    kept[known] = np.array([word in chosen for word in words])[place]
-    rest = {word: count for word, count in counts.items() if word not in chosen}
-    return kept, f"{_listed(rest)} (people are class {' or '.join(sorted(chosen))})" if rest else ""
-
-
-def _chosen(path: Path, counts: Mapping[str, int], given: int | str | None) -> set[str]:
-    if given is not None:
-        chosen = {word for word in counts if word.lower() == str(given).strip().lower()}
-        if not chosen:
-            raise FileError(path, f"has no box of class {given}; it has {_listed(counts)}")
-        return chosen
-    named = {word for word in counts if PEOPLE & set(word.lower().replace(".", " ").split())}
-    if named:
-        return named
-    zero, one = counts.get("0", 0), counts.get("1", 0)
-    if zero and one <= RIVAL * zero:
-        return {"0"}
-    if one and not zero:
-        return {"1"}
-    problem = f"has {_listed(counts)}; people are class 0 in COCO, 1 in MOTChallenge"
-    raise FileError(path, f"{problem}; write which one is people: `person_class` N, or a name")
-
-
-def _listed(counts: Mapping[str, int]) -> str:
-    most = sorted(counts.items(), key=lambda one: -one[1])
-    shown = ", ".join(f"{count} of class {word}" for word, count in most[:6])
-    return f"{shown} and {len(most) - 6} other classes" if len(most) > 6 else shown
-
-
 UNLINKED = -1
-"""Track of an unlinked detection; class and visibility if they are unknown."""
+"""Track of an unlinked detection; class, which then counts as a person, and visibility if they are unknown."""
 NOUNS = (
     *("frame", "time", "id", "film", "left", "top", "right", "bottom", "u", "v", "width", "height"),
     *("class", "class_name", "score", "visible", "ignored"),
@@ -104,10 +49,7 @@ SIDES = {
 """What four numbers in one column or list are, by its names."""
 _FOUR = re.compile(rb"[\"']?[\[(]" + rb"[\s,]+".join([rb"\s*([-+.\deE]+)"] * 4) + rb"\s*[\])][\"']?")
 _KEYED = re.compile(rb"\{" + rb", ".join(b"'%s': ([^,}]+)" % name for name in (b"x1", b"y1", b"x2", b"y2")) + rb"\}")
-_SIDES = (
-    ("left", "right", "u", "width"),
-    ("top", "bottom", "v", "height"),
-)
+_SIDES = ("left", "right", "u", "width"), ("top", "bottom", "v", "height")
 _SIZES = ("left", "top", "width", "height")
 FEWEST_HIDDEN = 10
 """Where most of so many boxes have visibility 0, and others 1, it is not known; as many show their third column."""
@@ -197,43 +139,52 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
     if not len(table):
         raise FileError(table.path, "holds no row")
     table.refuse_films()
-    sides = [[name for name in names if name in table] for names in _SIDES]
-    corner = [("left", "right", "u"), ("top", "bottom", "v")]
-    size = [("width", "right", "height"), ("height", "bottom")]
-    refuse_missing(table, [("frame", "time"), corner[0], corner[1], size[1], *([] if "u" in sides[0] else [size[0]])])
+    wanted = [("frame", "time"), ("left", "right", "u"), ("top", "bottom", "v"), ("height", "bottom")]
+    refuse_missing(table, wanted if "u" in table else [*wanted, ("width", "right", "height")])
     across, down = (_axis(table, names, picture and picture[n]) for n, names in enumerate(_SIDES))
     if across is None and down is not None and "u" in table:
         middle = _px(table, "u", picture and picture[0])
         boxes = rectangles(np.stack([middle, down[0] + 0.5 * down[1], down[1]], axis=-1))
     elif across is None or down is None:
         shown = quoted(",".join(table.header.names if table.header else ()))
-        wanted = "left, top, width, height, two corners, or the middle and size of boxes"
-        raise FileError(table.path, f"its columns {shown} do not say where boxes are; wanted: {wanted}")
+        known = "left, top, width, height, two corners, or the middle and size of boxes"
+        raise FileError(table.path, f"its columns {shown} do not say where boxes are; wanted: {known}")
     else:
         boxes = np.stack([across[0], down[0], across[1], down[1]], axis=-1)
     if not SHARES.intersection(table.unit(noun) for names in _SIDES for noun in names):
         boxes -= [base, base, 0.0, 0.0]
-    stamps = table.scaled("time") if "frame" not in table else _stamps_of_frames(table)
-    frame = frame_numbers(table) if stamps is None else stamps
     scores = table.scaled("score")
-    if scores[scores < 0.0].tolist() == [UNLINKED] * int((scores < 0.0).sum()):
+    if (scores[scores < 0.0] == UNLINKED).all():
         scores[scores < 0.0] = np.nan
     # Scores of 1 and 0 alone are marks of rows that count or not, as in ground truth.
     flags = bool((scores == 1.0).any() and np.isin(scores[~np.isnan(scores)], (0.0, 1.0)).all())
     classes = _classes(table)
     if classes.dtype.kind in "if" and "class_name" in table and (table["class_name"] != "").any():
         classes = table["class_name"]
+    ignored = (table.numbers("ignored", 0.0) != 0.0) | (flags & (scores == 0.0))
+    return _with_frames(table, boxes, classes, scores, table.numbers("visible"), ignored=ignored, base=base)
+
+
+def _with_frames(
+    table: NamedColumns,
+    boxes: FloatArray,
+    classes: NDArray[Any],
+    scores: FloatArray,
+    visible: FloatArray,
+    **more: Any,
+) -> BoxTable:
+    """The boxes of a table with their frames and ids."""
+    stamps = _stamps_of_frames(table) if "frame" in table else table.scaled("time")
     return BoxTable(
         **vars(table),
-        frame=frame,
+        frame=frame_numbers(table) if stamps is None else stamps,
         boxes=boxes,
         id=table.columns.get("id", np.full(len(table), UNLINKED)),
         classes=classes,
         scores=scores,
-        visible=table.numbers("visible"),
-        ignored=(table.numbers("ignored", 0.0) != 0.0) | (flags & (scores == 0.0)),
-        base=base,
+        visible=visible,
         timed=stamps is not None,
+        **more,
     )
 
 
@@ -281,9 +232,8 @@ def _axis(table: NamedColumns, names: tuple[str, ...], picture: float | None) ->
     low, high, middle, size = names
     if low in table and high in table:
         begin, end = _px(table, low, picture), _px(table, high, picture)
-        table.refuse(
-            end <= begin, f"{high} is {{0:g}} and {low} {{1:g}}; is it the {size}? Then name it so", end, begin
-        )
+        problem = f"{high} is {{0:g}} and {low} {{1:g}}; is it the {size}? Then name it so"
+        table.refuse(end <= begin, problem, end, begin)
         return begin, end - begin
     if size not in table:
         return None
@@ -311,9 +261,8 @@ def _px(table: NamedColumns, noun: str, picture: float | None) -> FloatArray:
 def _classes(table: NamedColumns) -> NDArray[Any]:
     """[N] numbers or names of classes; raises FileError at the first name among numbers."""
     classes = table.columns.get("class", np.full(len(table), UNLINKED))
-    numbered = classes.dtype.kind in "if" or any(
-        parse_number(cell) is not None for cell in np.unique(classes[:: 1 + len(classes) // _LOOKED_AT]).tolist()
-    )
+    sample = np.unique(classes[:: 1 + len(classes) // _LOOKED_AT]).tolist()
+    numbered = classes.dtype.kind in "if" or any(parse_number(cell) is not None for cell in sample)
     return table.numbers("class", UNLINKED) if numbered and "class" in table else classes
 
 
@@ -328,38 +277,31 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
     scores, classes = _scores_and_classes(table)
     visible = table.numbers("visible", UNLINKED)
     last = table.numbers("last", UNLINKED) if table.columns.get("last", scores).dtype.kind in "if" else scores * 0.0
-    flags = bool(np.isin(scores, (0.0, 1.0, UNLINKED)).all())
+    flags, ten = bool(np.isin(scores, (0.0, 1.0, UNLINKED)).all()), len(table.columns) == 10
+    unknown = np.full(len(table), float(UNLINKED))
     if classes.dtype.kind in "if":
         no_class = ((classes != np.round(classes)) | (classes < UNLINKED)).any()
-        world = table.widest == 10 and not (_plain(visible) & _plain(last)).all()
+        world = ten and not (_plain(visible) & _plain(last)).all()
         if no_class or world or ((classes == 0) & (visible == 0) & (last == 0)).all():
-            classes, visible = np.full(len(table), UNLINKED), np.full(len(table), float(UNLINKED))
-    fraction, hidden = (visible > 0.0) & (visible < 1.0), visible == 0.0
-    if (
-        not fraction.any()
-        and hidden.any()
-        and (table.widest == 10 or not flags or (hidden.mean() >= 0.5 and len(table) >= FEWEST_HIDDEN))
-    ):
-        visible = np.full(len(table), float(UNLINKED))  # truncation, or the number of a detection
-    elif not flags and (visible > 1.0).any() and (visible == np.round(visible)).all():
-        visible = np.full(len(table), float(UNLINKED))
+            classes, visible = np.full(len(table), UNLINKED), unknown
+    hidden, fractions = visible == 0.0, ((visible > 0.0) & (visible < 1.0)).any()
+    mostly = hidden.mean() >= 0.5 and len(table) >= FEWEST_HIDDEN
+    truncated = hidden.any() and not fractions and (ten or not flags or mostly)
+    if truncated or (not flags and (visible > 1.0).any() and (visible == np.round(visible)).all()):
+        visible = unknown  # truncation, or the number of a detection
     counts = flags and ((scores == 1.0).any() or (visible != UNLINKED).any())
-    stamps = _stamps_of_frames(table)
-    frame = frame_numbers(table) if stamps is None else stamps
-    if table["id"].dtype.kind not in "if":
-        table.numbers("id")  # raises at the first one that is a word
-    return BoxTable(
-        **vars(table),
-        frame=frame,
-        boxes=boxes - [1.0, 1.0, 0.0, 0.0],
-        id=table["id"],
-        classes=classes,
-        scores=np.where(scores == UNLINKED, np.nan, scores) if counts or (scores != 0.0).any() else scores * np.nan,
-        visible=np.where(visible == UNLINKED, np.nan, visible),
+    found = _with_frames(
+        table,
+        boxes - [1.0, 1.0, 0.0, 0.0],
+        classes,
+        np.where(scores == UNLINKED, np.nan, scores) if counts or (scores != 0.0).any() else scores * np.nan,
+        np.where(visible == UNLINKED, np.nan, visible),
         ignored=np.asarray((scores == 0.0) & counts | (visible == 0.0)),
         base=1,
-        timed=stamps is not None or bool((frame != np.round(frame)).any()),
     )
+    if table["id"].dtype.kind not in "if":
+        table.numbers("id")  # raises at the first one that is a word
+    return replace(found, timed=found.timed or bool((found.frame != np.round(found.frame)).any()))
 
 
 def _scores_and_classes(table: NamedColumns) -> tuple[FloatArray, NDArray[Any]]:
@@ -384,9 +326,9 @@ def _refuse_class_as_left(table: NamedColumns, boxes: FloatArray) -> None:
     few = len(kinds) <= FEW_CLASSES and not (left % 1.0).any() and left.min() >= 0.0 and left.max() <= LAST_CLASS
     share = left.min() >= 0.0 and left.max() <= 1.0 and (left % 1.0).any()
     if (few and (rest % 1.0).any()) or (share and (np.abs(rest) > 1.5).any()):
-        what = "a score" if share else "a class"
-        problem = f"left would be {', '.join(f'{one:g}' for one in kinds[:3])} in all {len(left)} boxes: is it {what}?"
-        raise FileError(table.path, f"{problem} Then name the columns in a first line: frame,id,class,left,top,…")
+        shown, what = ", ".join(f"{one:g}" for one in kinds[:3]), "a score" if share else "a class"
+        problem = f"left would be {shown} in all {len(left)} boxes: is it {what}? Then name the columns in a first line"
+        raise FileError(table.path, f"{problem}: frame,id,class,left,top,…")
 
 
 def _plain(values: FloatArray) -> BoolArray:
@@ -395,17 +337,50 @@ def _plain(values: FloatArray) -> BoolArray:
 
 
 def people_in(table: BoxTable, person_class: int | str | None = None) -> tuple[BoolArray, tuple[str, ...]]:
-    """Mask [N] of boxes of people that are not ignored; and notes that count the others."""
-    counted = ~table.ignored
+    """Mask [N] of boxes of people that are not ignored; and notes that count the others, by class.
+
+    Class 0 is people if it occurs, as in COCO; else class 1, as in MOTChallenge, whose ground truth has no class 0.
+    The user may state the class of people, ``person_class``, by its number or name.
+    """
+    counted, classes = ~table.ignored, table.classes
     if not counted.any():
         raise FileError(table.path, f"all {len(counted)} boxes are marked as ignored: conf 0 or visibility 0")
-    people, others = of_people(table.path, table.classes[counted], person_class, table.class_names)
-    kept = counted.copy()
-    kept[counted] = people
-    marked = f"{int((~counted).sum())} marked as ignored (conf 0 or visibility 0)" if not counted.all() else ""
-    why = " and ".join(part for part in (others, marked) if part)
-    dropped = f"{int((~kept).sum())} of {len(kept)} boxes are dropped: {why}"
+    numbered = classes.dtype.kind in "if"
+    known = counted & (np.isfinite(classes) & (classes != UNLINKED) if numbered else classes != "")
+    values, place, count = np.unique(classes[known], return_inverse=True, return_counts=True)
+    words = [table.class_names.get(int(one), f"{one:g}") if numbered else str(one) for one in values.tolist()]
+    counts, kept, why = dict(zip(words, count.tolist(), strict=True)), counted.copy(), list[str]()
+    if counts:
+        chosen = _class_of_people(table.path, counts, person_class)
+        kept[known] = np.array([word in chosen for word in words])[place]
+        rest = {word: count for word, count in counts.items() if word not in chosen}
+        why += [f"{_listed(rest)} (people are class {' or '.join(sorted(chosen))})"] if rest else []
+    if not counted.all():
+        why += [f"{int((~counted).sum())} marked as ignored (conf 0 or visibility 0)"]
+    dropped = f"{int((~kept).sum())} of {len(kept)} boxes are dropped: {' and '.join(why)}"
     return kept, (dropped,) if why else ()
+
+
+def _class_of_people(path: Path, counts: Mapping[str, int], given: int | str | None) -> set[str]:
+    """The classes of people among those with boxes; raises FileError if the file does not show them."""
+    if given is not None:
+        chosen = {word for word in counts if word.lower() == str(given).strip().lower()}
+        if not chosen:
+            raise FileError(path, f"has no box of class {given}; it has {_listed(counts)}")
+        return chosen
+    named = {word for word in counts if PEOPLE & set(word.lower().replace(".", " ").split())}
+    zero, one = counts.get("0", 0), counts.get("1", 0)
+    numbered = {"0"} if zero and one <= RIVAL * zero else {"1"} if one and not zero else set[str]()
+    if not named and not numbered:
+        problem = f"has {_listed(counts)}; people are class 0 in COCO, 1 in MOTChallenge"
+        raise FileError(path, f"{problem}; write which one is people: `person_class` N, or a name")
+    return named or numbered
+
+
+def _listed(counts: Mapping[str, int]) -> str:
+    most = sorted(counts.items(), key=lambda one: -one[1])
+    shown = ", ".join(f"{count} of class {word}" for word, count in most[:6])
+    return f"{shown} and {len(most) - 6} other classes" if len(most) > 6 else shown
 
 
 def scores_as_shares(scores: FloatArray) -> FloatArray:

@@ -28,10 +28,9 @@ def export_csv(dataset: Dataset, out: Path | str) -> Path:
                 file.write((",".join(table.schema_arrow.names) + "\n").encode())
                 with csv.CSVWriter(file, table.schema_arrow, write_options=options) as writer:
                     for batch in table.iter_batches():
-                        floats = [pa.types.is_floating(column.type) for column in batch.columns]
                         columns = [
-                            pc.if_else(pc.is_nan(column), None, column) if is_float else column
-                            for column, is_float in zip(batch.columns, floats, strict=True)
+                            pc.if_else(pc.is_nan(column), None, column) if pa.types.is_floating(column.type) else column
+                            for column in batch.columns
                         ]
                         writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=batch.schema))
     return out

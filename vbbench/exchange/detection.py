@@ -17,10 +17,8 @@ from vbbench.registry import load
 class Detections:
     """The detections of one picture.
 
-    Parameters
-    ----------
-    boxes : [N, 4] (left, top, width, height) in px, 0 the picture's left and top edge.
-    scores : [N] from 0 to 1: approximate probability that a box is of a person.
+    ``boxes`` [N, 4] are (left, top, width, height) in px, 0 the picture's left and top edge; ``scores`` [N] from 0 to
+    1 are approximate probabilities that a box is of a person.
     """
 
     boxes: FloatArray

@@ -7,17 +7,16 @@ film and the detector. Each other line has the number of a picture, and its boxe
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError, plain_errors
-from vbbench.exchange.detection import NOBODY, Detections, Detector, TrackerFactory, make_detector, rows_of_tracks
+from vbbench.exchange.detection import NOBODY, Detections, TrackerFactory, make_detector, rows_of_tracks
 from vbbench.exchange.mot import write_mot
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
@@ -43,34 +42,12 @@ def key_of(film: Film, detector: str, period: float | None) -> str:
     return hashlib.sha256(repr(known).encode()).hexdigest()
 
 
-class KeptDetections:
-    """The open file of detections.
-
-    Attributes
-    ----------
-    found : detections of each picture so far.
-    """
-
-    def __init__(self, path: Path, file: IO[bytes], found: list[Detections]) -> None:
-        self.found = found
-        self._path, self._file = path, file
-
-    def add(self, seen: Detections) -> None:
-        """Append the detections of the next picture."""
-        rows = np.column_stack((seen.boxes, seen.scores)).tolist()
-        with plain_errors(self._path):
-            self._file.write(f"{json.dumps([len(self.found), rows])}\n".encode())
-        self.found.append(seen)
-
-    def remove(self) -> None:
-        """Delete the file, once the boxes are written."""
-        self._file.close()
-        self._path.unlink(missing_ok=True)
-
-
 @contextmanager
-def kept_detections(path: Path, key: str) -> Iterator[KeptDetections]:
-    """The detections of ``key`` in the file at ``path``, to be continued; none if it has another key."""
+def kept_detections(path: Path, key: str) -> Iterator[tuple[list[Detections], Callable[[Detections], None]]]:
+    """The detections of ``key`` that the file at ``path`` holds so far, by picture, and a function that adds the next.
+
+    There are none if the file has another key. It is deleted at the end, unless there is an error.
+    """
     first = json.dumps({_KIND: key})
     with plain_errors(path):
         lines = path.read_text("utf-8", "replace").splitlines(keepends=True) if path.exists() else []
@@ -80,8 +57,16 @@ def kept_detections(path: Path, key: str) -> Iterator[KeptDetections]:
         found = list(_read(whole))
         write_text_atomically(path, "".join([first + "\n", *whole[: len(found)]]))
         file = path.open("ab", buffering=0)
+
+    def add(seen: Detections) -> None:
+        rows = np.column_stack((seen.boxes, seen.scores)).tolist()
+        with plain_errors(path):
+            file.write(f"{json.dumps([len(found), rows])}\n".encode())
+        found.append(seen)
+
     with file:
-        yield KeptDetections(path, file, found)
+        yield found, add
+    path.unlink(missing_ok=True)
 
 
 def _read(lines: list[str]) -> Iterator[Detections]:
@@ -155,38 +140,31 @@ def find_boxes(
         raise VbbenchError(f"every must be at least 1 frame, not {every}")
     finder = make_detector(detector)
     factory: TrackerFactory = load("tracker", tracker)
-    with kept_detections(next_to(out, ".detections"), key_of(film, detector, period)) as kept:
-        _detect(film, finder, kept, period)
-        linking, detections = factory(dt=1.0 / rate, period=period), sum(len(one.scores) for one in kept.found)
-        found = [linking.step(one) for one in kept.found]
-        rows = rows_of_tracks(np.arange(len(found)), found)
+    with kept_detections(next_to(out, ".detections"), key_of(film, detector, period)) as (seen, add):
+        with progress_bar(film.frames, "detecting", unit="frame") as bar:
+            bar.update(len(seen))
+            for picture in islice(film.pictures(), len(seen), None):
+                add(finder.detect(picture, period))
+                bar.update()
+        linking, detections = factory(dt=1.0 / rate, period=period), sum(len(one.scores) for one in seen)
+        rows = rows_of_tracks(np.arange(len(seen)), [linking.step(one) for one in seen])
         _, column, count = np.unique(rows.track, return_inverse=True, return_counts=True)
         rows = rows.select((count[column] >= FEWEST_BOXES) & (rows.frame % every == 0))
-        if len(rows.frame):
+        if len(rows):
             write_mot(out, rows)
-        kept.remove()
-    if not len(rows.frame):
-        if not detections:
-            raise FileError(film.path, f"{detector} finds nobody in {len(found)} pictures; {NOBODY}")
+    if not detections and not len(rows):
+        raise FileError(film.path, f"{detector} finds nobody in {len(seen)} pictures; {NOBODY}")
+    if not len(rows):
         advice = "a better detector (--detector FILE.onnx) or a film with people nearer may help"
         raise FileError(film.path, f"{detector} finds {detections} boxes, and none of them lasts; {advice}")
     shown = np.unique(rows.frame)
     return FilmBoxes(
         path=out,
         dt=1.0 / rate,
-        frames=len(found),
+        frames=len(seen),
         first=int(shown[0]),
         step=int(np.gcd.reduce(np.diff(shown))) if len(shown) > 1 else 1,
         detections=detections,
-        boxes=len(rows.frame),
+        boxes=len(rows),
         tracks=len(np.unique(rows.track)),
     )
-
-
-def _detect(film: Film, finder: Detector, kept: KeptDetections, period: float | None) -> None:
-    """Detect people in the remaining pictures."""
-    with progress_bar(film.frames, "detecting", unit="frame") as bar:
-        bar.update(len(kept.found))
-        for picture in islice(film.pictures(), len(kept.found), None):
-            kept.add(finder.detect(picture, period))
-            bar.update()

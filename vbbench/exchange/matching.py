@@ -35,7 +35,8 @@ def match_boxes(
     """One-to-one assignment of the boxes of one frame with the largest total IoU.
 
     It first maximises the number of pairs that were ``paired`` before, then the IoU. Boxes are first cut to the
-    picture, since a detector need not find the part of a person outside it.
+    picture, since a detector need not find the part of a person outside it. The result is indices [P] into ``found``,
+    ascending, and [P] into ``true``.
 
     Parameters
     ----------
@@ -43,10 +44,6 @@ def match_boxes(
     camera : the camera of the picture.
     least : least IoU of a pair.
     paired : [N, M] mask of pairs in the frame before; none by default.
-
-    Returns
-    -------
-    Indices [P] into ``found``, ascending, and [P] into ``true``.
     """
     from scipy.optimize import linear_sum_assignment
 
@@ -68,7 +65,7 @@ def match_tracks(
     least: float = LEAST_OVERLAP,
     staying: bool = False,
 ) -> IntArray:
-    """The person behind each track in each frame.
+    """The person behind each track in each frame: ids [T, K], `NOBODY` where a track has no box or a false alarm.
 
     Parameters
     ----------
@@ -78,10 +75,6 @@ def match_tracks(
     least : as in `match_boxes`.
     staying : whether a track keeps its last person while their IoU is at least ``least``, as in the CLEAR metrics
         (Bernardin and Stiefelhagen 2008). With inexact boxes this avoids identity switches between neighbours.
-
-    Returns
-    -------
-    [T, K] person ids, `NOBODY` where a track has no box or its box is a false alarm.
     """
     persons = np.full(found.shape[:2], NOBODY, dtype=np.int64)
     last = np.full(found.shape[1], -1)
@@ -138,17 +131,15 @@ def frame_offset(
 
     def shared(later: int) -> FloatArray:
         there = (looked + later >= 0) & (looked + later < len(found))
-        people = expected(looked[there], later)
-        if own is None:  # those who are there, first
-            nobody = np.isnan(people[..., 3])
-            first = np.argsort(nobody, axis=1)[:, : int((~nobody).sum(axis=1).max(initial=0))]
-            people = np.take_along_axis(people, first[..., None], axis=1)
-        fit, place = np.full(len(row), np.nan), (np.cumsum(there) - 1)[row]
-        kept = there[row]
+        people, fit = expected(looked[there], later), np.full(len(row), np.nan)
+        kept, place = there[row], (np.cumsum(there) - 1)[row]
         if own is not None:
             fit[kept] = pair_overlaps(boxes[kept], people[place[kept], own[kept]], period)
-        else:
-            fit[kept] = pair_overlaps(boxes[kept, None], people[place[kept]], period).max(axis=1, initial=0.0)
+            return fit
+        nobody = np.isnan(people[..., 3])  # those who are there, first
+        first = np.argsort(nobody, axis=1)[:, : int((~nobody).sum(axis=1).max(initial=0))]
+        people = np.take_along_axis(people, first[..., None], axis=1)
+        fit[kept] = pair_overlaps(boxes[kept, None], people[place[kept]], period).max(axis=1, initial=0.0)
         return fit
 
     now, block = shared(0), row * _BLOCKS // max(len(looked), 1)

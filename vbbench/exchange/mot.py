@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vbbench.boxes import observations_of, rectangles
-from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.box_rows import BoxRows, linked_rows, rows_of
 from vbbench.exchange.box_tables import NOUNS, UNLINKED, BoxTable
@@ -91,7 +90,7 @@ def export_mot(
     backend: Backend | None = None,
     announce: Callable[[str], object] = silent,
 ) -> Path:
-    """Write the boxes of sequences as MOTChallenge text.
+    """Write the boxes of sequences as MOTChallenge text into the folder ``out``, and return it.
 
     Each sequence is a folder ``sequence-000012`` with ``gt/gt.txt`` (boxes with their tracks), ``det/det.txt`` (the
     same boxes as detections, without) and ``seqinfo.ini``. A box is `BOX_ASPECT` times as wide as it is high, since an
@@ -102,10 +101,6 @@ def export_mot(
     sequence : number of the only sequence to write; ``None`` for all.
     backend : renders pictures into ``img1``, which needs truth; ``None`` for no pictures.
     announce : called with a line that names the renderer.
-
-    Returns
-    -------
-    The folder ``out``.
     """
     out = Path(out)
     chosen = dataset.sequences() if sequence is None else [dataset.sequence(sequence)]
@@ -130,11 +125,8 @@ def _write_pictures(
 ) -> None:
     from vbbench.pictures.video import png_bytes
 
-    scene = scene_of(dataset, sequence.scene)
-    with (
-        open_renderer(backend, scene, announce=announce) as renderer,
-        progress_bar(sequence.frames, folder.parent.name, unit="frame") as bar,
-    ):
+    opened = open_renderer(backend, scene_of(dataset, sequence.scene), announce=announce)
+    with opened as renderer, progress_bar(sequence.frames, folder.parent.name, unit="frame") as bar:
         for frame, picture in enumerate(pictures(dataset, sequence, renderer)):
             write_bytes_atomically(folder / f"{frame + 1:06d}.png", png_bytes(picture.rgb))
             bar.update()
@@ -168,8 +160,7 @@ def import_mot(
     """
     out = Path(out)
     if dataset.info.truth != "whole":
-        again = "make it again with --boxes FOLDER"
-        raise VbbenchError(f"{dataset.folder}: not everybody's place was measured; {again}")
+        raise FileError(dataset.folder, "not everybody's place was measured; make it again with --boxes FOLDER")
     if not 0.0 <= least_matched <= 1.0:
         raise VbbenchError(f"least_matched is a share from 0 to 1, not {least_matched:g}")
     if least_track < 1:
@@ -187,11 +178,10 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
     matched, kept, shifted = np.zeros(len(plan), np.int64), 0, ""
     for index, (number, path) in enumerate(plan.files.items()):
         _check_pictures(path, plan.dataset, number)
-        tracks = plan.match(index)
+        tracks = plan.match(index, shifts=index < LOOKED_AT and not shifted)
         matched[index] = (tracks.persons != NOBODY).sum()
         kept += int((tracks.visible[:, lasting_tracks(tracks.persons, plan.least_track)] > 0.0).sum())
-        offset = plan.offset(index) if index < LOOKED_AT and not shifted else None
-        shifted = f"{path.name}: {offset}" if offset else shifted
+        shifted = f"{path.name}: {tracks.offset}" if tracks.offset else shifted
     boxes = np.array([len(rows.frame) for rows in plan.contents])
     said = f"{matched.sum()} of {boxes.sum()} boxes match a person"
     width, height = plan.dataset.info.camera.picture_size
@@ -201,27 +191,24 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
     if matched.sum() < least * boxes.sum():
         problem = f"only {said}; {of_what} If so, allow for it: least_matched below {matched.sum() / boxes.sum():.2g}"
         raise FileError(folder, problem)
-    poor = [path for path, some, all_ in zip(plan.files.values(), matched, boxes, strict=True) if some < least * all_]
-    if poor or matched.sum() < GOOD_MATCH * boxes.sum():
-        fewest = f"; fewer than {least:.0%} of {', '.join(path.name for path in poor[:5])}" if poor else ""
-        warnings.warn(VbbenchWarning(f"{folder}: only {said}{fewest}; {of_what}"), stacklevel=3)
-    elif shifted:
-        warnings.warn(VbbenchWarning(f"{folder}: {shifted}"), stacklevel=3)
+    poor = [path.name for path, few in zip(plan.files.values(), matched < least * boxes, strict=True) if few]
+    badly = bool(poor) or matched.sum() < GOOD_MATCH * boxes.sum()
+    fewest = f"; fewer than {least:.0%} of {', '.join(poor[:5])}" if poor else ""
+    if badly or shifted:
+        problem = f"only {said}{fewest}; {of_what}" if badly else shifted
+        warnings.warn(VbbenchWarning(f"{folder}: {problem}"), stacklevel=3)
     return f"{kept} of {boxes.sum()} boxes kept"
 
 
 def _check_pictures(path: Path, dataset: Dataset, number: int) -> None:
     """Refuse a file whose ``seqinfo.ini`` is of pictures of another size or frame rate."""
     info, facts = picture_facts(path.parent / path.stem, path.parent.parent)
-    size, rate = facts.size, facts.rate
-    wanted = dataset.camera(dataset.sequence(number)).picture_size
+    size, wanted = facts.size, dataset.camera(dataset.sequence(number)).picture_size
     if any(size) and size != wanted:
-        raise FileError(
-            info,
-            f"its pictures have {size[0]} x {size[1]} px, those of the dataset {wanted[0]} x {wanted[1]}; track these",
-        )
+        of_dataset = f"those of the dataset {wanted[0]} x {wanted[1]}; track these"
+        raise FileError(info, f"its pictures have {size[0]} x {size[1]} px, {of_dataset}")
     if not facts.has_dt(dataset.info.dt):
-        problem = f"its frameRate is {rate:g}, that of the dataset {1.0 / dataset.info.dt:g}; track its pictures"
+        problem = f"its frameRate is {facts.rate:g}, that of the dataset {1.0 / dataset.info.dt:g}; track its pictures"
         raise FileError(info, problem)
 
 
@@ -261,7 +248,6 @@ class TrackedPlan:
         """The published facts; the id follows from the files and the id of the dataset that they belong to."""
         source = self.dataset.info
         names = tuple(source.scenes[n] for n in self._scene_numbers) if self._shared else source.scenes
-        stated = {} if self.person_class is None else {"person_class": self.person_class}
         definition: dict[str, Any] = {
             "import": f"mot/{REVISION}",
             "dataset": source.id,
@@ -269,54 +255,39 @@ class TrackedPlan:
             "least_overlap": LEAST_OVERLAP,
             "least_frames": self.least_track,
             "of": source.definition,
-            **stated,
-        }
+        } | ({} if self.person_class is None else {"person_class": self.person_class})
         facts: dict[str, Any] = {"definition": definition, "counts": {}, "tables": {}, "withheld_id": None}
         return replace(source, tier="tracked", scenes=names, pixel_std=self.pixel_std, **facts)
 
-    def match(self, index: int) -> "Matched":
-        """The tracks of one sequence, with the person behind each box."""
-        source, camera, people, true = self._people(index)
-        rows = self.contents[index]
-        tracks, dense = rows.dense(source.frames, rows.boxes, np.nan_to_num(rows.visible, nan=1.0))
-        boxes = dense[..., :4]
-        persons = match_tracks(boxes, true, people, camera)
-        return Matched(source, tracks, observations_of(boxes, camera), dense[..., 4], persons)
-
-    def offset(self, index: int) -> FrameOffset | None:
-        """A better shift in frames between people and tracks of one sequence; ``None`` without one."""
-        source, camera, _, true = self._people(index)
-        _, boxes = self.contents[index].dense(source.frames, self.contents[index].boxes)
-        return frame_offset(boxes, lambda frames, later: true[frames + later], camera.period)
-
-    def _people(self, index: int) -> tuple[Sequence, Camera, IntArray, FloatArray]:
-        """A sequence, its camera, the people [P] besides the observer, and their boxes [T, P, 4]."""
-        source = self.dataset.sequence(list(self.files)[index])
+    def match(self, index: int, *, shifts: bool = False) -> "Matched":
+        """The tracks of one sequence, with the person behind each box; their offset is found only with ``shifts``."""
+        source, rows = self.dataset.sequence(list(self.files)[index]), self.contents[index]
         camera, (people, positions, heights) = self.dataset.camera(source), self.dataset.surroundings(source)
         others = people != source.observer
         true = true_rectangles(positions[:, others], heights[others], self.dataset.truth(source).poses, camera)
-        return source, camera, people[others], true
+        tracks, dense = rows.dense(source.frames, rows.boxes, np.nan_to_num(rows.visible, nan=1.0))
+        boxes = dense[..., :4]
+        persons = match_tracks(boxes, true, people[others], camera)
+        offset = frame_offset(boxes, lambda frames, later: true[frames + later], camera.period) if shifts else None
+        return Matched(source, tracks, observations_of(boxes, camera), dense[..., 4], persons, offset)
 
     def build(self, index: int) -> SequenceData:
         """Match the tracks of one sequence, and drop those that match no person; its world is that of the source."""
         found = self.match(index)
         source, kept = found.source, lasting_tracks(found.persons, self.least_track)
-        matched = found.persons[:, kept]
-        persons = held_persons(matched, ~np.isnan(found.observations[:, kept, 2]))
+        matched, observations = found.persons[:, kept], found.observations[:, kept]
+        persons = held_persons(matched, ~np.isnan(observations[..., 2]))
         truth = _truth(self.dataset, source, persons)
-        sequence = Sequence(
+        sequence = replace(
+            source,
             index=index,
             scene=self._scene_numbers.index(source.scene) if self._shared else index,
-            observer=source.observer,
-            first_frame=source.first_frame,
             tracks=found.tracks[kept],
-            observations=found.observations[:, kept],
+            observations=observations,
             visible=found.visible[:, kept],
             given=arrivals_given(truth, matched != NOBODY),
-            camera=source.camera,
         )
-        scene = None if self._shared else scene_of(self.dataset, source.scene)
-        world = self.dataset.world(source)
+        scene, world = None if self._shared else scene_of(self.dataset, source.scene), self.dataset.world(source)
         return SequenceData(sequence=sequence, truth=truth, persons=persons, scene=scene, world=world)
 
     @cached_property
@@ -329,21 +300,24 @@ class TrackedPlan:
 
 
 class Matched(NamedTuple):
-    """A sequence's tracks [K]: their boxes [T, K, 3], visible fractions and the person behind each [T, K]."""
+    """A sequence's tracks [K]: their boxes [T, K, 3], visible fractions and the person behind each [T, K].
+
+    ``offset`` is a shift in frames under which they fit people better; ``None`` without one.
+    """
 
     source: Sequence
     tracks: IntArray
     observations: FloatArray
     visible: FloatArray
     persons: IntArray
+    offset: FrameOffset | None
 
 
 def _files(folder: Path, sequences: int) -> dict[int, Path]:
     """Each sequence's file, by number."""
     texts = sorted(folder.glob("*.txt")) or sorted([*folder.glob("*.csv"), *folder.glob("*.json")])
-    named = {path: path.stem for path in texts} or {
-        path: path.parent.parent.name for path in sorted(folder.glob("sequence-*/gt/gt.txt"))
-    }
+    named = {path: path.stem for path in texts}
+    named = named or {path: path.parent.parent.name for path in sorted(folder.glob("sequence-*/gt/gt.txt"))}
     if not named:
         wanted = "sequence-000000.txt, or sequence-000000/gt/gt.txt, for sequence 0, and so on"
         raise FileError(folder, f"holds no tracks; files are called {wanted}")
@@ -352,9 +326,10 @@ def _files(folder: Path, sequences: int) -> dict[int, Path]:
 
 def _tracks(path: Path, dataset: Dataset, number: int, person_class: str | None) -> BoxRows:
     """The boxes of a file, which may be empty."""
-    none, (body, *_) = np.empty(0), split_header(decode(path, path.read_bytes()), NOUNS)
+    body, *_ = split_header(decode(path, path.read_bytes()), NOUNS)
     if body.strip() in (b"", b"[]"):
-        return rows_of(path, none.astype(np.int64), none.astype(np.int64), none.reshape(0, 4), none)
+        nothing = np.empty(0)
+        return rows_of(path, nothing.astype(np.int64), nothing.astype(np.int64), nothing.reshape(0, 4), nothing)
     picture, dt = dataset.camera(dataset.sequence(number)).picture_size, dataset.info.dt
     rows = read_boxes(path, dt, picture=picture, person_class=person_class)
     for note in rows.notes:

@@ -26,13 +26,7 @@ def sequence_name(number: int) -> str:
 
 
 def files_by_sequence(named: Mapping[Path, str], sequences: int) -> dict[int, Path]:
-    """The file of each sequence, by number, ascending.
-
-    Parameters
-    ----------
-    named : each file with its `sequence_name`.
-    sequences : number of sequences of the dataset.
-    """
+    """The file of each of a dataset's ``sequences``, by number, ascending, from files with their `sequence_name`."""
     found: dict[int, Path] = {}
     for path, stem in named.items():
         name = _NAME.fullmatch(stem)
@@ -45,16 +39,9 @@ def files_by_sequence(named: Mapping[Path, str], sequences: int) -> dict[int, Pa
 
 def sequence_info(name: str, dt: float, frames: int, size: tuple[int, int], extension: str) -> str:
     """The text of MOTChallenge's ``seqinfo.ini``: ``frames`` pictures of ``size`` px, one every ``dt`` s."""
-    facts = {
-        "name": name,
-        "imDir": "img1",
-        "frameRate": f"{1.0 / dt:.10g}",
-        "seqLength": frames,
-        "imWidth": size[0],
-        "imHeight": size[1],
-        "imExt": extension,
-    }
-    return "[Sequence]\n" + "".join(f"{key}={value}\n" for key, value in facts.items())
+    facts = {"name": name, "imDir": "img1", "frameRate": f"{1.0 / dt:.10g}", "seqLength": frames}
+    facts |= {"imWidth": size[0], "imHeight": size[1], "imExt": extension}
+    return f"[{SECTION}]\n" + "".join(f"{key}={value}\n" for key, value in facts.items())
 
 
 class SequenceInfo(NamedTuple):
@@ -80,12 +67,7 @@ def picture_facts(*folders: Path) -> tuple[Path, SequenceInfo]:
 
 
 def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> SequenceInfo:
-    """The contents of a ``seqinfo.ini``.
-
-    Parameters
-    ----------
-    whole : whether all keys are required, each once; else only size and rate are read.
-    """
+    """The contents of a ``seqinfo.ini``: all keys, each once, if it must be ``whole``; else only size and rate."""
     if len(content) > _MOST_BYTES:
         raise FileError(path, f"has {len(content):,} bytes; a file of this kind has a few hundred")
     endless = next((n for n, row in enumerate(content.splitlines(), 1) if len(row) > _LONGEST_ROW), None)

@@ -100,12 +100,10 @@ class NamedColumns(Rows):
     columns : [N] by noun: floats, NaN for an empty cell; of `WORDS` int64 where all are whole, texts where not all are
         numbers.
     header : what the columns are called; ``None`` where the file does not name them.
-    widest : how many columns the first row has.
     """
 
     columns: Mapping[str, NDArray[Any]]
     header: Header | None = None
-    widest: int = 0
 
     def __contains__(self, noun: str) -> bool:
         return noun in self.columns
@@ -202,8 +200,7 @@ def read_table(
     repeated : nouns of which several columns may be, and the first counts.
     """
     body, header, first = split_header(decode(path, content), nouns, usable)
-    end = body.find(b"\n", 0, 100 * _SHOWN)
-    sample = body[: end if end >= 0 else 100 * _SHOWN].decode("utf-8", "replace").strip()
+    sample = body[: 100 * _SHOWN].partition(b"\n")[0].decode("utf-8", "replace").strip()
     mark = separator_of(sample) if sample else ","
     if mark != "," and b"," in body:
         body, sample = body.replace(b",", b"."), sample.replace(",", ".")
@@ -213,9 +210,7 @@ def read_table(
         body, sample = re.sub(rb"[,;][ \t]*(?=\n|$)", b"", body), sample[:-1]
     cells = split_cells(sample) if sample else []
     if header is not None:
-        refuse_doubtful(path, header, first - 1, repeated)
-        called = {noun: header.names[column] for noun, column in header.columns.items()}
-        form = _Form(path, dict(header.columns), called, frozenset(required), mark, first, cells)
+        form = _named(path, header, first - 1, repeated, required)
     else:
         wordy = all(parse_number(cell) is None for cell in cells) and re.search("[A-Za-z]", sample)
         if sample and (not layout or wordy):
@@ -223,16 +218,15 @@ def read_table(
             problem = f"its first line is {quoted(sample)}, which names no columns that are known: {known}"
             raise FileError(path, problem, first)
         try:
-            form = _laid_out(path, layout if isinstance(layout, str) else layout(cells), mark, first, cells)
+            form = _laid_out(path, layout if isinstance(layout, str) else layout(cells))
         except ValueError as error:
             raise FileError(path, str(error), first) from error
+    form = replace(form, mark=mark, first=first, cells=cells)
     body = body.rstrip() if body.endswith(b"\n\n") else body
     if mark == " " and (b"  " in body or b"\t" in body or b" \n" in body or b"\n " in body):
         body = re.sub(rb"[ \t]+", b" ", body).replace(b" \n", b"\n").replace(b"\n ", b"\n").strip(b" ")
-    width = len(header.names) if header else len(cells)
-    found, lines = _read_fast(body, form, width) or _read_carefully(body, form, width)
-    widest = width if header else len(found)
-    return NamedColumns(path=path, columns=found, lines=lines, header=header, widest=widest)
+    found, lines = _read_fast(body, form, len(header.names if header else cells)) or _read_carefully(body, form)
+    return NamedColumns(path=path, columns=found, lines=lines, header=header)
 
 
 def read_fixed(path: Path, layout: Layout, wanted: str) -> NamedColumns:
@@ -247,10 +241,10 @@ def read_content(path: Path, wanted: str) -> bytes:
     """The bytes of a file that should hold what is ``wanted``; raises FileError if it is missing or unreadable."""
     try:
         return path.read_bytes()
-    except FileNotFoundError as error:
-        raise FileError(path, f"is missing; it holds {wanted}") from error
     except OSError as error:
-        raise FileError(path, f"cannot be read: {error.strerror}") from error
+        missing = isinstance(error, FileNotFoundError)
+        problem = f"is missing; it holds {wanted}" if missing else f"cannot be read: {error.strerror}"
+        raise FileError(path, problem) from error
 
 
 def first_cells(path: Path) -> list[str]:
@@ -264,14 +258,12 @@ def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: 
     """The columns of a list of records, such as of JSON; a cell that is not there is empty."""
     names = list(dict.fromkeys(name for record in records for name in record))
     header = name_columns(names, nouns)
-    refuse_doubtful(path, header, None)
-    called = {noun: header.names[column] for noun, column in header.columns.items()}
-    form = _Form(path, {}, called, frozenset())
+    form, lines = _named(path, header, None), np.zeros(len(records), np.int64)
     columns = {}
     for noun, column in header.columns.items():
         cells = [None if (cell := record.get(names[column])) is None else str(cell) for record in records]
-        columns[noun] = _typed(noun, cells, form, np.zeros(len(cells), np.int64))
-    return NamedColumns(path=path, columns=columns, lines=np.zeros(len(records), np.int64), header=header)
+        columns[noun] = _typed(noun, cells, form, lines)
+    return NamedColumns(path=path, columns=columns, lines=lines, header=header)
 
 
 def decode(path: Path, content: bytes) -> bytes:
@@ -288,25 +280,14 @@ def decode(path: Path, content: bytes) -> bytes:
     return content.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in content else content
 
 
-def refuse_doubtful(path: Path, header: Header, line: int | None, repeated: Collection[str] = ()) -> None:
-    """Raise FileError if several columns could be one noun, other than those that may be ``repeated``."""
-    for noun in (noun for noun in header.doubtful if noun not in repeated):
-        shown = " and ".join(map(quoted, header.doubtful[noun]))
-        raise FileError(path, f"columns {shown} could both be the {noun}; keep one of them", line or None)
-
-
 def refuse_missing(table: NamedColumns, wanted: Sequence[Collection[str]]) -> None:
     """Raise FileError if of one of the ``wanted`` collections no noun is there; it names the file's own columns."""
     for names in wanted:
         if not any(name in table for name in names):
-            listed = table.header.names if table.header else ()
-            near = [
-                hint
-                for name in (table.header.ignored if table.header else ())
-                if "?" in (hint := suggestion(name.lower(), names))
-            ]
+            listed, unread = (table.header.names, table.header.ignored) if table.header else ((), ())
+            near = (hint for name in unread if "?" in (hint := suggestion(name.lower(), names)))
             everything = ", ".join(" or ".join(one) for one in wanted)
-            hint = near[0] if near else f"its columns are {quoted(','.join(listed))}, wanted: {everything}"
+            hint = next(near, f"its columns are {quoted(','.join(listed))}, wanted: {everything}")
             line = int(table.lines[0]) - 1 if len(table) else 0
             raise FileError(table.path, f"has no column {' or '.join(names)}; {hint}", line if line > 0 else None)
 
@@ -315,26 +296,39 @@ def refuse_missing(table: NamedColumns, wanted: Sequence[Collection[str]]) -> No
 class _Form:
     """How a text is read: the ``places`` of its nouns, what it calls them, and what its rows must have.
 
-    ``first`` is the number of its first row, which has the ``cells``; ``span`` is how few and many a row may have.
+    ``span`` is how few and many cells a row may have, ``named`` whether the text names its columns; ``first`` is the
+    number of its first row, which has the ``cells``.
     """
 
     path: Path
     places: dict[str, int]
     called: dict[str, str]
     required: frozenset[str]
+    span: tuple[int, int]
+    named: bool
     mark: str = ","
     first: int = 0
     cells: Sequence[str] = ()
-    span: tuple[int, int] | None = None
 
 
-def _laid_out(path: Path, layout: Layout, mark: str, first: int, cells: Sequence[str]) -> _Form:
+def _named(
+    path: Path, header: Header, line: int | None, repeated: Collection[str] = (), required: Collection[str] = ()
+) -> _Form:
+    """The form of a table with names in a ``line``; several columns may be only of the nouns that are ``repeated``."""
+    for noun in (noun for noun in header.doubtful if noun not in repeated):
+        shown = " and ".join(map(quoted, header.doubtful[noun]))
+        raise FileError(path, f"columns {shown} could both be the {noun}; keep one of them", line or None)
+    called = {noun: header.names[column] for noun, column in header.columns.items()}
+    return _Form(path, dict(header.columns), called, frozenset(required), (len(header.names),) * 2, named=True)
+
+
+def _laid_out(path: Path, layout: Layout) -> _Form:
     """The form of a text in a layout."""
     names = layout.replace("[", "").replace("]", "").split()
     called = {name.strip("()").partition(":")[0]: name.strip("()").rpartition(":")[2] for name in names}
     places = {noun: place for place, noun in enumerate(called) if not names[place].startswith("(")}
     span = len(layout.partition("[")[0].split()), len(names)
-    return _Form(path, places, called, frozenset(places) - {"last"}, mark, first, cells, span)
+    return _Form(path, places, called, frozenset(places) - {"last"}, span, named=False)
 
 
 Read = tuple[dict[str, NDArray[Any]], IntArray]
@@ -369,7 +363,7 @@ def split_header(
 
 def _read_fast(body: bytes, form: _Form, width: int) -> Read | None:
     """The rows of a table whose lines all have the same columns, empty cells only where they may be; else ``None``."""
-    if (form.span and not form.span[0] <= width <= form.span[1]) or b"0x" in body or b"0X" in body:
+    if not form.span[0] <= width <= form.span[1] or b"0x" in body or b"0X" in body:
         return None
     names = list(map(str, range(width)))
     nouns = {names[place]: noun for noun, place in form.places.items() if place < width}
@@ -396,14 +390,16 @@ def _read_fast(body: bytes, form: _Form, width: int) -> Read | None:
     return None
 
 
-def _read_carefully(body: bytes, form: _Form, width: int) -> Read:
+def _read_carefully(body: bytes, form: _Form) -> Read:
+    """The rows of a table line by line; raises FileError at the first that is wrong."""
     lines, rows = [], list[list[str]]()
-    nothing = [place for noun, place in form.places.items() if noun in form.required and form.span is None]
+    nothing = [place for noun, place in form.places.items() if noun in form.required and form.named]
     for line, text in enumerate(body.decode("utf-8", "replace").split("\n"), form.first):
         if not text.strip() or text.lstrip().startswith("#"):
             continue
         cells = text.split() if form.mark == " " else text.split(form.mark)
-        _check_width(form, width, line, len(cells))
+        if not form.span[0] <= len(cells) <= form.span[1]:
+            raise FileError(form.path, f"{len(cells)} columns{_wanted(form)}", line)
         cells = [cell.strip(" \t\"'") for cell in cells]
         if nothing and all(cells[place] in EMPTY for place in nothing):  # nobody is seen in this frame
             continue
@@ -418,16 +414,14 @@ def _read_carefully(body: bytes, form: _Form, width: int) -> Read:
     return columns, numbers
 
 
-def _check_width(form: _Form, width: int, line: int, count: int) -> None:
-    if form.span is None:
-        if count != width:
-            raise FileError(form.path, f"{count} columns, the first line names {width}", line)
-    elif not form.span[0] <= count <= form.span[1]:
-        least, most = form.span
-        wanted = f"{least}" if least == most else f"{least} to {most}"
-        separated = {",": "commas", ";": "semicolons", " ": "blanks", "\t": "tabs"}.get(form.mark, form.mark)
-        shown = form.mark.join(list(form.called.values())[:most])
-        raise FileError(form.path, f"{count} columns with {separated} between, wanted {wanted}: {shown}", line)
+def _wanted(form: _Form) -> str:
+    """How many columns there should be, in words."""
+    least, most = form.span
+    if form.named:
+        return f", the first line names {most}"
+    separated = {",": "commas", ";": "semicolons", " ": "blanks", "\t": "tabs"}.get(form.mark, form.mark)
+    shown = form.mark.join(list(form.called.values())[:most])
+    return f" with {separated} between, wanted {least if least == most else f'{least} to {most}'}: {shown}"
 
 
 def _typed(noun: str, cells: list[str | None], form: _Form, lines: IntArray) -> NDArray[Any]:
@@ -436,19 +430,16 @@ def _typed(noun: str, cells: list[str | None], form: _Form, lines: IntArray) -> 
     if noun == "ignored":
         known = [_MARKS.get(cell.lower(), cell) if cell else None for cell in known]
     if noun in WORDS:
-        empty = next((row for row, cell in enumerate(known) if cell in EMPTY), None)
         column = _from_arrow(noun, pa.chunked_array([pa.array(known, pa.string()).dictionary_encode()]))
-        if empty is None and (
-            noun != "frame" or column.dtype.kind != "U" or all(map(_DIGIT.search, filter(None, known)))
-        ):
+        words = noun == "frame" and column.dtype.kind == "U"
+        if not any(cell in EMPTY for cell in known) and (not words or all(map(_DIGIT.search, filter(None, known)))):
             return column
-    spare = noun == "time" and "frame" in form.called  # such as a date, where frames count
-    values = [
-        np.nan
-        if cell is None or (spare and parse_number(cell) is None)
-        else finite_number(form.path, int(lines[row]) or None, form.called[noun], cell)
-        for row, cell in enumerate(known)
-    ]
+    spare, values = noun == "time" and "frame" in form.called, list[float]()  # such as a date, where frames count
+    for row, cell in enumerate(known):
+        if cell is None or (spare and parse_number(cell) is None):
+            values.append(np.nan)
+        else:
+            values.append(finite_number(form.path, int(lines[row]) or None, form.called[noun], cell))
     return np.array(values, np.float64)
 
 

@@ -83,22 +83,21 @@ def read_trajectory(path: Path) -> Trajectory:
         if re.match(begin, head):
             raise FileError(path, f"{kind}; write lines of '{TUM}', from the body to the world, in m")
     axes = [found[1] or "body" for found in map(_STATED.search, re.findall(r"(?m)^[ \t]*[#%].*$", head)) if found]
-    nouns = (*_NOUNS, *MOTION_COVARIANCE)
     table = read_table(
         path,
         _plain(content),
         _NOUNS,
         layout=_layout,
-        required=nouns,
+        required=(*_NOUNS, *MOTION_COVARIANCE),
         usable=lambda header, comment: _is_whole(header) if comment else bool(header.columns),
         repeated=("time", "frame"),
     )
     if not len(table):
         raise FileError(path, f"holds no pose; write lines of '{TUM}'")
     _refuse_unknown(table)
-    for noun in table.columns.keys() - {"time", "frame", "nanoseconds"}:
-        values, problem = table.numbers(noun), f"it must be within ±{_FARTHEST:g} m"
-        table.refuse(np.abs(values) > _FARTHEST, f"{noun} is {{0:g}}; {problem}", values)
+    for noun in (noun for noun in table.columns if noun not in ("time", "frame", "nanoseconds")):
+        values = table.numbers(noun)
+        table.refuse(np.abs(values) > _FARTHEST, f"{noun} is {{0:g}}; it must be within ±{_FARTHEST:g} m", values)
     zero, numbered = np.zeros(len(table)), "frame" in table and "time" not in table
     times = frame_numbers(table) if numbered else table.numbers("time") if "time" in table else None
     if times is not None and "nanoseconds" in table and re.search("secs?$", table.called("time")):
@@ -120,9 +119,7 @@ def _plain(content: bytes) -> bytes:
     head, rest = content[:_HEAD], content[_HEAD:]
     head = re.sub(rb"[/\w.]*\b(?=(?:position|orientation)[./])|\b(?:field|pose)\.|\(body.*", b"", head)
     content = re.sub(rb"(?m)^[ \t]*%", b"#", head + rest)
-    if b"," not in content and b";" not in content:
-        content = content.replace(b"\t", b" ")
-    return content
+    return content if b"," in content or b";" in content else content.replace(b"\t", b" ")
 
 
 def _is_whole(header: Header) -> bool:
@@ -138,12 +135,11 @@ def _refuse_unknown(table: NamedColumns) -> None:
     if not _is_whole(header):
         problem = f"its first line is {quoted(','.join(header.names))}"
         raise FileError(table.path, f"{problem}; {_WANTED}", 1)
-    turned = "qx" in header or "yaw" in header
-    lost = [] if turned else [name for name in header.ignored if _ROTATION.fullmatch(name)]
-    if lost:
-        wanted = "'yaw [rad]' or 'yaw [deg]', or qx, qy, qz, qw"
-        problem = f"rotations are not read by the names {', '.join(lost)}; write {wanted}, or remove them"
-        raise FileError(table.path, problem)
+    lost = [name for name in header.ignored if _ROTATION.fullmatch(name)]
+    if lost and not ("qx" in header or "yaw" in header):
+        problem = f"rotations are not read by the names {', '.join(lost)}"
+        advice = "write 'yaw [rad]' or 'yaw [deg]', or qx, qy, qz, qw, or remove them"
+        raise FileError(table.path, f"{problem}; {advice}")
 
 
 def _layout(row: list[str]) -> Layout:

@@ -13,7 +13,7 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.exchange.axes import ground_poses
 from vbbench.exchange.sequence_files import files_by_sequence, sequence_name
-from vbbench.exchange.trajectory import Trajectory, read_trajectory
+from vbbench.exchange.trajectory import read_trajectory
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.files.submission_tables import SubmittedEstimates
@@ -39,9 +39,9 @@ def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, p
     """
     frames = np.flatnonzero(np.isfinite(poses).all(axis=-1))
     x, y, yaw = poses[frames].T
-    zero = np.zeros(len(frames))
-    times = frames * dt if np.ndim(dt) == 0 else np.asarray(dt)[frames]
-    header = _HEADER.format("= frame * dt" if np.ndim(dt) == 0 else "in s, of the clock of the boxes")
+    zero, even = np.zeros(len(frames)), np.ndim(dt) == 0
+    times = frames * dt if even else np.asarray(dt)[frames]
+    header = _HEADER.format("= frame * dt" if even else "in s, of the clock of the boxes")
     rows = np.stack([times, x, y, zero + mount_height, zero, zero, np.sin(yaw / 2.0), np.cos(yaw / 2.0)], axis=-1)
     lines = [" ".join(map(repr, row)) + "\n" for row in rows.tolist()]
     write_text_atomically(Path(path), header + "".join(lines))
@@ -50,48 +50,33 @@ def export_tum(poses: FloatArray, dt: float | FloatArray, mount_height: float, p
 def import_tum(path: Path | str, dt: float) -> tuple[IntArray, FloatArray]:
     """Read a TUM trajectory, or another (`vbbench.exchange.trajectory`); the body's axes are inferred from the motion.
 
+    Returns frames [N], ascending, and poses [N, 3] (x, y, yaw) in m and rad, yaw in [−π, π).
+
     Parameters
     ----------
     path : the file; empty lines and lines that start with ``#`` are skipped.
     dt : seconds per frame; timestamp / dt is the frame. Lines without timestamps are a frame each.
-
-    Returns
-    -------
-    frames [N], ascending, and poses [N, 3] (x, y, yaw) in m and rad, yaw in [−π, π).
     """
     trajectory = read_trajectory(Path(path))
     poses = ground_poses(trajectory).poses
     times = dt * np.arange(len(poses), dtype=np.float64)
     if trajectory.times is not None:
         times = trajectory.times * (dt if trajectory.unit == 0.0 else trajectory.unit or 1.0)
-    frames = _frames(trajectory, times, dt)
+    with np.errstate(over="ignore"):
+        exact = times / dt
+    nearest = np.round(exact)
+    wrong = (np.abs(exact - nearest) > _GRID_TOLERANCE) | (nearest < 0) | (nearest > _LAST_FRAME)
+    trajectory.refuse(wrong, f"timestamp {{0:.10g}} s is not a frame's; frame n is at n × {dt:g} s, from 0", times)
+    frames = nearest.astype(np.int64)
+    trajectory.refuse_twice("frame {0} was already given in {at}; remove one of them", frames)
     order = np.argsort(frames)
     return frames[order], poses[order]
 
 
-def _frames(trajectory: Trajectory, timestamps: FloatArray, dt: float) -> IntArray:
-    """The frame [N] of each timestamp [N] in s."""
-    with np.errstate(over="ignore"):
-        exact = timestamps / dt
-    nearest = np.round(exact)
-    wrong = (np.abs(exact - nearest) > _GRID_TOLERANCE) | (nearest < 0) | (nearest > _LAST_FRAME)
-    problem = f"timestamp {{0:.10g}} s is not a frame's; frame n is at n × {dt:g} s, from 0"
-    trajectory.refuse(wrong, problem, timestamps)
-    frames = nearest.astype(np.int64)
-    trajectory.refuse_twice("frame {0} was already given in {at}; remove one of them", frames)
-    return frames
-
-
 def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str | None = None) -> Path:
-    """Write the poses of every sequence, true ones or a submission's, as TUM trajectory files.
+    """Write the poses of every sequence, true ones or a submission's, as TUM files into the folder ``out``; return it.
 
-    Parameters
-    ----------
-    submission : folder of a submission, whose missing poses are filled with those given to it.
-
-    Returns
-    -------
-    The folder ``out``.
+    Poses that a ``submission``, a folder, lacks are those given to it.
     """
     out = Path(out)
     estimates = None if submission is None else SubmittedEstimates(dataset, submission)
@@ -106,7 +91,7 @@ def export_dataset_tum(dataset: Dataset, out: Path | str, submission: Path | str
 def import_tum_folder(
     folder: Path | str, dataset: Dataset, out: Path | str, solver: str, protocol: str = "sequential"
 ) -> Path:
-    """Make a submission from a folder of TUM trajectory files.
+    """Make a submission, the folder ``out``, from a folder of TUM trajectory files, and return it.
 
     The submission holds poses only, and declares the failure policy ``hold``, under which people stay where last given.
     Sequences without a file are missing from it.
@@ -115,16 +100,12 @@ def import_tum_folder(
     ----------
     folder : files named as `export_dataset_tum` does.
     solver, protocol : names for the submission; the protocol must be the one that the solver ran under.
-
-    Returns
-    -------
-    The folder ``out``.
     """
     named = {path: path.stem for path in sorted(Path(folder).glob("*.txt"))}
     if not named:
         raise FileError(folder, f"holds no trajectory; files are called {sequence_name(0)}.txt and so on")
-    paths = files_by_sequence(named, len(dataset))
-    poses, dt = {number: import_tum(path, dataset.info.dt) for number, path in paths.items()}, dataset.info.dt
+    paths, dt = files_by_sequence(named, len(dataset)), dataset.info.dt
+    poses = {number: import_tum(path, dt) for number, path in paths.items()}
     for number, (frames, _) in poses.items():
         if frames[-1] > (last := dataset.sequence(number).frames - 1):
             problem = f"has frame {frames[-1]}; sequence {number} ends with frame {last} ({last * dt:g} s)"

@@ -26,12 +26,9 @@ OFF_FRAME = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class OwnBoxes(BoxRows):
-    """The boxes of one recording.
+    """The boxes of one recording with the times of its frames.
 
-    Parameters
-    ----------
-    timeline : times of the frames.
-    plain : whether the file is text whose reading does not depend on its name.
+    ``plain`` is whether the file is text whose reading does not depend on its name.
     """
 
     timeline: Timeline
@@ -59,11 +56,9 @@ def read_boxes(
     if not len(table.frame):
         raise FileError(path, "holds no box")
     lasts = None if table.timed else _frame_time(table, dt)
-    dt, rate = dt or lasts, list[str]()
+    dt, rate = dt or lasts, ""
     if lasts and dt and abs(lasts / dt - 1.0) > OTHER_RATE:
-        rate = [
-            f"times go on by {lasts:.4g} s a frame, and a frame is said to last {dt:g} s, which counts: is it right?"
-        ]
+        rate = f"times go on by {lasts:.4g} s a frame, and a frame is said to last {dt:g} s, which counts: is it right?"
     if table.timed:
         frame, timeline = time_frames(table, table.frame, dt)
     else:
@@ -71,13 +66,9 @@ def read_boxes(
     kept, notes = people_in(table, person_class)
     table = table.select(kept)
     boxes, renumbered = linked_rows(table, frame[kept])
-    rows = OwnBoxes(
-        **vars(boxes),
-        timeline=timeline,
-        notes=(*table.notes, *notes, *renumbered, *rate),
-        plain=table.path == path and bool(table.lines.any()) and person_class is None and not table.class_names,
-    )
-    return replace(rows, notes=(*rows.notes, *_goes_back(rows)))
+    plain = table.path == path and bool(table.lines.any()) and person_class is None and not table.class_names
+    rows = OwnBoxes(**vars(boxes), timeline=timeline, plain=plain)
+    return replace(rows, notes=(*table.notes, *notes, *renumbered, *filter(None, (rate, _goes_back(rows)))))
 
 
 def _frame_time(table: BoxTable, dt: float | None) -> float | None:
@@ -112,18 +103,18 @@ def write_boxes(path: Path, rows: OwnBoxes) -> None:
     write_text_atomically(path, "\n".join(lines) + "\n")
 
 
-def _goes_back(rows: OwnBoxes) -> list[str]:
+def _goes_back(rows: OwnBoxes) -> str:
     """A note if the clock goes back a few times; that of unordered rows does so often, in order of ids at each id."""
     apart = np.diff(rows.timeline.times[rows.frame])
     back = np.flatnonzero(apart < 0.0)
     if not rows.lines.any() or not 0 < len(back) <= MOST_BACK:
-        return []
+        return ""
     parts = rows.track[: back[0] + 1], rows.track[back[0] + 1 :]
     if rows.linked and (min(len(np.unique(part)) for part in parts) < 2 or np.isin(*parts).any()):
-        return []
-    what = "ids before and after differ: are these two recordings?"
-    what = what if rows.linked else "boxes of one time are taken for one frame"
-    return [f"{rows.path.name}, line {rows.lines[back[0] + 1]}: the clock goes back by {-apart[back[0]]:.4g} s; {what}"]
+        return ""
+    split = "ids before and after differ: are these two recordings?"
+    what = split if rows.linked else "boxes of one time are taken for one frame"
+    return f"{rows.path.name}, line {rows.lines[back[0] + 1]}: the clock goes back by {-apart[back[0]]:.4g} s; {what}"
 
 
 def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:

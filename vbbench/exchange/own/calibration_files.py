@@ -90,16 +90,11 @@ def read_calibration(path: Path) -> dict[str, Any] | None:
 
 
 def calibration_keys(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys of ``camera.toml`` that a calibration of named numbers states, such as a message of ROS.
-
-    Parameters
-    ----------
-    table : what it states, by any of `NAMES`.
-    """
+    """The keys of ``camera.toml`` that a ``table`` of numbers by any of `NAMES` states, such as a message of ROS."""
     cameras = [name for name in table if re.fullmatch(r"cam\d+", str(name)) and isinstance(table[name], Mapping)]
+    if len(cameras) > 1:
+        raise FileError(path, f"holds {' and '.join(cameras)}; {ONE}")
     try:
-        if len(cameras) > 1:
-            raise ValueError(f"holds {' and '.join(cameras)}; {ONE}")
         return _keys(_quantities(table[cameras[0]] if cameras else table))
     except (ValueError, TypeError) as error:
         raise FileError(path, str(error)) from error
@@ -113,9 +108,8 @@ def _quantities(table: Mapping[str, Any]) -> dict[str, Any]:
         plain = plain_name(name)
         quantity = _QUANTITIES.get(plain, _QUANTITIES.get(re.sub("^camera1?", "", plain)))
         if quantity is None and re.search("dist|coef", plain) and isinstance(value, list | str):
-            raise ValueError(
-                f"{name} is no name that is read here; call it distortion_coefficients or distortion_model"
-            )
+            known = "call it distortion_coefficients or distortion_model"
+            raise ValueError(f"{name} is no name that is read here; {known}")
         if quantity in found and found[quantity] != value:
             raise ValueError(f"states {name} twice; {ONE}")
         if quantity is not None and value is not None:
@@ -130,14 +124,14 @@ def _keys(found: Mapping[str, Any]) -> dict[str, Any]:
     size = _numbers("width or height", stated).tolist()
     if len(size) != 2 or not all(size):
         raise ValueError("the size of the picture is missing: write image_width: and image_height: in px into the file")
-    roi = found["roi"] if isinstance(found.get("roi"), Mapping) else {}
     if "size" in found and size[0] < size[1] and (_off_middle(keys, size[::-1]) < 0.1 < _off_middle(keys, size)):
         size.reverse()  # rows first, as OpenCV's shapes are
+    roi = found["roi"] if isinstance(found.get("roi"), Mapping) else {}
     uncut = [roi.get("width") or size[0], roi.get("height") or size[1]] == size
     parts = {"roi": roi.get("x_offset") or roi.get("y_offset") or not uncut}
     parts |= {name: _number(name, found.get(name, 0)) > 1 for name in ("binning_x", "binning_y")}
-    for name in (name for name, has in parts.items() if has):
-        raise ValueError(f"has a {name}: write width, height and K of the picture that the boxes are of, without it")
+    if part := next((name for name, has in parts.items() if has), None):
+        raise ValueError(f"has a {part}: write width, height and K of the picture that the boxes are of, without it")
     lens: dict[str, Any] = {name: _number(name, found[name]) for name in COEFFICIENTS["opencv"] if name in found}
     if "coefficients" in found:
         lens["coefficients"] = _numbers("distortion coefficients", found["coefficients"]).tolist()
@@ -163,8 +157,7 @@ def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
         if len(values) != 4:
             raise ValueError(f"intrinsics has {len(values)} numbers; a pinhole has four: fx, fy, cx, cy")
         return dict(zip(names, values.tolist(), strict=True))
-    missing = next((name for name in names if name not in found), None)
-    if missing:
+    if missing := next((name for name in names if name not in found), None):
         known = "camera_matrix (K), intrinsics, or fx, fy, cx, cy; a camera.toml has lines such as width = 1280"
         raise ValueError(f"is no calibration of a pinhole: {missing} is missing; known are {known}")
     return {name: _number(name, found[name]) for name in names}

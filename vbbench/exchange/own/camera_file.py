@@ -10,18 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vbbench.camera import Camera, make_camera
-from vbbench.errors import FileError, VbbenchError, suggestion
+from vbbench.errors import FileError, VbbenchError, mistakes_in, suggestion
 from vbbench.exchange.axes import Axes
 from vbbench.exchange.own.calibration_files import read_calibration
 from vbbench.exchange.own.distortion import LENSES, Distortion, distortion_keys
-from vbbench.geometry import (
-    FloatArray,
-    covariance_along,
-    motion_between,
-    motion_levers,
-    relative_to_world,
-    wrap_angle,
-)
+from vbbench.geometry import FloatArray, covariance_along, motion_between, motion_levers, relative_to_world, wrap_angle
 from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_ranges
 from vbbench.parsing.toml_text import from_table, toml_table
 from vbbench.registry import load_registered
@@ -83,10 +76,7 @@ class OdometryFacts:
     def motion(self, before: ArrayLike, after: ArrayLike, seconds: float) -> tuple[FloatArray, FloatArray]:
         """The camera's motion [3] (forward, left, turn) between two poses of the body, and its covariance [3, 3].
 
-        Parameters
-        ----------
-        before, after : (x, y, yaw) of the body by its odometry, in m and rad.
-        seconds : between them.
+        ``before`` and ``after`` are (x, y, yaw) of the body by its odometry, in m and rad, some ``seconds`` apart.
         """
         poses = np.array([before, after], np.float64)
         body, camera = (motion_between(*one) for one in (poses, self.of_camera(poses)))
@@ -171,11 +161,16 @@ class CameraFile:
             raise ValueError(f"[distortion] is for model 'perspective'; the model is '{self.model}'")
         if self.cx is not None and self.cy is not None and 0.0 < self.cx <= 1.0 and 0.0 < self.cy <= 1.0:
             raise ValueError(f"cx = {self.cx:g} and cy = {self.cy:g} are shares of the picture; write px")
-        for name, size, lines in (("cx", self.width, "columns"), ("cy", self.height, "rows")):
-            point = getattr(self, name)
-            if point is not None and size is not None and abs(point - 0.5 * size) > FARTHEST_CENTRE * size:
+        for name, at, size, lines in self.centre:
+            if abs(at - 0.5 * size) > FARTHEST_CENTRE * size:
                 middle = f"their middle is {0.5 * size:g}"
-                raise ValueError(f"{name} = {point:g} is far outside the {size:g} {lines} of the picture; {middle}")
+                raise ValueError(f"{name} = {at:g} is far outside the {size:g} {lines} of the picture; {middle}")
+
+    @property
+    def centre(self) -> list[tuple[str, float, float, str]]:
+        """The stated principal point: name, px, size of the picture, and what it counts, of each known coordinate."""
+        both = ("cx", self.cx, self.width, "columns"), ("cy", self.cy, self.height, "rows")
+        return [(name, at, size, lines) for name, at, size, lines in both if at is not None and size is not None]
 
     @property
     def seconds(self) -> float | None:
@@ -208,28 +203,23 @@ class OwnCamera:
 
 def find_camera(path: Path) -> Path:
     """The camera file at a path: of a folder the ``camera.toml`` in it."""
-    if path.is_dir():
-        found = path / "camera.toml"
-        if not found.is_file():
-            holds = ", ".join(sorted(one.name for one in path.iterdir() if one.is_file())[:10]) or "no file"
-            raise FileError(path, f"is a folder without camera.toml; it holds {holds}: name the calibration")
+    found = path / "camera.toml" if path.is_dir() else path
+    if found.is_file():
         return found
-    if not path.is_file():
+    if not path.is_dir():
         raise FileError(path, "there is no such file")
-    return path
+    holds = ", ".join(sorted(one.name for one in path.iterdir() if one.is_file())[:10]) or "no file"
+    raise FileError(path, f"is a folder without camera.toml; it holds {holds}: name the calibration")
 
 
 def read_camera(path: Path, mount: Mapping[str, float | str] | None = None) -> OwnCamera:
-    """Read a camera file, or a calibration of another program.
+    """Read ``camera.toml``, or a calibration of another program (`vbbench.exchange.own.calibration_files`).
 
-    Parameters
-    ----------
-    path : ``camera.toml``, or one of the files of `vbbench.exchange.own.calibration_files`.
-    mount : keys that the file lacks: ``mount_height``, ``pitch``, ``carried_by``.
+    ``mount`` has keys that the file lacks: ``mount_height``, ``pitch``, ``carried_by``.
     """
-    table, text = read_calibration(path), ""
-    calibrated = table is not None
+    table, text, way = read_calibration(path), "", "give it with"
     if table is None:
+        way = "write how high the camera is over the ground in m, or give"
         try:
             table, text = toml_table(path), path.read_text("utf-8-sig")
         except FileError as error:
@@ -243,13 +233,10 @@ def read_camera(path: Path, mount: Mapping[str, float | str] | None = None) -> O
             raise FileError(path, f"says {name} = {table[name]}, and --{name.replace('_', '-')} {given}; keep one")
         text = f"{name} = {json.dumps(value)}  # given with this file\n{text}" if text else ""
     if "mount_height" not in table:
-        way = "give it with" if calibrated else "write how high the camera is over the ground in m, or give"
         raise FileError(path, f"mount_height is missing: {way} --mount-height")
     if isinstance(bent := table.pop("distortion", None), Mapping):
-        try:
+        with mistakes_in(path):
             bent = distortion_keys(bent)
-        except ValueError as error:
-            raise FileError(path, str(error)) from error
     table |= {} if bent is None else {"distortion": bent}
     return make_own_camera(path, table, text)
 
@@ -268,10 +255,8 @@ def make_own_camera(path: Path, table: Mapping[str, Any], text: str = "") -> Own
     known = {one.name for one in fields(model)}
     for name in sorted(given.keys() - known):
         raise FileError(path, f"camera model '{facts.model}' has no '{name}'; {suggestion(name, sorted(known))}")
-    try:
+    with mistakes_in(path):
         camera = make_camera(facts.model, **given)
-    except VbbenchError as error:
-        raise FileError(path, str(error)) from error
     return OwnCamera(path=path, facts=facts, camera=camera, text=text or _toml(table), notes=_notes(path, facts, given))
 
 
@@ -284,11 +269,11 @@ def _toml(table: Mapping[str, Any]) -> str:
 
 def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str, ...]:
     """Notes on values that are in range, but implausible for a camera."""
-    notes = []
-    size, point = (facts.width, facts.height), (facts.cx, facts.cy)
-    for name, at, length, lines in zip(("cx", "cy"), point, size, ("columns", "rows"), strict=True):
-        if at is not None and length is not None and not 0.0 <= at <= length:
-            notes.append(f"{name} = {at:g} is outside the {length} {lines} of the picture ({path.name}); is it cut?")
+    notes = [
+        f"{name} = {at:g} is outside the {length} {lines} of the picture ({path.name}); is it cut?"
+        for name, at, length, lines in facts.centre
+        if not 0.0 <= at <= length
+    ]
     if facts.model == "perspective" and facts.height is not None:
         across, down = given["cx"] / facts.width, given["cy"] / facts.height
         turned = abs(2.0 * given["cx"] / facts.height - 1.0) + abs(2.0 * given["cy"] / facts.width - 1.0) < OTHER_SIZE
@@ -298,7 +283,7 @@ def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str
                 f"cx and cy are the middle of a picture of {whole}, not of {facts.width} x {facts.height} "
                 f"({path.name}): fx, fy, cx, cy must be those of the size that the boxes are of"
             )
-        span = np.degrees(2.0 * np.arctan(0.5 * facts.width / given["focal"]))
+        span = _span_of(facts.width, given["focal"])
         if span > WIDE and facts.distortion is None:
             notes.append(
                 f"the picture spans {span:.0f}° without [distortion] ({path.name}): lenses so wide bend straight "
@@ -343,20 +328,21 @@ def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
     if focal is None:
         problem = "the focal length is missing: write focal = ... in px, fx and fy of a calibration, or fov in degrees"
         raise FileError(path, problem)
-    span = np.degrees(2.0 * np.arctan(0.5 * facts.width / focal))
+    span = _span_of(facts.width, focal)
     if not NARROWEST <= span <= WIDEST:
         known = f"often {0.5 * facts.width:.0f} to {2 * facts.width} px; px = mm x {facts.width} / mm of the sensor"
         known += f"; is it a field of view in degrees? then fov = {focal:g}" if USUAL_ANGLE <= focal <= WIDEST else ""
         problem = f"a focal length of {focal:g} px lets {facts.width} px span {span:.3g}°, which no camera does"
         raise FileError(path, f"{problem}; it is in px ({known})")
-    return {
-        "width": facts.width,
-        "height": facts.height,
-        "focal": focal,
-        "vertical_focal": None if rows_focal == focal else rows_focal,
-        "cx": 0.5 * facts.width if facts.cx is None else facts.cx,
-        "cy": 0.5 * facts.height if facts.cy is None else facts.cy,
-    } | _mount(facts)
+    across = 0.5 * facts.width if facts.cx is None else facts.cx
+    down = 0.5 * facts.height if facts.cy is None else facts.cy
+    given = {"width": facts.width, "height": facts.height, "focal": focal, "cx": across, "cy": down}
+    return given | {"vertical_focal": None if rows_focal == focal else rows_focal} | _mount(facts)
+
+
+def _span_of(pixels: int, focal: float) -> float:
+    """Degrees that the picture of a pinhole spans; `_focal_of` is the inverse."""
+    return float(np.degrees(2.0 * np.arctan(0.5 * pixels / focal)))
 
 
 def _focal_of(pixels: int, degrees: float) -> float:
@@ -385,7 +371,5 @@ def _other(path: Path, facts: CameraFile) -> dict[str, Any]:
 
 def _mount(facts: CameraFile) -> dict[str, float]:
     """Mount height, stated tilt, and parameters of the user's own model."""
-    tilt = {"pitch": facts.pitch, "roll": facts.roll}
-    return (
-        {"mount_height": facts.mount_height} | {name: one for name, one in tilt.items() if one} | dict(facts.parameters)
-    )
+    tilt = {name: angle for name, angle in (("pitch", facts.pitch), ("roll", facts.roll)) if angle}
+    return {"mount_height": facts.mount_height, **tilt, **facts.parameters}

@@ -58,18 +58,12 @@ def lens_model(name: object) -> str:
 
 
 def distortion_keys(table: Mapping[str, Any], which: str = WHICH) -> dict[str, Any] | None:
-    """The keys of a `Distortion`: its ``model`` by its own name, and a list ``coefficients`` by their names.
+    """The keys of a `Distortion`, its ``model`` and coefficients, by their own names; ``None`` without distortion.
 
     Raises ValueError if the model is unknown, or not stated while coefficients fit two models.
 
-    Parameters
-    ----------
-    table : a table ``[distortion]``: ``model`` by any of its names, coefficients by theirs or in a list.
-    which : how a file states its lens model, for the error message.
-
-    Returns
-    -------
-    keys : ``None`` without distortion.
+    A ``table`` ``[distortion]`` has ``model`` by any of its names, coefficients by theirs or in a list; ``which`` is
+    how a file states its lens model, for the error message.
     """
     named = dict(table)
     name, values = named.pop("model", None), named.pop("coefficients", ())
@@ -132,13 +126,9 @@ class Distortion:
             return straight * np.where(radius > 0.0, bent / np.maximum(radius, 1e-300), 1.0)[..., None]
         radial = 1.0 + square * (self.k1 + square * (self.k2 + square * self.k3))
         radial = radial / (1.0 + square * (self.k4 + square * (self.k5 + square * self.k6)))
-        return np.stack(
-            [
-                x * radial + 2.0 * self.p1 * x * y + self.p2 * (square + 2.0 * x * x),
-                y * radial + self.p1 * (square + 2.0 * y * y) + 2.0 * self.p2 * x * y,
-            ],
-            axis=-1,
-        )
+        right = x * radial + 2.0 * self.p1 * x * y + self.p2 * (square + 2.0 * x * x)
+        down = y * radial + self.p1 * (square + 2.0 * y * y) + 2.0 * self.p2 * x * y
+        return np.stack([right, down], axis=-1)
 
     def straighten(self, bent: FloatArray) -> FloatArray:
         """The inverse of `bend`, by Newton's method; NaN for points without one, or too far from the optical axis."""
@@ -196,12 +186,8 @@ def straighten_boxes(boxes: FloatArray, distortion: Distortion, intrinsics: Floa
     """
     left, top, width, height = boxes.T
     across, down = left + 0.5 * width, top + 0.5 * height
-    middles = np.stack(
-        [
-            np.stack(edge, axis=-1)
-            for edge in ((left, down), (left + width, down), (across, top), (across, top + height))
-        ]
-    )
+    edges = (left, down), (left + width, down), (across, top), (across, top + height)
+    middles = np.stack([np.stack(edge, axis=-1) for edge in edges])
     scale, centre = intrinsics[[0, 1], [0, 1]], intrinsics[:2, 2]
     straight = distortion.straighten((middles - centre) / scale) * scale + centre
     new_left, right, new_top, bottom = straight[0, :, 0], straight[1, :, 0], straight[2, :, 1], straight[3, :, 1]

@@ -66,10 +66,8 @@ def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple
     from ``facts``.
     """
     motion = _read(path, timeline, facts)
-    body, motions = (
-        _motions(_at(motion.times, poses, timeline.times, beyond=SAME_TIME))
-        for poses in (motion.poses, facts.of_camera(motion.poses))
-    )
+    both = (_at(motion.times, poses, timeline.times, beyond=SAME_TIME) for poses in (motion.poses, motion.of_camera))
+    body, motions = map(_motions, both)
     covariances = facts.covariances(body, np.diff(timeline.times, prepend=np.nan))
     if motion.from_path:
         covariances[:, 2, 2] += PATH_TURN**2 * timeline.dt
@@ -103,15 +101,16 @@ def _reach(times: FloatArray, timeline: Timeline) -> str:
     return f"{reach}; both need one clock, and no hole over {LONGEST_HOLE:g} s"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class _Motion:
-    """Poses [N, 3] of a body at the ``times`` [N] in s, with stated covariances [N, 3, 3]; see `Grounded`.
+    """Poses [N, 3] of a body and of its camera at the ``times`` [N] in s, with stated covariances [N, 3, 3].
 
     ``leaps`` are the rows to which it leaps, as where odometry was reset.
     """
 
     times: FloatArray
     poses: FloatArray
+    of_camera: FloatArray
     leaps: IntArray
     stated: FloatArray | None
     from_path: bool
@@ -122,29 +121,24 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
     trajectory = read_trajectory(path)
     times, notes = _by_the_clock_of_boxes(trajectory, timeline)
     trajectory = _in_order(replace(trajectory, times=times))
-    grounded = ground_poses(trajectory, facts.axes)
-    _refuse_leaps(trajectory, grounded.poses, timeline)
-    leaps = _leaps(np.asarray(trajectory.times), grounded.poses)
+    grounded, times = ground_poses(trajectory, facts.axes), np.asarray(trajectory.times)
+    poses, of_camera = grounded.poses, facts.of_camera(grounded.poses)
+    _refuse_leaps(trajectory, poses, timeline)
+    leaps = _leaps(times, poses)
     if len(leaps):
-        moved = float(np.hypot(*(grounded.poses[leaps[0]] - grounded.poses[leaps[0] - 1])[:2]))
+        moved = float(np.hypot(*(poses[leaps[0]] - poses[leaps[0] - 1])[:2]))
         where = f"{path.name}, {trajectory.place(leaps[0])}: the pose leaps by {moved:.3g} m from the line before"
-        notes = (*notes, f"{where}, one of {len(leaps)} leaps: was odometry reset? Motions over them do not count")
-    if not np.ptp(grounded.poses, axis=0).any():
-        notes = (*notes, f"{path.name}: its pose never changes: the camera is taken to stand")
-    share, angle = off_course(facts.of_camera(grounded.poses))
+        notes += (f"{where}, one of {len(leaps)} leaps: was odometry reset? Motions over them do not count",)
+    if not np.ptp(poses, axis=0).any():
+        notes += (f"{path.name}: its pose never changes: the camera is taken to stand",)
+    share, angle = off_course(of_camera)
     if share > OFF_COURSE:
         side = "left" if angle > 0.0 else "right"
         way = f"{share:.0%} of the way leads {abs(np.degrees(angle)):.0f}° to the {side} of where the camera looks"
         advice = "if the camera does not drive backwards or sideways, write axes or mount in [odometry]"
-        notes = (*notes, f"{path.name}: {way}; {advice}")
-    return _Motion(
-        times=np.asarray(trajectory.times),
-        poses=grounded.poses,
-        leaps=leaps,
-        stated=_stated(trajectory),
-        from_path=grounded.from_path,
-        notes=(*grounded.notes, *notes),
-    )
+        notes += (f"{path.name}: {way}; {advice}",)
+    stated, notes = _stated(trajectory), (*grounded.notes, *notes)
+    return _Motion(times, poses, of_camera, leaps, stated, grounded.from_path, notes)
 
 
 def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[FloatArray, tuple[str, ...]]:
@@ -152,7 +146,7 @@ def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[
 
     Rows without timestamps are the frames of the film from the first on.
     """
-    path, times, count = trajectory.path, trajectory.times, len(trajectory.lines)
+    path, times, count = trajectory.path, trajectory.times, len(trajectory)
     if times is None:
         if count == timeline.frames:
             return timeline.times, ()
@@ -193,8 +187,8 @@ def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline)
         if leaps.any():
             row = int(leaps.argmax())
             problem = f"the place is {moved[row]:,.4g} m from the one {passed[row]:.3g} s before"
-            problem += "; are places in m, of the body in the world, and the line whole?"
-            raise trajectory.fault(int(later[row]), problem)
+            advice = "are places in m, of the body in the world, and the line whole?"
+            raise trajectory.fault(int(later[row]), f"{problem}; {advice}")
 
 
 def _leaps(times: FloatArray, poses: FloatArray) -> IntArray:
@@ -250,11 +244,9 @@ def _turns_late(turns: FloatArray, frame: IntArray, seen: FloatArray) -> int:
         pairs = np.abs(shown[max(late, 0) : size + min(late, 0)] - turns[max(-late, 0) : size - max(late, 0)])
         if np.isfinite(pairs).sum() >= 0.5 * np.isfinite(shown).sum():
             off[late] = float(np.nanmean(pairs))
-    best = min(off, key=lambda late: off[late], default=0)
-    mirrored = float(np.nanmean(np.abs(shown + turns)))  # as of a left-handed world
-    return (
-        best if off.get(best, 0.0) < mirrored and off.get(best, 0.0) < MUCH_LESS * off.get(0, 0.0) - LEAST_TURN else 0
-    )
+    best, mirrored = min(off, key=lambda late: off[late], default=0), float(np.nanmean(np.abs(shown + turns)))
+    # A left-handed world mirrors turns.
+    return best if off.get(best, 0.0) < min(mirrored, MUCH_LESS * off.get(0, 0.0) - LEAST_TURN) else 0
 
 
 def _in_order(trajectory: Trajectory) -> Trajectory:

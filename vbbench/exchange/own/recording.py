@@ -40,38 +40,35 @@ LEAST_DEGREES = 0.1
 
 def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
     """The boxes whose middle lies in the picture, and notes."""
-    picture = own.facts.picture
-    misfit = find_misfit(rows.boxes, own.camera, picture, own.facts.height_mean)
+    picture, tall = own.facts.picture, own.facts.height_mean
+    misfit = find_misfit(rows.boxes, own.camera, picture, tall)
     if misfit is not None and misfit.certain:
         raise FileError(rows.path, misfit.text)
     if misfit is not None and abs(own.facts.pitch) > LEAST_DEGREES and "pitch" in vars(own.camera):
         pitch = float(np.radians(own.facts.pitch))
-        level = replace(cast(Any, own.camera), pitch=pitch)
-        if find_misfit(rows.boxes, level, picture, own.facts.height_mean) is None:
+        if find_misfit(rows.boxes, replace(cast(Any, own.camera), pitch=pitch), picture, tall) is None:
             text = f"pitch = {own.facts.pitch:g} is in rad, and boxes fit so many degrees: write pitch = {pitch:.4g}"
             misfit = misfit._replace(text=text)
     outside = outside_picture(rows.boxes, own.camera, picture)
     lost, shown = int(outside.sum()), f"{picture[0]:g} x {picture[1]:g} px"
     note = f"{lost} of {len(outside)} boxes are dropped: their middle is outside the picture of {shown}"
-    notes = [*([note] if lost else []), *([misfit.text] if misfit else [])]
-    return rows.select(~outside), tuple(notes)
+    return rows.select(~outside), (*([note] if lost else []), *([misfit.text] if misfit else []))
 
 
 def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None:
     """Seconds per frame by the camera file, by ``dt``, or by MOTChallenge's ``seqinfo.ini`` of a file of boxes."""
     found, stated = picture_facts(boxes.parent, boxes.parent.parent)
-    size, rate = stated.size, stated.rate
-    facts, seconds = own.facts, own.facts.seconds or dt
+    facts, size, seconds = own.facts, stated.size, own.facts.seconds or dt
     if any(size) and (facts.width, facts.height or size[1]) != size:
-        raise FileError(
-            own.path,
-            f"says {facts.width} x {facts.height} px, {found} says {size[0]} x {size[1]}; write the "
-            "size of the picture that the boxes are of, with the focal length that belongs to it",
-        )
-    if seconds is not None and not stated.has_dt(seconds):
-        problem = f"{1.0 / seconds:.4g} frames a second are given, {found} says frameRate={rate:g}"
+        problem = f"says {facts.width} x {facts.height} px, {found} says {size[0]} x {size[1]}"
+        advice = "write the size of the picture that the boxes are of, with the focal length that belongs to it"
+        raise FileError(own.path, f"{problem}; {advice}")
+    if seconds is None:
+        return 1.0 / stated.rate if stated.rate else None
+    if not stated.has_dt(seconds):
+        problem = f"{1.0 / seconds:.4g} frames a second are given, {found} says frameRate={stated.rate:g}"
         raise FileError(own.path, f"{problem}; write the rate of the frames that the boxes are of in both")
-    return 1.0 / rate if seconds is None and rate else seconds
+    return seconds
 
 
 def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:
@@ -82,17 +79,16 @@ def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:
     seconds = float(longest[1] - longest[0]) * dt
     if seconds < LONGEST_GAP and empty.mean() < MOST_EMPTY:
         return ()
-    most = f"the longest gap is {seconds:.3g} s, from frame {longest[0]}"
-    return (
-        f"{int(empty.sum())} of {len(empty)} frames have no box ({most}): nothing but motion priors carries over it",
-    )
+    most = f"{int(empty.sum())} of {len(empty)} frames have no box (the longest gap is {seconds:.3g} s, from frame"
+    return (f"{most} {longest[0]}): nothing but motion priors carries over it",)
 
 
-def box_noise(boxes: FloatArray, width: float, period: float | None) -> float | None:
+def box_noise(boxes: FloatArray, width: float, period: float | None) -> float:
     """Standard deviation in px of the columns, tops and bottoms of boxes [T, K, 3], by their third differences.
 
     White noise has third differences of variance 20 σ², and walking hardly any. Slow changes, such as a limb that
-    sticks out for a second, do not contribute. ``None`` if there are too few boxes.
+    sticks out for a second, do not contribute. It is `ASSUMED_NOISE` if there are too few boxes, and no less than
+    `LEAST_NOISE`.
     """
     u, v, length = np.moveaxis(boxes, -1, 0)
     edges = np.stack([u, v - 0.5 * length, v + 0.5 * length])
@@ -100,7 +96,8 @@ def box_noise(boxes: FloatArray, width: float, period: float | None) -> float | 
     if period is not None:
         thirds[0][np.abs(thirds[0]) > 0.5 * width] = np.nan
     thirds = thirds[np.isfinite(thirds)]
-    return float(1.4826 * np.median(np.abs(thirds)) / np.sqrt(20.0)) if len(thirds) >= 100 else None
+    measured = float(1.4826 * np.median(np.abs(thirds)) / np.sqrt(20.0)) if len(thirds) >= 100 else ASSUMED_NOISE
+    return max(LEAST_NOISE, round(measured, 2))
 
 
 COLUMNS = ("frame", "time", "id", "x", "y", "height")
@@ -128,41 +125,37 @@ def read_people(
         wrong = (numbers != np.round(numbers)) | (numbers < 0) | ((numbers > LARGEST_ID) & (ids.originals is None))
         table.refuse(wrong, f"id {{0:.19g}} is not a whole number from 0 to {LARGEST_ID}", found)
     frame = named_frames(table, timeline)
-    there = np.flatnonzero(frame >= 0)
-    if not len(there):
+    kept = frame >= 0
+    if not kept.any():
         times = timeline.times
         raise FileError(path, f"no row is of a frame of the boxes, which are of {times[0]:.10g} to {times[-1]:.10g} s")
-    people, column = np.unique(ids.tracks(found)[there], return_inverse=True)
-    table.select(there).refuse_twice("this id already has a place in this frame, in {at}", frame[there], column)
-    places = np.stack([table.scaled("x"), table.scaled("y")], axis=-1)[there]
-    notes = []
-    count, row, far = _leaps(people[column], timeline.times[frame[there]], places) if posed else (0, 0, 0.0)
-    if count:
-        notes.append(
-            f"{path.name}, line {table.lines[there][row]}: id {found[there][row]} is {far:.4g} m from its place "
-            f"before, as are {count} places: are they in m, and are ids not used again?"
-        )
+    people, column = np.unique(ids.tracks(found)[kept], return_inverse=True)
+    whole, table, frame = len(frame), table.select(kept), frame[kept]
+    table.refuse_twice("this id already has a place in this frame, in {at}", frame, column)
+    places, notes = np.stack([table.scaled("x"), table.scaled("y")], axis=-1), list[str]()
+    leaps, moved = _leaps(people[column], timeline.times[frame], places)
+    if posed and len(leaps):
+        row, far = int(leaps[0]), f"is {moved[0]:.4g} m from its place before, as are {len(leaps)} places"
+        which = f"{path.name}, line {table.lines[row]}: id {table['id'][row]} {far}"
+        notes.append(f"{which}: are they in m, and are ids not used again?")
     positions, heights = np.full((timeline.frames, len(people), 2), np.nan), np.full(len(people), np.nan)
-    positions[frame[there], column] = places
-    stated = table.scaled("height")[there]
-    table.select(there).refuse((stated < 0.3) | (stated > 3.0), "height is {0:g}; heights of people are in m", stated)
+    positions[frame, column] = places
+    stated = table.scaled("height")
+    table.refuse((stated < 0.3) | (stated > 3.0), "height is {0:g}; heights of people are in m", stated)
     heights[column[~np.isnan(stated)]] = stated[~np.isnan(stated)]
-    left = len(frame) - len(there)
-    if left:
-        notes.append(f"{left} of {len(frame)} rows of {path.name} are of no frame of the boxes")
+    if len(table) < whole:
+        notes.append(f"{whole - len(table)} of {whole} rows of {path.name} are of no frame of the boxes")
     return Scene(name=name, dt=timeline.dt, people=people, positions=positions, heights=heights), tuple(notes)
 
 
-def _leaps(track: IntArray, times: FloatArray, places: FloatArray) -> tuple[int, int, float]:
-    """Rows [M] that need a speed above `FASTEST` from the row before of their track: number, the first, and its step.
-
-    ``times`` [M] are in s, ``places`` [M, 2] and the step in m.
+def _leaps(track: IntArray, times: FloatArray, places: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Rows of places [M, 2] in m, at ``times`` [M] in s, that need a speed above `FASTEST` from the row before of their
+    track, in order of tracks and times; and the steps to them in m.
     """
     order = np.lexsort((times, track))
     moved = np.hypot(*np.diff(places[order], axis=0).T)
     leaps = (np.diff(track[order]) == 0) & (moved > LEAP + FASTEST * np.diff(times[order]))
-    first = int(leaps.argmax()) if len(leaps) else 0
-    return int(leaps.sum()), int(order[first + 1]) if leaps.any() else 0, float(moved[first]) if leaps.any() else 0.0
+    return order[1:][leaps], moved[leaps]
 
 
 CAMERA, BOXES = "camera.toml", ("boxes.csv", "gt.txt", "det.txt", "gt/gt.txt", "det/det.txt")
@@ -270,17 +263,15 @@ def read_recording(
     if linked_here:
         rows, linking = _linked(rows, own)
         notes.append(linking)
-    straight, unseen = straight_rows(rows, own.facts.distortion, own.camera.intrinsics)
-    if unseen > 0.5 * len(rows):
-        problem = f"[distortion] leaves {unseen} of {len(rows)} boxes without a place in the picture"
+    whole, (rows, unseen) = len(rows), straight_rows(rows, own.facts.distortion, own.camera.intrinsics)
+    if unseen > 0.5 * whole:
+        problem = f"[distortion] leaves {unseen} of {whole} boxes without a place in the picture"
         raise FileError(own.path, f"{problem}; are these its coefficients?")
     if unseen:
-        notes.append(f"{unseen} of {len(rows)} boxes are dropped: the lens shows them too far from its axis")
-    rows = straight
+        notes.append(f"{unseen} of {whole} boxes are dropped: the lens shows them too far from its axis")
     tracks, boxes, visible = _dense(rows, own)
     notes += gaps(~np.isnan(boxes[..., 2]), timeline.dt)
-    scene, odometry = None, None
-    poses = None
+    scene = odometry = poses = None
     if files.poses is not None:
         poses, remarks = read_poses(files.poses, timeline)
         notes += remarks
@@ -307,9 +298,15 @@ def read_recording(
     if scene is not None and files.people is not None:
         footage, fit = _with_persons(footage, scene, own.facts.height_mean, files.people, linked_here)
         notes += fit
-    noise = _noise(boxes, own)
+    noise = own.facts.pixel_std
     return OwnRecording(
-        footage=footage, timeline=timeline, files=files, own=own, pixel_std=noise, notes=tuple(notes), rows=read
+        footage=footage,
+        timeline=timeline,
+        files=files,
+        own=own,
+        pixel_std=box_noise(boxes, own.camera.picture_size[0], own.camera.period) if noise is None else noise,
+        notes=tuple(notes),
+        rows=read,
     )
 
 
@@ -408,10 +405,3 @@ def _offset(footage: Footage, scene: Scene, heights: FloatArray, linked_here: bo
         own = np.where(scene.people[place] == footage.tracks, place, -1)
         columns = np.broadcast_to(own, footage.visible.shape)
     return frame_offset(in_columns(rectangles(footage.boxes)), expected, footage.camera.period, columns, least=FITTING)
-
-
-def _noise(boxes: FloatArray, own: OwnCamera) -> float:
-    if own.facts.pixel_std is not None:
-        return own.facts.pixel_std
-    measured = box_noise(boxes, own.camera.picture_size[0], own.camera.period)
-    return ASSUMED_NOISE if measured is None else max(LEAST_NOISE, round(measured, 2))

@@ -77,11 +77,9 @@ def number_frames(rows: Rows, numbers: FloatArray, dt: float | None, base: int) 
     first = int(different[0])
     frame = (numbers.astype(np.int64) - first) // step
     count = int(frame.max()) + 1
-    notes = []
-    if step > 1:
-        notes.append(f"frames are numbered in steps of {step}: one every {step} x {dt:g} = {step * dt:g} s is used")
+    note = f"frames are numbered in steps of {step}: one every {step} x {dt:g} = {step * dt:g} s is used"
     times = np.asarray((first - min(base, first) + step * np.arange(count)) * dt, np.float64)
-    return frame, Timeline(count, step * dt, times, first, step, tuple(notes), numbered=True)
+    return frame, Timeline(count, step * dt, times, first, step, (note,) if step > 1 else (), numbered=True)
 
 
 def time_frames(rows: Rows, times: FloatArray, dt: float | None) -> tuple[IntArray, Timeline]:
@@ -122,9 +120,7 @@ def time_frames(rows: Rows, times: FloatArray, dt: float | None) -> tuple[IntArr
     every = int(np.gcd.reduce(np.diff(number)))
     number, steps, notes = number // every, steps / every, list[str]()
     if every > 1:
-        notes.append(
-            f"time stamps come every {every} frames: one every {every} x {said:g} = {every * said:g} s is used"
-        )
+        notes += [f"time stamps come every {every} frames: one every {every} x {said:g} = {every * said:g} s is used"]
     near = 0.5 * said
     said *= every
     frame = np.empty(len(times), np.int64)
@@ -134,14 +130,12 @@ def time_frames(rows: Rows, times: FloatArray, dt: float | None) -> tuple[IntArr
     mean = float(middle @ (stamps - stamps.mean()) / (middle @ middle))  # the slope of all, whatever the ends' jitter
     lasts = said if abs(mean / said - 1.0) <= DRIFT else round(mean, 6)
     if lasts != said:
-        notes.append(
-            f"time stamps come every {mean:.4g} s, and dt is {said:g} s: motions are taken to last {mean:.4g} s"
-        )
+        stated = f"every {mean:.4g} s, and dt is {said:g} s"
+        notes += [f"time stamps come {stated}: motions are taken to last {mean:.4g} s"]
     uneven = int((np.abs(steps - np.round(steps)) > UNEVEN).sum())
     if uneven:
-        notes.append(
-            f"{uneven} of {len(steps)} time stamps are more than {UNEVEN:g} frames from an even grid of {said:g} s"
-        )
+        grid = f"more than {UNEVEN:g} frames from an even grid of {said:g} s"
+        notes += [f"{uneven} of {len(steps)} time stamps are {grid}"]
     times = np.interp(np.arange(count), number, stamps)
     return frame, Timeline(count, lasts, times, notes=tuple(notes), near=near if every > 1 else None)
 
@@ -180,9 +174,8 @@ def _check_gaps(rows: Rows, numbers: FloatArray, different: FloatArray, dt: floa
         before, after = different[gap : gap + 2]
         problem = f"frame {after:.10g} is {apart[gap]:.6g} s after the one before, {before:.10g}"
         stamped = len(apart) >= FIRST_TICKS and np.median(apart) > LONGEST_ABSENCE
-        advice = (
-            "are these time stamps? Then name the column time_ms or time_ns" if stamped else "split the recording there"
-        )
+        name = "are these time stamps? Then name the column time_ms or time_ns"
+        advice = name if stamped else "split the recording there"
         raise rows.fault(int(np.argmax(numbers == after)), f"{problem}; {advice}")
 
 
