@@ -346,6 +346,7 @@ def test_archives_of_annotation_tools_are_read(tmp_path: Path) -> None:
         (b"\xd0\xcf\x11\xe0", "an Excel workbook"),
         (b"f\0r\0a\0m\0e\0", "UTF-16 without its mark"),
         (b"{nope", "is not JSON"),
+        (b'{"images": [{"id": 1}], "annotations": [{"image_id": 1, "category_id": [1]}]}', "is not whole COCO"),
         (b"", "holds no box"),
         (b"frame,id,x1,y1,x2,y2\n0,1,500,200,40,90\n", "right is 40 and left 500; is it the width"),
         (b"frame,id,left_norm,top_norm,width_norm,height_norm\n0,1,500,200,40,90\n", "says that it is a share"),

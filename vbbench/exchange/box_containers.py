@@ -173,8 +173,14 @@ def _of_json(path: Path, text: bytes, picture: Picture) -> BoxTable:
             raise FileError(path, f"is not JSON: {error.msg}", error.lineno) from error
     except (RecursionError, UnicodeDecodeError) as error:
         raise FileError(path, "is not JSON that can be read") from error
-    coco = isinstance(value, dict) and {"images", "annotations"} <= value.keys()
-    records, first = _coco(path, value, picture) if coco else (list(_records(value, {})), 0)
+    if isinstance(value, dict) and {"images", "annotations"} <= value.keys():
+        try:
+            records, first = _coco(path, value, picture)
+        except (KeyError, TypeError) as error:
+            problem = f"is not whole COCO: image or key {error} is missing or of another kind"
+            raise FileError(path, problem) from error
+    else:
+        records, first = list(_records(value, {})), 0
     if not records:
         raise FileError(path, f"holds no boxes, as lists of objects; {_CSV}, or COCO")
     table = columns_of_records(path, records, NOUNS)
@@ -221,14 +227,14 @@ def _flat(value: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _coco(path: Path, value: Mapping[str, Any], picture: Picture) -> tuple[list[dict[str, Any]], int]:
-    """The annotations of COCO or CocoVid, each with its frame and class name; and the number of the first frame."""
-    try:
-        images = {image["id"]: image for image in value["images"]}
-        used = [images[one["image_id"]] for one in value["annotations"]]
-        names = {one["id"]: one["name"] for one in value.get("categories", ())}
-        videos = {one["id"]: str(one.get("name", one["id"])) for one in value.get("videos", ())}
-    except (KeyError, TypeError) as error:
-        raise FileError(path, f"is not whole COCO: image or key {error} is missing or of another kind") from error
+    """The annotations of COCO or CocoVid, each with its frame and class name; and the number of the first frame.
+
+    Raises KeyError or TypeError where something is missing or of another kind.
+    """
+    images = {image["id"]: image for image in value["images"]}
+    used = [images[one["image_id"]] for one in value["annotations"]]
+    names = {one["id"]: one["name"] for one in value.get("categories", ())}
+    videos = {one["id"]: str(one.get("name", one["id"])) for one in value.get("videos", ())}
     sizes = {(image.get("width"), image.get("height")) for image in used} - {(None, None), (0, 0)}
     if picture and sizes and not any(wide == picture[0] and picture[1] in (high, np.inf) for wide, high in sizes):
         (wide, high), shown = min(sizes, key=str), f"{picture[0]:g} x {picture[1]:g} px"
