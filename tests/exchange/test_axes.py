@@ -65,6 +65,13 @@ def read(path: Path, places, rotations, axes=None, **layout):
     return ground_poses(read_trajectory(written(path / "t.txt", places, rotations, **layout)), axes)
 
 
+def read_angles(folder: Path, places, angles, name: str = "yaw"):
+    """The poses of a file of angles, in a column of this name."""
+    rows = np.column_stack([0.1 * np.arange(len(angles)), places[:, :2], angles])
+    np.savetxt(folder / "t.csv", rows, delimiter=",", header=f"time,x,y,{name}", comments="")
+    return ground_poses(read_trajectory(folder / "t.csv"))
+
+
 @pytest.mark.parametrize("pitch", [0.0, -0.17])
 @pytest.mark.parametrize("bend", [0.0, 0.15, 1.57, -3.0])
 @pytest.mark.parametrize("first", [False, True])
@@ -167,9 +174,7 @@ def test_a_yaw_without_a_name_is_no_height(tmp_path, unit, aside):
 
 def test_a_yaw_without_a_unit_is_in_degrees_where_motion_shows_it(tmp_path):
     places, yaw = drive(0.1)
-    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], np.degrees(yaw)])
-    np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
-    found = ground_poses(read_trajectory(tmp_path / "t.txt"))
+    found = read_angles(tmp_path, places, np.degrees(yaw))
     same_motion(found.poses, places, yaw)
     assert "is read as yaw in degrees" in found.notes[0]
 
@@ -178,18 +183,14 @@ def test_a_yaw_without_a_unit_is_in_degrees_where_motion_shows_it(tmp_path):
 def test_an_angle_that_runs_clockwise_is_told_by_a_path_that_bends(tmp_path, bend, read_as):
     places, yaw = drive(bend)
     angle = np.degrees((0.0 if read_as == "yaw clockwise" else 0.5 * np.pi) - yaw)
-    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], angle])
-    np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,heading_deg", comments="")
-    found = ground_poses(read_trajectory(tmp_path / "t.txt"))
+    found = read_angles(tmp_path, places, angle, "heading_deg")
     same_motion(found.poses, places, yaw if bend else yaw + 0.5 * np.pi)
     assert [f"is read as {read_as}" in note for note in found.notes] == [True] * bool(bend)
 
 
 def test_a_yaw_aside_of_the_way_is_not_taken_for_degrees(tmp_path):
     places, yaw = drive(0.5)
-    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], yaw + 1.57])
-    np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
-    found = ground_poses(read_trajectory(tmp_path / "t.txt"))
+    found = read_angles(tmp_path, places, yaw + 1.57)
     same_motion(found.poses, places, yaw + 1.57)
     assert not found.notes
 
@@ -198,9 +199,7 @@ def test_a_camera_that_looks_about_is_not_read_in_degrees(tmp_path):
     """Degrees would make its yaw that of a path that hardly bends."""
     places, yaw = drive(0.3)
     looks = 0.9 * np.sin(0.1 * np.arange(len(yaw)))
-    rows = np.column_stack([0.1 * np.arange(len(yaw)), places[:, :2], looks])
-    np.savetxt(tmp_path / "t.txt", rows, delimiter=",", header="time,x,y,yaw", comments="")
-    same_motion(ground_poses(read_trajectory(tmp_path / "t.txt")).poses, places, looks)
+    same_motion(read_angles(tmp_path, places, looks).poses, places, looks)
 
 
 def test_places_alone_give_the_yaw_of_their_path_or_none(tmp_path):

@@ -7,15 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.lib.own_recording import (
-    CAMERA_TOML,
-    Walk,
-    make_walk,
-    write_folder,
-    write_mot,
-    write_people,
-    write_tum,
-)
+from tests.lib.own_recording import CAMERA_TOML, Walk, make_walk, write_folder, write_mot, write_people, write_tum
 from vbbench.boxes import rectangles
 from vbbench.errors import FileError
 from vbbench.exchange.own.recording import files_in, read_people, read_recording
@@ -183,9 +175,8 @@ def test_people_without_ids_of_boxes_are_matched_by_overlap(folder, walk):
 
 def test_people_without_poses_are_relative(folder, walk, tmp_path):
     relative = world_to_relative(walk.people, walk.poses)
-    lines = [
-        f"{t * 0.1:.3f},{k + 1},{relative[t, k, 0]},{relative[t, k, 1]}\n" for t, k in np.ndindex(relative.shape[:2])
-    ]
+    places = ((t, k, *relative[t, k]) for t, k in np.ndindex(relative.shape[:2]))
+    lines = [f"{t * 0.1:.3f},{k + 1},{right},{forward}\n" for t, k, right, forward in places]
     (folder / "people.csv").write_text("time,id,x,y\n" + "".join(lines))
     dataset = generate("own", tmp_path / "d", Options(source=folder))
     assert dataset.info.truth == "relative"

@@ -133,8 +133,7 @@ def _refuse_unknown(table: NamedColumns) -> None:
     if header is None:
         return
     if not _is_whole(header):
-        problem = f"its first line is {quoted(','.join(header.names))}"
-        raise FileError(table.path, f"{problem}; {_WANTED}", 1)
+        raise FileError(table.path, f"its first line is {quoted(','.join(header.names))}; {_WANTED}", 1)
     lost = [name for name in header.ignored if _ROTATION.fullmatch(name)]
     if lost and not ("qx" in header or "yaw" in header):
         problem = f"rotations are not read by the names {', '.join(lost)}"

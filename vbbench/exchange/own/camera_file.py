@@ -252,6 +252,8 @@ def make_own_camera(path: Path, table: Mapping[str, Any], text: str = "") -> Own
         facts = replace(facts, height=round(0.5 * facts.width))
     model = _model(path, facts.model)
     given = _perspective(path, facts) if facts.model == "perspective" else _other(path, facts)
+    tilt = {name: angle for name, angle in (("pitch", facts.pitch), ("roll", facts.roll)) if angle}
+    given |= {"mount_height": facts.mount_height, **tilt, **facts.parameters}
     known = {one.name for one in fields(model)}
     for name in sorted(given.keys() - known):
         raise FileError(path, f"camera model '{facts.model}' has no '{name}'; {suggestion(name, sorted(known))}")
@@ -337,7 +339,7 @@ def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:
     across = 0.5 * facts.width if facts.cx is None else facts.cx
     down = 0.5 * facts.height if facts.cy is None else facts.cy
     given = {"width": facts.width, "height": facts.height, "focal": focal, "cx": across, "cy": down}
-    return given | {"vertical_focal": None if rows_focal == focal else rows_focal} | _mount(facts)
+    return given | {"vertical_focal": None if rows_focal == focal else rows_focal}
 
 
 def _span_of(pixels: int, focal: float) -> float:
@@ -366,10 +368,4 @@ def _other(path: Path, facts: CameraFile) -> dict[str, Any]:
         given["cy"] = 0.5 * (facts.height or 0) if facts.cy is None else facts.cy
     if facts.model != "panorama":
         given["height"] = facts.height
-    return {name: value for name, value in given.items() if value is not None} | _mount(facts)
-
-
-def _mount(facts: CameraFile) -> dict[str, float]:
-    """Mount height, stated tilt, and parameters of the user's own model."""
-    tilt = {name: angle for name, angle in (("pitch", facts.pitch), ("roll", facts.roll)) if angle}
-    return {"mount_height": facts.mount_height, **tilt, **facts.parameters}
+    return {name: value for name, value in given.items() if value is not None}

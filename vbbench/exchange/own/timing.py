@@ -71,7 +71,15 @@ def number_frames(rows: Rows, numbers: FloatArray, dt: float | None, base: int) 
         problem = "its frames are numbered, and no file says how long one lasts"
         raise FileError(rows.path, f"{problem}: give --dt, or write dt or fps in camera.toml")
     different = np.unique(numbers)
-    _check_gaps(rows, numbers, different, dt)
+    apart = np.diff(different) * dt
+    if (apart > LONGEST_ABSENCE).any():
+        gap = int(np.argmax(apart > LONGEST_ABSENCE))
+        before, after = different[gap : gap + 2]
+        problem = f"frame {after:.10g} is {apart[gap]:.6g} s after the one before, {before:.10g}"
+        stamped = len(apart) >= FIRST_TICKS and np.median(apart) > LONGEST_ABSENCE
+        name = "are these time stamps? Then name the column time_ms or time_ns"
+        advice = name if stamped else "split the recording there"
+        raise rows.fault(int(np.argmax(numbers == after)), f"{problem}; {advice}")
     different = different.astype(np.int64)
     step = max(1, int(np.gcd.reduce(np.diff(different)))) if len(different) > 1 else 1
     first = int(different[0])
@@ -164,19 +172,6 @@ def _tick(since: FloatArray, dt: float) -> float:
     ticks = dt + finest * np.arange(-round(DOUBTED * dt / finest), round(DOUBTED * dt / finest) + 1)
     kept = np.abs(np.exp(2j * np.pi * since / ticks[:, None]).sum(axis=1))
     return float(ticks[int(kept.argmax())])
-
-
-def _check_gaps(rows: Rows, numbers: FloatArray, different: FloatArray, dt: float) -> None:
-    """Refuse frame ``numbers`` [N] with too long gaps between the ``different`` ones, ascending."""
-    apart = np.diff(different) * dt
-    if (apart > LONGEST_ABSENCE).any():
-        gap = int(np.argmax(apart > LONGEST_ABSENCE))
-        before, after = different[gap : gap + 2]
-        problem = f"frame {after:.10g} is {apart[gap]:.6g} s after the one before, {before:.10g}"
-        stamped = len(apart) >= FIRST_TICKS and np.median(apart) > LONGEST_ABSENCE
-        name = "are these time stamps? Then name the column time_ms or time_ns"
-        advice = name if stamped else "split the recording there"
-        raise rows.fault(int(np.argmax(numbers == after)), f"{problem}; {advice}")
 
 
 def nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
