@@ -285,7 +285,7 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
         if no_class or world or ((classes == 0) & (visible == 0) & (last == 0)).all():
             classes, visible = np.full(len(table), UNLINKED), unknown
     hidden, fractions = visible == 0.0, ((visible > 0.0) & (visible < 1.0)).any()
-    mostly = hidden.mean() >= 0.5 and len(table) >= FEWEST_HIDDEN
+    mostly = len(table) >= FEWEST_HIDDEN and hidden.mean() >= 0.5
     truncated = hidden.any() and not fractions and (ten or not flags or mostly)
     if truncated or (not flags and (visible > 1.0).any() and (visible == np.round(visible)).all()):
         visible = unknown  # truncation, or the number of a detection
