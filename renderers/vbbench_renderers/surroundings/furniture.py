@@ -1,7 +1,5 @@
 """Lamps and trees, each in its own frame with its foot at z = 0."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from vbbench.geometry import FloatArray
@@ -113,7 +111,9 @@ def _bough(start: FloatArray, end: FloatArray, size: float) -> Mesh:
     lean = (end - start)[:2]
     points = rod.vertices.astype(np.float64)
     moved = np.column_stack([points[:, :2] + points[:, 2:] * lean, points[:, 2] * (end - start)[2]]) + start
-    return replace(rod, vertices=moved.astype(np.float32))
+    return smooth_mesh(
+        moved, rod.normals.astype(np.float64), rod.colours.astype(np.float64), rod.triangles.astype(np.int64)
+    )
 
 
 IRON = np.array([0.035, 0.04, 0.042])
