@@ -462,6 +462,26 @@ def test_an_identity_switch_starts_a_new_person_and_does_not_move_the_camera(kno
     np.testing.assert_allclose(np.delete(after, 2), np.delete(before, 2), atol=0.01)
 
 
+@pytest.mark.parametrize("dt", [DT, 0.1])
+def test_people_keep_their_heights_when_columns_change(dt: float) -> None:
+    """Columns 2 and 3 exchange their people; the person of column 4 is lost for two key frames, then has column 6.
+
+    Feet are so uncertain that boxes of a new person could be of anybody from 1.6 to 1.8 m.
+    """
+    scene = walkers(dt=dt)
+    scene.boxes[..., 1] += 0.1 * scene.boxes[..., 2] * np.random.default_rng(3).normal(size=scene.boxes.shape[:2])
+    order, lost, joined = np.array([0, 1, 3, 2, 6, 5, 4]), SWITCH + round(2 * max(dt, 0.2) / dt), SWITCH + 6
+    places, boxes = (np.insert(array, 6, np.nan, axis=1) for array in (scene.places, scene.boxes))
+    boxes[SWITCH:lost, 4] = np.nan
+    for array in (places, boxes):
+        array[SWITCH:] = array[SWITCH:, order]
+    other = Run(7, known=False, changes={"dt": dt}).through(Crowd(scene.poses, places, boxes))
+    same = Run(6, known=False, changes={"dt": dt}).through(scene)
+    for t in range(joined, len(boxes)):
+        expected = np.insert(same[t]["heights"], 6, np.nan)[order]
+        np.testing.assert_allclose(other[t]["heights"][[2, 3, 6]], expected[[2, 3, 6]], atol=0.02)
+
+
 @pytest.mark.parametrize("known", [True, False])
 def test_boxes_that_all_jump_at_once_are_of_the_same_people(known: bool) -> None:
     """The camera has turned by 29 degrees."""

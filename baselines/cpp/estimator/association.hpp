@@ -1,4 +1,4 @@
-// Data association: whether the newest box of a track is of the same person as those before it.
+// Data association: of which person the boxes of a column are.
 #pragma once
 
 #include <algorithm>
@@ -10,17 +10,28 @@
 
 namespace vbbench {
 
-/// Errors of a box's cues, whitened by its noise, with their covariances if it is of the expected person, and if it is
-/// of another person nearby.
+/// Errors of a box's cues, whitened by its noise, with their variances if it is of the expected person, and if it is of
+/// another person nearby.
 struct Innovation {
   static constexpr double kAside = 0.4, kFarther = 0.3;  ///< σ of another's place, in box heights and of the range
-  int cues = 0;
-  std::array<double, 3> e{};
-  double same[3][3] = {}, other[3][3] = {};
+  std::array<double, 2> e{}, same{}, other{};
+
+  /// Log density of a Student-t law with these variances, up to a constant.
+  double log_density(const std::array<double, 2>& variance, double nu) const {
+    const double away = e[0] * e[0] / variance[0] + e[1] * e[1] / variance[1];
+    return -0.5 * elementary::log(variance[0] * variance[1]) - 0.5 * (nu + 2.0) * elementary::log1p(away / nu);
+  }
 };
 
-/// Finds identity switches: compares the density of a box under its person's prediction with that of another person
-/// nearby.
+/// Boxes from a frame on that go to another person.
+struct Reassignment {
+  int from;     ///< index of the person who has them
+  int to;       ///< of the person whom they show; −1: one who is not known yet
+  int node;     ///< of the first box in the path of the person who has them
+  Person path;  ///< of the person whom they show, with these boxes
+};
+
+/// Finds identity switches, and people who have got another column.
 class Association {
  public:
   void start() {
@@ -33,145 +44,265 @@ class Association {
     a(switches_), a(kept_);
   }
 
-  /// Indices of the people of the window whose newest boxes are more probably of another person.
-  std::vector<int> switched(const Window& window, const Model& model) {
-    std::vector<int> found;
-    int again = 0;
-    const int newest = static_cast<int>(window.frames.size()) - 1;
-    for (int p = 0; p < static_cast<int>(window.people.size()); ++p) {
-      const Person& person = window.people[p];
-      if (person.last() != newest || person.frames() < 2) continue;
-      const Node& node = person.nodes.back();
-      if (!node.seen || node.given || node.box.cut) continue;
-      ++again;
-      Innovation one;
-      if (surprise(window, person, model) > kDoubt && innovate(window, person, model, one) && is_another(one, model))
-        found.push_back(p);
-    }
-    count(found, again);
-    return found;
-  }
-
-  /// Whether a box is more probably of another person.
+  /// Whether a box is more probably of another person nearby.
   bool is_another(const Innovation& one, const Model& model) const {
-    const double rate = switches_ / (switches_ + kept_), nu = model.people.noise.nu;
-    const double better = log_density(one, one.same, nu) - log_density(one, one.other, nu);
-    return rate > (1.0 - rate) * elementary::exp(std::min(better, 300.0));
+    const double nu = model.people.noise.nu;
+    return one.log_density(one.same, nu) - one.log_density(one.other, nu) < -continuity();
   }
 
   /// Counts the switches `found` among those who are seen `again`. None remain if they are half of these: then the
   /// camera's motion is the likelier cause.
-  void count(std::vector<int>& found, int again) {
-    if (2 * static_cast<int>(found.size()) >= again) found.clear();
-    switches_ += static_cast<double>(found.size());
-    kept_ += static_cast<double>(again);
+  template <class Switch>
+  void count(std::vector<Switch>& found, int switched, int again) {
+    if (switched > 0 && 2 * switched >= again) {
+      found.clear();
+      switched = 0;
+    }
+    switches_ += switched;
+    kept_ += again;
+  }
+
+  /// Assigns boxes that surprise, and those of paths that began a short time ago, to the paths that they continue most
+  /// probably: one's own, another that has ended or whose box surprises, or none.
+  std::vector<Reassignment> associate(const Window& window, const Model& learned) {
+    Model model = learned;
+    for (int c = 0; c < 3; ++c) model.people.noise.share[c] *= std::sqrt(model.people.noise.excess[c]);
+    const int newest = static_cast<int>(window.frames.size()) - 1;
+    std::vector<Part> heads, tails;
+    int again = 0;
+    for (int p = 0; p < static_cast<int>(window.people.size()); ++p) {
+      const Person& person = window.people[p];
+      if (person.last() < newest || !is_examined(person.nodes.back())) continue;
+      again += person.frames() > 1;
+      double least = continuity() + kClear;
+      Part head, tail;
+      const std::array<double, kLate> surprise = surprises(window, person, model);
+      const int last = person.frames() - 1;
+      for (int node = last; node > std::max(0, last - kLate); --node) {
+        if (person.nodes[node].given) break;
+        if (!is_examined(person.nodes[node]) || surprise[last - node] < kDoubt) continue;
+        Part earlier{p, before(person, node)}, later{p, after(person, node)};
+        const double nats = link(window, model, earlier, later).nats;
+        if (nats >= least) continue;
+        least = nats;
+        head = std::move(earlier);
+        tail = std::move(later);
+      }
+      if (head.person >= 0) {
+        heads.push_back(std::move(head));
+        tails.push_back(std::move(tail));
+      } else if (is_young(person)) {
+        tails.push_back({p, person});
+      }
+    }
+    std::vector<Link> links;
+    for (int p = 0; p < static_cast<int>(window.people.size()) && !tails.empty(); ++p)
+      if (window.people[p].last() < newest && window.people[p].frames() > 1) heads.push_back({p, window.people[p]});
+    for (int t = 0; t < static_cast<int>(tails.size()); ++t)
+      for (int h = 0; h < static_cast<int>(heads.size()); ++h) {
+        Part &head = heads[h], &tail = tails[t];
+        const bool own = head.person == tail.person;
+        if (!own && !is_near(window, model, head.path, tail.path)) continue;
+        Link one = link(window, model, head, tail);
+        one.head = h;
+        one.tail = t;
+        if (one.nats > (own ? 0.0 : kSurer)) links.push_back(std::move(one));
+      }
+    std::stable_sort(links.begin(), links.end(), [](const Link& a, const Link& b) { return a.nats > b.nats; });
+    std::vector<Reassignment> found;
+    int switched = 0;
+    for (Link& one : links) {
+      Part &head = heads[one.head], &tail = tails[one.tail];
+      if (head.assigned || tail.assigned) continue;
+      head.assigned = tail.assigned = true;
+      if (head.person == tail.person) continue;
+      const int node = tail.path.first - window.people[tail.person].first;
+      switched += node > 0;
+      found.push_back({tail.person, head.person, node, std::move(one.path)});
+    }
+    for (Part& tail : tails) {
+      const int node = tail.path.first - window.people[tail.person].first;
+      if (tail.assigned || node == 0) continue;
+      ++switched;
+      found.push_back({tail.person, -1, node, placed(window, tail.path)});
+    }
+    count(found, switched, again);
+    return found;
+  }
+
+  /// A path up to a node, without it.
+  static Person before(const Person& person, int node) {
+    Person first = person;
+    first.column = -1;
+    first.nodes.resize(node);
+    std::erase_if(first.between, [&](const Between& one) { return one.node >= node; });
+    return first;
   }
 
  private:
-  static constexpr double kDoubt = 10.0;  ///< squared σ from which a box is examined
-  static constexpr int kRounds = 4;
-  static constexpr double kStill = 0.01;  ///< m: a shorter step is the last one
+  static constexpr double kClear = 3.0;   ///< nats of evidence for one's own path above which no other is tried
+  static constexpr double kDoubt = 6.0;   ///< squared σ from which a box is examined
+  static constexpr int kLate = 3;         ///< newest key frames with which a path may begin or continue another
+  static constexpr double kArea = 300.0;  ///< m² in which people are who are not known yet
+  static constexpr int kRounds = 8;
+  static constexpr double kLogTwoPi = 1.8378770664093453;
 
-  /// Sum of squares of a person's newest whitened residuals.
-  static double surprise(const Window& window, const Person& person, const Model& model) {
+  /// A path that ended, or one that begins.
+  struct Part {
+    int person = -1;
+    Person path;
+    double evidence = NAN;  ///< ln of the marginal likelihood, up to constants of the parts of a link
+    bool assigned = false;
+  };
+
+  /// A path that ended with one that begins, and the log odds that both are of one person.
+  struct Link {
+    double nats;
+    Person path;
+    int head = -1, tail = -1;
+  };
+
+  static bool is_examined(const Node& node) { return node.seen && !node.given && !node.box.cut; }
+
+  static bool is_young(const Person& person) {
+    return person.first > 0 && person.frames() <= kLate && !person.prior.any &&
+           std::none_of(person.nodes.begin(), person.nodes.end(), [](const Node& node) { return node.given; });
+  }
+
+  /// Whether a person can have gone from the end of one path to the bearing at which another begins.
+  static bool is_near(const Window& window, const Model& model, const Person& head, const Person& tail) {
+    if (head.last() >= tail.first) return false;
+    const auto& camera = window.frames[tail.first].at;
+    const auto& end = head.nodes.back().at;
+    const double time = (tail.first - head.last() + 1) * model.people.walk.dt;
+    const double dx = end[0] - camera[0], dy = end[1] - camera[1];
+    const double off = wrap(elementary::atan2(dy, dx) - camera[2] + tail.nodes[0].box.azimuth);
+    return std::abs(off) * elementary::hypot(dx, dy) < model.people.pace.running * time;
+  }
+
+  /// Log odds that a column goes on to show its person.
+  double continuity() const { return elementary::log(kept_ / switches_); }
+
+  /// Joins two parts, and compares the evidence of one person with that of two (Bayes factor).
+  Link link(const Window& window, const Model& model, Part& head, Part& tail) {
+    if (std::isnan(head.evidence)) {
+      Person path = head.path;
+      head.evidence = evidence(window, model, path);
+    }
+    if (std::isnan(tail.evidence)) {  // with the priors of place, velocity, height and own edge of a new person
+      Person path = placed(window, tail.path);
+      tail.evidence = evidence(window, model, path) - elementary::log(kArea) -
+                      elementary::log(path.height_std * model.people.own_edge_std);
+      if (path.frames() > 1)
+        tail.evidence -= kLogTwoPi + 2.0 * elementary::log(model.people.pace.walking * model.people.walk.dt);
+    }
+    Link one{0.0, joined(head.path, tail.path)};
+    const bool same_column = head.path.nodes.back().column == tail.path.column;
+    one.nats = evidence(window, model, one.path) - head.evidence - tail.evidence + (same_column ? continuity() : 0.0);
+    if (!std::isfinite(one.nats)) one.nats = same_column ? INFINITY : -INFINITY;
+    return one;
+  }
+
+  /// The two paths as one, on a straight line between them.
+  static Person joined(const Person& head, const Person& tail) {
+    Person one = head;
+    while (one.frames() > 1 && !one.nodes.back().seen) one.nodes.pop_back();
+    std::erase_if(one.between, [&](const Between& shown) { return shown.node >= one.frames(); });
+    const std::array<double, 2> from = one.nodes.back().at, to = tail.nodes[0].at;
+    const int steps = tail.first - one.last();
+    for (int i = 1; i < steps; ++i) {
+      Node node;
+      for (int a = 0; a < 2; ++a) node.at[a] = from[a] + (to[a] - from[a]) * i / steps;
+      one.nodes.push_back(node);
+    }
+    for (Between shown : tail.between) {
+      shown.node += one.frames();
+      one.between.push_back(shown);
+    }
+    one.nodes.insert(one.nodes.end(), tail.nodes.begin(), tail.nodes.end());
+    one.column = tail.column;
+    one.squares += tail.squares;
+    one.count += tail.count;
+    return one;
+  }
+
+  /// A path from a node on, of a person about whom nothing else is known.
+  static Person after(const Person& person, int node) {
+    Person second;
+    second.column = person.column;
+    second.first = person.first + node;
+    second.nodes.assign(person.nodes.begin() + node, person.nodes.end());
+    for (const Between& one : person.between) {
+      if (one.node <= node) continue;
+      second.between.push_back(one);
+      second.between.back().node -= node;
+    }
+    second.variance = person.variance;
+    second.log_height = second.height_mean = person.height_mean;
+    second.height_std = person.height_std;
+    return second;
+  }
+
+  /// The path where its first box places a person of its height.
+  static Person placed(const Window& window, const Person& person) {
+    Person moved = person;
+    const std::array<double, 2>& from = person.nodes[0].at;
+    const auto to = window.placed(person.nodes[0].box, person.log_height, window.frames[person.first]);
+    for (Node& node : moved.nodes)
+      for (int a = 0; a < 2; ++a) node.at[a] += to[a] - from[a];
+    return moved;
+  }
+
+  /// Sums of squares of the whitened residuals of a person's newest nodes, the newest one first.
+  static std::array<double, kLate> surprises(const Window& window, const Person& person, const Model& model) {
+    std::array<double, kLate> sum{};
     const int last = person.frames() - 1;
-    double sum = 0.0;
+    const double scale = 1.0 / (model.people.walk.sigma * model.people.walk.sigma);
     person_rows(person, window.frames, window.calibration, model.people, RowVisitor([&](const Row& row) {
-                  if (row.cue >= 0) sum += row.e * row.e;
-                  if (row.walk) sum += row.e * row.e / (model.people.walk.sigma * model.people.walk.sigma);
+                  if (row.cue >= 0 || row.walk) sum[last - row.node] += row.e * row.e * (row.walk ? scale : 1.0);
                 }),
-                {last, last});
+                {std::max(0, last - kLate + 1), last});
     return sum;
   }
 
-  /// Computes the innovation of a person's newest box, of which the path before predicts the place; false if the system
-  /// is not positive definite.
-  bool innovate(const Window& window, const Person& person, const Model& model, Innovation& one) {
-    const int last = person.frames() - 1, newest = static_cast<int>(window.frames.size()) - 1;
+  /// Minimises the cost of a path at the present camera and calibration; returns ln of the marginal likelihood of its
+  /// boxes by Laplace's approximation, −∞ if the system is not positive definite.
+  double evidence(const Window& window, const Model& model, Person& person) {
     Layout alone;  // camera and calibration are held
-    alone.frames = alone.held = newest + 1;
+    alone.frames = alone.held = static_cast<int>(window.frames.size());
     Reduced nothing;
     nothing.reset(kGlobals);
-    Person expected = person;
-    expected.nodes.back().seen = false;
-    std::erase_if(expected.between, [&](const Between& between) { return between.node == last && !between.given; });
-    std::vector<double> step;
     const std::vector<double> none(kGlobals, 0.0);
+    double least = INFINITY, found = -INFINITY;
     for (int round = 0; round < kRounds; ++round) {
-      elimination_.reset(expected, alone, 0.0);
-      const auto add = [&](const Row& row) { elimination_.add(row, nothing); };
-      person_rows(expected, window.frames, window.calibration, model.people, RowVisitor(add));
-      own_rows(expected, model.people, add);
-      elimination_.add_prior(expected, window.calibration, nothing);
-      if (!elimination_.eliminate(nothing)) return false;
-      elimination_.back_substitute(none, step);
-      double moved = 0.0;
-      for (int i = 0; i <= last; ++i)
-        for (int axis = 0; axis < 2; ++axis) {
-          expected.nodes[i].at[axis] += step[2 * i + axis];
-          moved = std::max(moved, std::abs(step[2 * i + axis]));
-        }
-      expected.log_height += step[elimination_.local - 2];
-      expected.own_edge += step[elimination_.local - 1];
-      if (moved < kStill) break;
+      elimination_.reset(person, alone, 0.0);
+      CostSum sum;
+      int walks = 0;
+      const auto add = [&](const Row& row) {
+        elimination_.add(row, nothing);
+        sum.add(row);
+        walks += row.walk && row.axis == 0;
+      };
+      person_rows(person, window.frames, window.calibration, model.people, RowVisitor(add));
+      own_rows(person, model.people, add);
+      elimination_.add_prior(person, window.calibration, nothing);
+      const double cost = sum.sum() + Elimination::prior_cost(person, window.calibration);
+      if (!(cost < least) || !elimination_.eliminate(nothing)) break;
+      const double gain = elimination_.solve_right();
+      least = cost;
+      found = gain - cost - 0.5 * elimination_.log_determinant() + kLogTwoPi * (person.frames() - walks);
+      if (gain < 0.1) break;
+      elimination_.back_substitute(none, step_);
+      for (int i = 0; i < elimination_.local - 2; ++i) person.nodes[i / 2].at[i % 2] += step_[i];
+      person.log_height += step_[elimination_.local - 2];
+      person.own_edge += step_[elimination_.local - 1];
     }
-    expected.nodes.back().seen = true;
-    const Frame& camera = window.frames.back();
-    const Node& node = expected.nodes.back();
-    const double dx = node.at[0] - camera.at[0], dy = node.at[1] - camera.at[1], r = elementary::hypot(dx, dy) + 1e-9;
-    const double along = Innovation::kFarther * r, aside = Innovation::kAside * node.box.width * r;
-    int cue[3] = {};
-    double by_place[3][2] = {}, by_height[3] = {};
-    std::array<std::vector<double>, 3> spread;
-    person_rows(expected, window.frames, window.calibration, model.people, RowVisitor([&](const Row& row) {
-                  if (row.cue < 0) return;
-                  cue[one.cues] = row.cue;
-                  one.e[one.cues] = row.e;
-                  std::vector<double>& g = spread[one.cues];
-                  g.assign(elimination_.local, 0.0);
-                  row.each(0, [&](const Variable& v, double by) {
-                    const int i = elimination_.index_of(v);
-                    if (i >= 0) g[i] += by;
-                  });
-                  for (int a = 0; a < 2; ++a) by_place[one.cues][a] = row.by[kSlotPlace + a];
-                  by_height[one.cues] = row.by[kSlotHeight];
-                  elimination_.whiten(g.data());
-                  ++one.cues;
-                }),
-                {last, last});
-    for (int a = 0; a < one.cues; ++a)
-      for (int b = 0; b < one.cues; ++b) {
-        one.same[a][b] = one.other[a][b] = a == b ? model.people.noise.excess[cue[a]] : 0.0;
-        for (int i = 0; i < elimination_.local; ++i) one.same[a][b] += spread[a][i] * spread[b][i];
-        const double far_a = along * (by_place[a][0] * dx + by_place[a][1] * dy) / r;
-        const double far_b = along * (by_place[b][0] * dx + by_place[b][1] * dy) / r;
-        const double side_a = aside * (by_place[a][1] * dx - by_place[a][0] * dy) / r;
-        const double side_b = aside * (by_place[b][1] * dx - by_place[b][0] * dy) / r;
-        one.other[a][b] += far_a * far_b + side_a * side_b + square(person.height_std) * by_height[a] * by_height[b];
-      }
-    return true;
-  }
-
-  /// Log density of a Student-t law with the scale matrix s, up to a constant.
-  static double log_density(const Innovation& one, const double (&s)[3][3], double nu) {
-    double l[3][3] = {}, w[3], away = 0.0, volume = 0.0;
-    for (int i = 0; i < one.cues; ++i) {
-      for (int j = 0; j <= i; ++j) {
-        double sum = s[i][j];
-        for (int k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
-        l[i][j] = i == j ? std::sqrt(std::max(sum, 1e-12)) : sum / l[j][j];
-      }
-      double rest = one.e[i];
-      for (int k = 0; k < i; ++k) rest -= l[i][k] * w[k];
-      w[i] = rest / l[i][i];
-      away += w[i] * w[i];
-      volume += elementary::log(l[i][i]);
-    }
-    return -volume - 0.5 * (nu + one.cues) * elementary::log1p(away / nu);
+    return found;
   }
 
   double switches_ = 1.0, kept_ = 100.0;
   Elimination elimination_;
+  std::vector<double> step_;
 };
 
 }  // namespace vbbench

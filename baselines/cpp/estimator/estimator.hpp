@@ -69,7 +69,6 @@ constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, σ and memo
 constexpr double kColdTime = 8.0;                    ///< s of the first window after a cold start, at most 2 · `size`
 constexpr double kVague = 0.3;                       ///< m and rad, largest σ of odometry that is used
 constexpr int kTried = 3;                            ///< newest steps of the hypothesis that a standing camera moves
-constexpr double kSurer = 1.0;                       ///< nats by which another hypothesis must be better
 constexpr double kSurerEach = 0.5;                   ///< the same for each person who has the common velocity
 constexpr double kWalks = 3.0;  ///< nats by which it is more probable that a person who carries a camera walks
 
@@ -180,8 +179,11 @@ class Estimator {
       std::erase_if(between_, [&](const Between& one) { return one.node == columns[i]; });
     }
     for (Person& person : window_.people)
-      for (int i = 0; i < count; ++i)
-        if (person.shown == columns[i]) person.column = person.shown = -1;
+      for (int i = 0; i < count; ++i) {
+        if (person.column == columns[i]) person.column = -1;
+        for (Node& node : person.nodes)
+          if (node.column == columns[i]) node.column = -1;
+      }
   }
 
   /// Numbers of the window's frames, counted from the start.
@@ -193,13 +195,13 @@ class Estimator {
     for (int a = 0; a < 3; ++a) output.pose[a] = camera.at[a];
     for (const Person& person : window_.people) {
       const int i = frame - person.first;
-      if (person.shown < 0 || i < 0 || i >= person.frames()) continue;
-      for (int a = 0; a < 2; ++a) output.positions[2 * person.shown + a] = person.nodes[i].at[a];
+      if (i < 0 || i >= person.frames() || person.nodes[i].column < 0) continue;
+      for (int a = 0; a < 2; ++a) output.positions[2 * person.nodes[i].column + a] = person.nodes[i].at[a];
     }
     if (!recording_.covariances) return;
     learn();
     Window::Covariances found;
-    if (window_.covariances(model_, frame, false, found)) write_covariances(frame, &Person::shown, found, output);
+    if (window_.covariances(model_, frame, false, found)) write_covariances(frame, found, output);
   }
 
   /// Archives the state on which later frames depend. The last factorisation is not archived, so it is used before.
@@ -283,11 +285,7 @@ class Estimator {
     try_common_velocities(solution);
     try_other_modes(solution);
     std::vector<int> changed = occlusion_.mark(window_, model_, true);
-    for (const int p : association_.switched(window_, model_)) {
-      split(p);
-      changed.push_back(p);
-      changed.push_back(static_cast<int>(window_.people.size()) - 1);
-    }
+    associate(changed);
     if (!changed.empty()) solution = window_.solve_changed(model_, rounds, least, changed);
     watch();
     output.converged = converged_ = solution.steps > 0 && blind_ <= kBlind && is_plausible();
@@ -402,7 +400,7 @@ class Estimator {
         turn += weight * off;
         information += weight;
       } else {
-        one.at = placed(box, elementary::log(recording_.height_mean), frame);
+        one.at = window_.placed(box, elementary::log(recording_.height_mean), frame);
       }
       expected.push_back(one);
     }
@@ -466,23 +464,22 @@ class Estimator {
       const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
       const double aside = Innovation::kAside * one.box.width / one.bearing_error;
       const double farther = elementary::hypot(Innovation::kFarther, person.height_std) * r / one.range_error;
-      Innovation cues;
-      cues.cues = 2;
-      cues.e = {wrap(one.bearing - elementary::atan2(dy, dx)) / one.bearing_error, (one.range - r) / one.range_error};
       const double errors[2] = {one.bearing_error * r, one.range_error}, away[2] = {aside, farther};
+      Innovation cues;
+      cues.e = {wrap(one.bearing - elementary::atan2(dy, dx)) / one.bearing_error, (one.range - r) / one.range_error};
       for (int c = 0; c < 2; ++c) {
-        cues.same[c][c] = model_.people.noise.excess[c] + one.variance / square(errors[c]);
-        cues.other[c][c] = cues.same[c][c] + square(away[c]);
+        cues.same[c] = model_.people.noise.excess[c] + one.variance / square(errors[c]);
+        cues.other[c] = cues.same[c] + square(away[c]);
       }
       if (association_.is_another(cues, model_)) found.push_back(i);
     }
-    association_.count(found, again);
+    association_.count(found, static_cast<int>(found.size()), again);
     for (const int i : found) {
       Expected& one = expected[i];
       window_.people[where_[one.column]].column = -1;
       where_[one.column] = -1;
       std::erase_if(between_, [&](const Between& shown) { return shown.node == one.column; });
-      one.at = placed(one.box, elementary::log(recording_.height_mean), frame);
+      one.at = window_.placed(one.box, elementary::log(recording_.height_mean), frame);
       one.bearing = NAN;
     }
   }
@@ -573,12 +570,6 @@ class Estimator {
     }
     frame.at[0] = last[0] + dx;
     frame.at[1] = last[1] + dy;
-  }
-
-  std::array<double, 2> placed(const Box& box, double log_height, const Frame& frame) const {
-    const double r = elementary::exp(log_height) / box.length + window_.calibration.at[kEdge];
-    const double angle = frame.at[2] - box.azimuth;
-    return {frame.at[0] + r * elementary::cos(angle), frame.at[1] + r * elementary::sin(angle)};
   }
 
   /// Counts the time in which nobody is in sight; it ends with two people in a frame, or one with odometry.
@@ -703,28 +694,54 @@ class Estimator {
 
   Person unknown_person(int column) const {
     Person person;
-    person.column = person.shown = column;
+    person.column = column;
     person.variance = variance_;
     person.height_mean = person.log_height = elementary::log(recording_.height_mean);
     person.height_std = height_std_;
     return person;
   }
 
-  /// Identity switch: the newest box of person `p` begins a new person, who has the column from now on.
-  void split(int p) {
-    Person person = unknown_person(window_.people[p].column);
-    Node node;
-    node.seen = true;
-    node.box = window_.people[p].nodes.back().box;
-    node.at = placed(node.box, person.log_height, window_.frames.back());
-    person.first = static_cast<int>(window_.frames.size()) - 1;
-    person.nodes.push_back(node);
-    where_[person.column] = static_cast<int>(window_.people.size());
-    window_.people[p].column = -1;
-    window_.people[p].nodes.pop_back();
-    std::erase_if(window_.people[p].between,
-                  [&](const Between& one) { return one.node >= window_.people[p].frames(); });
-    window_.people.push_back(person);
+  /// Boxes of the newest frames go to the people whom they show; adds those whose paths have changed.
+  void associate(std::vector<int>& changed) {
+    std::vector<Reassignment> found = association_.associate(window_, model_);
+    std::vector<int> removed;
+    for (const Reassignment& one : found) {
+      (one.node > 0 ? changed : removed).push_back(one.from);
+      if (one.node > 0) window_.people[one.from] = Association::before(window_.people[one.from], one.node);
+    }
+    for (Reassignment& one : found) {
+      if (one.to < 0) {
+        one.path.variance = variance_;
+        one.to = static_cast<int>(window_.people.size());
+        window_.people.emplace_back();
+      }
+      window_.people[one.to] = std::move(one.path);
+      changed.push_back(one.to);
+    }
+    std::sort(removed.begin(), removed.end(), std::greater());
+    for (const int n : removed) {
+      window_.remove(n);
+      std::erase(changed, n);
+      for (int& p : changed) p -= p > n;
+    }
+    std::sort(changed.begin(), changed.end());
+    changed.erase(std::unique(changed.begin(), changed.end()), changed.end());
+    index_people();
+  }
+
+  /// Continues a path to a frame at constant velocity.
+  static void extend(Person& person, int frame) {
+    while (person.last() < frame) {
+      Node node;
+      const int n = person.frames();
+      if (n > 0) node.growth = person.nodes[n - 1].growth;
+      if (n > 1) {
+        for (int a = 0; a < 2; ++a) node.at[a] = 2.0 * person.nodes[n - 1].at[a] - person.nodes[n - 2].at[a];
+      } else if (n == 1) {
+        node.at = person.nodes[0].at;
+      }
+      person.nodes.push_back(node);
+    }
   }
 
   void add_people(const Input& input) {
@@ -754,25 +771,18 @@ class Estimator {
         window_.people.back().first = begin;
       }
       Person& person = window_.people[where_[k]];
-      while (person.last() < newest) {  // constant velocity
-        Node node;
-        const int n = person.frames();
-        if (n > 0) node.growth = person.nodes[n - 1].growth;
-        if (n > 1) {
-          for (int a = 0; a < 2; ++a) node.at[a] = 2.0 * person.nodes[n - 1].at[a] - person.nodes[n - 2].at[a];
-        } else if (n == 1) {
-          node.at = person.nodes[0].at;
-        } else if (seen) {
-          node.at = placed(box, person.log_height, frame);
-        }
-        person.nodes.push_back(node);
+      const int before = person.frames();
+      extend(person, newest);
+      for (int i = before; i < person.frames(); ++i) {
+        person.nodes[i].column = k;
+        if (before == 0 && seen) person.nodes[i].at = window_.placed(box, person.log_height, frame);
       }
       const bool alone = person.frames() == 1;
       if (seen) {
         person.nodes.back().seen = true;
         person.nodes.back().box = box;
         if (!alone && person.last() - last_seen_before(person) > 1)
-          interpolate(person, placed(box, person.log_height, frame));
+          interpolate(person, window_.placed(box, person.log_height, frame));
       }
       for (const GivenValue& value : given_) {
         double share;
@@ -1042,7 +1052,7 @@ class Estimator {
     Window::Covariances found;
     if (!window_.covariances(model_, newest, true, found)) return;
     odometry_spread_ = found.odometry;
-    write_covariances(newest, &Person::column, found, output);
+    write_covariances(newest, found, output);
     newest_ = found.pose;
     places_.assign(recording_.columns, {NAN, NAN, NAN});
     for (std::size_t p = 0; p < window_.people.size(); ++p)
@@ -1051,7 +1061,7 @@ class Estimator {
   }
 
   /// Writes the covariances of a frame: those relative to the held pose, plus that of the held pose.
-  void write_covariances(int frame, int Person::* column, Window::Covariances& found, Output& output) const {
+  void write_covariances(int frame, Window::Covariances& found, Output& output) const {
     const Pose held = held_pose();
     const Spread base = behind();
     const Frame& camera = window_.frames[frame];
@@ -1064,8 +1074,8 @@ class Estimator {
       const Node& node = person.nodes[frame - person.first];
       const Spread carried_along = carried(base, held, node.at[0], node.at[1]);
       place = {place[0] + carried_along[0][0], place[1] + carried_along[0][1], place[2] + carried_along[1][1]};
-      if (person.*column < 0) continue;
-      double* to = output.position_covariances + 4 * (person.*column);
+      if (node.column < 0) continue;
+      double* to = output.position_covariances + 4 * node.column;
       to[0] = place[0];
       to[1] = to[2] = place[1];
       to[3] = place[2];

@@ -289,6 +289,18 @@ class Elimination {
     solve(own.data(), 0);
   }
 
+  /// ln of the determinant of A.
+  double log_determinant() const {
+    double sum = elementary::log(own_[0] * own_[2]), product = 1.0;
+    for (int j = 0; j < local - 2; ++j) {
+      product *= columns_[j][0];
+      if (product > 1e-100 && product < 1e100) continue;
+      sum += elementary::log(product);
+      product = 1.0;
+    }
+    return 2.0 * (sum + elementary::log(product));
+  }
+
   /// L⁻¹ g of a gradient g by the person's own variables, in place.
   void whiten(double* g, int begin = 0) const {
     const int path = local - 2;

@@ -43,6 +43,7 @@ struct Frame {
 /// A person in one frame of the window.
 struct Node {
   std::array<double, 2> at{};
+  int column = -1;  ///< column of the solver's arrays that shows the person in this frame; −1: none
   bool seen = false, given = false;
   std::array<bool, 3> box_absorbed{};
   bool walk_absorbed = false;  ///< whether the marginal prior holds its factor
@@ -74,8 +75,7 @@ struct MarginalPrior {
 
 /// A person of the window.
 struct Person {
-  int column = -1;  ///< column of the solver's arrays; −1 once that column's boxes are of another person
-  int shown = -1;   ///< column of the boxes that the nodes hold
+  int column = -1;  ///< column of the newest box; −1 once that column's boxes are of another person
   int first = 0;    ///< frame of nodes[0] in the window
 
   std::vector<Node> nodes;
@@ -98,8 +98,7 @@ struct Person {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(column), a(shown), a(first), a(nodes), a(between), a(log_height), a(own_edge), a(height_mean), a(height_std),
-        a(variance);
+    a(column), a(first), a(nodes), a(between), a(log_height), a(own_edge), a(height_mean), a(height_std), a(variance);
     a(squares), a(count);
     a(prior);
   }

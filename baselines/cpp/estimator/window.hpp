@@ -22,6 +22,7 @@ struct Solution {
   int steps = 0;
 };
 
+constexpr double kSurer = 1.0;                              ///< nats by which another hypothesis must be better
 constexpr double kLongestStep = 10.0, kLongestWay = 100.0;  ///< m, of poses and places: far away robust costs are flat
 
 /// The frames and people of a sliding window, the cost of their state, and its minimisation.
@@ -92,6 +93,19 @@ class Window {
       for (Person& person : people)
         for (int i = 0; i < person.frames(); ++i) person.nodes[i].at[a] -= (person.first + i) * step[a];
     }
+  }
+
+  /// The place of a person of this log height by a box.
+  std::array<double, 2> placed(const Box& box, double log_height, const Frame& frame) const {
+    const double r = elementary::exp(log_height) / box.length + calibration.at[kEdge];
+    const double angle = frame.at[2] - box.azimuth;
+    return {frame.at[0] + r * elementary::cos(angle), frame.at[1] + r * elementary::sin(angle)};
+  }
+
+  /// Removes a person.
+  void remove(int p) {
+    people.erase(people.begin() + p);
+    if (p < static_cast<int>(eliminations_.size())) eliminations_.erase(eliminations_.begin() + p);
   }
 
   /// Removes all frames but the newest, and people who are not in it; the calibration's information stays.
