@@ -1,43 +1,47 @@
 """The commands that make a map of a user's own boxes, a film or a bag: birdify, and live while it grows."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from vbbench.cli.parsing import Further, named
 from vbbench.cli.views import announce
-
-FACTS: dict[str, Any] = {
-    "dt": float,
-    "mount_height": float,
-    "pitch": float,
-    "carried_by": Literal["unknown", "person", "vehicle", "robot"],
-    "person_class": str,
-    "odometry_axes": Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"],
-}
-"""What the files of a recording may not state, by the type of its value."""
-MOUNT = ("mount_height", "pitch", "carried_by")
-"""Those that are keys of a camera file."""
-Facts = Annotated[tuple[str, ...], Further(lambda: FACTS)]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """Files of a recording.
+    """Parameters of reading a recording.
 
     Args:
         camera: TOML file with the picture's size, focal length, mount height and frame rate, or a folder with a
             camera.toml; or a calibration of ROS, Kalibr, OpenCV or COLMAP; see docs/own.md. For a bag also its topic.
         odometry: Trajectory by odometry: TUM, EuRoC, KITTI, or CSV with a header. For a bag also its topic.
+        odometry_axes: Axes of the odometry's body, if its file does not show them: body (x forward, z up), camera
+            (x right, y down, z forward), opengl, ned, imu, unity, unreal.
         boxes: For a bag: topic of its detections, such as /detections, if it has several.
+        dt: For boxes: seconds per frame, if neither camera file nor time stamps state it.
+        mount_height: The camera's height over the ground in m, if its file does not state it.
+        pitch: Angle of the optical axis above the horizon in rad, if the camera file does not state it.
+        carried_by: Carrier of the camera, if the camera file does not state it.
+        person_class: For boxes: class of people, by number or name, if the file does not show it.
     """
 
     camera: Path | None = None
     odometry: Path | None = None
+    odometry_axes: Literal["body", "camera", "opengl", "ned", "imu", "unity", "unreal"] | None = None
     boxes: str | None = None
+    dt: float | None = None
+    mount_height: float | None = None
+    pitch: float | None = None
+    carried_by: Literal["unknown", "person", "vehicle", "robot"] | None = None
+    person_class: str | None = None
 
-    def check(self, recording: Path, bag: bool, facts: Mapping[str, Any]) -> None:
+    @property
+    def mount(self) -> dict[str, float | str]:
+        """The stated values of the mount, by the keys of a camera file."""
+        stated = {"mount_height": self.mount_height, "pitch": self.pitch, "carried_by": self.carried_by}
+        return {name: value for name, value in stated.items() if value is not None}
+
+    def check(self, recording: Path, bag: bool) -> None:
         """Refuse missing options, and those for another kind of recording."""
         from vbbench.errors import VbbenchError
 
@@ -45,8 +49,8 @@ class Reading:
             raise VbbenchError("name the file of the camera with --camera; docs/own.md says what to write")
         if self.boxes is not None and not bag:
             raise VbbenchError(f"--boxes is for bags, and {recording} is none; write bag:{recording} if it is")
-        if "dt" in facts and self.camera is not None and not bag:
-            _check_dt(facts["dt"], self.camera, _mount(facts))
+        if self.dt is not None and self.camera is not None and not bag:
+            _check_dt(self.dt, self.camera, self.mount)
 
 
 def birdify(
@@ -54,7 +58,6 @@ def birdify(
     /,
     out: Path = Path("vbbench-map"),
     reading: Reading = Reading(),
-    facts: Facts = (),
     solver: str = "map-causal",
     detector: str | None = None,
     tracker: str | None = None,
@@ -70,11 +73,6 @@ def birdify(
             (docs/own.md); a tracker links boxes without ids. Or a film: a video, or a folder of pictures, in which
             people are detected and tracked first. Or a ROS bag, as bag:DIR if its name does not show it.
         out: Folder to make: report.md, map.png, poses, positions.
-        facts: What the files do not state, as NAME=VALUE, or each as an option: --dt, seconds per frame of boxes;
-            --mount-height, the camera's over the ground in m; --pitch, angle of the optical axis above the horizon in
-            rad; --carried-by unknown, person, vehicle or robot; --person-class, class of people by number or name;
-            --odometry-axes of its body: body (x forward, z up), camera (x right, y down, z forward), opengl, ned, imu,
-            unity or unreal.
         solver: A registered name or module:attribute of your own.
         detector: For a film: hog (default), an ONNX file (YOLO, YOLOX, RT-DETR …), or module:attribute of your own.
         tracker: For a film: byte (default), or module:attribute of your own.
@@ -97,18 +95,17 @@ def birdify(
     given: dict[str, Any] = {name: value for name, value in asked.items() if value is not None}
     if given and not filmed:
         raise VbbenchError(f"--{next(iter(given))} is for films, and {recording} is a file of boxes; remove it")
-    stated = named("fact of a recording", facts, FACTS)
     for name in ("dt", "person_class"):
-        if filmed and (recording.is_file() or holds_pictures(recording)) and name in stated:
+        if filmed and (recording.is_file() or holds_pictures(recording)) and getattr(reading, name) is not None:
             advice = f"write dt or fps in {reading.camera} if its own is wrong" if name == "dt" else "remove it"
             raise VbbenchError(f"--{name.replace('_', '-')} is for boxes, and {recording} is a film; {advice}")
-    reading.check(recording, bag, stated)
+    reading.check(recording, bag)
     camera = reading.camera
-    of_boxes: dict[str, Any] = {"dt": stated.get("dt"), "person_class": stated.get("person_class")}
+    of_boxes: dict[str, Any] = {"dt": reading.dt, "person_class": reading.person_class}
     options: dict[str, Any] = {
         "odometry": reading.odometry,
-        "mount": _mount(stated),
-        "odometry_axes": stated.get("odometry_axes"),
+        "mount": reading.mount,
+        "odometry_axes": reading.odometry_axes,
         "solver": solver,
         "film": film,
         "overwrite": overwrite,
@@ -132,7 +129,6 @@ def live(
     source: Path,
     /,
     reading: Reading = Reading(),
-    facts: Facts = (),
     solver: str = "map-causal",
     out: Path | None = None,
 ) -> None:
@@ -140,8 +136,6 @@ def live(
 
     Args:
         source: Boxes of people, or bag:DIR, as birdify reads them.
-        facts: What the files do not state, as NAME=VALUE, or each as an option: --dt, --mount-height, --pitch,
-            --carried-by, --person-class and --odometry-axes, as of birdify.
         solver: A registered name or module:attribute of your own, that works frame by frame.
         out: The .rrd file to write, in place of opening the viewer.
     """
@@ -155,17 +149,15 @@ def live(
     from vbbench.exchange.own.recording import read_recording
 
     source, bag = _file_or_bag(source)
-    stated = named("fact of a recording", facts, FACTS)
-    reading.check(source, bag, stated)
+    reading.check(source, bag)
     with TemporaryDirectory() as room:
         if bag:
             topics = BagTopics(boxes=reading.boxes, odometry=reading.odometry, camera=reading.camera)
             files = files_from_bag(source, topics, Path(room))
         else:
             files = named_files(source, reading.camera or "", reading.odometry)
-        files = with_axes(files, stated.get("odometry_axes"))
-        of_boxes: dict[str, Any] = {"dt": stated.get("dt"), "person_class": stated.get("person_class")}
-        recording = read_recording(files, mount=_mount(stated), **of_boxes)
+        files = with_axes(files, reading.odometry_axes)
+        recording = read_recording(files, dt=reading.dt, mount=reading.mount, person_class=reading.person_class)
         for note in recording.notes:
             warn(VbbenchWarning(note), stacklevel=1)
         frames = show_live(recording, solver, out)
@@ -190,11 +182,6 @@ def _example(recording: Path | None, example: bool, out: Path, **options: Any) -
     from vbbench.birdify.example import birdify_example
 
     print(birdify_example(out, **options))
-
-
-def _mount(facts: Mapping[str, Any]) -> dict[str, float | str]:
-    """The stated values of the mount, by the keys of a camera file."""
-    return {name: facts[name] for name in MOUNT if name in facts}
 
 
 def _check_dt(dt: float, camera: Path, mount: dict[str, float | str]) -> None:

@@ -30,7 +30,7 @@ class Detections:
 
 
 class Detector(Protocol):
-    """Finds people in pictures; its class is called without arguments, or with ``weights=FILE`` if a user names one."""
+    """Finds people in pictures; its class is called without arguments."""
 
     def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
         """People in a picture.

@@ -201,7 +201,7 @@ class RemoteSequenceSolver(Remote):
 
 
 def _shapes_of_people(frames: tuple[int, ...], people: int) -> Shapes:
-    """What answers for one frame, with no ``frames``, and for many name alike."""
+    """Types and shapes of the arrays that answers have for one frame, with no ``frames``, or for several."""
     return {
         "positions": (FLOAT, (*frames, people, 2)),
         "position_covariances": (FLOAT, (*frames, people, 2, 2)),
