@@ -232,6 +232,7 @@ class Association {
     second.column = person.column;
     second.first = person.first + node;
     second.nodes.assign(person.nodes.begin() + node, person.nodes.end());
+    for (Node& one : second.nodes) one.growth = 0.0;
     for (const Between& one : person.between) {
       if (one.node <= node) continue;
       second.between.push_back(one);
@@ -287,17 +288,27 @@ class Association {
       own_rows(person, model.people, add);
       elimination_.add_prior(person, window.calibration, nothing);
       const double cost = sum.sum() + Elimination::prior_cost(person, window.calibration);
-      if (!(cost < least) || !elimination_.eliminate(nothing)) break;
+      if (!(cost < least)) {
+        move(person, -1.0);
+        break;
+      }
+      if (!elimination_.eliminate(nothing)) break;
       const double gain = elimination_.solve_right();
       least = cost;
       found = gain - cost - 0.5 * elimination_.log_determinant() + kLogTwoPi * (person.frames() - walks);
       if (gain < 0.1) break;
       elimination_.back_substitute(none, step_);
-      for (int i = 0; i < elimination_.local - 2; ++i) person.nodes[i / 2].at[i % 2] += step_[i];
-      person.log_height += step_[elimination_.local - 2];
-      person.own_edge += step_[elimination_.local - 1];
+      move(person, 1.0);
     }
     return found;
+  }
+
+  /// Moves a person by a multiple of the last step.
+  void move(Person& person, double by) const {
+    const int own = 2 * person.frames();
+    for (int i = 0; i < own; ++i) person.nodes[i / 2].at[i % 2] += by * step_[i];
+    person.log_height += by * step_[own];
+    person.own_edge += by * step_[own + 1];
   }
 
   double switches_ = 1.0, kept_ = 100.0;
