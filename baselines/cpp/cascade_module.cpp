@@ -156,17 +156,15 @@ nb::object localised(Object pose, Tuple terms) {
 nb::object energies_of_poses(Object poses, Tuple terms, double softness, double facing) {
   const int count = length(poses, "poses", {3});
   const double* where = read(poses, "poses", {kAny, 3});
-  return written({rows(count)}, [&](double* out) {
-    pose_energies(where, count, factors_of(terms), softness, facing, out);
-  });
+  return written({rows(count)},
+                 [&](double* out) { pose_energies(where, count, factors_of(terms), softness, facing, out); });
 }
 
 nb::object covariances_of_positions(Object pose, Object sigma, Tuple terms) {
   const Factors factors = factors_of(terms);
   const double* spread = read(sigma, "sigma", {3, 3});
-  return written({rows(factors.people), 2, 2}, [&](double* out) {
-    position_covariances(pose_of(pose, "pose"), spread, factors, out);
-  });
+  return written({rows(factors.people), 2, 2},
+                 [&](double* out) { position_covariances(pose_of(pose, "pose"), spread, factors, out); });
 }
 
 nb::tuple minimum(Tuple terms, Object pose, double softness, int rounds, double tolerance, double facing) {
