@@ -24,7 +24,7 @@ from vbbench_baselines.social_force_birdifier import LiteralBirdifier, SocialFor
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
 GAP = 27
-"""Frames without anybody, as in the recording zara01."""
+"""Frames without people, as in the recording zara01."""
 CASCADE = [ConstantVelocityBirdifier, SocialForceBirdifier, LiteralBirdifier]
 GAPS = [(20, GAP), (70, GAP), (120, GAP), (170, GAP)]
 ASTRAY = 5.0
@@ -51,7 +51,7 @@ def passers_by(poses: FloatArray, shown: BoolArray, rng: np.random.Generator) ->
 def one_by_one(frames: int, gaps: list[tuple[int, int]], together: int, stay: int) -> BoolArray:
     """Who is shown [T, K]: in turn, so that ``together`` people are there at once, each for ``stay`` frames.
 
-    Nobody is in the ``gaps`` (first frame, frames), and whoever is seen after one is somebody new.
+    Nobody is in the ``gaps`` (first frame, frames), and whoever is seen after one is a new person.
     """
     every = max(stay // together, 1)
     columns: list[BoolArray] = []

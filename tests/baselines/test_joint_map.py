@@ -466,7 +466,7 @@ def test_an_identity_switch_starts_a_new_person_and_does_not_move_the_camera(kno
 def test_people_keep_their_heights_when_columns_change(dt: float) -> None:
     """Columns 2 and 3 exchange their people; the person of column 4 is lost for two key frames, then has column 6.
 
-    Feet are so uncertain that boxes of a new person could be of anybody from 1.6 to 1.8 m.
+    Feet are so uncertain that boxes of a new person could be of any person from 1.6 to 1.8 m.
     """
     scene = walkers(dt=dt)
     scene.boxes[..., 1] += 0.1 * scene.boxes[..., 2] * np.random.default_rng(3).normal(size=scene.boxes.shape[:2])

@@ -74,7 +74,7 @@ def vbbench(*words: object) -> int:
 
 
 def make_challenge(folder: Path) -> Path:
-    """The organiser's folder, with its secret set; the answers of cv and sf lie beside it."""
+    """The organiser's folder, with its secret set; the answers of cv and sf lie next to it."""
     assert vbbench("challenge", "new", folder) == 0
     (folder / "challenge.toml").write_text(TEXT, encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:

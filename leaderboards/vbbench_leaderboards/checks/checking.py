@@ -201,7 +201,7 @@ def _row_faults(result: Result, record: BoardDataset) -> Iterator[str]:
         if len(numbers):
             yield f"$.per_sequence: {words} {_some(numbers)}; solve and score the whole dataset"
     if not np.array_equal(own.sequence, wanted.sequence):
-        if len(own.sequence) == len(wanted.sequence):
+        if len(own.sequence) == len(wanted.sequence) or not (len(lacking) or len(strange)):
             yield "$.per_sequence: sequences are not in order, each once"
         return
     for name, theirs in vars(wanted).items():

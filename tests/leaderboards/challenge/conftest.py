@@ -11,7 +11,7 @@ from tests.lib.challenges import make_challenge, vbbench
 
 @pytest.fixture(scope="package")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The organiser's folder; the answers of cv and sf lie beside it."""
+    """The organiser's folder; the answers of cv and sf lie next to it."""
     return make_challenge(tmp_path_factory.mktemp("kit") / "tiny")
 
 

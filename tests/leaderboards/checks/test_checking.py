@@ -104,6 +104,10 @@ def drop_first(columns: dict[str, Any]) -> None:
     columns.update({name: values[1:] for name, values in columns.items()})
 
 
+def repeat_first(columns: dict[str, Any]) -> None:
+    columns.update({name: np.insert(values, 0, values[0]) for name, values in columns.items()})
+
+
 def test_all_is_well(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["leaderboard", "check", "--results", str(room / "results"), "--work", str(room / "work")]) == 0
     out, err = capsys.readouterr()
@@ -164,6 +168,7 @@ def test_better_figures_of_a_sequence_are_caught(room: Path, results: Path) -> N
     [
         (recoded(drop_first), r"\$.per_sequence: lacks sequence \d+; solve and score the whole dataset"),
         (recoded(lambda c: put(c, ("sequence", 1), c["sequence"][0])), r"lacks sequence \d+"),
+        (recoded(repeat_first), r"\$.per_sequence: sequences are not in order, each once"),
         (column("sequence", 999), r"has, and the board does not, sequence 999"),
         (column("frames", 900), r"frames differs from the board's in sequence \d+"),
         (column("scene", 900), r"scene differs from the board's in sequence \d+"),
