@@ -269,46 +269,26 @@ class Association {
   /// Minimises the cost of a path at the present camera and calibration; returns ln of the marginal likelihood of its
   /// boxes by Laplace's approximation, −∞ if the system is not positive definite.
   double evidence(const Window& window, const Model& model, Person& person) {
-    Layout alone;  // camera and calibration are held
-    alone.frames = alone.held = static_cast<int>(window.frames.size());
-    Reduced nothing;
-    nothing.reset(kGlobals);
+    Reduced rest;
     const std::vector<double> none(kGlobals, 0.0);
+    int walks = 0;
+    for (int i = 2; i < person.frames(); ++i) walks += !person.nodes[i].walk_absorbed;
     double least = INFINITY, found = -INFINITY;
     for (int round = 0; round < kRounds; ++round) {
-      elimination_.reset(person, alone, 0.0);
-      CostSum sum;
-      int walks = 0;
-      const auto add = [&](const Row& row) {
-        elimination_.add(row, nothing);
-        sum.add(row);
-        walks += row.walk && row.axis == 0;
-      };
-      person_rows(person, window.frames, window.calibration, model.people, RowVisitor(add));
-      own_rows(person, model.people, add);
-      elimination_.add_prior(person, window.calibration, nothing);
-      const double cost = sum.sum() + Elimination::prior_cost(person, window.calibration);
+      const double cost = window.linearise_alone(person, model, elimination_, rest);
       if (!(cost < least)) {
-        move(person, -1.0);
+        if (round > 0) person.move(step_, -1.0);  // the last step raised the cost
         break;
       }
-      if (!elimination_.eliminate(nothing)) break;
+      if (!elimination_.eliminate(rest)) break;
       const double gain = elimination_.solve_right();
       least = cost;
       found = gain - cost - 0.5 * elimination_.log_determinant() + kLogTwoPi * (person.frames() - walks);
       if (gain < 0.1) break;
       elimination_.back_substitute(none, step_);
-      move(person, 1.0);
+      person.move(step_);
     }
     return found;
-  }
-
-  /// Moves a person by a multiple of the last step.
-  void move(Person& person, double by) const {
-    const int own = 2 * person.frames();
-    for (int i = 0; i < own; ++i) person.nodes[i / 2].at[i % 2] += by * step_[i];
-    person.log_height += by * step_[own];
-    person.own_edge += by * step_[own + 1];
   }
 
   double switches_ = 1.0, kept_ = 100.0;

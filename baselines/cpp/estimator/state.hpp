@@ -89,6 +89,14 @@ struct Person {
   int frames() const { return static_cast<int>(nodes.size()); }
   int last() const { return first + frames() - 1; }
 
+  /// Moves path, log height and own edge by a multiple of a step.
+  void move(const std::vector<double>& step, double by = 1.0) {
+    const int path = 2 * frames();
+    for (int i = 0; i < path; ++i) nodes[i / 2].at[i % 2] += by * step[i];
+    log_height += by * step[path];
+    own_edge += by * step[path + 1];
+  }
+
   /// What was given last between the newest two key frames, if anything was.
   const Between* given_between() const {
     for (auto one = between.rbegin(); one != between.rend() && one->node == frames() - 1; ++one)

@@ -364,33 +364,35 @@ void Window::solve_reduced() {
   solve_both(reduced_.factor(), layout_.size(), reduced_.lines.cols(), step_.data());
 }
 
-void Window::minimise_alone(Person& person, const Model& model, double least) {
+double Window::linearise_alone(const Person& person, const Model& model, Elimination& alone, Reduced& rest) const {
   Layout layout;
   layout.frames = layout.held = static_cast<int>(frames.size());
-  Reduced nothing;
-  nothing.reset(kGlobals);
+  rest.reset(kGlobals);
+  alone.reset(person, layout, 0.0);
+  CostSum sum;
+  const RowVisitor add = [&](const Row& row) {
+    alone.add(row, rest);
+    sum.add(row);
+  };
+  person_rows(person, frames, calibration, model.people, RowVisitor(add));
+  own_rows(person, model.people, add);
+  alone.add_prior(person, calibration, rest);
+  return sum.sum() + Elimination::prior_cost(person, calibration);
+}
+
+void Window::minimise_alone(Person& person, const Model& model, double least) {
+  Reduced rest;
   const std::vector<double> none(kGlobals, 0.0);
   Person best;
   double cost = INFINITY;
   while (true) {
-    alone_.reset(person, layout, 0.0);
-    CostSum sum;
-    const RowVisitor add = [&](const Row& row) {
-      alone_.add(row, nothing);
-      sum.add(row);
-    };
-    person_rows(person, frames, calibration, model.people, RowVisitor(add));
-    own_rows(person, model.people, add);
-    alone_.add_prior(person, calibration, nothing);
-    const double now = sum.sum() + Elimination::prior_cost(person, calibration), gain = cost - now;
+    const double now = linearise_alone(person, model, alone_, rest), gain = cost - now;
     if (!(gain > 0.0)) break;
     cost = now;
-    if (gain < least || !alone_.eliminate(nothing)) return;
+    if (gain < least || !alone_.eliminate(rest)) return;
     best = person;
     alone_.back_substitute(none, own_);
-    for (int i = 0; i < alone_.local - 2; ++i) person.nodes[i / 2].at[i % 2] += own_[i];
-    person.log_height += own_[alone_.local - 2];
-    person.own_edge += own_[alone_.local - 1];
+    person.move(own_);
   }
   if (std::isfinite(cost)) person = best;
 }
@@ -400,13 +402,8 @@ bool Window::apply() {
   for (std::size_t p = 0; p < people.size(); ++p) {
     Person& person = people[p];
     eliminations_[p].back_substitute(step_, own_);
-    for (int i = 0; i < person.frames(); ++i)
-      for (int axis = 0; axis < 2; ++axis) {
-        person.nodes[i].at[axis] += own_[2 * i + axis];
-        longest_way = std::max(longest_way, std::abs(own_[2 * i + axis]));
-      }
-    person.log_height += own_[eliminations_[p].local - 2];
-    person.own_edge += own_[eliminations_[p].local - 1];
+    person.move(own_);
+    for (int i = 0; i < eliminations_[p].local - 2; ++i) longest_way = std::max(longest_way, std::abs(own_[i]));
   }
   for (int t = held; t < layout_.frames; ++t) {
     const double* step = &step_[layout_.camera(kFrame * t)];

@@ -50,6 +50,10 @@ class Window {
   /// Sum of squared innovations of a person's path in a frame, and how many of them the boxes decide (MacKay's γ).
   std::array<double, 2> innovations(const Model& model, std::size_t p, int frame);
 
+  /// Builds the system of a person's own variables at the present camera and calibration, which are held; returns the
+  /// cost. What it adds to the `rest` is of these, and not used.
+  double linearise_alone(const Person& person, const Model& model, Elimination& alone, Reduced& rest) const;
+
   /// Computes `Node::growth`, w e² of the walk into each node, at the present state; nodes whose walk is marginalised
   /// keep theirs.
   void weigh_walks(const Model& model) {
