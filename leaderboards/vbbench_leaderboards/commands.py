@@ -65,25 +65,25 @@ def try_(
     /,
     board: str = "sim/sequential-field",
     out: Path | None = None,
-    work: Path = WORK,
     jobs: int = 1,
 ) -> None:
     """Try a solver on a published board: make its dataset, solve, score, and say where it stands among the others.
+
+    Dataset and answers are kept in out/leaderboard, and a dataset that is there is used again.
 
     Args:
         solver: A registered name ('vbbench solvers' lists them), or module:attribute of your own.
         board: SPLIT/PROTOCOL-TIER, as in the page's addresses.
         out: Also make the leaderboard's page with it, in this folder; replaced only if it is one.
-        work: Folder for the dataset and the answers; a dataset that is there is used again.
         jobs: Processes; the answers do not depend on it.
     """
     from vbbench_leaderboards.site.pages import build as make
     from vbbench_leaderboards.site.player import Films
     from vbbench_leaderboards.submitting import TRIED, try_solver
 
-    print(try_solver(solver, board, work, jobs=jobs))
+    print(try_solver(solver, board, WORK, jobs=jobs))
     if out is not None:
-        make(out, work / TRIED, *_folders(None), films=Films(work=work, jobs=jobs))
+        make(out, WORK / TRIED, *_folders(None), films=Films(work=WORK, jobs=jobs))
         print(out / "index.html")
 
 

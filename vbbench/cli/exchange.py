@@ -19,19 +19,18 @@ def export_csv(folder: Path, /, out: Path) -> None:
     print(export(Dataset(folder), out))
 
 
-def export_tum(folder: Path, /, out: Path, submission: Path | None = None, truth: Path | None = None) -> None:
+def export_tum(folder: Path, /, out: Path, submission: Path | None = None) -> None:
     """Write poses as TUM trajectory files, one per sequence.
 
     Args:
         folder: The dataset.
         out: Folder to write into.
         submission: Write this submission's poses instead of the true ones.
-        truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.exchange.tum import export_dataset_tum
     from vbbench.files.dataset import Dataset
 
-    print(export_dataset_tum(Dataset(folder, truth), out, submission))
+    print(export_dataset_tum(Dataset(folder), out, submission))
 
 
 def import_tum(files: Path, /, dataset: Path, out: Path, solver: str, protocol: ProtocolName = "sequential") -> None:
@@ -56,7 +55,6 @@ def export_mot(
     out: Path,
     sequence: int | None = None,
     backend: str | None = None,
-    truth: Path | None = None,
 ) -> None:
     """Write boxes, and rendered pictures, as one MOTChallenge folder per sequence.
 
@@ -66,14 +64,13 @@ def export_mot(
         sequence: Number of the only sequence to write.
         backend: Also render the pictures, without marks, for your own detector and tracker: auto, or a renderer as of
             'vbbench render'. Default: no pictures.
-        truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.exchange.mot import export_mot as export
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.rendering import Backend
 
     drawn_by = None if backend is None else Backend(name=backend)
-    print(export(Dataset(folder, truth), out, sequence=sequence, backend=drawn_by, announce=announce))
+    print(export(Dataset(folder), out, sequence=sequence, backend=drawn_by, announce=announce))
 
 
 def import_mot(
@@ -84,7 +81,6 @@ def import_mot(
     least_matched: float = 0.5,
     least_track: int = 3,
     person_class: str | None = None,
-    truth: Path | None = None,
     overwrite: bool = False,
 ) -> None:
     """Make a dataset of tier tracked from a tracker's files: MOTChallenge text, or any form that birdify reads.
@@ -96,7 +92,6 @@ def import_mot(
         least_matched: Share of the boxes that must match people; fewer are refused.
         least_track: Fewest frames in which a track that counts matches a person.
         person_class: Class of people in the files, by number or name, where they do not show it.
-        truth: Folder with the truth tables, if they are not in the dataset.
         overwrite: Replace an existing dataset.
     """
     from vbbench.exchange.mot import import_mot as make
@@ -104,7 +99,7 @@ def import_mot(
 
     made = make(
         files,
-        Dataset(dataset, truth),
+        Dataset(dataset),
         out,
         least_matched=least_matched,
         least_track=least_track,

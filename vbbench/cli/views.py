@@ -13,7 +13,6 @@ def plot(
     out: Path,
     estimate: tuple[Path, ...] = (),
     frame: int | None = None,
-    truth: Path | None = None,
 ) -> None:
     """Draw a sequence: the bird's-eye view next to the observer's view.
 
@@ -23,12 +22,11 @@ def plot(
         out: File to write: .png, .pdf or .svg.
         estimate: Submission to draw over the truth; or several, each in the colour of its solver.
         frame: Frame to show; default: one in the middle.
-        truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.plotting import plot_to_file
 
-    print(plot_to_file(Dataset(folder, truth), sequence, out, submissions=estimate, frame=frame))
+    print(plot_to_file(Dataset(folder), sequence, out, submissions=estimate, frame=frame))
 
 
 def plot_errors(
@@ -38,7 +36,6 @@ def plot_errors(
     out: Path,
     sequence: int | None = None,
     metric: tuple[str, ...] = (),
-    truth: Path | None = None,
     json: bool = False,
 ) -> None:
     """Draw the errors of submissions: over time, and how often they stay below a bound.
@@ -49,7 +46,6 @@ def plot_errors(
         out: File to write: .png, .pdf or .svg.
         sequence: Only this sequence; default: medians and shares over all.
         metric: Which errors, such as dx or dt; default: dx_rel dx dr dt.
-        truth: Folder with the truth tables, if they are not in the dataset.
         json: Print every number of the figure.
     """
     from vbbench.files.dataset import Dataset
@@ -58,7 +54,7 @@ def plot_errors(
     from vbbench.scoring.error_tables import error_tables
 
     check_ending(out)
-    tables = error_tables(Dataset(folder, truth), estimate, only=sequence, metrics=metric)
+    tables = error_tables(Dataset(folder), estimate, only=sequence, metrics=metric)
     path = plot_errors_to_file(tables, out)
     print(tables.to_json() if json else path)
 
@@ -71,7 +67,6 @@ def render(
     backend: str = "auto",
     footage: bool = False,
     estimate: Path | None = None,
-    truth: Path | None = None,
 ) -> None:
     """Film a sequence: the observer's view, with boxes and ids, next to the bird's-eye view.
 
@@ -83,7 +78,6 @@ def render(
         footage: Show the pictures that the camera itself took, or a plain ground where there are none; no renderer, and
             no truth, is needed.
         estimate: Submission to draw over the truth.
-        truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.errors import VbbenchError
     from vbbench.files.dataset import Dataset
@@ -92,7 +86,7 @@ def render(
     if footage and backend != AUTO:
         raise VbbenchError("--footage needs no renderer; remove --backend")
     path = render_to_file(
-        Dataset(folder, truth),
+        Dataset(folder),
         sequence,
         out,
         backend=Backend(name=backend),
@@ -111,7 +105,6 @@ def view(
     out: Path | None = None,
     backend: str | None = None,
     footage: bool = False,
-    truth: Path | None = None,
 ) -> None:
     """Record a sequence for the rerun viewer, and open it if there is a display (extra `viewer`).
 
@@ -123,14 +116,13 @@ def view(
         backend: Render every frame, with depth and ids, by auto, pyrender, raster or module:attribute of
             your own. Default: no pictures.
         footage: Record the pictures that the camera itself took.
-        truth: Folder with the truth tables, if they are not in the dataset.
     """
     from vbbench.files.dataset import Dataset
     from vbbench.pictures.rendering import Backend
     from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
 
     path = record_to_file(
-        Dataset(folder, truth),
+        Dataset(folder),
         sequence,
         out,
         submissions=estimate,

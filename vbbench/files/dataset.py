@@ -243,7 +243,8 @@ class Dataset:
         if self.info.truth == "none":
             raise VbbenchError(f"{self.folder} is footage of which no truth was ever measured")
         if not self.has_truth:
-            raise VbbenchError(f"{self.folder} has no truth; name the folder that holds it with `truth`")
+            place = self.folder / "truth"
+            raise VbbenchError(f"{self.folder} has no truth; name its folder with `truth`, or put it at {place}")
 
     def _read_scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
         self._require_truth()

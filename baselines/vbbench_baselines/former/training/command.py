@@ -7,9 +7,7 @@ def train_vb_former(
     out: Path,
     seed: int = 0,
     recipe: Path | None = None,
-    sequences: int | None = None,
     part: float = 1.0,
-    crowds: Path | None = None,
     device: str = "cpu",
     jobs: int = 1,
 ) -> None:
@@ -19,9 +17,7 @@ def train_vb_former(
         out: Folder of the training; curve.png shows how it goes, and it ends with weights.npz.
         seed: Of the first weights and of what is drawn from the crowds.
         recipe: TOML file that says what is trained on; default: that of the weights that come with vbbench.
-        sequences: Learn from only about so many of the sequences.
         part: Make so many sequences, and learn from so many windows, next to what the recipe says: .01 tries it out.
-        crowds: Folder of the simulated sequences, which several trainings can share; default: one in the training's.
         device: Of PyTorch, such as cuda; only on cpu are the weights the same each time.
         jobs: Processes that make crowds, then draw from them ahead of the training; nothing depends on it.
     """
@@ -33,13 +29,11 @@ def train_vb_former(
         raise VbbenchError(f"--part is above 0 and at most 100, not {part:g}")
     if not 0 <= seed < 2**63:
         raise VbbenchError(f"--seed is from 0 to 2^63 - 1, not {seed}")
-    if sequences is not None and sequences < 1:
-        raise VbbenchError(f"--sequences is at least 1, not {sequences}")
     with needs_extra("torch", "training"):
         from vbbench_baselines.former.training.loop import Asked, train
         from vbbench_baselines.former.training.recipe import read_recipe
-    asked = Asked(recipe=read_recipe(recipe), seed=seed, sequences=sequences, part=part)
-    path = train(out, asked, crowds=crowds, device=device, jobs=jobs)
+    asked = Asked(recipe=read_recipe(recipe), seed=seed, part=part)
+    path = train(out, asked, device=device, jobs=jobs)
     sys.stderr.write(f"{path}\n")
 
 

@@ -72,12 +72,6 @@ class Crowds:
     def __len__(self) -> int:
         return sum(map(len, self.streams))
 
-    def limited(self, sequences: int) -> "Crowds":
-        """The first sequences of each stream, about so many in all."""
-        part = sequences / len(self)
-        kept = tuple(stream[: max(1, round(part * len(stream)))] for stream in self.streams)
-        return Crowds(kept, self.shares)
-
 
 def make_crowds(recipe: Recipe, folder: Path, seed: int, *, part: float = 1.0, jobs: int = 1) -> Crowds:
     """The sequences of a recipe with a seed; those in the folder are read instead of generated.

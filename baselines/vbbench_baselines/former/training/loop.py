@@ -299,13 +299,11 @@ class Asked:
     ----------
     recipe : data and phases.
     seed : seed of the initial weights and of the windows.
-    sequences : about how many of the sequences are used; ``None`` for all.
     part : share of the recipe's sequences and windows.
     """
 
     recipe: Recipe
     seed: int = 0
-    sequences: int | None = None
     part: float = 1.0
 
 
@@ -334,8 +332,6 @@ def train(out: Path, asked: Asked, *, crowds: Path | None = None, device: str = 
         folder = crowds or out / CROWDS
         learned = make_crowds(recipe, folder, recipe.seed, part=asked.part, jobs=jobs)
         held_out = make_crowds(recipe, folder, recipe.held_out_seed, part=HELD_OUT_PART, jobs=jobs)
-        if asked.sequences is not None:
-            learned = learned.limited(asked.sequences)
         batches = held_out_batches(recipe, held_out)
         training = Training(recipe, learned, batches, asked.seed, device, jobs)
         if (out / CHECKPOINT).is_file():
