@@ -222,14 +222,6 @@ def test_a_check_counts_what_is_there_and_says_what_is_held(dataset, scored, tmp
     assert "counts as the last one known" in out
 
 
-def test_a_check_lists_faults_and_ends_with_2(dataset, tmp_path, capsys):
-    poses, positions = true_answers(dataset)
-    bad = submit(tmp_path / "bad", dataset, (poses.iloc[:-1], positions))
-    status, out, errors = run(capsys, "check", bad, "--dataset", dataset)
-    assert (status, out) == (2, "")
-    assert "the row is missing; add it" in errors
-
-
 def test_validation_does_not_need_truth(dataset, tmp_path):
     public = tmp_path / "public"
     shutil.copytree(dataset, public)

@@ -15,11 +15,10 @@ from matplotlib.text import Text
 from tests.lib.answers import submit, true_answers
 from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
-from vbbench.errors import UnknownNameError, VbbenchError
+from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.pictures.plotting.error_figure import plot_errors, plot_errors_to_file
 from vbbench.pictures.plotting.figure import plot_to_file
-from vbbench.pictures.replay import load_replay
 from vbbench.pictures.solver_colours import ON_LIGHT, solver_colour, solver_looks
 from vbbench.scoring import score
 from vbbench.scoring.error_tables import ErrorTables, error_tables, errors_in_time
@@ -195,8 +194,6 @@ def test_an_answer_to_another_dataset_is_refused_in_one_line(folder: Path, answe
     write_dataset(folder / "other", Crowd(scenes=1, seed=9))
     with pytest.raises(VbbenchError, match=r"answers dataset .*, .*other is [0-9a-f]+$"):
         error_tables(Dataset(folder / "other"), answers)
-    with pytest.raises(UnknownNameError):
-        error_tables(Dataset(folder / "data"), answers, metrics=["speed"])
 
 
 def test_several_answers_and_one_with_faults_in_one_picture(folder: Path, answers: list[Path], monkeypatch):
@@ -215,16 +212,6 @@ def test_several_answers_and_one_with_faults_in_one_picture(folder: Path, answer
     assert to_hex(drawn(observer, "path-cv").get_color()) == solver_colour("cv")
     assert "careless is not scored: poses.parquet" in words(drawing)
     assert CAUTION.split(". ")[1] in words(drawing)
-
-
-def test_a_film_tells_the_caution_whole(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    captions = pytest.importorskip("vbbench.pictures.film.frames")
-    lines: list[str] = []
-    monkeypatch.setattr(captions.paint, "draw_text", lambda _canvas, text, *_rest, **_look: lines.append(text))
-    plain = captions.draw_legend(960, load_replay(Dataset(folder / "data"), SEQUENCE), 10.0)
-    assert " ".join(CAUTION.split()) in " ".join(lines)
-    assert all(captions.paint.text_width(line, 14) <= 960 for line in lines)
-    assert plain.shape[1] == 960
 
 
 def test_matplotlib_is_not_loaded_for_help():

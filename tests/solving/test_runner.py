@@ -188,23 +188,6 @@ def test_an_isolated_solver_cannot_even_walk_the_stack(world: Any) -> None:
     np.testing.assert_array_equal(honest.poses, np.zeros((FRAMES, 3)))
 
 
-class Failing(Recorder):
-    """Fails at frame 3."""
-
-    def step(self, frame: Frame) -> FrameEstimate:
-        if frame.index == 3:
-            raise ZeroDivisionError("by design")
-        return super().step(frame)
-
-
-def test_a_failure_in_the_child_comes_back_with_its_traceback(world: Any) -> None:
-    with (
-        IsolatedSolver(f"{__name__}:Failing") as solver,
-        pytest.raises(VbbenchError, match=r"(?s)Failing' failed while solving:.*by design"),
-    ):
-        run_sequence(solver, world[0], world[1], get_protocol("sequential"), None)
-
-
 class Garbled(Recorder):
     """Leaves track 2 out at frame 5."""
 

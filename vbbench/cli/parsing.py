@@ -40,8 +40,8 @@ class Parameter:
 
     @property
     def option(self) -> str:
-        """The option's name; for a flag that is on by default, ``--no-NAME``."""
-        return f"--{'no-' * (self.default is True)}{(self.field or self.parameter).replace('_', '-')}"
+        """The option's name."""
+        return f"--{(self.field or self.parameter).replace('_', '-')}"
 
     @property
     def key(self) -> str:
@@ -55,8 +55,8 @@ class Parameter:
 
     @property
     def opposite(self) -> str:
-        """The flag that keeps the default: ``--no-film`` if ``--film`` turns it on."""
-        return f"--{'no-' * (self.default is not True)}{(self.field or self.parameter).replace('_', '-')}"
+        """The flag that turns a flag off: ``--no-film``."""
+        return f"--no-{self.option[2:]}"
 
     @property
     def required(self) -> bool:
@@ -200,16 +200,9 @@ def _parser(name: str, function: Callable[..., Any], parameters: Iterable[Parame
         title = "required" if each.required else f"{each.parameter} options" if each.field else "options"
         group = groups.setdefault(title, groups.get(title) or parser.add_argument_group(title))
         if each.kind is bool:
-            group.add_argument(
-                each.option,
-                dest=each.key,
-                action=f"store_{str(not each.default).lower()}",
-                **{key: shape[key] for key in ("help", "default")},
-            )
-            keeps = f"store_{str(each.default).lower()}"
-            group.add_argument(
-                each.opposite, dest=each.key, action=keeps, default=argparse.SUPPRESS, help=argparse.SUPPRESS
-            )
+            look: dict[str, Any] = {"dest": each.key, "default": argparse.SUPPRESS}
+            group.add_argument(each.option, action="store_true", help=text, **look)
+            group.add_argument(each.opposite, action="store_false", help=argparse.SUPPRESS, **look)
             continue
         if count == "*":
             shape["action"] = "extend"  # a second one adds to the first
@@ -229,8 +222,6 @@ def _spelled(
 ) -> Iterator[str]:
     """The arguments with hyphens for underscores in options; raises UnknownNameError for an unknown option."""
     parameters = [each for each in parameters if not each.positional]
-    known = [*(each.option for each in parameters), *(each.opposite for each in parameters if each.kind is bool)]
-    known.append("--help")
     listed = [each.option for each in parameters]
     flags = {option for each in parameters if each.kind is bool for option in (each.option, each.opposite)} | {"--help"}
     words = iter(given)
@@ -244,7 +235,7 @@ def _spelled(
             continue
         option, equals, value = argument.partition("=")
         option = option.replace("_", "-")
-        if option in known:
+        if option in listed or option in flags:
             if equals and option in flags:
                 raise VbbenchError(f"{option} takes no value; write {option} alone")
             yield f"{option}{equals}{value}"

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vbbench.box_checks import find_misfit
-from vbbench.boxes import observations_of, pair_overlaps
+from vbbench.boxes import find_misfit, observations_of, pair_overlaps
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
 from vbbench.exchange.box_rows import BoxRows

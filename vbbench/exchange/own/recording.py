@@ -7,8 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from vbbench.box_checks import find_misfit, outside_picture
-from vbbench.boxes import observations_of, rectangles
+from vbbench.boxes import find_misfit, observations_of, outside_picture, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.axes import Axes
 from vbbench.exchange.box_rows import AS_THEY_ARE, Ids

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vbbench.box_checks import find_misfit
+from vbbench.boxes import find_misfit
 from vbbench.camera import Camera
 from vbbench.errors import VbbenchError, VbbenchWarning, quoted
 from vbbench.geometry import BoolArray, FloatArray, IntArray, motion_levers, wrap_angle

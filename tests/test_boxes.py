@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.lib.own_recording import make_walk
-from vbbench.box_checks import find_misfit, outside_picture
+from vbbench.boxes import find_misfit, outside_picture
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.geometry import FloatArray
 
