@@ -12,6 +12,7 @@ import pytest
 from hypothesis import settings
 
 from tests.lib.installing import Install, Installed
+from vbbench.cli import main
 from vbbench.registry import registered
 
 Report = pytest.CollectReport | pytest.TestReport
@@ -107,6 +108,22 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Instal
     yield lambda group, name, value: Installed(monkeypatch, tmp_path / "site-packages", group, name, value)
     monkeypatch.undo()
     registered.cache_clear()
+
+
+@pytest.fixture
+def mistake(capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+    """Runs a command that is a mistake: status 2 and nothing on stdout; gives the one line on stderr."""
+
+    def run(*words: object) -> str:
+        capsys.readouterr()
+        assert main([str(word) for word in words]) == 2
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert said.err.startswith("vbbench: ")
+        assert said.err.count("\n") == 1, said.err
+        return said.err
+
+    return run
 
 
 @pytest.fixture

@@ -306,14 +306,13 @@ def test_what_a_card_says_may_be_edited(copy: Path) -> None:
 
 
 def test_the_command_writes_cards_and_replaces_none_unasked(
-    copy: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    copy: Path, mistake: Callable[..., str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(copy.parent)
-    assert main(["card", "d"]) == 2
-    assert "d/README.md: exists; set --overwrite to replace it" in capsys.readouterr().err
+    assert "d/README.md: exists; set --overwrite to replace it" in mistake("card", "d")
     assert main(["card", "d", "--creator", "A Lab", "--overwrite"]) == 0
     assert capsys.readouterr().out.splitlines() == ["d/README.md", "d/croissant.json"]
     assert "**By whom?** A Lab." in (copy / README).read_text("utf-8")
-    assert main(["card", "nowhere"]) == 2
-    assert main(["card", "d", "--published", "30.11.2026", "--overwrite"]) == 2
-    assert "--published must be a day such as 2026-11-30, not '30.11.2026'" in capsys.readouterr().err
+    mistake("card", "nowhere")
+    wanted = "--published must be a day such as 2026-11-30, not '30.11.2026'"
+    assert wanted in mistake("card", "d", "--published", "30.11.2026", "--overwrite")

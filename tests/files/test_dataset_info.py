@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from tests.lib.make_dataset import Crowd, write_dataset
-from vbbench.cli import main
 from vbbench.errors import FileError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import check_in_scene, check_scene
@@ -67,13 +66,9 @@ def test_the_digest_is_the_documented_one(dataset: Path) -> None:
         lambda v: v.update(calibration={"summary": "exact"}),
     ],
 )
-def test_what_is_changed_by_hand_is_seen(dataset: Path, what: Change, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_changed_by_hand_is_seen(dataset: Path, what: Change) -> None:
     change(dataset, what)
-    assert main(["verify", str(dataset)]) == 2
-    said = capsys.readouterr()
-    assert (said.out, said.err.count("\n")) == ("", 1)
-    assert "dataset.json: was changed by hand" in said.err
-    with pytest.raises(FileError, match="changed by hand"):
+    with pytest.raises(FileError, match=r"dataset\.json: was changed by hand"):
         Dataset(dataset)
 
 
@@ -158,15 +153,11 @@ TABLE = {"bytes": 1, "rows": 1, "sha256": "0" * 64}
         (lambda v: v.update(format_version=3), "format version 3"),
     ],
 )
-def test_every_key_is_checked_and_named(
-    dataset: Path, what: Change, fault: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_key_is_checked_and_named(dataset: Path, what: Change, fault: str, mistake: Callable[..., str]) -> None:
     change(dataset, what, sealed=True)
     with pytest.raises(FileError, match=fault):
         DatasetInfo.read(dataset)
-    assert main(["verify", str(dataset)]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
+    said = mistake("verify", dataset)
     assert len(said) < 1000
     assert said.replace("\n", "").isprintable()
 

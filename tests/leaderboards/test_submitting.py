@@ -48,22 +48,6 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "mine"
 
 
-@pytest.fixture
-def mistake(capsys: pytest.CaptureFixture[str]) -> Said:
-    """Runs a command that is a mistake, and gives the one line that it says."""
-
-    def run(*words: object) -> str:
-        capsys.readouterr()
-        assert main([str(word) for word in words]) == 2
-        said = capsys.readouterr()
-        assert said.out == ""
-        assert said.err.startswith("vbbench: ")
-        assert said.err.count("\n") == 1
-        return said.err
-
-    return run
-
-
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_the_class_of_the_template_answers(dataset: Dataset, mine: Path, protocol: str) -> None:
     answer = solve(dataset, "mysolver:MySolver", protocol, mine / "answer")

@@ -14,7 +14,6 @@ import pytest
 from tests.generation.test_datasets import digests
 from tests.lib.commands import ended, kill_session, session, start, wait_until
 from tests.lib.slow_split import BEFORE_THE_GATE, GATE, SEQUENCES
-from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
@@ -220,13 +219,11 @@ def test_a_worker_that_dies_is_one_line(slow: Dataset, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("jobs", [0, -5, -2, 100_000_000])
 def test_a_senseless_number_of_jobs_is_one_line(
-    dataset: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str], jobs: int
+    dataset: Dataset, tmp_path: Path, mistake: Callable[..., str], jobs: int
 ) -> None:
     most = 8 * (os.cpu_count() or 1)
-    for command in (["generate", "demo"], ["solve", str(dataset.folder), "--solver", "cv"]):
-        assert main([*command, "--out", str(tmp_path / "out"), "--jobs", str(jobs)]) == 2
-        error = capsys.readouterr().err
-        assert error.count("\n") == 1
+    for command in (["generate", "demo"], ["solve", dataset.folder, "--solver", "cv"]):
+        error = mistake(*command, "--out", tmp_path / "out", "--jobs", jobs)
         assert f"jobs is a number of processes: 1 to {most} here, or -1 for one per core, not {jobs}" in error
     assert not list(tmp_path.iterdir())
 
