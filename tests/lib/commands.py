@@ -1,6 +1,7 @@
 """Commands in processes of their own, the processes that they start, and patience with all of them."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -9,6 +10,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+
+from vbbench.cli import all_commands
+from vbbench.cli.parsing import parse
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 120.0
@@ -20,6 +24,13 @@ def wait_until(condition: Callable[[], object], seconds: float = PATIENCE) -> No
     while not condition():
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.01)
+
+
+def understood(line: str) -> Callable[[], object]:
+    """The call that a command line means, without ``vbbench`` before it; VbbenchError for another."""
+    commands, words = all_commands(), shlex.split(line)
+    length = 2 if " ".join(words[:2]) in commands else 1
+    return parse(commands, [" ".join(words[:length]), *words[length:]])
 
 
 def start(*arguments: object, **options: Any) -> "subprocess.Popen[str]":
