@@ -1,7 +1,7 @@
 """Parquet tables of a dataset or submission, read a range of sequences at a time; sequences from their rows."""
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -274,14 +274,22 @@ def part_ranges(count: int, rows: ArrayLike | None = None) -> Ranges:
     ----------
     rows : [count] approximate rows of each sequence; ``None`` if they are not known in advance.
     """
-    if rows is None:
-        return [(first, min(first + PART_SIZE, count)) for first in range(0, count, PART_SIZE)]
-    before = np.concatenate([[0], np.cumsum(rows)])
+    return ranges_within(count, PART_SIZE, [] if rows is None else [(ROWS_A_PART, rows)])
+
+
+def ranges_within(count: int, size: int, budgets: Iterable[tuple[int, ArrayLike]] = ()) -> Ranges:
+    """Ranges of ``count`` sequences: at most ``size`` each, and within all budgets unless one sequence exceeds them.
+
+    Parameters
+    ----------
+    budgets : pairs of a greatest sum, and the values [count] of the sequences that are summed.
+    """
+    sums = [(most, np.cumsum(np.append(0, values), dtype=np.int64)) for most, values in budgets]
     starts = [0]
     while starts[-1] < count:
         first = starts[-1]
-        fitting = int(np.searchsorted(before, before[first] + ROWS_A_PART, side="right")) - 1
-        starts.append(min(max(fitting, first + 1), first + PART_SIZE, count))
+        fitting = [int(np.searchsorted(sum_of, sum_of[first] + most, side="right")) - 1 for most, sum_of in sums]
+        starts.append(min(max(first + 1, min(fitting, default=count)), first + size, count))
     return list(pairwise(starts))
 
 

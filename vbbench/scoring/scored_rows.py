@@ -15,7 +15,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.estimate import LARGEST, is_credible
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_checks import TRUTH_TABLES
-from vbbench.files.sequence_tables import OBSERVER, SequenceTable
+from vbbench.files.sequence_tables import OBSERVER, SequenceTable, ranges_within
 from vbbench.files.tables import FRAME_TABLE
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world
 from vbbench.protocol import START_FRAMES, Protocol
@@ -165,7 +165,8 @@ def scored_rows(dataset: Dataset, protocol: Protocol, only: int | None = None) -
     """Scored rows of the dataset, in chunks of whole sequences; or those of the sequence ``only``."""
     observations = SequenceTable(dataset.table_path("observations"), "observations")
     given = SequenceTable(dataset.table_path("given"), "given")
-    whole = _chunks(dataset.rows["frames"], dataset.rows["people"])
+    budgets = [(FRAMES_AT_ONCE, dataset.rows["frames"]), (CELLS_AT_ONCE, dataset.cells)]
+    whole = ranges_within(len(dataset), len(dataset), budgets)
     for first, last in whole if only is None else [(only, only + 1)]:
         seen = observations.read(first, last, ["sequence", "frame", "track"])
         known = given.read(first, last)
@@ -201,21 +202,6 @@ def _poses(grid: RowGrid, sequence: IntArray, frame: IntArray) -> tuple[IntArray
     frame_of_slot = np.arange(grid.slots) - grid.slot(local + grid.first, np.zeros_like(local))
     scored = any_seen & (frame_of_slot >= START_FRAMES)
     return local[scored] + grid.first, frame_of_slot[scored]
-
-
-def _chunks(frames: NDArray[Any], people: NDArray[Any]) -> Iterator[tuple[int, int]]:
-    """Ranges of sequences, each as long as the budgets of frames and of pairs of frame and person allow."""
-    cells = frames.astype(np.int64) * people
-    budgets = (FRAMES_AT_ONCE, np.cumsum(frames, dtype=np.int64)), (CELLS_AT_ONCE, np.cumsum(cells))
-    first = 0
-    while first < len(frames):
-        before = [ends[first - 1] if first else 0 for _, ends in budgets]
-        fitting = [
-            np.searchsorted(ends, done + most, "right") for done, (most, ends) in zip(before, budgets, strict=True)
-        ]
-        last = max(first + 1, int(min(fitting)))
-        yield first, last
-        first = last
 
 
 def _select(columns: dict[str, NDArray[Any]], keep: BoolArray) -> dict[str, NDArray[Any]]:

@@ -15,19 +15,13 @@ from numpy.typing import NDArray
 
 from vbbench.errors import VbbenchError
 from vbbench.estimate import LARGEST, Answer, copy_of, is_credible
-from vbbench.files.sequence_tables import Ranges
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.protocol import START_FRAMES, Protocol, scored_frames, scored_positions
 from vbbench.sequence import Given, Odometry, Sequence, Truth
 from vbbench.solver import Estimate, Frame, FrameEstimate, FrameSolver, Problem, SequenceSolver
 
 SEQUENCES_A_PART = 256
-"""Sequences that are put into groups together: more make fewer processes, and an interruption loses more."""
-
-
-def ranges_of_groups(count: int) -> Ranges:
-    """Ranges of ``count`` sequences, each of which is divided into groups on its own."""
-    return [(first, min(first + SEQUENCES_A_PART, count)) for first in range(0, count, SEQUENCES_A_PART)]
+"""Sequences that are divided into groups together: more make fewer processes, and an interruption loses more."""
 
 
 def separate_groups(rows: Mapping[str, NDArray[Any]], first: int, last: int) -> list[IntArray]:

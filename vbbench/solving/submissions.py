@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.files.sequence_tables import part_ranges
+from vbbench.files.sequence_tables import part_ranges, ranges_within
 from vbbench.files.submission import OFFLINE, SUBMISSION_FILE, SubmissionInfo
 from vbbench.files.submission_tables import answer_rows
 from vbbench.files.tables import to_arrow
@@ -28,7 +28,7 @@ from vbbench.solver import FrameSolver
 from vbbench.solving.isolation.confinement import folders_with
 from vbbench.solving.isolation.remote import IsolatedSolver, Remote, warn_of_open_files
 from vbbench.solving.provenance import hardware, solver_version, source_digest
-from vbbench.solving.runner import ranges_of_groups, run_sequence, separate_groups
+from vbbench.solving.runner import SEQUENCES_A_PART, run_sequence, separate_groups
 from vbbench.version import __version__
 
 FACTS = ("authors", "code", "trained_on", "tuned_on")
@@ -88,7 +88,8 @@ def solve(
     key = f"{dataset.info.id} {solver} {solver_version(solver)} {source_digest(solver)} {how} {__version__}"
     solve_part = partial(_solve_part, dataset, solver, opened, rules, covariance, fresh_processes)
     words = {} if isolate else declared_facts(solver)
-    ranges = ranges_of_groups(len(dataset)) if fresh_processes else part_ranges(len(dataset), dataset.cells)
+    count = len(dataset)
+    ranges = ranges_within(count, SEQUENCES_A_PART) if fresh_processes else part_ranges(count, dataset.cells)
     with WorkFolder(out, partial(check_free, out, SUBMISSION_FILE, "submission", overwrite)) as work:
         if work.begin(key):
             longest_first = ("positions", *(name for name in TABLES if name != "positions"))
