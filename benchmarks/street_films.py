@@ -129,11 +129,9 @@ def lit(surroundings: Surroundings, time: str) -> Surroundings:
 def pictures_of(film: Film, number: int) -> Iterator[Picture]:
     """The film's pictures."""
     scene = film.scene
-    drawer = Drawer(Walkers(scene, number), lit(surroundings_of(scene, number, plain=False), film.time))
-    person = bearer(film.data.sequence)
-    without = None if person is None else scene.column_of(person)
+    drawer = Drawer(scene, Walkers(scene, number), lit(surroundings_of(scene, number, plain=False), film.time))
     for frame, camera in enumerate(film.cameras):
-        yield drawer.draw(film.first + frame, camera.focal, scene, without, camera, film.poses[frame])
+        yield drawer.render(film.first + frame, camera, film.poses[frame], observer=bearer(film.data.sequence))
 
 
 def whole(values: FloatArray, scale: float) -> IntArray:

@@ -16,7 +16,7 @@ from vbbench.sequence import NOBODY
 from vbbench_renderers import _core
 from vbbench_renderers.meshes import Int32, Limbs
 from vbbench_renderers.people import Walkers
-from vbbench_renderers.raster import Scenery, build_textures, draw_shadows, place
+from vbbench_renderers.raster import Scenery, draw_shadows, middles_of, place
 from vbbench_renderers.views import Rays, camera_rays, eye_transform
 
 ALL, INSIDE, ON_BORDER = range(3)
@@ -71,11 +71,10 @@ class Onlooker:
 
     def __init__(self, scene: Scene, people: Walkers) -> None:
         self._scene, self._people = scene, people
-        self._meshes = _core.Meshes(people.meshes)
+        self._meshes, self._middles = _core.Meshes(people.meshes), middles_of(people.meshes)
         nobody = people.limbs(0, np.zeros(2)).of(np.zeros(0, np.int64))
         none = draw_shadows(self._meshes, nobody, nobody.mesh, np.array([0.0, 0.0, 1.0]), np.zeros(2), 1.0, 16)
-        textures = build_textures(np.zeros((1, 1, 1, 3), np.uint8))
-        self._dark = Scenery(np.ones((6, 3)), np.zeros(2, np.uint8), textures, none, none)
+        self._dark = Scenery(np.ones((6, 3)), [np.zeros((1, 1, 1, 3), np.uint8)], none, none)
 
     def look(
         self, picture: Picture, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None
@@ -119,7 +118,7 @@ class Onlooker:
     def _alone(self, limbs: Limbs, eye: FloatArray, rays: Rays) -> BoolArray:
         """[H, W] whether limbs show in a picture of nothing else."""
         owners = np.append(np.zeros(len(limbs.mesh), np.int32), NOBODY)
-        placement = place(self._meshes, limbs, np.zeros(len(limbs.mesh), bool), eye, owners)
+        placement = place(self._middles, limbs, np.zeros(len(limbs.mesh), bool), eye, owners)
         _, _, ids = _core.draw(self._meshes, limbs, placement, rays, self._dark, _core.available_threads())
         return ids != NOBODY
 

@@ -13,6 +13,7 @@ using Int = std::int64_t;
 using Vec = std::array<double, 3>;
 using Point = std::array<float, 3>;
 using Corners = std::array<int, 3>;  ///< of a triangle, rows of vertices
+using Bytes = std::array<std::uint8_t, 3>;
 
 constexpr double kNear = 0.1;  ///< m of depth; surfaces nearer than this are not drawn
 
@@ -26,27 +27,7 @@ struct Meshes {
   const float* grain;                         ///< [F] texture widths a metre of each triangle
   const Corners* triangles;                   ///< [F]
   const Int *first_vertex, *first_triangle;   ///< [M + 1]
-  const std::array<float, 4>* spheres;        ///< [M] centre and radius of a sphere around each mesh
-  Int count;
 };
-
-/// Centre and radius of a sphere around vertices [V].
-inline std::array<float, 4> sphere_around(const Point* vertices, std::size_t count) {
-  Point low = vertices[0], high = vertices[0];
-  for (std::size_t n = 1; n < count; ++n) {
-    for (int axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], vertices[n][axis]);
-      high[axis] = std::max(high[axis], vertices[n][axis]);
-    }
-  }
-  const float x = (low[0] + high[0]) / 2, y = (low[1] + high[1]) / 2, z = (low[2] + high[2]) / 2;
-  float radius = 0.0f;
-  for (std::size_t n = 0; n < count; ++n) {
-    const float dx = vertices[n][0] - x, dy = vertices[n][1] - y, dz = vertices[n][2] - z;
-    radius = std::max(radius, std::sqrt(dx * dx + dy * dy + dz * dz));
-  }
-  return {x, y, z, radius};
-}
 
 /// Texture widths a metre of a triangle, the geometric mean of both directions.
 inline float grain_of(const Point* vertices, const std::array<float, 2>* uv, const Corners& t) {

@@ -7,7 +7,6 @@ import vbbench_renderers.required  # noqa: F401 (says what to install)
 from vbbench.boxes import suppress
 from vbbench.errors import VbbenchError
 from vbbench.exchange.detection import Detections
-from vbbench.geometry import FloatArray
 
 ENLARGE = 2.0
 """The detector's window is 128 px high and contains a person of 96 px; pictures are enlarged to find smaller people."""
@@ -48,16 +47,10 @@ class HogDetector:
         windows, weights = self._hog.detectMultiScale(
             enlarged, hitThreshold=LEAST_MARGIN, winStride=_STEP, padding=_MARGIN, scale=_SCALES, groupThreshold=0
         )
-        boxes = _inside(np.asarray(windows, dtype=np.float64).reshape(-1, 4) / ENLARGE)
+        left, top, width, height = np.asarray(windows, dtype=np.float64).reshape(-1, 4).T / ENLARGE
+        sizes = (1 - 2 * _SIDES) * width, (1 - 2 * _ABOVE) * height
+        boxes = np.stack([left + _SIDES * width, top + _ABOVE * height, *sizes], axis=-1)
         margins = np.asarray(weights, dtype=np.float64).reshape(-1)
         scores = 1.0 / (1.0 + np.exp(-MARGIN_STEEPNESS * (margins - EVEN_MARGIN)))
         kept = suppress(boxes, scores, SAME, period)
         return Detections(boxes=boxes[kept], scores=scores[kept])
-
-
-def _inside(windows: FloatArray) -> FloatArray:
-    """The people [N, 4] in windows [N, 4], without the margin around them."""
-    left, top, width, height = windows.T
-    return np.stack(
-        [left + _SIDES * width, top + _ABOVE * height, (1 - 2 * _SIDES) * width, (1 - 2 * _ABOVE) * height], axis=-1
-    )

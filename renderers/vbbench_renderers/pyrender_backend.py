@@ -30,7 +30,7 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.rendering import Picture
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
-from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Surroundings, join_meshes, linear_to_srgb
+from vbbench_renderers.meshes import PLAIN, Float32, Limbs, Mesh, Sky, Surroundings, join_meshes, linear_to_srgb
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import normals_of
 from vbbench_renderers.surroundings import surroundings_of
@@ -58,7 +58,17 @@ class PyrenderRenderer:
         name = importlib.import_module("OpenGL.GL")
         self._device = f"{name.glGetString(name.GL_RENDERER).decode()}, through pyrender"
         self._people = Walkers(scene, seed)
-        self._stage = Stage(surroundings_of(scene, seed, plain=not surroundings))
+        self._pyrender, around = load_pyrender(), surroundings_of(scene, seed, plain=not surroundings)
+        sky = around.sky
+        self._stage: Any = self._pyrender.Scene(
+            bg_color=[*linear_to_srgb(0.5 * (sky.horizon + sky.zenith)).tolist(), 1.0],
+            ambient_light=0.5 * (0.4 * sky.horizon + 0.6 * sky.zenith + sky.ground_glow),
+        )
+        self._codes: dict[Any, tuple[int, int, int]] = {}
+        self._drawn: list[Any] = []
+        self._camera: Any = None
+        self._add_sun(sky)
+        self._add_surroundings(around)
 
     @property
     def device(self) -> str:
@@ -71,8 +81,7 @@ class PyrenderRenderer:
             raise VbbenchError("this renderer was closed")
         pose = np.asarray(pose, np.float64)
         without = None if observer is None else self._scene.column_of(observer)
-        limbs = self._people.limbs(frame, pose[:2], camera.focal, without=without)
-        self._stage.set_people(self._people.meshes, limbs)
+        self._set_people(self._people.limbs(frame, pose[:2], camera.focal, without=without))
         return self._shoot(camera, pose) if camera.intrinsics is not None else assemble(camera, pose, self._shoot)
 
     def close(self) -> None:
@@ -84,73 +93,55 @@ class PyrenderRenderer:
     def _shoot(self, camera: Camera, pose: FloatArray) -> Picture:
         """What a pinhole sees."""
         self._screen.viewport_width, self._screen.viewport_height = camera.picture_size
-        self._stage.set_camera(camera, pose)
-        scene, flags = self._stage.scene, load_pyrender().RenderFlags
-        rgb, _ = self._screen.render(scene, flags=flags.NONE)
-        codes, depth = self._screen.render(scene, flags=flags.SEG, seg_node_map=self._stage.codes)
+        self._set_camera(camera, pose)
+        flags = self._pyrender.RenderFlags
+        rgb, _ = self._screen.render(self._stage, flags=flags.NONE)
+        codes, depth = self._screen.render(self._stage, flags=flags.SEG, seg_node_map=self._codes)
         rows = codes.astype(np.int32) @ np.array([65536, 256, 1], np.int32)
-        empty = depth == 0.0
-        depth = np.where(empty, np.inf, depth).astype(np.float32)
+        depth = np.where(depth == 0.0, np.inf, depth).astype(np.float32)
         ids = np.append(NOBODY, self._scene.people).astype(np.int32)[rows]
         return Picture(rgb=rgb, depth=depth, ids=ids)
 
-
-class Stage:
-    """The scene graph: static objects, one mesh per person, a sun and a camera."""
-
-    def __init__(self, around: Surroundings) -> None:
-        self._pyrender = load_pyrender()
-        self._sky = sky = around.sky
-        self.scene: Any = self._pyrender.Scene(
-            bg_color=[*linear_to_srgb(0.5 * (sky.horizon + sky.zenith)).tolist(), 1.0],
-            ambient_light=0.5 * (0.4 * sky.horizon + 0.6 * sky.zenith + sky.ground_glow),
-        )
-        self.codes: dict[Any, tuple[int, int, int]] = {}
-        self._drawn: list[Any] = []
-        self._camera: Any = None
-        self._add_sun()
-        self._add_surroundings(around)
-
-    def set_people(self, meshes: tuple[Mesh, ...], limbs: Limbs) -> None:
+    def _set_people(self, limbs: Limbs) -> None:
         """Replace the people by those of a frame, one node each: one per limb would cost ten times the draw calls."""
         for node in self._drawn:
-            self.scene.remove_node(node)
-            del self.codes[node]
+            self._stage.remove_node(node)
+            del self._codes[node]
         self._drawn = []
         starts = np.flatnonzero(np.diff(limbs.person, prepend=-1)).tolist()
         normals = normals_of(limbs)
         for first, last in pairwise([*starts, len(limbs.person)]):
-            node = self._add(_baked(meshes, limbs, normals, range(first, last)))
+            node = self._add(_baked(self._people.meshes, limbs, normals, range(first, last)))
             row = int(limbs.person[first]) + 1
-            self.codes[node] = (row >> 16, row >> 8 & 255, row & 255)
+            self._codes[node] = (row >> 16, row >> 8 & 255, row & 255)
             self._drawn.append(node)
 
-    def set_camera(self, camera: Camera, pose: FloatArray) -> None:
+    def _set_camera(self, camera: Camera, pose: FloatArray) -> None:
         """Look from a pose (x, y, yaw)."""
         if self._camera is not None:
-            self.scene.remove_node(self._camera)
+            self._stage.remove_node(self._camera)
         eye = eye_transform(camera, pose)
         matrix = np.eye(4)
         matrix[:3, :3] = (np.diag([1.0, 1.0, -1.0]) @ eye[:, :3]).T
         matrix[:3, 3] = -eye[:, :3].T @ eye[:, 3]
         (fx, _, cx), (_, fy, cy) = np.asarray(camera.intrinsics)[:2].tolist()
         lens = self._pyrender.IntrinsicsCamera(fx=fx, fy=fy, cx=cx, cy=cy, znear=NEAR, zfar=FAR)
-        self._camera = self.scene.add(lens, pose=matrix)
+        self._camera = self._stage.add(lens, pose=matrix)
 
-    def _add_sun(self) -> None:
-        towards = self._sky.sun_direction.astype(np.float64)
+    def _add_sun(self, sky: Sky) -> None:
+        towards = sky.sun_direction.astype(np.float64)
         side = np.cross([0.0, 1.0, 0.0], towards)
         side /= np.linalg.norm(side)
         pose = np.eye(4)
         pose[:3, :3] = np.column_stack([side, np.cross(towards, side), towards])
-        self.scene.add(self._pyrender.DirectionalLight(color=self._sky.sun_colour, intensity=np.pi), pose=pose)
+        self._stage.add(self._pyrender.DirectionalLight(color=sky.sun_colour, intensity=np.pi), pose=pose)
 
     def _add_surroundings(self, around: Surroundings) -> None:
         layers = around.mesh.layers[around.mesh.triangles[:, 0]]
         for layer in np.unique(layers):
             texture = None if layer == PLAIN else self._texture(around.textures[layer])
             node = self._add(around.mesh.piece(np.flatnonzero(layers == layer)), texture)
-            self.codes[node] = (0, 0, 0)
+            self._codes[node] = (0, 0, 0)
 
     def _texture(self, layer: NDArray[np.uint8]) -> Any:
         """A repeating texture; row 0 is at v = 0, where pyrender has the last row."""
@@ -168,7 +159,7 @@ class Stage:
                 baseColorTexture=texture, metallicFactor=0.0, roughnessFactor=1.0, doubleSided=True
             ),
         )
-        return self.scene.add(self._pyrender.Mesh(primitives=[primitive], is_visible=True))
+        return self._stage.add(self._pyrender.Mesh(primitives=[primitive], is_visible=True))
 
 
 def _baked(meshes: tuple[Mesh, ...], limbs: Limbs, normals: Float32, rows: range) -> Mesh:

@@ -1,5 +1,6 @@
 """Backend ``raster``, without a GPU: exact rays, a z-buffer and deferred shading, on all cores, in C++."""
 
+from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple, Protocol
 
@@ -26,7 +27,7 @@ from vbbench_renderers.meshes import (
 )
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.surroundings import surroundings_of
-from vbbench_renderers.views import assemble, camera_rays, drawn_natively, eye_transform
+from vbbench_renderers.views import assemble, camera_rays, eye_transform
 
 SHADOW_HALF_WIDTH, SHADOW_AHEAD = 16.0, 12.0
 """Half the width (m) of the square in which people cast shadows, and how far it is ahead of a camera that looks in one
@@ -37,36 +38,10 @@ FOOT_HEIGHT = 0.3
 """Limbs centred below this height (m) darken the ground under them."""
 SHADOW_TEXELS, FIXED_SHADOW_TEXELS = 1024, 2048
 """Width of the shadow maps of people and of objects that do not move."""
-SRGB_STEPS = 4096
-
-
-class RasterRenderer:
-    """A `vbbench.pictures.rendering.Renderer` that casts exact rays. The picture does not depend on the threads.
-
-    Parameters
-    ----------
-    scene : its people are drawn.
-    seed : of looks and surroundings.
-    surroundings : draw houses, trees and lamps; otherwise ground and sky only.
-    """
-
-    def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
-        self._scene = scene
-        self._drawer = Drawer(Walkers(scene, seed), surroundings_of(scene, seed, plain=not surroundings))
-
-    @property
-    def device(self) -> str:
-        """See `vbbench.pictures.rendering.Renderer`."""
-        return f"processor, {_core.available_threads()} threads"
-
-    def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
-        """See `vbbench.pictures.rendering.Renderer`."""
-        without = None if observer is None else self._scene.column_of(observer)
-        shoot = partial(self._drawer.draw, frame, camera.focal, self._scene, without)
-        return shoot(camera, pose) if drawn_natively(camera) else assemble(camera, pose, shoot)
-
-    def close(self) -> None:
-        """Nothing is held."""
+SRGB = np.asarray(np.round(255.0 * linear_to_srgb(np.linspace(0.0, 1.0, 4097, dtype=np.float32))), np.uint8)
+"""sRGB bytes of linear values in 0 … 1."""
+LINEAR = srgb_to_linear(np.arange(256, dtype=np.float32) / 255.0)
+"""Linear values of sRGB bytes."""
 
 
 class People(Protocol):
@@ -78,55 +53,6 @@ class People(Protocol):
 
     def limbs(self, frame: int, eye: FloatArray, focal: float, *, without: int | None = None) -> Limbs:
         """Limbs of a frame, as a camera at ``eye`` [2] sees them, except of the person in column ``without``."""
-
-
-class Drawer:
-    """Draws people and surroundings from any source."""
-
-    def __init__(self, people: People, surroundings: Surroundings) -> None:
-        pieces = split_mesh(surroundings.mesh)
-        self._people = people
-        self._meshes = _core.Meshes([*people.meshes, *pieces])
-        self._static = _static_limbs(len(people.meshes), len(pieces))
-        self._light, self._textures = light_table(surroundings.sky), build_textures(surroundings.textures)
-        self._table = srgb_table()
-        self._static_shadows = self._draw_static_shadows(surroundings.mesh.vertices)
-
-    def draw(
-        self, frame: int, focal: float, scene: Scene, without: int | None, camera: Camera, pose: FloatArray
-    ) -> Picture:
-        """The picture of a frame by a pinhole or an upright cylinder, without the person in column ``without``.
-
-        A focal length of ``focal`` px decides people's level of detail.
-        """
-        rays, eye = camera_rays(camera), eye_transform(camera, pose)
-        people = self._people.limbs(frame, np.asarray(pose[:2], np.float64), focal, without=without)
-        limbs = Limbs(**{k: np.concatenate([getattr(people, k), v]) for k, v in vars(self._static).items()})
-        ids = np.append(scene.people, NOBODY)[limbs.person]
-        shadows = self._people_shadows(people, pose, rays.closed)
-        scenery = Scenery(self._light, self._table, self._textures, shadows, self._static_shadows)
-        placement = place(self._meshes, limbs, limbs.pattern < 0, eye, np.append(ids, NOBODY - 1))
-        threads = _core.available_threads()
-        rgb, depth, owners = _core.draw(self._meshes, limbs, placement, rays, scenery, threads)
-        return Picture(rgb=rgb, depth=depth, ids=owners)
-
-    def _people_shadows(self, people: Limbs, pose: FloatArray, around: bool) -> _core.Shadows:
-        """Shadows near the camera, or near a point ahead of a camera that looks in one direction."""
-        heading = np.array([np.cos(pose[2]), np.sin(pose[2])])
-        centre = np.asarray(pose[:2], np.float64) + (0.0 if around else SHADOW_AHEAD) * heading
-        chosen = people.of(np.abs(people.transform[:, :2, 3] - centre).max(axis=1) < SHADOW_HALF_WIDTH + 2.0)
-        levels, kinds = self._people.levels, len(self._people.meshes) // self._people.levels
-        coarse = chosen.mesh % kinds + (levels - 1) * kinds
-        shadows = draw_shadows(self._meshes, chosen, coarse, self._light[0], centre, SHADOW_HALF_WIDTH, SHADOW_TEXELS)
-        if len(chosen.person):
-            shadows.stain(contact_spots(chosen))
-        return shadows
-
-    def _draw_static_shadows(self, vertices: Float32) -> _core.Shadows:
-        low, high = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
-        half = min(float((high - low).max()) / 2, LARGEST_SHADOW_HALF_WIDTH)
-        sun, centre = self._light[0], 0.5 * (low + high)
-        return draw_shadows(self._meshes, self._static, self._static.mesh, sun, centre, half, FIXED_SHADOW_TEXELS)
 
 
 def _static_limbs(first: int, count: int) -> Limbs:
@@ -163,26 +89,63 @@ class Placement(NamedTuple):
     eye: FloatArray
 
 
+class Shadows(NamedTuple):
+    """What limbs keep from the sun and, where they are on the ground, from the sky.
+
+    Parameters
+    ----------
+    heights : [S, S] in m, the greatest of a texel. A point is entered where the sun's ray through it meets the ground,
+        with its height; what lies deeper on the same ray is in the shade.
+    open : [S/4, S/4] share of the sky that the ground sees.
+    ground : [5] x, y in m at the outer corner of texel (0, 0), texels a metre, and ground metres (x, y) a metre of
+        height, away from the sun.
+    """
+
+    heights: Float32
+    open: Float32
+    ground: FloatArray
+
+    def stain(self, spots: FloatArray) -> None:
+        """Darken the ground under spots [N, 4]: place and radius in m, and how dark the middle is."""
+        scale, size = 0.25 * self.ground[2], len(self.open)
+        x, y, radius, dark = spots.T[..., None, None]
+        u, v, radius = (x - self.ground[0]) * scale, (y - self.ground[1]) * scale, radius * scale
+        reach = np.arange(-np.ceil(radius.max()), np.ceil(radius.max()) + 1.0)
+        column, row = np.floor(u) + reach, np.floor(v) + reach[:, None]
+        fall = np.maximum(0.0, 1.0 - ((column + 0.5 - u) ** 2 + (row + 0.5 - v) ** 2) / radius**2)
+        inside = (fall > 0.0) & (column >= 0.0) & (column < size) & (row >= 0.0) & (row < size)
+        texels = tuple(np.broadcast_to(place, fall.shape)[inside].astype(np.int64) for place in (row, column))
+        np.multiply.at(self.open, texels, (1.0 - dark * fall * fall)[inside])
+
+
 class Scenery(NamedTuple):
-    """What light limbs are seen in: `light_table`, `srgb_table`, `build_textures`, and what throws shadows."""
+    """What light limbs are seen in: `light_table`, textures of `halved_sizes`, and what throws shadows.
+
+    Linear values become bytes by the ``table``; bytes of textures become values by ``linear``.
+    """
 
     light: FloatArray
-    table: NDArray[np.uint8]
-    textures: _core.Textures
-    people: _core.Shadows
-    fixed: _core.Shadows
+    textures: list[NDArray[np.uint8]]
+    people: Shadows
+    fixed: Shadows
+    table: NDArray[np.uint8] = SRGB
+    linear: Float32 = LINEAR
 
 
-def place(meshes: _core.Meshes, limbs: Limbs, both: BoolArray, eye: FloatArray, owners: IntArray) -> Placement:
-    """Limbs of the ``meshes`` in front of a camera; ``both`` [N] whether triangles are drawn from behind, too.
+def middles_of(meshes: Sequence[Mesh]) -> Float32:
+    """[M, 3] the middle of the box around each mesh."""
+    return np.array([(mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2 for mesh in meshes])
 
-    ``eye`` and ``owners`` are as in `Placement`.
+
+def place(middles: Float32, limbs: Limbs, both: BoolArray, eye: FloatArray, owners: IntArray) -> Placement:
+    """Limbs in front of a camera; ``both`` [N] whether triangles are drawn from behind, too.
+
+    ``middles`` [M, 3] are of the meshes; ``eye`` and ``owners`` are as in `Placement`.
     """
     joined = np.matmul(eye[:, :3], limbs.transform.astype(np.float64))
     joined[:, :, 3] += eye[:, 3]
     side = np.where(both, 0, -np.sign(np.linalg.det(joined[:, :, :3]))).astype(np.int32)  # the eye's are left-handed
-    centres = meshes.spheres[limbs.mesh, :3, None]
-    places = (limbs.transform[:, :, :3] @ centres)[..., 0] + limbs.transform[:, :, 3]
+    places = (limbs.transform[:, :, :3] @ middles[limbs.mesh, :, None])[..., 0] + limbs.transform[:, :, 3]
     away = np.linalg.norm(places @ eye[:, :3].T + eye[:, 3], axis=1)
     order = np.argsort(away, kind="stable").astype(np.int32)
     return Placement(joined, side, order, normals_of(limbs), owners.astype(np.int32), eye)
@@ -202,32 +165,20 @@ def light_table(sky: Sky) -> FloatArray:
     return np.array([sky.sun_direction, sky.sun_colour, sky.zenith, sky.horizon, sky.ground_glow, haze], np.float64)
 
 
-def build_textures(layers: NDArray[np.uint8]) -> _core.Textures:
-    """Layers [L, S, S, 3] with their smaller sizes."""
-    linear = srgb_to_linear(np.arange(256, dtype=np.float32) / 255.0)
-    return _core.Textures(halved_sizes(layers, linear), linear)
-
-
-def halved_sizes(layers: NDArray[np.uint8], linear: Float32) -> list[NDArray[np.uint8]]:
-    """Layers [L, S, S, 3] at the sizes S, S/2 … 1, each a mean of 2 x 2 texels in ``linear`` light."""
+def halved_sizes(layers: NDArray[np.uint8]) -> list[NDArray[np.uint8]]:
+    """Layers [L, S, S, 3] at the sizes S, S/2 … 1, each a mean of 2 x 2 texels in linear light."""
     levels = [layers]
     while levels[-1].shape[1] > 1:
         half = levels[-1].shape[1] // 2
-        fine = linear[levels[-1][:, : 2 * half, : 2 * half]]
+        fine = LINEAR[levels[-1][:, : 2 * half, : 2 * half]]
         mean = fine.reshape(len(layers), half, 2, half, 2, 3).mean(axis=(2, 4), dtype=np.float32)
         levels.append(np.round(255.0 * linear_to_srgb(mean)).astype(np.uint8))
     return levels
 
 
-def srgb_table() -> NDArray[np.uint8]:
-    """[SRGB_STEPS + 1] sRGB bytes of linear values in 0 … 1."""
-    values = linear_to_srgb(np.linspace(0.0, 1.0, SRGB_STEPS + 1, dtype=np.float32))
-    return np.asarray(np.round(255.0 * values), np.uint8)
-
-
 def draw_shadows(
     meshes: _core.Meshes, limbs: Limbs, mesh: Int32, sun: FloatArray, centre: FloatArray, half: float, texels: int
-) -> _core.Shadows:
+) -> Shadows:
     """The shadow map of some limbs around a ground point.
 
     Parameters
@@ -248,7 +199,8 @@ def draw_shadows(
     joined[:, 1, 3] -= y
     joined[:, :2] *= scale
     ground = np.array([x, y, scale, *shear[:2, 2]])
-    return _core.Shadows(meshes, mesh, joined, ground, texels, _core.available_threads())
+    heights = _core.cast_shadows(meshes, mesh, joined, texels, _core.available_threads())
+    return Shadows(heights, np.ones((texels // 4, texels // 4), np.float32), ground)
 
 
 def contact_spots(limbs: Limbs) -> FloatArray:
@@ -260,3 +212,82 @@ def contact_spots(limbs: Limbs) -> FloatArray:
     near = np.column_stack((feet[:, :2], np.full(len(feet), 0.22), 0.55 - feet[:, 2]))
     wide = np.column_stack((bodies[:, :2], np.full(len(bodies), 0.6), np.full(len(bodies), 0.45)))
     return np.concatenate([near, wide]).astype(np.float64)
+
+
+class Drawer:
+    """Draws any people in any surroundings; a `vbbench.pictures.rendering.Renderer`.
+
+    Rays are exact, and the picture does not depend on the threads.
+    """
+
+    def __init__(self, scene: Scene, people: People, surroundings: Surroundings) -> None:
+        pieces = split_mesh(surroundings.mesh)
+        self._scene, self._people = scene, people
+        meshes = [*people.meshes, *pieces]
+        self._meshes, self._middles = _core.Meshes(meshes), middles_of(meshes)
+        self._static = _static_limbs(len(people.meshes), len(pieces))
+        self._light, self._textures = light_table(surroundings.sky), halved_sizes(surroundings.textures)
+        self._static_shadows = self._draw_static_shadows(surroundings.mesh.vertices)
+
+    @property
+    def device(self) -> str:
+        """See `vbbench.pictures.rendering.Renderer`."""
+        return f"processor, {_core.available_threads()} threads"
+
+    def render(self, frame: int, camera: Camera, pose: FloatArray, *, observer: int | None = None) -> Picture:
+        """See `vbbench.pictures.rendering.Renderer`."""
+        without = None if observer is None else self._scene.column_of(observer)
+        shoot = partial(self._shoot, frame, camera.focal, without)
+        natively = camera.intrinsics is not None or camera.cylinder is not None
+        return shoot(camera, pose) if natively else assemble(camera, pose, shoot)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _shoot(self, frame: int, focal: float, without: int | None, camera: Camera, pose: FloatArray) -> Picture:
+        """What a pinhole or an upright cylinder sees, but for the person in column ``without``.
+
+        A focal length of ``focal`` px decides people's level of detail.
+        """
+        rays, eye = camera_rays(camera), eye_transform(camera, pose)
+        people = self._people.limbs(frame, np.asarray(pose[:2], np.float64), focal, without=without)
+        limbs = Limbs(**{k: np.concatenate([getattr(people, k), v]) for k, v in vars(self._static).items()})
+        ids = np.append(self._scene.people, NOBODY)[limbs.person]
+        shadows = self._people_shadows(people, pose, rays.closed)
+        scenery = Scenery(self._light, self._textures, shadows, self._static_shadows)
+        placement = place(self._middles, limbs, limbs.pattern < 0, eye, np.append(ids, NOBODY - 1))
+        threads = _core.available_threads()
+        rgb, depth, owners = _core.draw(self._meshes, limbs, placement, rays, scenery, threads)
+        return Picture(rgb=rgb, depth=depth, ids=owners)
+
+    def _people_shadows(self, people: Limbs, pose: FloatArray, around: bool) -> Shadows:
+        """Shadows near the camera, or near a point ahead of a camera that looks in one direction."""
+        heading = np.array([np.cos(pose[2]), np.sin(pose[2])])
+        centre = np.asarray(pose[:2], np.float64) + (0.0 if around else SHADOW_AHEAD) * heading
+        chosen = people.of(np.abs(people.transform[:, :2, 3] - centre).max(axis=1) < SHADOW_HALF_WIDTH + 2.0)
+        levels, kinds = self._people.levels, len(self._people.meshes) // self._people.levels
+        coarse = chosen.mesh % kinds + (levels - 1) * kinds
+        shadows = draw_shadows(self._meshes, chosen, coarse, self._light[0], centre, SHADOW_HALF_WIDTH, SHADOW_TEXELS)
+        if len(chosen.person):
+            shadows.stain(contact_spots(chosen))
+        return shadows
+
+    def _draw_static_shadows(self, vertices: Float32) -> Shadows:
+        low, high = vertices[:, :2].min(axis=0), vertices[:, :2].max(axis=0)
+        half = min(float((high - low).max()) / 2, LARGEST_SHADOW_HALF_WIDTH)
+        sun, centre = self._light[0], 0.5 * (low + high)
+        return draw_shadows(self._meshes, self._static, self._static.mesh, sun, centre, half, FIXED_SHADOW_TEXELS)
+
+
+class RasterRenderer(Drawer):
+    """The `Drawer` of a scene's people.
+
+    Parameters
+    ----------
+    scene : its people are drawn.
+    seed : of looks and surroundings.
+    surroundings : draw houses, trees and lamps; otherwise ground and sky only.
+    """
+
+    def __init__(self, scene: Scene, *, seed: int = 0, surroundings: bool = True) -> None:
+        super().__init__(scene, Walkers(scene, seed), surroundings_of(scene, seed, plain=not surroundings))

@@ -83,16 +83,11 @@ def eye_transform(camera: Camera, pose: FloatArray) -> FloatArray:
     """[3, 4] from the world to the eye coordinates of a camera at a pose (x, y, yaw)."""
     x, y, yaw = (float(value) for value in pose)
     turn = np.array([[np.sin(yaw), -np.cos(yaw), 0.0], [0.0, 0.0, 1.0], [np.cos(yaw), np.sin(yaw), 0.0]])
-    tilt = tilt_of(camera)
+    tilt = camera.to_camera(np.eye(3)).T
     if not np.array_equal(tilt, np.eye(3)):
         upwards = np.array([1.0, -1.0, 1.0])
         turn = (upwards[:, None] * tilt * upwards) @ turn
     return np.column_stack([turn, -turn @ np.array([x, y, camera.mount_height])])
-
-
-def tilt_of(camera: Camera) -> FloatArray:
-    """[3, 3] the camera's right, down and forward as rows, in the frame of a level camera."""
-    return camera.to_camera(np.eye(3)).T
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,11 +112,6 @@ class View:
     x: Float32
     y: Float32
     stretch: FloatArray
-
-
-def drawn_natively(camera: Camera) -> bool:
-    """Whether a camera is a pinhole or an upright cylinder: backends may have their own way for these."""
-    return camera.intrinsics is not None or camera.cylinder is not None
 
 
 def assemble(camera: Camera, pose: FloatArray, shoot: Callable[[Camera, FloatArray], Picture]) -> Picture:

@@ -11,7 +11,7 @@ from vbbench.pictures.rendering import Picture
 from vbbench.registry import registered
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
-from vbbench_renderers._core import Meshes, Shadows, Textures
+from vbbench_renderers._core import Meshes, cast_shadows
 from vbbench_renderers.meshes import (
     PLAIN,
     Float32,
@@ -73,8 +73,8 @@ class Solids:
 def draw(corners: list[list[float]], camera: Camera, pose: np.ndarray = ORIGIN) -> Picture:
     """Triangles that belong to person 3, over a plain ground."""
     scene = crowd([(0.0, 0.0)])
-    drawer = Drawer(Solids(triangle_mesh(np.array(corners))), plain_surroundings((-2.0, -2.0, 2.0, 2.0)))
-    return drawer.draw(0, camera.focal, scene, None, camera, pose)
+    drawer = Drawer(scene, Solids(triangle_mesh(np.array(corners))), plain_surroundings((-2.0, -2.0, 2.0, 2.0)))
+    return drawer.render(0, camera, pose)
 
 
 @pytest.mark.slow
@@ -196,7 +196,7 @@ def test_pieces_of_a_mesh_hold_every_triangle_once() -> None:
 def test_smaller_textures_keep_the_light() -> None:
     layers = np.random.default_rng(0).integers(0, 256, (2, 16, 16, 3)).astype(np.uint8)
     linear = srgb_to_linear(np.arange(256, dtype=np.float32) / 255.0)
-    sizes = halved_sizes(layers, linear)
+    sizes = halved_sizes(layers)
     assert [level.shape for level in sizes] == [(2, size, size, 3) for size in (16, 8, 4, 2, 1)]
     assert np.allclose(linear[sizes[-1][:, 0, 0]], linear[layers].mean(axis=(1, 2)), atol=0.01)
     values = np.linspace(0, 1, 50, dtype=np.float32)
@@ -223,9 +223,11 @@ def test_meshes_that_do_not_fit_are_refused(name: str, values: np.ndarray, probl
 def test_limbs_of_no_mesh_are_refused() -> None:
     meshes = Meshes([triangle_mesh(np.eye(3, dtype=np.float32))])
     with pytest.raises(VbbenchError, match="mesh must be from 0 to below 1"):
-        Shadows(meshes, np.ones(1, np.int32), np.zeros((1, 3, 4)), np.zeros(5), 8, 1)
+        cast_shadows(meshes, np.ones(1, np.int32), np.zeros((1, 3, 4)), 8, 1)
 
 
 def test_textures_that_do_not_fit_are_refused() -> None:
-    with pytest.raises(VbbenchError, match="sizes must have squares of the same layers"):
-        Textures([np.zeros((2, 2, 2, 3), np.uint8), np.zeros((1, 1, 1, 3), np.uint8)], np.zeros(256, np.float32))
+    around = plain_surroundings((-2.0, -2.0, 2.0, 2.0))
+    drawer = Drawer(crowd([]), Solids(triangle_mesh(np.eye(3))), replace(around, textures=around.textures[:1]))
+    with pytest.raises(VbbenchError, match="textures must have squares of every layer"):
+        drawer.render(0, AHEAD, ORIGIN)

@@ -23,8 +23,6 @@ constexpr double kMargin = 1e-2;  ///< columns (px) by which bounds are widened 
 /// Columns from begin to end − 1.
 struct Strip {
   int begin, end;
-  static Strip of(int number, int width) { return {number * kStrip, std::min(width, (number + 1) * kStrip)}; }
-  static int count(int width) { return (width + kStrip - 1) / kStrip; }
 };
 
 /// Whether columns low … high touch a strip.
@@ -132,38 +130,22 @@ class Face {
   bool seen_;
 };
 
-/// Calls draw(triangle, first column, last column, number within its mesh) for the triangles of a limb in a strip.
-template <class Draw>
-void for_faces(const Meshes& meshes, const Placed& placed, Int limb, const Rays& rays, const Strip& strip,
-               const Draw& draw) {
-  const int part = placed.mesh[limb];
-  const Int shift = placed.first[limb] - meshes.first_vertex[part], begin = meshes.first_triangle[part];
-  for (Int row = begin; row < meshes.first_triangle[part + 1]; ++row) {
-    const Corners& corners = meshes.triangles[row];
-    const Triangle triangle{corners[0] + shift, corners[1] + shift, corners[2] + shift};
-    const auto [low, high] = face_columns(placed, triangle, rays);
-    if (low > high) continue;
-    const auto turned = [&](double turn) {
-      const int first = static_cast<int>(std::max<double>(std::ceil(low - 0.5 - kMargin) + turn, strip.begin));
-      const int last = static_cast<int>(std::min<double>(std::floor(high - 0.5 + kMargin) + turn, strip.end - 1));
-      if (first <= last) draw(triangle, first, last, row - begin);
-    };
-    if (rays.closed) {
-      turned(-rays.width);
-      turned(rays.width);
-    }
-    turned(0.0);
-  }
-}
-
 /// What is seen through W x H pixels, column after column.
 struct Buffer {
   std::vector<float> nearness;  ///< 1 / depth; 0 where nothing is seen
   std::vector<int> limbs;       ///< N where nothing is seen
   std::vector<int> faces;       ///< triangle within its mesh; anything where nothing is seen
+  std::vector<Bytes> colours;   ///< sRGB, before edges are smooth
+  int height;
 
   explicit Buffer(const Rays& rays)
-      : nearness(static_cast<std::size_t>(rays.width) * rays.height), limbs(nearness.size()), faces(nearness.size()) {}
+      : nearness(static_cast<std::size_t>(rays.width) * rays.height),
+        limbs(nearness.size()),
+        faces(nearness.size()),
+        colours(nearness.size()),
+        height(rays.height) {}
+
+  Int pixel(int column, int row) const { return static_cast<Int>(column) * height + row; }
 };
 
 /// Draws limbs into the columns of a strip, fastest when near ones come first in the `order` [N].
@@ -172,26 +154,43 @@ VBBENCH_WIDE_WHOLE inline void fill(const Meshes& meshes, const Placed& placed, 
   const Int from = static_cast<Int>(strip.begin) * rays.height, to = static_cast<Int>(strip.end) * rays.height;
   std::fill(buffer.nearness.begin() + from, buffer.nearness.begin() + to, 0.0f);
   std::fill(buffer.limbs.begin() + from, buffer.limbs.begin() + to, static_cast<int>(placed.count()));
+  const auto draw_face = [&](const Face& face, int first, int last, int limb, Int number) {
+    for (int column = first; face.seen() && column <= last; ++column) {
+      const Rows rows = face.rows(column);
+      if (!(rows.top < rows.bottom)) continue;
+      const Int start = static_cast<Int>(column) * rays.height;
+      for (int row = static_cast<int>(rows.top), bottom = static_cast<int>(rows.bottom); row < bottom; ++row) {
+        const float near = static_cast<float>(rows.level + rows.fall * row);
+        if (near > buffer.nearness[start + row] && near <= 1.0 / kNear) {
+          buffer.nearness[start + row] = near;
+          buffer.limbs[start + row] = limb;
+          buffer.faces[start + row] = static_cast<int>(number);
+        }
+      }
+    }
+  };
   for (Int n = 0; n < placed.count(); ++n) {
     const int limb = order[n];
     if (!reaches(placed.reach[limb], strip, rays)) continue;
-    for_faces(meshes, placed, limb, rays, strip, [&](const Triangle& triangle, int first, int last, Int number) {
-      const Face face(placed, triangle, placed.side[limb], rays);
-      if (!face.seen()) return;
-      for (int column = first; column <= last; ++column) {
-        const Rows rows = face.rows(column);
-        if (!(rows.top < rows.bottom)) continue;
-        const Int start = static_cast<Int>(column) * rays.height;
-        for (int row = static_cast<int>(rows.top), bottom = static_cast<int>(rows.bottom); row < bottom; ++row) {
-          const float near = static_cast<float>(rows.level + rows.fall * row);
-          if (near > buffer.nearness[start + row] && near <= 1.0 / kNear) {
-            buffer.nearness[start + row] = near;
-            buffer.limbs[start + row] = limb;
-            buffer.faces[start + row] = static_cast<int>(number);
-          }
-        }
+    const int part = placed.mesh[limb];
+    const Int shift = placed.first[limb] - meshes.first_vertex[part], begin = meshes.first_triangle[part];
+    for (Int number = begin; number < meshes.first_triangle[part + 1]; ++number) {
+      const Corners& corners = meshes.triangles[number];
+      const Triangle triangle{corners[0] + shift, corners[1] + shift, corners[2] + shift};
+      const auto [low, high] = face_columns(placed, triangle, rays);
+      if (low > high) continue;
+      const auto turned = [&](double turn) {
+        const int first = static_cast<int>(std::max<double>(std::ceil(low - 0.5 - kMargin) + turn, strip.begin));
+        const int last = static_cast<int>(std::min<double>(std::floor(high - 0.5 + kMargin) + turn, strip.end - 1));
+        if (first <= last)
+          draw_face(Face(placed, triangle, placed.side[limb], rays), first, last, limb, number - begin);
+      };
+      if (rays.closed) {
+        turned(-rays.width);
+        turned(rays.width);
       }
-    });
+      turned(0.0);
+    }
   }
 }
 

@@ -31,23 +31,6 @@ struct Placed {
   Int count() const { return static_cast<Int>(mesh.size()); }
 };
 
-/// Whether the sphere around a mesh touches the space between the planes of the picture's left and right border.
-inline bool in_sight(const std::array<float, 4>& sphere, const Transform& joined, const Rays& rays) {
-  if (rays.closed) return true;
-  Vec centre{joined[0][3], joined[1][3], joined[2][3]};
-  double stretch = 0.0;
-  for (int row = 0; row < 3; ++row) {
-    for (int axis = 0; axis < 3; ++axis) {
-      centre[row] += joined[row][axis] * sphere[axis];
-      stretch += joined[row][axis] * joined[row][axis];
-    }
-  }
-  const double radius = sphere[3] * std::sqrt(stretch), right = rays.width - rays.centre, left = rays.centre;
-  if (centre[2] + radius < kNear) return false;
-  if (rays.across * centre[0] + left * centre[2] < -radius * elementary::hypot(rays.across, left)) return false;
-  return right * centre[2] - rays.across * centre[0] >= -radius * elementary::hypot(rays.across, right);
-}
-
 /// Columns in a perspective picture; a limb that reaches behind the camera may cover all of them.
 inline Span columns_ahead(Int count, const Point* points, float* columns, const Rays& rays) {
   double low = kInfinity, high = -kInfinity;
@@ -110,8 +93,6 @@ inline Placed place(const Meshes& meshes, std::vector<int> mesh, std::vector<int
   placed.columns.resize(placed.points.size());
   team.run(static_cast<int>(placed.count()), [&](int limb) {
     const int part = placed.mesh[limb];
-    placed.reach[limb] = {1.0, 0.0};
-    if (!in_sight(meshes.spheres[part], joined[limb], rays)) return;
     const Int begin = meshes.first_vertex[part], count = meshes.first_vertex[part + 1] - begin;
     Point* points = placed.points.data() + placed.first[limb];
     float* columns = placed.columns.data() + placed.first[limb];

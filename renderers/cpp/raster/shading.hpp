@@ -14,11 +14,9 @@
 
 namespace vbbench::renderers {
 
-using Texel = std::array<std::uint8_t, 3>;
-
 /// L layers of S x S texels.
 struct TextureLevel {
-  const Texel* texels;  ///< [L, S, S] sRGB
+  const Bytes* texels;  ///< [L, S, S] sRGB
   Int size;             ///< S
 };
 
@@ -41,7 +39,7 @@ struct Textures {
     const double y = (v - std::floor(v)) * static_cast<double>(s) - 0.5;
     const double left = std::floor(x), top = std::floor(y), fx = x - left, fy = y - top;
     const Int columns[2]{wrapped(left, s), wrapped(left + 1.0, s)}, rows[2]{wrapped(top, s), wrapped(top + 1.0, s)};
-    const Texel* texel = sizes[level].texels + layer * s * s;
+    const Bytes* texel = sizes[level].texels + layer * s * s;
     const auto &a = texel[rows[0] * s + columns[0]], &b = texel[rows[0] * s + columns[1]];
     const auto &c = texel[rows[1] * s + columns[0]], &d = texel[rows[1] * s + columns[1]];
     const double wa = (1.0 - fx) * (1.0 - fy), wb = fx * (1.0 - fy), wc = (1.0 - fx) * fy, wd = fx * fy;
@@ -132,8 +130,8 @@ inline Vec surface_colour(const Shading& s, const Surface& surface, const Vec& r
   return through_air(s.light, colour, depth * stretch);
 }
 
-/// Writes the colours [H, 3], sRGB, of a column.
-VBBENCH_WIDE_WHOLE inline void shade_column(const Shading& s, const Buffer& buffer, int column, std::uint8_t* colours) {
+/// Writes the colours of a column.
+VBBENCH_WIDE_WHOLE inline void shade_column(const Shading& s, Buffer& buffer, int column) {
   const Rays& rays = s.rays;
   const Eye& eye = s.eye;
   const double x = rays.side[column], z = rays.ahead[column], flat = x * x + z * z;
@@ -144,7 +142,7 @@ VBBENCH_WIDE_WHOLE inline void shade_column(const Shading& s, const Buffer& buff
   }
   Surface surface;
   for (int row = 0; row < rays.height; ++row) {
-    const Int pixel = static_cast<Int>(column) * rays.height + row;
+    const Int pixel = buffer.pixel(column, row);
     const double up = (rays.horizon - row) / rays.focal, stretch = std::sqrt(flat + up * up);
     Vec ray, towards;
     for (int axis = 0; axis < 3; ++axis) {
@@ -160,7 +158,7 @@ VBBENCH_WIDE_WHOLE inline void shade_column(const Shading& s, const Buffer& buff
       const Vec world{at[0] + depth * ray[0], at[1] + depth * ray[1], at[2] + depth * ray[2]};
       colour = surface_colour(s, surface, {x, up, z}, stretch, depth, towards, world);
     }
-    for (const double value : colour) *colours++ = s.encode(value);
+    for (int band = 0; band < 3; ++band) buffer.colours[pixel][band] = s.encode(colour[band]);
   }
 }
 

@@ -13,7 +13,7 @@ from scipy.interpolate import PchipInterpolator
 
 from vbbench.geometry import FloatArray
 from vbbench.parsing.toml_text import bundled_table
-from vbbench_renderers.meshes import PLAIN, Mesh
+from vbbench_renderers.meshes import PLAIN, Mesh, join_meshes
 
 LEVELS = 3
 """Levels of detail, the finest first."""
@@ -102,18 +102,18 @@ def close_grid(points: FloatArray, bottom: FloatArray, top: FloatArray) -> trime
 
 def finish(*solids: trimesh.Trimesh, paint: Paint | None = None) -> Mesh:
     """The solids as one limb mesh with smooth normals, painted by a function of the vertices [V, 3] → [V, 3]."""
-    vertices = np.concatenate([solid.vertices for solid in solids])
-    normals = np.concatenate([solid.vertex_normals for solid in solids])
-    starts = np.cumsum([0, *(len(solid.vertices) for solid in solids)])
-    faces = np.concatenate([solid.faces + start for solid, start in zip(solids, starts, strict=False)])
-    colours = np.ones_like(vertices) if paint is None else paint(vertices)
-    return Mesh(
-        vertices=vertices.astype(np.float32),
-        normals=normals.astype(np.float32),
-        colours=colours.astype(np.float32),
-        uv=np.zeros((len(vertices), 2), dtype=np.float32),
-        layers=np.full(len(vertices), PLAIN, dtype=np.int32),
-        triangles=faces.astype(np.int32),
+    return join_meshes(
+        [
+            Mesh(
+                vertices=solid.vertices.astype(np.float32),
+                normals=solid.vertex_normals.astype(np.float32),
+                colours=(np.ones_like(solid.vertices) if paint is None else paint(solid.vertices)).astype(np.float32),
+                uv=np.zeros((len(solid.vertices), 2), np.float32),
+                layers=np.full(len(solid.vertices), PLAIN, np.int32),
+                triangles=solid.faces.astype(np.int32),
+            )
+            for solid in solids
+        ]
     )
 
 

@@ -1,6 +1,5 @@
 """Everything around a walking area."""
 
-from collections.abc import Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
-from vbbench_renderers.meshes import Mesh, Sky, Surroundings, join_meshes
+from vbbench_renderers.meshes import Sky, Surroundings, join_meshes
 from vbbench_renderers.surroundings.furniture import lamp, tree
 from vbbench_renderers.surroundings.houses import house_mesh
 from vbbench_renderers.surroundings.shapes import place, turned
@@ -27,23 +26,17 @@ class Spot(NamedTuple):
     size: float = 0.0
 
 
-def _thing(site: Site, spot: Spot, rng: np.random.Generator) -> Mesh:
-    """A tree or a lamp at its place in the site's frame."""
-    mesh = tree(spot.size, site.distance(spot.u, spot.v), rng) if spot.size else lamp(rng)
-    return place(mesh, spot.u, spot.v)
-
-
-def _stations(low: float, high: float, gap: float, rng: np.random.Generator) -> Iterator[float]:
+def _stations(low: float, high: float, gap: float, rng: np.random.Generator) -> FloatArray:
     """Places along a line, about `gap` apart, at most `MOST`."""
     count = int(np.clip((high - low) / gap, 1, MOST))
     width = (high - low) / count
-    yield from low + width * (np.arange(count) + rng.uniform(0.35, 0.65, count))
+    return np.asarray(low + width * (np.arange(count) + rng.uniform(0.35, 0.65, count)))
 
 
 def _side(site: Site, side: int, rng: np.random.Generator) -> list[Spot]:
     """Lamps along one of the long sides, with an avenue of trees if it is wide enough."""
     sign = 1.0 - 2.0 * side
-    stations = list(_stations(-site.long - 3.0, site.long + 3.0, 9.5, rng))
+    stations = _stations(-site.long - 3.0, site.long + 3.0, 9.5, rng)
     spots = [Spot(u + 3.0, sign * (site.wide + 2.7)) for u in stations[::2]]
     if site.setbacks[side] > 7.0:
         spots += [Spot(u, sign * (site.wide + 4.9), rng.uniform(0.85, 1.1)) for u in stations]
@@ -94,19 +87,17 @@ def surroundings_of(scene: Scene, seed: int, *, plain: bool) -> Surroundings:
     return plain_surroundings(area) if plain else build_surroundings(area, seed)
 
 
-@lru_cache(maxsize=4)
-def build_surroundings(area: Area, seed: int) -> Surroundings:
-    """Ground, houses, trees and lamps around a walking area; the same for the same area and seed."""
-    return _surroundings(area, seed, bare=False)
-
-
-@lru_cache(maxsize=4)
 def plain_surroundings(area: Area) -> Surroundings:
     """Ground and sky only."""
-    return _surroundings(area, 0, bare=True)
+    return build_surroundings(area, 0, bare=True)
 
 
-def _surroundings(area: Area, seed: int, *, bare: bool) -> Surroundings:
+@lru_cache(maxsize=8)
+def build_surroundings(area: Area, seed: int, *, bare: bool = False) -> Surroundings:
+    """Ground around a walking area and, if it is not ``bare``, houses, trees and lamps.
+
+    It is the same for the same area and seed.
+    """
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence([2111, seed]).spawn(4)]
     sides = np.array([area[2] - area[0], area[3] - area[1]])
     long, wide = 0.5 * float(sides.max()), 0.5 * float(sides.min())
@@ -116,10 +107,11 @@ def _surroundings(area: Area, seed: int, *, bare: bool) -> Surroundings:
         site = Site(long=long, wide=wide, sun=site.sun, gap=site.gap)
     parts = [ground_mesh(site, streams[1])]
     if not bare:
-        spots = [*_side(site, 0, streams[3]), *_side(site, 1, streams[3]), *_street(site, streams[3])]
-        spots += _park(site, streams[3])
+        rng = streams[3]
+        spots = [*_side(site, 0, rng), *_side(site, 1, rng), *_street(site, rng), *_park(site, rng)]
         parts += [house_mesh(plot, streams[2]) for plot in site.plots]
-        parts += [_thing(site, spot, streams[3]) for spot in spots]
+        for u, v, size in spots:
+            parts.append(place(tree(size, site.distance(u, v), rng) if size else lamp(rng), u, v))
     middle = (0.5 * (area[0] + area[2]), 0.5 * (area[1] + area[3]))
     sun = turned(site.sun, turn)
     return Surroundings(mesh=place(join_meshes(parts), *middle, turn), textures=textures(), sky=late_morning(sun))

@@ -51,15 +51,10 @@ def _crown(
     spots = centres[owner] + radii[owner, None] * rng.uniform(0.88, 1.12, (3 * cards, 1)) * out
     inside = np.linalg.norm(spots[:, None] - centres, axis=2) < 0.84 * radii
     kept = np.flatnonzero(~inside.any(axis=1))[:cards]
-    shade = _depth_shade(spots[kept], centres, radii)
+    low, high = float((centres[:, 2] - radii).min()), float((centres[:, 2] + radii).max())
+    shade = 0.50 + 0.80 * np.clip((spots[kept, 2] - low) / (high - low), 0.0, 1.0)
     parts.append(_cards(spots[kept], out[kept], green, shade, leaf, rng))
     return parts
-
-
-def _depth_shade(points: FloatArray, centres: FloatArray, radii: FloatArray) -> FloatArray:
-    """[N] tone by height in the crown: little light from above reaches the underside."""
-    low, high = float((centres[:, 2] - radii).min()), float((centres[:, 2] + radii).max())
-    return np.asarray(0.50 + 0.80 * np.clip((points[:, 2] - low) / (high - low), 0.0, 1.0))
 
 
 def _core(

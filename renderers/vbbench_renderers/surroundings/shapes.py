@@ -53,7 +53,9 @@ def tube(profile: ArrayLike, colours: ArrayLike, *, sides: int = 8) -> Mesh:
     vertices = radius[:, None, None] * around + height[:, None, None] * up
     normals = np.gradient(height)[:, None, None] * around - np.gradient(radius)[:, None, None] * up
     tints = np.broadcast_to(np.atleast_2d(np.asarray(colours, dtype=np.float64)), (len(radius), 3))
-    return smooth_mesh(vertices, normals, np.repeat(tints, sides + 1, axis=0), lattice(len(radius), sides + 1))
+    first = (np.arange(len(radius) - 1)[:, None] * (sides + 1) + np.arange(sides)).reshape(-1, 1, 1)
+    triangles = first + np.array([[0, 1, sides + 2], [0, sides + 2, sides + 1]])
+    return smooth_mesh(vertices, normals, np.repeat(tints, sides + 1, axis=0), triangles)
 
 
 def smooth_mesh(
@@ -79,13 +81,6 @@ def smooth_mesh(
     )
 
 
-def lattice(rows: int, columns: int) -> IntArray:
-    """[F, 3] triangles of a lattice of vertices; counter-clockwise where columns go right and rows up."""
-    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
-    cell = np.array([[0, 1, columns + 1], [0, columns + 1, columns]])
-    return np.asarray((first[:, None, None] + cell).reshape(-1, 3))
-
-
 @lru_cache(maxsize=4)
 def icosphere(subdivisions: int) -> tuple[FloatArray, IntArray]:
     """Vertices [V, 3] and triangles [F, 3] of a sphere of radius 1."""
@@ -106,12 +101,6 @@ SEEN = ("left", "right", "front", "back", "top")
 """The faces of an object that stands on the ground."""
 
 
-def flat_normals(corners: FloatArray) -> FloatArray:
-    """[N, 3] unit normals of quadrilaterals [N, 4, 3], by their diagonals."""
-    normals = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
-
-
 def quads(
     corners: ArrayLike, colours: ArrayLike, *, layer: int = PLAIN, uv: ArrayLike | None = None, tile: float = 1.0
 ) -> Mesh:
@@ -126,7 +115,8 @@ def quads(
     tile : width of a texture layer, m.
     """
     points = np.asarray(corners, dtype=np.float64).reshape(-1, 4, 3)
-    normals = flat_normals(points)
+    normals = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     if uv is None:
         kept = np.array([[1, 2], [0, 2], [0, 1]])[np.argmax(np.abs(normals), axis=1)]
         uv = np.take_along_axis(points, kept[:, None, :].repeat(4, axis=1), axis=2) / tile

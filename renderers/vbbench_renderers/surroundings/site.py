@@ -145,22 +145,17 @@ SHOULDER = 2.0
 
 def ground_mesh(site: Site, rng: np.random.Generator) -> Mesh:
     """The ground around and under the walking area."""
-    us, vs = ground_lines(site)
+    cell = max(0.5, 2.0 * np.sqrt(site.long * site.wide / CELLS))
+    street, (low, high) = site.long + PAVEMENT, site.gap
+    ends = [street - 0.3, street, street + ROADWAY, street + ROADWAY + 0.3, street + ROADWAY + FAR_PAVEMENT]
+    us = _lines(site.long, cell, [*ends, -site.long - TO_PARK])
+    vs = _lines(site.wide, cell, [low + 2.5, low + 2.8, high - 2.8, high - 2.5])
     corner_u, corner_v = np.meshgrid(us, vs, indexing="ij")
     middle = np.stack(np.meshgrid(0.5 * (us[1:] + us[:-1]), 0.5 * (vs[1:] + vs[:-1]), indexing="ij"), axis=2)
     layers = surface(site, middle[..., 0], middle[..., 1])
     points = np.stack([corner_u, corner_v], axis=2)
     tint = _tone(points.reshape(-1, 2), rng).reshape(*points.shape[:2], 3)
     return join_meshes([_part(points, tint, layers == layer, Layer(layer)) for layer in np.unique(layers)])
-
-
-def ground_lines(site: Site) -> tuple[FloatArray, FloatArray]:
-    """Where the lines of the ground's grid are, in u and in v."""
-    cell = max(0.5, 2.0 * np.sqrt(site.long * site.wide / CELLS))
-    street = site.long + PAVEMENT
-    ends = [street - 0.3, street, street + ROADWAY, street + ROADWAY + 0.3, street + ROADWAY + FAR_PAVEMENT]
-    across = [site.gap[0] + 2.5, site.gap[0] + 2.8, site.gap[1] - 2.8, site.gap[1] - 2.5]
-    return _lines(site.long, cell, [*ends, -site.long - TO_PARK]), _lines(site.wide, cell, across)
 
 
 def _lines(half: float, cell: float, breaks: list[float]) -> FloatArray:
