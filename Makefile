@@ -21,8 +21,8 @@ CPP := $(shell find cpp */cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
 SANITIZED := $(patsubst %,tests/baselines/%.py,test_joint_map $(patsubst %,cascade/test_%,ego_motion crowd_graph uncertainty terms)) \
-  $(patsubst %,tests/generators/test_%.py,social_force occlusion tracking_in_video field vehicle \
-  robot_observer looking odometry_filter lifting elementary) tests/renderers/test_raster.py tests/renderers/test_visibility.py
+  $(patsubst %,tests/generators/%.py,test_social_force tiers/test_noise tiers/tracking/test_observing tiers/tracking/test_tracker tiers/test_field views/test_vehicle \
+  views/test_looking test_odometry_filter test_lifting test_elementary) tests/renderers/test_raster.py tests/renderers/test_visibility.py
 # Figures of many seeds, which run the same lines again
 FIGURES := errors or later_frames or followed or half_a_minute
 KILLS := tests/cli/test_kills.py tests/folders/test_work_folder.py

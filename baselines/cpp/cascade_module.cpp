@@ -5,15 +5,9 @@
 #include <vector>
 
 #include "binding.hpp"
-#include "cascade/boxes.hpp"
-#include "cascade/crowd_graph.hpp"
 #include "cascade/ego_motion.hpp"
-#include "cascade/message_passing.hpp"
+#include "cascade/factors.hpp"
 #include "cascade/people.hpp"
-#include "cascade/posterior.hpp"
-#include "cascade/reweighting.hpp"
-#include "cascade/uncertainty.hpp"
-#include "cascade/walks.hpp"
 
 using namespace vbbench;
 using namespace vbbench::cascade;

@@ -17,15 +17,12 @@
 #include "cuboids.hpp"
 #include "elementary.hpp"
 #include "lifting.hpp"
+#include "observers.hpp"
 #include "odometry.hpp"
 #include "sights.hpp"
 #include "skyline.hpp"
-#include "social_force/march.hpp"
-#include "tracking/boxes.hpp"
-#include "tracking/filter.hpp"
-#include "views/robot.hpp"
-#include "views/vehicle.hpp"
-#include "wandering.hpp"
+#include "social_force.hpp"
+#include "tracking.hpp"
 
 using namespace vbbench;
 
@@ -133,7 +130,9 @@ nb::tuple sweep(const nb::object& figures, const nb::object& distances, const nb
 
 void link_rows(const nb::object& numbers, double kept, double fresh) {
   const auto found = array<double>(numbers, "numbers", {kAny, kAny});
-  link(length(found), length(found, 1), kept, fresh, found.data());
+  double* const all = found.data();
+  const std::size_t columns = found.shape(1);
+  for (std::size_t n = columns; n < found.size(); ++n) all[n] = kept * all[n - columns] + fresh * all[n];
 }
 
 nb::object sights(const nb::object& there, const nb::object& relative, const nb::object& positions,
@@ -219,22 +218,6 @@ nb::object remaining(const nb::object& boxes, const nb::object& order, double ov
   New<bool> kept({found.shape(0)});
   tracking::remaining(length(found), rows<tracking::Box>(found), in_order.data(), overlap, period, kept.data());
   return kept.numpy();
-}
-
-void move_on(const nb::object& mean, const nb::object& spread, double dt, double wander, double acceleration) {
-  const auto found = array<double>(mean, "mean", {kAny, 4, 2});
-  const auto of_it = array<double>(spread, "spread", {found.shape(0), 4, 3});
-  tracking::move_on(length(found), rows<tracking::Mean>(found), rows<tracking::Spread>(of_it), dt, wander,
-                    acceleration);
-}
-
-void take_in(const nb::object& mean, const nb::object& spread, const nb::object& boxes, double measurement,
-             double period) {
-  const auto found = array<double>(mean, "mean", {kAny, 4, 2});
-  const auto of_it = array<double>(spread, "spread", {found.shape(0), 4, 3});
-  const auto in_boxes = array<const double>(boxes, "boxes", {found.shape(0), 4});
-  tracking::take_in(length(found), rows<tracking::Mean>(found), rows<tracking::Spread>(of_it),
-                    rows<tracking::Box>(in_boxes), measurement, period);
 }
 
 // Views -----------------------------------------------------------------------------------------------------------
@@ -344,10 +327,6 @@ NB_MODULE(_core, m) {
         nb::arg("overlap"), nb::arg("rate"), nb::arg("period"), "Pairs become one box.");
   m.def("remaining", &remaining, array_arg("boxes"), array_arg("order"), nb::arg("overlap"), nb::arg("period"),
         "Non-maximum suppression.");
-  m.def("move_on", &move_on, array_arg("mean"), array_arg("spread"), nb::arg("dt"), nb::arg("wander"),
-        nb::arg("acceleration"), "Predicts boxes.");
-  m.def("take_in", &take_in, array_arg("mean"), array_arg("spread"), array_arg("boxes"), nb::arg("measurement"),
-        nb::arg("period"), "Corrects boxes.");
   m.def("look_round", &look_round, array_arg("places"), array_arg("crowd"), array_arg("ways"), nb::arg("wanted"),
         nb::arg("limits"), "What a vehicle sees along ways.");
   m.def("steer", &steer, array_arg("goals"), array_arg("start"), nb::arg("top_speed"), nb::arg("acceleration"),

@@ -109,12 +109,6 @@ def merge_people(
 def remaining(boxes: FloatArray, order: IntArray, overlap: float, period: float) -> BoolArray:
     """Non-maximum suppression: mask of boxes [N, 4] whose IoU with better, kept ones is at most ``overlap``."""
 
-def move_on(mean: FloatArray, spread: FloatArray, dt: float, wander: float, acceleration: float) -> None:
-    """Predict states [N, 4, 2] and their covariances [N, 4, 3] ``dt`` seconds ahead, in place."""
-
-def take_in(mean: FloatArray, spread: FloatArray, boxes: FloatArray, measurement: float, period: float) -> None:
-    """Update states [N, 4, 2] and their covariances [N, 4, 3] with boxes [N, 4], in place."""
-
 def look_round(
     places: FloatArray, crowd: BoolArray, ways: FloatArray, wanted: int, limits: tuple[float, float, float, float]
 ) -> tuple[IntArray, FloatArray]:

@@ -13,7 +13,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, DatasetInfo
 from vbbench.generation.generator import Options, Simulation
-from vbbench.generation.options_file import WrittenOptions, read_options
+from vbbench.generation.options_file import WrittenOptions, parse_people, read_options
 from vbbench.generation.planning import planned
 
 SMALL = Simulation(sequences=1, people=(6,))
@@ -159,3 +159,16 @@ def test_wrong_options_of_single_splits_are_refused(
 ) -> None:
     assert main(["generate", "sim", *words, "--out", str(tmp_path / "d")]) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "counts"), [("30", (30,)), ("3:5", (3, 4, 5)), ("10:50:10", (10, 20, 30, 40, 50)), ("10:25:10", (10, 20))]
+)
+def test_numbers_of_people(text: str, counts: tuple[int, ...]) -> None:
+    assert parse_people(text) == counts
+
+
+@pytest.mark.parametrize("text", ["1", "0", "5:3", "10:", "a", "10:20:0", "-3", "2:3:4:5", ""])
+def test_numbers_of_people_that_cannot_be(text: str) -> None:
+    with pytest.raises(VbbenchError, match="numbers of people are a number from 2 to 10,000"):
+        parse_people(text)

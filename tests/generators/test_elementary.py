@@ -28,6 +28,11 @@ def powers(low: float, high: float) -> NDArray[np.float64]:
     return np.exp2(spread(low, high))
 
 
+def signed(low: float, high: float) -> NDArray[np.float64]:
+    """Numbers of evenly spread exponents of 2 and either sign."""
+    return np.random.default_rng(1).choice([-1.0, 1.0], COUNT) * powers(low, high)
+
+
 def turns() -> NDArray[np.float64]:
     """The numbers nearest to multiples of a quarter turn."""
     return np.arange(-100_000.0, 100_000.0) * (0.5 * pi)
@@ -50,25 +55,17 @@ def turns() -> NDArray[np.float64]:
         ("sin", turns()),
         ("cos", spread(-8.0, 8.0)),
         ("cos", turns()),
+        ("arctan2", signed(-3.0, 3.0)),
+        ("arctan2", signed(-400.0, 400.0)),
     ],
 )
 def test_errors_are_within_the_last_places(name: str, x: NDArray[np.float64]) -> None:
-    exact = getattr(np, name)(x.astype(np.longdouble))
-    assert worst(elementary(name, x, x), exact) < ENOUGH
-
-
-@pytest.mark.skipif(not WIDER, reason="needs floating-point numbers of more bits")
-def test_errors_of_directions_are_within_the_last_places() -> None:
-    rng = np.random.default_rng(1)
-    for low, high in ((-3.0, 3.0), (-400.0, 400.0)):
-        y, x = rng.choice([-1.0, 1.0], (2, COUNT)) * np.exp2(rng.uniform(low, high, (2, COUNT)))
-        exact = np.arctan2(y.astype(np.longdouble), x.astype(np.longdouble))
-        assert worst(elementary("atan2", y, x), exact) < ENOUGH
-
-
-def worst(found: NDArray[np.float64], exact: NDArray[np.longdouble]) -> float:
-    """The largest error in units in the last place."""
-    return float((np.abs(found - exact) / np.spacing(np.abs(exact.astype(np.float64)))).max())
+    """Of `arctan2` by the numbers in turn."""
+    *of, last = (x[0::2].copy(), x[1::2].copy()) if name == "arctan2" else (x,)
+    exact = getattr(np, name)(*(values.astype(np.longdouble) for values in (*of, last)))
+    found = elementary("atan2" if of else name, of[0] if of else last, last)
+    off = np.abs(found - exact) / np.spacing(np.abs(exact.astype(np.float64)))
+    assert off.max() < ENOUGH
 
 
 @pytest.mark.parametrize("name", ["exp", "log", "log1p", "sin", "cos"])

@@ -34,7 +34,7 @@ from vbbench.files.tables import (
 from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_of, withhold
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
-from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
+from vbbench.generation.generator import Generator, Options, Plan, expected_rows_of, tables_of
 from vbbench.generation.planning import build_sequence, is_endless, planned
 from vbbench.geometry import IntArray
 from vbbench.parallel.parts import Part, check_jobs, write_in_parts
@@ -194,7 +194,7 @@ def _write(plan: Plan, work: WorkFolder, withhold_truth: bool, *, jobs: int, sch
         keep_seed(plan.info, work.new_truth)  # before the work, so that an interruption does not lose a secret seed
     tables = table_paths(tables_of(plan), work, withhold_truth)
     streamed = {name: path for name, path in tables.items() if not (plan.scenes and name in SCENE_TABLES)}
-    ranges = part_ranges(len(plan), plan.expected_rows if isinstance(plan, SizedPlan) else None)
+    ranges = part_ranges(len(plan), expected_rows_of(plan))
     where: dict[str, Any] = {"jobs": jobs, "scheduler": scheduler, "label": plan.info.split}
     facts = write_in_parts(partial(_build_part, plan), ranges, work.parts, streamed, **where)
     for name, groups in _shared_scenes(plan.scenes).items():

@@ -151,15 +151,6 @@ class Plan(Protocol):
 
 
 @runtime_checkable
-class SizedPlan(Plan, Protocol):
-    """A plan that knows how large its sequences are before they are built: work is then cut by rows."""
-
-    @property
-    def expected_rows(self) -> IntArray:
-        """[N] observations of each sequence, or about so many."""
-
-
-@runtime_checkable
 class ForesightedPlan(Plan, Protocol):
     """A plan that may know who is seen before any box is made: large splits are then counted in no time."""
 
@@ -174,6 +165,11 @@ class FootagePlan(Plan, Protocol):
     @property
     def tables(self) -> tuple[str, ...]:
         """Names of the tables of `vbbench.files.tables.SCHEMAS` that the dataset has."""
+
+
+def expected_rows_of(plan: Plan) -> IntArray | None:
+    """[N] about how many observations each sequence has, by which work is cut; ``None`` if the plan does not know."""
+    return getattr(plan, "expected_rows", None)
 
 
 def tables_of(plan: Plan) -> tuple[str, ...]:

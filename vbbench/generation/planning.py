@@ -15,7 +15,7 @@ import numpy as np
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.generation.footage import FOOTAGE
-from vbbench.generation.generator import Generator, Options, Plan, SizedPlan, tables_of
+from vbbench.generation.generator import Generator, Options, Plan, expected_rows_of, tables_of
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.registry import load
 from vbbench.scene import Scene, World
@@ -61,22 +61,16 @@ class Thinned(DerivedPlan):
     def __len__(self) -> int:
         return -(-len(self.whole) // self.stride)
 
+    @cached_property
+    def expected_rows(self) -> IntArray | None:
+        """See `expected_rows_of`: those of the whole."""
+        rows = expected_rows_of(self.whole)
+        return None if rows is None else rows[:: self.stride]
+
     def build(self, index: int) -> SequenceData:
         """One sequence."""
         data = self.whole.build(index * self.stride)
         return replace(data, sequence=replace(data.sequence, index=index))
-
-
-@dataclass(frozen=True)
-class ThinnedSized(Thinned):
-    """One of a plan that knows how large its sequences are."""
-
-    whole: SizedPlan
-
-    @cached_property
-    def expected_rows(self) -> IntArray:
-        """[N] observations of each sequence, or about so many."""
-        return self.whole.expected_rows[:: self.stride]
 
 
 def thinned(plan: Plan, stride: int | None) -> Plan:
@@ -88,7 +82,7 @@ def thinned(plan: Plan, stride: int | None) -> Plan:
         return plan
     if plan.info.tier == FOOTAGE:
         raise VbbenchError(f"`stride` is not for footage such as {plan.info.split}; use `every` or `limit`")
-    return ThinnedSized(plan, stride) if isinstance(plan, SizedPlan) else Thinned(plan, stride)
+    return Thinned(plan, stride)
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,9 @@
 // People's places given the pose: the cascade's second energy, with the interactions of people.
 //
-// E_p = Σ_k U_k(x_k) + λ Σ_(i,k) V(‖x_i − x_k‖) (arXiv 2111.05060, section IV-C; V in `factors.py`), a person's own
+// E_p = Σ_k U_k(x_k) + λ Σ_(i,k) V(‖x_i − x_k‖) (arXiv 2111.05060, section IV-C; V below), a person's own
 // energy, given the pose, being
 //
-//     U_k(x) = ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹}   (see `reweighting.hpp`).
+//     U_k(x) = ρ(‖x − p_k‖/σ_k) + ½‖z_k − Rᵀ(x − c)‖²_{N_k⁻¹}   (see `ego_motion.hpp`).
 //
 // Message passing over samples along the viewing rays finds the basin, and a descent from there its minimum between
 // samples. In each step of the descent ρ is replaced by its weighted square and V by its tangent; what remains is a
@@ -20,11 +20,157 @@
 #include <cstdint>
 #include <vector>
 
-#include "crowd_graph.hpp"
+#include "ego_motion.hpp"
 #include "elementary.hpp"
-#include "reweighting.hpp"
 
 namespace vbbench::cascade {
+
+// The crowd graph: who interacts with whom, and how strongly; see `vbbench_baselines.cascade`.
+
+/// Interacting pairs [E, 2], the strength λ and the σ in m of their potential λV.
+struct CrowdGraph {
+  const std::int64_t* edges;
+  int count;
+  double strength, sigma;
+};
+
+/// Edges (i, j), i < j, where j is among i's `most` nearest within `reach` m, or i among j's, of positions [K, 2].
+///
+/// NaN has no neighbours. At most K·`most` edges, so that what follows is linear in K.
+inline std::vector<std::int64_t> link(const double* positions, int people, double reach, int most) {
+  std::vector<char> linked(static_cast<std::size_t>(people) * people);
+  std::vector<double> near(most);
+  std::vector<int> ids(most);
+  for (int i = 0; i < people; ++i) {
+    int count = 0;
+    for (int j = 0; j < people; ++j) {
+      const double dx = positions[2 * j] - positions[2 * i], dy = positions[2 * j + 1] - positions[2 * i + 1];
+      const double squared = dx * dx + dy * dy;
+      if (i == j || !(squared < reach * reach) || (count == most && squared >= near[most - 1])) continue;
+      int slot = std::min(count, most - 1);
+      for (; slot > 0 && near[slot - 1] > squared; --slot) near[slot] = near[slot - 1], ids[slot] = ids[slot - 1];
+      near[slot] = squared, ids[slot] = j;
+      count = std::min(count + 1, most);
+    }
+    for (int slot = 0; slot < count; ++slot) {
+      const auto [first, second] = std::minmax(i, ids[slot]);
+      linked[static_cast<std::size_t>(first) * people + second] = 1;
+    }
+  }
+  std::vector<std::int64_t> edges;
+  for (int i = 0; i < people; ++i)
+    for (int j = i + 1; j < people; ++j)
+      if (linked[static_cast<std::size_t>(i) * people + j]) edges.insert(edges.end(), {i, j});
+  return edges;
+}
+
+/// V at the squared distance d² in m².
+inline double potential(double squared, double sigma) {
+  return std::sqrt(squared) / square(sigma) * elementary::exp(-0.5 * squared / square(sigma));
+}
+
+/// Gradient [K, 2] in 1/m of λ Σ V over the edges, at positions [K, 2] in m.
+inline void pull(const double* positions, int people, const CrowdGraph& graph, double* gradient) {
+  std::fill_n(gradient, 2 * people, 0.0);
+  const double variance = square(graph.sigma);
+  for (int e = 0; e < graph.count; ++e) {
+    const std::int64_t i = 2 * graph.edges[2 * e], j = 2 * graph.edges[2 * e + 1];
+    const double dx = positions[i] - positions[j], dy = positions[i + 1] - positions[j + 1];
+    const double squared = dx * dx + dy * dy, distance = std::max(std::sqrt(squared), 1e-9);
+    const double slope =
+        graph.strength * (1.0 - squared / variance) / variance * elementary::exp(-0.5 * squared / variance) / distance;
+    gradient[i] += slope * dx;
+    gradient[i + 1] += slope * dy;
+    gradient[j] -= slope * dx;
+    gradient[j + 1] -= slope * dy;
+  }
+}
+
+// Min-sum (max-product) message passing on a graph of discrete choices: O(E S² T).
+//
+// Minimises Σ_k U_k(s_k) + Σ_(i,j) V_ij(s_i, s_j). Exact on trees; on graphs with loops a good minimum, not a certain
+// one.
+
+/// A choice for each of K nodes: energies [K, S], inf = no such choice; edges [E, 2] and energies [E, S, S] of pairs.
+struct Choices {
+  const double* unary;
+  int nodes, samples;
+  const std::int64_t* edges;
+  const double* pair;
+  int count;  ///< of edges
+};
+
+/// Stopping rule: a number of rounds, or no message changed by more; `damping` in [0, 1) is the share of an old
+/// message.
+struct Passing {
+  int rounds;
+  double damping, tolerance;
+};
+
+/// Updates `message` [S] of a node with `belief` that had `received` [S]; returns the greatest change.
+///
+/// `first`: the energies `pair` [S, S] are by the choices of the receiver and then of the sender.
+inline double send(const double* belief, const double* received, const double* pair, bool first, int samples,
+                   double damping, double* fresh, double* message) {
+  std::fill_n(fresh, samples, kInfinity);
+  if (first) {
+    for (int s = 0; s < samples; ++s)
+      for (int r = 0; r < samples; ++r) fresh[s] = std::min(fresh[s], belief[r] - received[r] + pair[s * samples + r]);
+  } else {
+    for (int r = 0; r < samples; ++r)
+      for (int s = 0; s < samples; ++s) fresh[s] = std::min(fresh[s], belief[r] - received[r] + pair[r * samples + s]);
+  }
+  const double least = *std::min_element(fresh, fresh + samples);
+  double change = 0.0;
+  for (int s = 0; s < samples; ++s) {
+    const double wanted = fresh[s] - least, value = wanted + damping * (message[s] - wanted);
+    change = std::max(change, std::abs(value - message[s]));
+    message[s] = value;
+  }
+  return change;
+}
+
+/// The min-marginals [K, S], up to a constant for each node, and the number of rounds; all messages are passed at once.
+inline std::vector<double> pass_beliefs(const Choices& choices, const Passing& how, int& rounds) {
+  const std::size_t samples = choices.samples;
+  const std::vector<double> unary(choices.unary, choices.unary + choices.nodes * samples);
+  std::vector<double> belief = unary, fresh(samples);
+  std::vector<double> messages(2 * samples * choices.count);  // of each edge: to i from j, to j from i
+  for (rounds = 0; rounds < how.rounds;) {
+    const std::vector<double> last = messages;
+    double change = 0.0;
+    for (int e = 0; e < choices.count; ++e) {
+      const double* i = belief.data() + choices.edges[2 * e] * samples;
+      const double* j = belief.data() + choices.edges[2 * e + 1] * samples;
+      const double* pair = choices.pair + e * samples * samples;
+      const std::size_t to_i = 2 * e * samples, to_j = to_i + samples;
+      const double a = send(j, &last[to_j], pair, true, choices.samples, how.damping, fresh.data(), &messages[to_i]);
+      const double b = send(i, &last[to_i], pair, false, choices.samples, how.damping, fresh.data(), &messages[to_j]);
+      change = std::max({change, a, b});
+    }
+    ++rounds;
+    if (change <= how.tolerance) break;
+    belief = unary;
+    for (int e = 0; e < choices.count; ++e)
+      for (int end = 0; end < 2; ++end)
+        for (std::size_t s = 0; s < samples; ++s)
+          belief[choices.edges[2 * e + end] * samples + s] += messages[(2 * e + end) * samples + s];
+  }
+  return belief;
+}
+
+/// The choice [K] of each node, by its min-marginal.
+inline std::vector<std::int64_t> pass_messages(const Choices& choices, const Passing& how, int& rounds) {
+  const std::vector<double> belief = pass_beliefs(choices, how, rounds);
+  std::vector<std::int64_t> chosen(choices.nodes);
+  for (int k = 0; k < choices.nodes; ++k) {
+    const auto row = belief.begin() + static_cast<std::ptrdiff_t>(k) * choices.samples;
+    chosen[k] = std::min_element(row, row + choices.samples) - row;
+  }
+  return chosen;
+}
+
+// Samples along the rays, and the descent.
 
 /// Places [K, S, 2] along the viewing rays in m, sample 0 the person's own optimum, and energies [K, S] less that at
 /// the optimum; inf = unused.
@@ -131,6 +277,22 @@ inline std::vector<double> descend(const Pose& pose, const double* start, const 
     weigh(positions.data(), factors, softness, weights.data());
   }
   return positions;
+}
+
+/// Probability [K, S] of each person's samples by the messages: exp(−belief), of sum 1.
+///
+/// Beliefs are min-marginals: a sample has the probability of the best joint choice that contains it.
+inline std::vector<double> ray_beliefs(const Choices& choices, const Passing& how) {
+  int rounds = 0;
+  std::vector<double> beliefs = pass_beliefs(choices, how, rounds);
+  for (int k = 0; k < choices.nodes; ++k) {
+    double* row = beliefs.data() + static_cast<std::size_t>(k) * choices.samples;
+    const double least = *std::min_element(row, row + choices.samples);
+    double total = 0.0;
+    for (int s = 0; s < choices.samples; ++s) total += row[s] = elementary::exp(least - row[s]);
+    for (int s = 0; s < choices.samples; ++s) row[s] /= total;
+  }
+  return beliefs;
 }
 
 }  // namespace vbbench::cascade

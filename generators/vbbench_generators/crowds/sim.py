@@ -24,9 +24,8 @@ from vbbench_generators.crowds.scenario import Scenario, draw_crowd, draw_scene,
 from vbbench_generators.recordings.recipe import Rules, Span
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.corruption import BehindOthers
-from vbbench_generators.views.reprojection import Reprojection, info_of, plan_reprojection
+from vbbench_generators.views.reprojection import Reprojection, info_of, plan_reprojection, view, walked
 from vbbench_generators.views.vehicle import draw_window, follow, ride
-from vbbench_generators.views.viewing import view, walked
 
 SCENES, PEOPLE, FRAMES = 3, 24, 60
 HALF_SIDE = 6.0

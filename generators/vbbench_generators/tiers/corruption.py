@@ -8,7 +8,7 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.generation.tier import Observations, Sight, Tier, Told
 from vbbench_generators.tiers.noise import Outline, Showing, add_pixel_noise, enough, see
-from vbbench_generators.tiers.tracking.observing import VIDEO_RATE, finer, track_video
+from vbbench_generators.tiers.tracking.observing import VIDEO_RATE, Film, finer, track_video
 from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tracking
 
 
@@ -144,9 +144,8 @@ class Tracking(Tier):
     def observe(self, sight: Sight, rng: np.random.Generator) -> Observations:
         """See `Tier.observe`: boxes of tracks, with the person of each."""
         fine, every = finer(sight)
-        showing = _showing(fine, self.outline)
-        tracked = track_video(fine, every, fine.boxes, showing, self.settings, self.outline, rng)
-        return Observations(boxes=tracked.boxes, visible=tracked.scores, persons=tracked.persons)
+        film = Film(sight=fine, every=every, boxes=fine.boxes, showing=_showing(fine, self.outline))
+        return track_video(film, self.settings, self.outline, rng)
 
 
 ideal = Noise(name="ideal", summary="Boxes are exact: only people's heights are unknown.", std=0.0)

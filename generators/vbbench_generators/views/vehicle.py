@@ -25,7 +25,7 @@ from vbbench_generators import _core
 from vbbench_generators.footage.odometry_filter import Readings, filter_motion
 from vbbench_generators.recordings.recipe import Span
 from vbbench_generators.tiers.noise import wandering
-from vbbench_generators.views.viewing import look_definition
+from vbbench_generators.views.looking import natural_look
 
 STEP = 0.005
 """Seconds of a step of the drive."""
@@ -163,7 +163,7 @@ def observer_definition(options: Options, look: Look) -> dict[str, Any]:
     Raises VbbenchError if a vehicle or a robot has another ``look`` than ahead.
     """
     if options.observer == "walker":
-        return look_definition(look)
+        return {"look": look, **({} if look in ("motion", "wander") else {"natural": asdict(natural_look())})}
     if options.look is not None:
         who = options.observer
         raise VbbenchError(f"a {who} looks where it drives; remove `look`, or choose `observer` walker")

@@ -24,7 +24,7 @@ import numpy as np
 from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.generation.generator import Observer
 from vbbench.generation.tier import Heights, Sight
-from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
+from vbbench.geometry import FloatArray, IntArray, shorter_way
 from vbbench.parsing.numbers import Checked, Share, Within
 from vbbench.parsing.toml_text import read_bundled
 from vbbench_generators import _core
@@ -293,36 +293,21 @@ def whole_boxes(relative: FloatArray, sight: Sight, carriage: Carriage, near_edg
     return boxes.reshape(*relative.shape[:2], 3)
 
 
-@dataclass(frozen=True)
-class Framed:
-    """Boxes cut off at the borders of the picture.
+def frame(boxes: FloatArray, camera: Camera, aspect: float) -> tuple[FloatArray, FloatArray]:
+    """The parts of boxes [..., 3] inside the picture, NaN where nothing is, and the shares [...] of their areas.
 
-    Parameters
-    ----------
-    boxes : [T, K, 3] (u, v, l) in px of the part inside; NaN where nothing is inside.
-    inside : [T, K] share of the box's area inside.
+    Boxes are ``aspect`` times as wide as high. A panorama has no borders.
     """
-
-    boxes: FloatArray
-    inside: FloatArray
-
-    def where(self, kept: BoolArray) -> "Framed":
-        """Only the boxes marked in ``kept`` [T, K]."""
-        return replace(self, boxes=np.where(kept[..., None], self.boxes, np.nan))
-
-
-def frame(boxes: FloatArray, camera: Camera, aspect: float) -> Framed:
-    """Cut boxes [T, K, 3], ``aspect`` times as wide as high, off at the borders; a panorama has none."""
     if camera.period is not None:
         wrapped = np.concatenate([camera.wrap_column(boxes[..., :1]), boxes[..., 1:]], axis=-1)
-        return Framed(wrapped, np.where(np.isnan(boxes[..., 2]), np.nan, 1.0))
+        return wrapped, np.where(np.isnan(boxes[..., 2]), np.nan, 1.0)
     size = np.stack([aspect * boxes[..., 2], boxes[..., 2]], axis=-1)
     last = np.array(camera.picture_size) - 1.0
     low = np.clip(boxes[..., :2] - 0.5 * size, 0.0, last)
     high = np.clip(boxes[..., :2] + 0.5 * size, 0.0, last)
     inside = np.prod(high - low, axis=-1) / np.prod(size, axis=-1)
     cut = np.concatenate([0.5 * (low + high), (high - low)[..., 1:]], axis=-1)
-    return Framed(np.where((inside > 0.0)[..., None], cut, np.nan), inside)
+    return np.where((inside > 0.0)[..., None], cut, np.nan), inside
 
 
 def cut_rows(boxes: FloatArray, camera: Camera) -> FloatArray:

@@ -11,26 +11,8 @@ from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import NOBODY
 from vbbench_generators.tiers.field.recipe import FieldRecipe, carry, cut_rows, drawn, frame, get_field, whole_boxes
 from vbbench_generators.tiers.noise import Outline, Showing, see_figures
-from vbbench_generators.tiers.tracking.observing import finer, track_video
+from vbbench_generators.tiers.tracking.observing import Film, finer, track_video
 from vbbench_generators.tiers.tracking.settings import get_tracking
-
-
-@dataclass(frozen=True, kw_only=True)
-class Film:
-    """Exact boxes in the frames of a video, as the detector's input.
-
-    Parameters
-    ----------
-    sight : the scene at the rate of the video.
-    every : frames of the video per frame of the dataset.
-    boxes : [T, K, 3] (u, v, l) in px of people inside the picture, exact and cut off at its borders; NaN = absent.
-    showing : visible parts of people.
-    """
-
-    sight: Sight
-    every: int
-    boxes: FloatArray
-    showing: Showing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,29 +78,28 @@ class Field(Tier):
         boxes, showing = look(sight, recipe, self.outline, rng)
         model = recipe.annotator
         who = np.flatnonzero(sight.seen & (showing.visible >= model.least_visible))
-        framed = frame(drawn(boxes, who, sight.dt, model, rng), sight.camera, recipe.body.aspect)
-        kept = framed.inside >= model.least_inside
+        framed, inside = frame(drawn(boxes, who, sight.dt, model, rng), sight.camera, recipe.body.aspect)
+        kept = inside >= model.least_inside
         made, visible = np.full((sight.seen.size, 3), np.nan), np.full(sight.seen.size, np.nan)
-        made[who[kept]] = framed.boxes[kept]
-        visible[who[kept]] = (showing.visible.reshape(-1)[who] * framed.inside)[kept]
+        made[who[kept]] = framed[kept]
+        visible[who[kept]] = (showing.visible.reshape(-1)[who] * inside)[kept]
         return Observations(boxes=made.reshape(boxes.shape), visible=visible.reshape(boxes.shape[:2]))
 
     def _tracked(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Observations:
-        camera, film = sight.camera, self.film(sight, recipe, rng)
-        settings = recipe.tracking(camera).lasting(self.least_track)
-        tracked = track_video(film.sight, film.every, film.boxes, film.showing, settings, self.outline, rng)
-        boxes = cut_rows(tracked.boxes, camera)
+        settings = recipe.tracking(sight.camera).lasting(self.least_track)
+        tracked = track_video(self.film(sight, recipe, rng), settings, self.outline, rng)
+        boxes = cut_rows(tracked.boxes, sight.camera)
         found = ~np.isnan(boxes[..., 2])
-        persons = np.where(found, tracked.persons, NOBODY)
-        return Observations(boxes=boxes, visible=np.where(found, tracked.scores, np.nan), persons=persons)
+        persons = None if tracked.persons is None else np.where(found, tracked.persons, NOBODY)
+        return Observations(boxes=boxes, visible=np.where(found, tracked.visible, np.nan), persons=persons)
 
     def film(self, sight: Sight, recipe: FieldRecipe, rng: np.random.Generator) -> Film:
         """The exact boxes at the rate of a video, for the detector."""
         fine, every = finer(sight)
         boxes, showing = look(fine, recipe, self.outline, rng)
-        framed = frame(boxes, sight.camera, recipe.body.aspect)
-        inside = fine.seen & (framed.inside >= recipe.annotator.least_inside)
-        return Film(sight=fine, every=every, boxes=framed.where(inside).boxes, showing=showing)
+        framed, inside = frame(boxes, sight.camera, recipe.body.aspect)
+        kept = fine.seen & (inside >= recipe.annotator.least_inside)
+        return Film(sight=fine, every=every, boxes=np.where(kept[..., None], framed, np.nan), showing=showing)
 
 
 def look(sight: Sight, recipe: FieldRecipe, outline: Outline, rng: np.random.Generator) -> tuple[FloatArray, Showing]:

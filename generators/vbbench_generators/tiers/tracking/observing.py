@@ -14,8 +14,8 @@ import numpy as np
 from vbbench.boxes import rectangles
 from vbbench.camera import Camera
 from vbbench.exchange.matching import match_tracks
-from vbbench.generation.tier import Sight
-from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way, wrap_angle
+from vbbench.generation.tier import Observations, Sight
+from vbbench.geometry import BoolArray, FloatArray, shorter_way, wrap_angle
 from vbbench.sequence import Truth
 from vbbench_generators import _core
 from vbbench_generators.tiers.noise import Outline, Showing, wandering
@@ -226,65 +226,55 @@ def _curve(values: FloatArray, ahead: FloatArray, steps: int) -> FloatArray:
     return np.concatenate([between.reshape(len(way) * steps, *values.shape[1:]), values[-1:]])
 
 
-@dataclass(frozen=True)
-class Tracked:
-    """The tracks of a sequence, and the people behind them.
-
-    Parameters
-    ----------
-    boxes : [T, K, 3] (u, v, l) in px of each track, NaN = not seen.
-    scores : [T, K] scores of their detections, NaN = not seen.
-    persons : [T, K] the person behind each track, −1 = not seen, or a false alarm.
-    """
-
-    boxes: FloatArray
-    scores: FloatArray
-    persons: IntArray
-
-
-def track_video(
-    sight: Sight,
-    every: int,
-    boxes: FloatArray,
-    showing: Showing,
-    settings: TrackingSettings,
-    outline: Outline,
-    rng: np.random.Generator,
-) -> Tracked:
-    """Detect and track people in a video, with the camera's rotation compensated, and report some frames.
+@dataclass(frozen=True, kw_only=True)
+class Film:
+    """What a detector may see, in the frames of a video.
 
     Parameters
     ----------
     sight : the scene at the rate of the video.
-    every : step from the first frame of the frames that are returned; least lengths of tracks count these frames.
+    every : frames of the video per frame of the dataset; least lengths of tracks count the latter.
     boxes : [T, P, 3] (u, v, l) in px of whole people; NaN = absent, or not in the picture.
     showing : their visible parts.
-    settings : settings of detector and tracker.
-    outline : outline of people, as in ``showing``.
-    rng : the sequence's random numbers.
-
-    Returns
-    -------
-    The tracks in these frames.
     """
+
+    sight: Sight
+    every: int
+    boxes: FloatArray
+    showing: Showing
+
+
+def track_video(film: Film, settings: TrackingSettings, outline: Outline, rng: np.random.Generator) -> Observations:
+    """Detect and track people in a video, with the camera's rotation compensated.
+
+    Returns the tracks in the dataset's frames, with the scores of their detections as visible fractions.
+
+    Parameters
+    ----------
+    film : the video.
+    settings : settings of detector and tracker.
+    outline : outline of people, as in the film.
+    rng : the sequence's random numbers.
+    """
+    sight, showing = film.sight, film.showing
     camera, period = sight.camera, sight.camera.period
     turns = estimated_turns(sight.truth.poses[:, 2], camera, settings.tracker.turn_std, rng)
     there = showing.visible >= settings.detector.least_visible
-    boxes = np.where(there[..., None], boxes, np.nan)
+    boxes = np.where(there[..., None], film.boxes, np.nan)
     whole = rectangles(boxes, settings.detector.aspect)
     centred = np.concatenate([boxes[..., :2], whole[..., 2:]], axis=-1)
     visible = np.where(np.isnan(boxes[..., 2]), np.nan, showing.visible)
     seen = Visible(centred, _hidden_edges(boxes, showing, outline, period), visible)
     tracker = Tracker(settings.tracker, sight.dt, period)
-    found = []
-    for turn, detections in zip(
-        turns, detect(seen, settings.detector, camera, sight.dt, sight.watched, rng), strict=True
-    ):
-        found.append(tracker.step(detections, partial(carried, rotation=turn, camera=camera)))
-    tracks, scores = _dense(found[::every], settings.tracker.least_boxes)
+    detected = detect(seen, settings.detector, camera, sight.dt, sight.watched, rng)
+    found = [
+        tracker.step(detections, partial(carried, rotation=turn, camera=camera))
+        for turn, detections in zip(turns, detected, strict=True)
+    ]
+    tracks, scores = _dense(found[:: film.every], settings.tracker.least_boxes)
     tracks[..., 0] = camera.wrap_column(tracks[..., 0])
-    persons = match_tracks(from_centres(tracks), whole[::every], sight.people, camera, staying=True)
-    return Tracked(tracks[..., [0, 1, 3]], scores, persons)
+    persons = match_tracks(from_centres(tracks), whole[:: film.every], sight.people, camera, staying=True)
+    return Observations(boxes=tracks[..., [0, 1, 3]], visible=scores, persons=persons)
 
 
 def _hidden_edges(boxes: FloatArray, showing: Showing, outline: Outline, period: float | None) -> FloatArray:

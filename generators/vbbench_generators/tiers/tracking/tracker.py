@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vbbench.exchange.detection import Detections
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench_generators import _core
 from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
 
@@ -66,16 +66,27 @@ def begin(boxes: FloatArray, settings: TrackerSettings) -> Beliefs:
 
 def predict(beliefs: Beliefs, dt: float, settings: TrackerSettings) -> Beliefs:
     """The states predicted ``dt`` seconds later."""
-    later = Beliefs(beliefs.mean.copy(), beliefs.spread.copy())
-    _core.move_on(later.mean, later.spread, dt, settings.wander, settings.acceleration)
-    return later
+    height = _heights(beliefs)
+    value, speed = np.moveaxis(beliefs.mean, -1, 0)
+    p, q, s = np.moveaxis(beliefs.spread, -1, 0)
+    place, pace = (settings.wander * height) ** 2 * dt, (settings.acceleration * height) ** 2 * dt
+    spread = [p + dt * (2.0 * q + dt * s) + place, q + dt * s, s + pace]
+    return Beliefs(np.stack([value + dt * speed, speed], axis=-1), np.stack(spread, axis=-1))
 
 
 def correct(beliefs: Beliefs, boxes: FloatArray, settings: TrackerSettings, period: float | None) -> Beliefs:
     """The states updated with boxes [N, 4] in px; ``period`` is the width in px of a panorama."""
-    better = Beliefs(beliefs.mean.copy(), beliefs.spread.copy())
-    _core.take_in(better.mean, better.spread, boxes, settings.measurement, period or 0.0)
-    return better
+    off = boxes - beliefs.boxes
+    off[:, 0] = shorter_way(off[:, 0], period)
+    p, q, s = np.moveaxis(beliefs.spread, -1, 0)
+    total = p + (settings.measurement * _heights(beliefs)) ** 2
+    mean = beliefs.mean + np.stack([p / total * off, q / total * off], axis=-1)
+    return Beliefs(mean, np.stack([p - p * p / total, q - p * q / total, s - q * q / total], axis=-1))
+
+
+def _heights(beliefs: Beliefs) -> FloatArray:
+    """[N, 1] heights in px, at least 1, by which noise is scaled."""
+    return np.maximum(beliefs.mean[:, HEIGHT:, 0], 1.0)
 
 
 def associate(

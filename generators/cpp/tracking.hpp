@@ -18,7 +18,7 @@ inline double shorter(double apart, double period) {
 }
 
 /// Intersection over union; 0 where one is NaN or empty.
-inline double shared_area(const Box& a, const Box& b, double period) {
+inline double iou(const Box& a, const Box& b, double period) {
   const double apart = shorter(b.u - a.u, period);
   const double along = std::min(std::min(0.5 * (a.width + b.width) - std::abs(apart), a.width), b.width);
   const double bottom = std::min(a.v + 0.5 * a.height, b.v + 0.5 * b.height);
@@ -33,7 +33,7 @@ inline void worths(std::int64_t tracks, std::int64_t detections, const Box* trac
                    const double* scores, double least, double period, double* worth) {
   for (std::int64_t i = 0; i < tracks; ++i)
     for (std::int64_t j = 0; j < detections; ++j)
-      *worth++ = std::max(shared_area(track[i], detection[j], period) * scores[j] - least, 0.0);
+      *worth++ = std::max(iou(track[i], detection[j], period) * scores[j] - least, 0.0);
 }
 
 /// The extent of two in one coordinate, each given by its middle and its size.
@@ -52,7 +52,7 @@ inline void merge_people(std::int64_t count, Box* boxes, double* scores, const B
   std::fill_n(kept, count, true);
   for (std::int64_t i = 0; i < count; ++i) {
     for (std::int64_t j = i + 1; j < count; ++j) {
-      if (!(kept[i] && kept[j] && chance[i] < rate) || shared_area(truth[i], truth[j], period) <= overlap) continue;
+      if (!(kept[i] && kept[j] && chance[i] < rate) || iou(truth[i], truth[j], period) <= overlap) continue;
       const double shift = period > 0.0 ? period * std::nearbyint((boxes[i].u - boxes[j].u) / period) : 0.0;
       join(boxes[i].u, boxes[i].width, boxes[j].u + shift, boxes[j].width);
       join(boxes[i].v, boxes[i].height, boxes[j].v, boxes[j].height);
@@ -72,7 +72,7 @@ inline void remaining(std::int64_t count, const Box* boxes, const std::int64_t* 
     if (!kept[i]) continue;
     for (std::int64_t later = place + 1; later < count; ++later) {
       const std::int64_t j = order[later];
-      if (kept[j] && shared_area(boxes[i], boxes[j], period) > overlap) kept[j] = false;
+      if (kept[j] && iou(boxes[i], boxes[j], period) > overlap) kept[j] = false;
     }
   }
 }

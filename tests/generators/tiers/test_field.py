@@ -8,14 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.lib.made_sight import sight_of
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
-from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.generation.tier import Sight, chosen_heights, chosen_tier, get_tier
 from vbbench.geometry import FloatArray, world_to_relative
-from vbbench.sequence import Truth
 from vbbench_generators.splits import sim
 from vbbench_generators.tiers.field.recipe import (
     Carriage,
@@ -38,17 +37,8 @@ def crowd(frames: int = 12, people: int = 30, camera: Camera = RECIPE.camera, dt
     ahead, aside = np.linspace(4.0, 25.0, people), rng.uniform(-0.6, 0.6, people)
     positions = np.stack([ahead, ahead * aside], axis=-1) + np.zeros((frames, 1, 1))
     poses = np.stack([0.01 * np.arange(frames), np.zeros(frames), np.zeros(frames)], axis=-1)
-    truth = Truth(poses=poses, positions=positions, heights=rng.normal(1.75, 0.1, people))
-    everybody = np.ones((frames, people), bool)
-    return Sight(
-        truth=truth,
-        people=np.arange(people),
-        seen=everybody,
-        watched=everybody[:, 0],
-        camera=camera,
-        dt=dt,
-        observer="vehicle",
-    )
+    heights = rng.normal(1.75, 0.1, people)
+    return sight_of(positions, poses, heights, camera=camera, dt=dt, observer="vehicle")
 
 
 def by_rotations(sight: Sight, carriage: Carriage, near_edge: float) -> FloatArray:
@@ -161,14 +151,12 @@ def test_boxes_are_drawn_as_the_recipe_says() -> None:
 def test_boxes_end_at_the_borders_of_the_picture() -> None:
     camera, aspect = RECIPE.camera, 0.4
     boxes = np.array([[[600.0, 200.0, 100.0], [600.0, 330.0, 200.0], [5.0, 200.0, 100.0], [-90.0, 200.0, 100.0]]])
-    framed = frame(boxes, camera, aspect)
-    np.testing.assert_array_equal(framed.boxes[0, 0], boxes[0, 0])
-    np.testing.assert_allclose(framed.boxes[0, 1], [600.0, 0.5 * (230.0 + 374.0), 144.0])
-    np.testing.assert_allclose(framed.boxes[0, 2], [12.5, 200.0, 100.0])
-    assert np.isnan(framed.boxes[0, 3]).all()
-    np.testing.assert_allclose(framed.inside[0], [1.0, 0.72, 25.0 / 40.0, 0.0])
-    np.testing.assert_allclose(cut_rows(boxes, camera)[0, 1], framed.boxes[0, 1])
-    np.testing.assert_array_equal(frame(boxes[:, :2], PanoramaCamera(), aspect).boxes, boxes[:, :2])
+    cut, inside = frame(boxes, camera, aspect)
+    wanted = [boxes[0, 0], [600.0, 0.5 * (230.0 + 374.0), 144.0], [12.5, 200.0, 100.0], [np.nan] * 3]
+    np.testing.assert_allclose(cut[0], wanted)
+    np.testing.assert_allclose(inside[0], [1.0, 0.72, 25.0 / 40.0, 0.0])
+    np.testing.assert_allclose(cut_rows(boxes, camera)[0, 1], cut[0, 1])
+    np.testing.assert_array_equal(frame(boxes[:, :2], PanoramaCamera(), aspect)[0], boxes[:, :2])
 
 
 @pytest.mark.parametrize("detector", [pytest.param(True, marks=pytest.mark.slow), False])
@@ -177,28 +165,24 @@ def test_datasets_do_not_depend_on_jobs(tmp_path: Path, detector: bool) -> None:
     one, two = (generate("sim", tmp_path / str(jobs), options, jobs=jobs) for jobs in (1, 2))
     assert one.info == two.info
     camera = RECIPE.camera
-    for data in (one.sequence(index) for index in range(len(one))):
-        u, v, length = data.observations[data.observed].T
+    for sequence in one.sequences():
+        u, v, length = sequence.observations[sequence.observed].T
         assert 0.0 <= u.min() <= u.max() <= camera.width - 1
         assert (v - 0.5 * length).min() >= 0.0
         assert (v + 0.5 * length).max() <= camera.height - 1 + 1e-9
-        cut = np.isclose(v + 0.5 * length, camera.height - 1)
-        assert cut.mean() > 0.1  # walkers are near one another
+        assert np.isclose(v + 0.5 * length, camera.height - 1).mean() > 0.1  # walkers are near one another
 
 
-def test_solvers_are_told_how_exact_things_are_and_no_more(tmp_path: Path) -> None:
+def test_solvers_are_given_how_exact_things_are_and_no_more(tmp_path: Path) -> None:
     options = Options(tier="field", detector=False, simulation=SMALL)
     info = sim.plan(options).info
     assert (info.pixel_std, info.mount_height_std) == (2.0, RECIPE.mount.std)
     assert info.box_std == pytest.approx(RECIPE.annotator.box_std)
     assert (info.height_mean, info.height_std) == (RECIPE.heights.told_mean, RECIPE.heights.told_std)
     data = generate("sim", tmp_path / "sim", options)
-    problem = Dataset(data.folder).problem(data.sequence(0))
-    assert (problem.box_std, problem.tilt_std, problem.mount_height_std) == (
-        info.box_std,
-        info.tilt_std,
-        info.mount_height_std,
-    )
+    problem = data.problem(data.sequence(0))
+    for name in ("camera", "box_std", "tilt_std", "mount_height_std"):
+        assert getattr(problem, name) == getattr(info, name)
     assert problem.camera == RECIPE.camera
     tall = np.concatenate([sim.plan(options).build(n).scene.heights for n in range(60)])  # type: ignore[union-attr]
     assert tall.mean() == pytest.approx(RECIPE.heights.mean, abs=0.01)

@@ -1,5 +1,6 @@
-"""Who hides whom: against a picture made pixel by pixel, and what must hold whatever the crowd."""
+"""Who hides whom, against a picture drawn pixel by pixel and for any crowd, and rounded boxes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +10,14 @@ from hypothesis import strategies as st
 
 from tests.extensions.fisheye import Fisheye
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
-from vbbench.files.dataset import Dataset
-from vbbench.files.verification import verify
-from vbbench.generation import generate
+from vbbench.generation import write_dataset
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray, world_to_relative
+from vbbench.scoring import score
+from vbbench.solving import solve
 from vbbench_generators.splits import demo
 from vbbench_generators.tiers.corruption import Hiding
-from vbbench_generators.tiers.noise import Outline, see
+from vbbench_generators.tiers.noise import Outline, Precision, see
 
 CAMERAS: list[Camera] = [PerspectiveCamera(), PanoramaCamera()]
 HERE = np.array([[0.0, 0.0, 0.0]])
@@ -149,10 +150,12 @@ def test_borders_cut_people_off() -> None:
     assert np.isnan(behind.visible).all()
 
 
-def test_outlines_that_cannot_be() -> None:
-    for half, top in [((), ()), ((0.1, 0.1), (1.0, 0.8)), ((0.1,), (0.9,)), ((0.1, 0.2), (1.0, 1.0))]:
-        with pytest.raises(ValueError, match="must"):
-            Outline(half=half, top=top)
+@pytest.mark.parametrize(
+    ("half", "top"), [((), ()), ((0.1, 0.1), (1.0, 0.8)), ((0.1,), (0.9,)), ((0.1, 0.2), (1.0, 1.0))]
+)
+def test_outlines_that_cannot_be(half: tuple[float, ...], top: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="must"):
+        Outline(half=half, top=top)
 
 
 TILTED = [
@@ -195,19 +198,6 @@ def test_the_tier_is_the_ideal_one_with_people_hidden(camera: Camera) -> None:
 
 
 @pytest.mark.slow
-def test_datasets_say_how_people_hide_one_another(tmp_path: Path) -> None:
-    made = generate("demo", tmp_path / "one", Options(tier="occluded", limit=40))
-    assert made.info.definition["hiding"] == {
-        "least_visible": 0.25,
-        "cut": True,
-        "outline": {"half": list(Outline().half), "top": list(Outline().top)},
-    }
-    assert made.info.pixel_std == 0.0
-    assert "as written" in verify(tmp_path / "one")
-    assert np.nanmin(Dataset(tmp_path / "one").sequence(0).visible) >= 0.25
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
 def test_visible_fractions_are_those_of_pictures(camera: Camera) -> None:
     from benchmarks.calibrate_occlusion import differences, samples
@@ -215,3 +205,39 @@ def test_visible_fractions_are_those_of_pictures(camera: Camera) -> None:
     gap = np.abs(differences(samples(camera, sequences=1, every=80), Outline()))
     assert len(gap) > 50
     assert gap.mean() < 0.08
+
+
+ROUNDED = Precision(u_bits=10, v_bits=10, l_bits=12)
+
+
+def test_rounded_boxes_are_multiples_within_half_a_step_and_truth_is_untouched() -> None:
+    exact = demo.plan(Options(limit=30))
+    coarse = replace(exact, precision=ROUNDED)
+    for index in range(len(exact)):
+        a, b = exact.build(index), coarse.build(index)
+        seen, steps = a.sequence.observed, np.array(ROUNDED.steps)
+        np.testing.assert_array_equal(seen, b.sequence.observed)
+        boxes = b.sequence.observations[seen]
+        np.testing.assert_array_equal(boxes / steps, np.rint(boxes / steps))
+        gap = boxes - a.sequence.observations[seen]
+        gap[:, 0] = (gap[:, 0] + 720.0) % 1440.0 - 720.0
+        assert (np.abs(gap) <= 0.5 * steps).all()
+        np.testing.assert_array_equal(a.sequence.given.positions, b.sequence.given.positions)
+        np.testing.assert_array_equal(a.truth.positions, b.truth.positions)
+
+
+@pytest.mark.slow
+def test_solvers_are_hardly_affected_by_rounding(tmp_path: Path) -> None:
+    plan, figures = demo.plan(Options(limit=30)), []
+    for name, precision in (("exact", None), ("rounded", ROUNDED)):
+        dataset = write_dataset(replace(plan, precision=precision), tmp_path / name)
+        solved = solve(dataset, "vb-cv", "one-step", tmp_path / f"{name} solved")
+        figures.append(score(solved, dataset.folder).summaries)
+    for metric in ("dt", "dx", "dx_rel"):
+        assert abs(figures[0][metric].mean - figures[1][metric].mean) < 2e-4
+
+
+def test_a_column_that_rounds_up_to_the_width_is_column_nought_and_no_box_vanishes() -> None:
+    boxes = np.array([[1439.9999, 240.0, 10.0], [0.0, 0.0, 1e-9], [np.nan, np.nan, np.nan]])
+    wanted = [[0.0, 240.0, 10.0], [0.0, 0.0, 2.0**-12], [np.nan] * 3]
+    np.testing.assert_array_equal(ROUNDED.rounded(boxes, PanoramaCamera()), wanted)

@@ -9,9 +9,7 @@ import pytest
 from vbbench.generation.generator import Look, Options, Simulation
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.registry import load
-from vbbench_generators.tiers.corruption import noisy
-from vbbench_generators.views import reprojection
-from vbbench_generators.views.looking import LAWS, Law, Way, natural_look, natural_yaws
+from vbbench_generators.views.looking import LAWS, Law, Way, limit_turns, natural_look, natural_yaws
 
 LOOK = natural_look()
 STEADY = replace(LOOK, walking=replace(LOOK.walking, offset_std=0.0, unsteady_std=0.0))
@@ -105,31 +103,33 @@ def test_natural_draws_the_laws_by_their_shares() -> None:
     assert [drawn[law] / 400 for law in LAWS] == pytest.approx(LOOK.shares, abs=0.08)
 
 
+def test_turns_are_limited_and_go_the_short_way_round() -> None:
+    np.testing.assert_allclose(limit_turns(np.array([0.0, 0.1, 3.0]), 1.0, 5.0), [0.0, 0.1, 3.0])
+    slow = limit_turns(np.array([3.0, 3.0, -3.0, -3.0]), 0.1, 2.0)
+    np.testing.assert_allclose(slow, [3.0, 3.0, 3.2, 2 * np.pi - 3.0])
+
+
 @pytest.mark.parametrize("split", ["demo", "sim", "street"])
 @pytest.mark.parametrize("look", ["natural", "glance"])
 def test_every_generator_of_trajectories_turns_heads(split: str, look: Look) -> None:
     simulation = None if split == "demo" else Simulation(sequences=2, people=(12,))
     options = Options(look=look, simulation=simulation)
-    plan = load("generator", split).plan(options)
+    plan, again, moved = (
+        load("generator", split).plan(one) for one in (options, options, replace(options, look="motion"))
+    )
     assert plan.info.definition["look"] == look
     assert plan.info.definition["natural"]["follow"]["lead"] == 0.1
-    once, again = plan.build(1), load("generator", split).plan(options).build(1)
-    assert np.isfinite(once.truth.poses).all()
-    np.testing.assert_array_equal(once.truth.poses, again.truth.poses)
-    moved = load("generator", split).plan(replace(options, look="motion")).build(1)
-    np.testing.assert_array_equal(once.truth.poses[:, :2], moved.truth.poses[:, :2])
-    assert np.abs(wrap_angle(once.truth.poses[:, 2] - moved.truth.poses[:, 2])).max() > 1e-3
+    poses, same, plain = (one.build(1).truth.poses for one in (plan, again, moved))
+    assert np.isfinite(poses).all()
+    np.testing.assert_array_equal(poses, same)
+    np.testing.assert_array_equal(poses[:, :2], plain[:, :2])
+    assert np.abs(wrap_angle(poses[:, 2] - plain[:, 2])).max() > 1e-3
 
 
-def test_a_tier_says_how_heads_turn_unless_the_user_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Field(type(noisy)):  # type: ignore[misc]
-        look = "natural"
-
-    monkeypatch.setattr(reprojection, "chosen_tier", lambda _: Field(**vars(noisy)))
+def test_a_tier_says_how_heads_turn_unless_the_user_does() -> None:
     demo = load("generator", "demo")
-    assert demo.plan(Options(tier="noisy")).info.definition["look"] == "natural"
-    assert demo.plan(Options(tier="noisy", look="wander")).info.definition["look"] == "wander"
-    monkeypatch.undo()
+    assert demo.plan(Options(tier="field")).info.definition["look"] == "natural"
+    assert demo.plan(Options(tier="field", look="wander")).info.definition["look"] == "wander"
     plain = demo.plan(Options(tier="noisy"))
     assert plain.info.id == demo.plan(Options(tier="noisy", look="motion")).info.id
     assert "natural" not in plain.info.definition

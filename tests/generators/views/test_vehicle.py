@@ -1,27 +1,28 @@
-"""A vehicle as observer: how it moves, what it sees, and where it is refused."""
+"""A vehicle or robot as observer: how it moves, what it sees and measures, and where it is refused."""
 
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from vbbench.camera import PanoramaCamera, PerspectiveCamera
 from vbbench.errors import VbbenchError
+from vbbench.files.dataset_checks import ALWAYS
 from vbbench.files.generate_command import generate_command
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Card, Options, Simulation
-from vbbench.generation.options_file import read_options
-from vbbench.geometry import FloatArray, world_to_relative
+from vbbench.geometry import FloatArray, motion_between, world_to_relative
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, SequenceData
 from vbbench_generators.crowds.sim import record_plaza
 from vbbench_generators.recordings.recipe import Rules
-from vbbench_generators.splits import sim, street
+from vbbench_generators.splits import demo, sim, street
 from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
-from vbbench_generators.views.vehicle import drive, find_windows, get_vehicle
+from vbbench_generators.views.vehicle import drive, find_windows, follow, get_robot, get_vehicle
 
 MODEL = get_vehicle()
 CARD = Card(name="made", title="Synthetic crowds", licence="", citation="", sources=())
@@ -140,18 +141,77 @@ def test_a_dataset_says_who_carries_the_camera(tmp_path: Path) -> None:
         tier="field", detector=False, observer="vehicle", simulation=Simulation(sequences=2, people=(12,))
     )
     data = generate("sim", tmp_path / "sim", options)
-    definition = json.loads((data.folder / "dataset.json").read_text())["definition"]
+    definition = data.info.definition
     assert (definition["observer"], definition["vehicle"]["standing"]) == ("vehicle", MODEL.standing)
     assert "look" not in definition
     command = generate_command(json.loads(data.info.to_json()), "x")
     assert command.endswith("--observer vehicle --no-detector --people 12 --out x")
-    again = read_options([str(data.folder)], "sim").options("sim", source=None, homography=None)
-    assert sim.plan(again).info.id == data.info.id
     assert "--camera" not in command
     assert "--sigma-h" not in command
     assert "2 sequences are as written" in verify(data.folder)
 
 
-def test_a_vehicle_looks_ahead() -> None:
-    with pytest.raises(VbbenchError, match="a vehicle looks where it drives; remove `look`"):
-        plan(Options(observer="vehicle", look="wander"))
+DT = 0.4
+FEW = Options(observer="robot", stride=2, simulation=Simulation(scenario="plaza", sequences=4, people=(8,)))
+
+
+def walk(seed: int, frames: int = 100) -> FloatArray:
+    """A person who wanders about at 1 m/s."""
+    heading = np.cumsum(0.25 * np.random.default_rng(seed).standard_normal(frames))
+    return np.cumsum(DT * np.stack([np.cos(heading), np.sin(heading)], axis=-1), axis=0)
+
+
+def test_a_robot_follows_a_person_as_wheels_allow() -> None:
+    model = get_robot()
+    for seed in range(5):
+        path = walk(seed)
+        poses, _ = follow(path, DT, np.random.default_rng(seed))
+        forward, left, turn = motion_between(poses[:-1], poses[1:]).T
+        assert np.hypot(*(poses[10:, :2] - path[10:]).T).mean() < 0.3
+        assert forward.max() <= model.top_speed * DT + 1e-9
+        assert np.abs(turn).max() <= model.turn_rate * DT + 1e-9
+        assert np.abs(left).max() < 0.5 * model.turn_rate * DT * model.top_speed * DT
+
+
+def test_a_robots_odometry_is_as_far_off_as_it_says() -> None:
+    off, held = [], []
+    for seed in range(20):
+        poses, odometry = follow(walk(seed), DT, np.random.default_rng(100 + seed))
+        assert np.isnan(odometry.motions[0]).all()
+        true = motion_between(poses[:-1], poses[1:])
+        errors = odometry.motions[1:] - true
+        off.append(np.abs(errors[:, 0]).sum() / true[:, 0].sum())
+        whitened = np.linalg.solve(odometry.covariances[1:, :2, :2], errors[:, :2, None])[..., 0]
+        held.append(np.mean((errors[:, :2] * whitened).sum(axis=1) < 5.991))
+    assert 0.002 < np.mean(off) < 0.05
+    assert 0.9 < np.mean(held) <= 1.0
+
+
+def test_a_dataset_of_a_robot_has_odometry_and_everybody_else(tmp_path: Path) -> None:
+    made = generate("sim", tmp_path / "whole", FEW)
+    verify(made.folder)
+    assert set(made.info.tables) == {*ALWAYS, "odometry"}
+    assert made.info.definition["robot"]["speed_slip"] == get_robot().speed_slip
+    for sequence in made.sequences():
+        poses, odometry = made.truth(sequence).poses, sequence.given.odometry
+        assert sequence.observer == NO_OBSERVER
+        assert len(sequence.tracks) == 7
+        assert odometry is not None
+        true = motion_between(poses[:-1], poses[1:])
+        np.testing.assert_allclose(odometry.motions[1:, :2], true[:, :2], atol=0.12)
+    plan = sim.plan(replace(FEW, observer="walker"))
+    assert plan.tables == ALWAYS
+    assert plan.build(0).sequence.given.odometry is None
+
+
+@pytest.mark.parametrize(
+    ("split", "options", "message"),
+    [
+        (demo, {"observer": "robot"}, "a robot drives among simulated people: `observer` robot is not for demo"),
+        (sim, {"observer": "robot", "look": "wander"}, "a robot looks where it drives; remove `look`"),
+        (sim, {"observer": "vehicle", "look": "wander"}, "a vehicle looks where it drives; remove `look`"),
+    ],
+)
+def test_what_cannot_be_is_refused(split: Any, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(VbbenchError, match=message):
+        split.plan(Options(**options))
