@@ -4,11 +4,13 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from tests.lib.standing_people import AHEAD, AROUND, ORIGIN, standing
+from vbbench.camera import Camera
 from vbbench.errors import VbbenchError
 from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
@@ -16,18 +18,15 @@ from vbbench_renderers.pyrender_backend import PyrenderRenderer
 from vbbench_renderers.raster import RasterRenderer
 
 pytestmark = pytest.mark.extra("pyrender")
-AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
-AROUND = PanoramaCamera(width=360, focal=360 / (2 * np.pi), cy=60.0)
-ORIGIN = np.zeros(3)
+PLACES = [(3.0, 0.0), (4.0, 1.0), (-3.0, 0.05), (1.0, -4.0)]
 EMPTY = 2
 """The frame in which nobody is."""
 
 
 def crowd() -> Scene:
-    places = np.array([(3.0, 0.0), (4.0, 1.0), (-3.0, 0.05), (1.0, -4.0)])
-    paths = np.tile(places, (EMPTY + 1, 1, 1))
-    paths[EMPTY] = np.nan
-    return Scene(name="t", dt=0.1, people=[3, 10, 300, 70000], positions=paths, heights=np.full(4, 1.7))
+    scene = standing(PLACES, EMPTY + 1)
+    there = np.arange(EMPTY + 1)[:, None, None] < EMPTY
+    return replace(scene, people=[3, 10, 300, 70000], positions=np.where(there, scene.positions, np.nan))
 
 
 @pytest.fixture(scope="module")

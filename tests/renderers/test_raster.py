@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
+from tests.lib.standing_people import AHEAD, AROUND, ORIGIN, standing
+from vbbench.camera import Camera, PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.pictures.rendering import Picture
-from vbbench.registry import registered
-from vbbench.scene import Scene
 from vbbench.sequence import NOBODY
 from vbbench_renderers._core import Meshes, cast_shadows
 from vbbench_renderers.meshes import (
@@ -25,16 +24,7 @@ from vbbench_renderers.meshes import (
 from vbbench_renderers.raster import Drawer, RasterRenderer, halved_sizes
 from vbbench_renderers.surroundings import build_surroundings, plain_surroundings
 
-AHEAD = PerspectiveCamera(width=160, height=120, focal=80.0, cx=80.0, cy=60.0)
-AROUND = PanoramaCamera(width=360, focal=360 / (2 * np.pi), cy=60.0)
 CAMERAS = [pytest.param(AHEAD, id="perspective"), pytest.param(AROUND, id="panorama")]
-ORIGIN = np.zeros(3)
-
-
-def crowd(places: list[tuple[float, float]], frames: int = 2) -> Scene:
-    positions = np.tile(np.array(places, dtype=np.float64).reshape(1, -1, 2), (frames, 1, 1))
-    count = positions.shape[1]
-    return Scene(name="t", dt=0.1, people=np.arange(count) * 7 + 3, positions=positions, heights=np.full(count, 1.7))
 
 
 def triangle_mesh(corners: Float32) -> Mesh:
@@ -72,7 +62,7 @@ class Solids:
 
 def draw(corners: list[list[float]], camera: Camera, pose: np.ndarray = ORIGIN) -> Picture:
     """Triangles that belong to person 3, over a plain ground."""
-    scene = crowd([(0.0, 0.0)])
+    scene = standing([(0.0, 0.0)])
     drawer = Drawer(scene, Solids(triangle_mesh(np.array(corners))), plain_surroundings((-2.0, -2.0, 2.0, 2.0)))
     return drawer.render(0, camera, pose)
 
@@ -131,7 +121,7 @@ def test_a_triangle_under_and_behind_the_camera_is_whole(camera: Camera) -> None
 
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_a_person_at_arms_length_is_drawn(camera: Camera) -> None:
-    scene = crowd([(0.3, 0.0), (6.0, 1.0)])
+    scene = standing([(0.3, 0.0), (6.0, 1.0)])
     picture = RasterRenderer(scene, surroundings=False).render(0, camera, ORIGIN)
     near = picture.ids == 3
     assert near.sum() > 500
@@ -141,7 +131,7 @@ def test_a_person_at_arms_length_is_drawn(camera: Camera) -> None:
 
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_the_observer_and_absent_people_are_left_out(camera: Camera) -> None:
-    scene = crowd([(3.0, 0.0), (4.0, 1.0), (np.nan, np.nan)])
+    scene = standing([(3.0, 0.0), (4.0, 1.0), (np.nan, np.nan)])
     renderer = RasterRenderer(scene, surroundings=False)
     assert set(np.unique(renderer.render(0, camera, ORIGIN).ids)) == {NOBODY, 3, 10}
     assert set(np.unique(renderer.render(0, camera, ORIGIN, observer=3).ids)) == {NOBODY, 10}
@@ -151,7 +141,7 @@ def test_the_observer_and_absent_people_are_left_out(camera: Camera) -> None:
 
 @pytest.mark.parametrize("camera", CAMERAS)
 def test_nobody_at_all(camera: Camera) -> None:
-    scene = crowd([])
+    scene = standing([])
     picture = RasterRenderer(scene, surroundings=False).render(0, camera, ORIGIN)
     assert (picture.ids == NOBODY).all()
     assert np.isinf(picture.depth[0]).all()
@@ -164,7 +154,7 @@ def test_pictures_do_not_depend_on_threads_or_on_what_was_drawn_before(
     camera: Camera, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rng = np.random.default_rng(2)
-    scene = crowd([tuple(place) for place in rng.uniform(-6, 6, (12, 2))])
+    scene = standing([tuple(place) for place in rng.uniform(-6, 6, (12, 2))])
     pose = np.array([0.1, 0.2, 0.4])
     renderer = RasterRenderer(scene, seed=5)
     first = renderer.render(0, camera, pose)
@@ -177,7 +167,7 @@ def test_pictures_do_not_depend_on_threads_or_on_what_was_drawn_before(
 
 
 def test_a_pose_turned_by_a_pixel_turns_the_panorama_by_a_pixel() -> None:
-    scene = crowd([(3.0, 0.5), (-2.0, 2.0), (1.0, -4.0), (-4.0, -0.1)])
+    scene = standing([(3.0, 0.5), (-2.0, 2.0), (1.0, -4.0), (-4.0, -0.1)])
     renderer = RasterRenderer(scene, surroundings=False)
     first = renderer.render(0, AROUND, ORIGIN).ids
     turned = renderer.render(0, AROUND, np.array([0.0, 0.0, 90 * 2 * np.pi / AROUND.width])).ids
@@ -203,10 +193,6 @@ def test_smaller_textures_keep_the_light() -> None:
     assert np.allclose(srgb_to_linear(linear_to_srgb(values)), values, atol=1e-5)
 
 
-def test_all_renderers_are_registered() -> None:
-    assert {"auto", "pyrender", "raster"} <= set(registered("renderer"))
-
-
 @pytest.mark.parametrize(
     ("name", "values", "problem"),
     [
@@ -228,6 +214,6 @@ def test_limbs_of_no_mesh_are_refused() -> None:
 
 def test_textures_that_do_not_fit_are_refused() -> None:
     around = plain_surroundings((-2.0, -2.0, 2.0, 2.0))
-    drawer = Drawer(crowd([]), Solids(triangle_mesh(np.eye(3))), replace(around, textures=around.textures[:1]))
+    drawer = Drawer(standing([]), Solids(triangle_mesh(np.eye(3))), replace(around, textures=around.textures[:1]))
     with pytest.raises(VbbenchError, match="textures must have squares of every layer"):
         drawer.render(0, AHEAD, ORIGIN)

@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from vbbench.camera import PanoramaCamera
+from tests.lib.standing_people import AROUND
 from vbbench.pictures.rendering import Picture
 from vbbench_renderers.views import resample, views_of
-
-AROUND = PanoramaCamera(width=360, focal=360 / (2 * np.pi), cy=60.0)
 
 
 def test_views_cover_the_panorama_once_and_hold_every_ray() -> None:

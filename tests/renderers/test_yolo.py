@@ -95,8 +95,6 @@ def test_pictures_are_rgb_from_0_to_1_in_grey_margins(tmp_path):
 def test_the_class_of_people_is_found_by_its_name(tmp_path):
     net = write_network(tmp_path / "a.onnx", version8(person=2), names={0: "dog", 1: "car", 2: "Person"})
     np.testing.assert_allclose(make_detector(str(net)).detect(picture(64, 64)).scores, SCORES[:2], rtol=1e-5)
-    with pytest.raises(FileError, match="has no class 'person'; its classes: dog, car"):
-        make_detector(str(write_network(tmp_path / "b.onnx", version8(), names={0: "dog", 1: "car"})))
 
 
 def test_a_network_of_any_size_gets_640_px_and_its_header_is_read(tmp_path):
@@ -223,11 +221,9 @@ def test_axes_that_may_be_anything_are_one_picture_of_the_size_in_the_metadata(t
     np.testing.assert_allclose(found.boxes[:, 2:] / BOXES[:2, 2:], 1.25 if shape[0] == -1 else 1.0, rtol=1e-5)
 
 
-def test_pictures_of_float16_are_given_and_of_uint8_are_refused(tmp_path):
+def test_pictures_of_float16_are_given(tmp_path):
     net = write_network(tmp_path / "half.onnx", version8(), kind=HALF)
     np.testing.assert_allclose(make_detector(str(net)).detect(picture(64, 64)).boxes[:, 2:], BOXES[:2, 2:], rtol=1e-3)
-    with pytest.raises(FileError, match=r"its input takes tensor\(uint8\); export it with an input of float32"):
-        make_detector(str(write_network(tmp_path / "bytes.onnx", version8(), kind=UINT8)))
 
 
 @pytest.mark.slow
@@ -255,18 +251,27 @@ def test_yolox_nano_finds_people_of_a_street(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("output", "message"),
+    ("output", "network", "message"),
     [
-        (np.zeros((1, 3, COUNT)), r"its output has the shape \[1, 3, 120\]; wanted: \[1, 4 \+ classes, N\] of YOLOv8"),
-        (np.full((1, 30, 6), 0.3), r"its output has the shape \[1, 30, 6\]"),
-        (np.zeros((1, 1000)), r"its output is output0 \[1, 1000\]; wanted"),
-        ({"b": np.zeros((1, 9, 4)), "s": np.zeros((1, 9, 3))}, r"its output is b \[1, 9, 4\], s \[1, 9, 3\]; wanted"),
-        (version8(scores=np.array([7.0])), r"its scores are 0 to 7, not 0 to 1"),
-        (version8(boxes=BOXES / 64), "its boxes are shares of the picture, not px"),
+        (np.zeros((1, 3, COUNT)), {}, r"output has the shape \[1, 3, 120\]; wanted: \[1, 4 \+ classes, N\] of YOLOv8"),
+        (np.full((1, 30, 6), 0.3), {}, r"its output has the shape \[1, 30, 6\]"),
+        (np.zeros((1, 1000)), {}, r"its output is output0 \[1, 1000\]; wanted"),
+        ({"b": np.zeros((1, 9, 4)), "s": np.zeros((1, 9, 3))}, {}, r"output is b \[1, 9, 4\], s \[1, 9, 3\]; wanted"),
+        (version8(scores=np.array([7.0])), {}, r"its scores are 0 to 7, not 0 to 1"),
+        (version8(boxes=BOXES / 64), {}, "its boxes are shares of the picture, not px"),
+        (version8(), {"names": {0: "dog", 1: "car"}}, "has no class 'person'; its classes: dog, car"),
+        (np.zeros((1, 9)), {"metadata": {"task": "obb"}}, "is a network for the task 'obb'; wanted: one for detect"),
+        (
+            version8(),
+            {"shape": (4, 3, 64, 64)},
+            r"input has the shape \[4, 3, 64, 64\]; wanted: \[1, 3, height, width\]",
+        ),
+        (version8(), {"kind": UINT8}, r"its input takes tensor\(uint8\); export it with an input of float32"),
+        (version8(), {"more_inputs": ["scale_factor"]}, "has the inputs images, scale_factor; wanted: one, a picture"),
     ],
 )
-def test_an_output_of_another_kind_is_one_clear_line(tmp_path, output, message):
-    net = write_network(tmp_path / "net.onnx", output)
+def test_a_network_of_another_kind_is_one_clear_line(tmp_path, output, network, message):
+    net = write_network(tmp_path / "net.onnx", output, **network)
     with pytest.raises(FileError, match=message) as caught:
         make_detector(str(net)).detect(picture(64, 64))
     assert "\n" not in str(caught.value)
@@ -278,18 +283,6 @@ def test_a_class_that_the_output_does_not_have_is_refused(tmp_path):
         read_rows(tmp_path / "net.onnx", version8()[0], YOLO8, (64, 64), 7)
     with pytest.raises(FileError, match="has no class 3"):
         read_rows(tmp_path / "net.onnx", version5()[0], YOLO5, (64, 64), 3)
-
-
-@pytest.mark.parametrize("task", ["classify", "obb"])
-def test_a_network_for_another_task_is_named(tmp_path, task):
-    net = write_network(tmp_path / "net.onnx", np.zeros((1, 1000)), metadata={"task": task})
-    with pytest.raises(FileError, match=f"is a network for the task '{task}'; wanted: one for detect"):
-        make_detector(str(net))
-
-
-def test_an_input_of_another_kind_is_one_clear_line(tmp_path):
-    with pytest.raises(FileError, match=r"its input has the shape \[4, 3, 64, 64\]; wanted: \[1, 3, height, width\]"):
-        make_detector(str(write_network(tmp_path / "net.onnx", version8(), shape=(4, 3, 64, 64))))
 
 
 def test_what_is_no_network_is_one_clear_line(tmp_path):
@@ -313,9 +306,3 @@ def test_without_onnx_runtime_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "onnxruntime", None)
     with pytest.raises(VbbenchError, match=r"an ONNX file needs onnxruntime: .*vbbench\[onnx\]"):
         make_detector(str(write_network(tmp_path / "net.onnx", version8())))
-
-
-def test_other_inputs_are_named(tmp_path):
-    net = write_network(tmp_path / "net.onnx", version8(), more_inputs=["scale_factor"])
-    with pytest.raises(FileError, match="it has the inputs images, scale_factor; wanted: one, a picture"):
-        make_detector(str(net))

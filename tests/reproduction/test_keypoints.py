@@ -7,14 +7,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vbbench.camera import PerspectiveCamera, make_camera
+from vbbench.camera import make_camera
 from vbbench.errors import VbbenchError
 from vbbench.geometry import FloatArray
-from vbbench.paper import the_paper
 from vbbench.reproduction.keypoints import (
-    DISTANCES,
     Curve,
-    KeypointsStudy,
     Poses,
     Setting,
     Views,
@@ -37,16 +34,6 @@ def triangulated(views: Views) -> FloatArray:
     across = np.cross(first, second)
     depth = np.sum(np.cross(views.centre[:, None], second) * across, axis=-1) / np.sum(across**2, axis=-1)
     return np.asarray(depth[..., None] * first)
-
-
-def test_the_study_is_the_papers() -> None:
-    study, paper = KeypointsStudy(), the_paper().keypoints
-    assert study.trials == paper.trials == 100
-    assert (study.distances[0], study.distances[-1]) == paper.distances == (2.0, 40.0)
-    assert study.distances == DISTANCES
-    setting = study.setting
-    assert sorted(setting.voxel) == sorted(paper.voxel) == [5.0, 10.0, 20.0]
-    assert (setting.points, setting.rotation, setting.translation, setting.noise) == (100, 0.2, 1.0, 1.0)
 
 
 def test_points_fill_the_voxel_as_far_as_both_cameras_see_it() -> None:
@@ -116,10 +103,6 @@ def test_the_papers_lines_are_quoted() -> None:
     assert len(lines) == len(paper_lines()) == 7
 
 
-def test_the_camera_is_the_one_of_the_other_splits() -> None:
-    assert Setting().camera == PerspectiveCamera()
-
-
 def by_eight_points(views: Views) -> tuple[FloatArray, FloatArray]:
     """The oracle, linear in E (Longuet-Higgins): R [3, 3] and direction [3] of exact views of one trial."""
     inverse = np.linalg.inv(views.camera.intrinsics).T
@@ -156,14 +139,9 @@ def test_nearly_exact_points_give_the_true_pose() -> None:
         np.testing.assert_allclose(poses.direction[trial], direction, atol=1e-2)
 
 
-def test_opencv_is_called_as_it_is_and_gives_the_same_every_time() -> None:
+def test_the_answer_is_the_same_every_time() -> None:
     views = draw_views(Setting(), 20.0, 8, 0)
     poses = five_point(views, 0)
-    for trial, (first, second) in enumerate(zip(views.first, views.second, strict=True)):
-        matrix, agree = cv2.findEssentialMat(first, second, views.camera.intrinsics)
-        _, rotation, shift, _ = cv2.recoverPose(matrix, first, second, views.camera.intrinsics, mask=agree)
-        np.testing.assert_allclose(poses.rotation[trial], rotation, atol=1e-12)
-        np.testing.assert_allclose(poses.direction[trial], -(rotation.T @ shift)[:, 0], atol=1e-12)
     cv2.setRNGSeed(7)
     np.testing.assert_array_equal(five_point(views, 0).direction, poses.direction)
 

@@ -12,7 +12,6 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import FloatArray
-from vbbench.pictures.plotting import style
 from vbbench.protocol import get_protocol
 from vbbench.registry import make_solver
 from vbbench.reproduction.density import find_density
@@ -21,7 +20,6 @@ from vbbench.reproduction.posterior import (
     SOLVER,
     WINDOW,
     FrameSample,
-    directional_spread,
     instants,
     pick_examples,
     posterior_rows,
@@ -101,17 +99,12 @@ def heading(*degrees: float) -> FloatArray:
         (heading(0, 90), 1.0 - np.sqrt(0.5), 1.0),
         (heading(0, 90, 180, 270), 1.0, 1.0),
         (np.concatenate([heading(30, 30), 0.1 * heading(120, 0), heading(90) * np.nan], axis=1), 0.0, 0.0),
+        (np.zeros((1, 3, 2)), np.nan, np.nan),
     ],
 )
 def test_spreads_of_directions_and_of_lines(velocity: FloatArray, directions: float, lines: float) -> None:
     spread, of_lines = spreads(velocity)
-    assert (spread[0], of_lines[0]) == pytest.approx((directions, lines), abs=1e-12)
-
-
-def test_nobody_who_moves_has_no_spread() -> None:
-    spread, _ = spreads(np.zeros((1, 3, 2)))
-    assert np.isnan(spread[0])
-    assert np.isnan(directional_spread(np.full((1, 2), np.nan))[0])
+    assert (spread[0], of_lines[0]) == pytest.approx((directions, lines), abs=1e-12, nan_ok=True)
 
 
 def walking(sequence: int, velocity: FloatArray, frames: int = WINDOW + 3) -> dict[str, Any]:
@@ -153,11 +146,6 @@ def test_where_no_stretch_has_three_people_throughout_the_sparsest_counts() -> N
     people = np.where(np.arange(len(mixed["people"])) % 2, 3, 4)
     found = pick_examples({**mixed, "people": people})
     assert [one.title for one in found] == ["3 to 4 people, parallel", "3 to 4 people, crossing"]
-
-
-def test_pictures_have_the_walk_from_left_to_right() -> None:
-    path = np.array([[5.0, 5.0], [6.0, 7.0], [5.0, 9.0]])
-    np.testing.assert_allclose(style.along_path(path)(path), [[0, 0], [2, -1], [4, 0]], atol=1e-12)
 
 
 def sample(sequences: int = 60, frames: int = 20) -> FrameSample:

@@ -1,6 +1,5 @@
 """Tables 2 and 3 of the paper: averages against pandas, and what is missing."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -67,13 +66,3 @@ def test_the_papers_way_is_a_plain_mean_over_frames(
 def test_whose_row_of_the_paper_a_solver_is_compared_with() -> None:
     assert set(COUNTERPARTS.values()) == {row.solver for row in the_paper().select("hotel")}
     assert the_paper().figures("demo", "VB-SF") == {}
-
-
-def test_what_is_missing_is_said_with_its_command(no_data: Path, tmp_path: Path) -> None:
-    study = SolverTableStudy(table=2, splits=("hotel", "eth"), solvers=("cv",))
-    found = study.measure(tmp_path / "out", Making())
-    assert not found.rows
-    report = study.report(found)
-    assert "`eth` is not here: `vbbench fetch eth` gets it." in report.markdown
-    assert "`hotel` is not here: `vbbench fetch hotel` gets it." in report.markdown
-    assert json.loads(report.json)["missing"].keys() == {"hotel", "eth"}

@@ -1,6 +1,5 @@
 """Table 1: counts without a dataset are those of the dataset, figures of the recordings, and what is missing."""
 
-import math
 from collections import Counter
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import summary
 from vbbench.generation import generate
-from vbbench.generation.generator import ForesightedPlan, Options, Simulation
+from vbbench.generation.generator import Options, Simulation
 from vbbench.paper import the_paper
 from vbbench.registry import load
 from vbbench.reproduction.grid import Making
@@ -59,14 +58,6 @@ def boxes_by_frame(dataset: Dataset) -> Counter[int]:
     return Counter(table.groupby(["sequence", "frame"]).size().tolist())
 
 
-@pytest.mark.parametrize("options", [Options(tier="noisy"), Options(camera=PerspectiveCamera())])
-def test_only_a_panorama_without_a_tier_is_counted_without_boxes(options: Options) -> None:
-    plain, other = (load("generator", "demo").plan(one) for one in (Options(), options))
-    assert isinstance(plain, ForesightedPlan)
-    assert plain.seen(0) is not None
-    assert other.seen(0) is None
-
-
 @pytest.mark.parametrize(
     ("split", "sequences", "frames", "people"),
     [
@@ -104,11 +95,7 @@ def test_rows_are_the_papers_and_quoted() -> None:
     assert tuple(rows) == tuple(Table1Study().splits) == order
     for split, printed in the_paper().table1.items():
         assert (rows[split].printed.people, rows[split].printed.frames) == (printed.people, printed.frames)
-    assert the_paper().table1["eth"].bounds == (3.0, 9.29, 26.0)
-    least, mean, most = the_paper().table1["sim"].bounds
-    assert (least, most) == (10.0, 50.0)
-    assert math.isnan(mean)
-    assert (rows["street"].printed.people, rows["street"].printed.frames) == ("50", "400")
+    np.testing.assert_equal(the_paper().table1["sim"].bounds, (10.0, np.nan, 50.0))
 
 
 def test_a_row_counts_whom_the_paper_counts() -> None:

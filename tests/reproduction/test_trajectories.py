@@ -7,7 +7,6 @@ import pytest
 from matplotlib.colors import to_hex
 
 from tests.lib import jrdb_recording
-from tests.lib.kitti_files import write_kitti
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
@@ -70,14 +69,6 @@ def test_one_sequence_of_a_plan_is_that_sequence(tmp_path: Path) -> None:
     assert "are as written" in verify(tmp_path / "d")
 
 
-def test_one_run_of_footage_keeps_its_tables(tmp_path: Path) -> None:
-    plan = load("generator", "kitti").plan(Options(source=write_kitti(tmp_path / "kitti" / "training")))
-    one = Single(plan, 0)
-    assert one.tables == plan.tables
-    write_dataset(one, tmp_path / "d")
-    assert "are as written" in verify(tmp_path / "d")
-
-
 def test_golden_errors_of_hotel(data_folder: Path, tmp_path: Path) -> None:
     """Sequence 11 of Hotel, sequential: as measured when the sheet was new, to 5 %."""
     (example,) = TrajectoriesStudy(splits=("hotel",)).measure(tmp_path, Making()).examples
@@ -108,17 +99,14 @@ def test_the_observer_gets_from_left_to_right_in_metres(found: Trajectories) -> 
     across, up = truth[-1] - truth[0]
     assert across > 0.0
     assert up == pytest.approx(0.0, abs=1e-9)
+    words = [text.get_text() for text in DEMO.plot(found).texts]
+    assert {"demo", "26 people, 18 frames", "Δx 0.02  Δt 0.04 m"} <= set(words)
 
 
 def test_estimates_lie_as_far_from_the_truth_as_they_are(found: Trajectories) -> None:
     (truth,), (estimate, _end) = lines(found, style.TRUTH), lines(found, style.ESTIMATE)
     scored = np.linalg.norm(estimate - truth, axis=1)[2:]
     assert scored.mean() == pytest.approx(found.examples[0].errors["dt"], rel=1e-6)
-
-
-def test_a_title_says_who_and_how_far_off(found: Trajectories) -> None:
-    words = [text.get_text() for text in DEMO.plot(found).texts]
-    assert {"demo", "26 people, 18 frames", "Δx 0.02  Δt 0.04 m"} <= set(words)
 
 
 def test_of_a_large_crowd_the_nearest_are_drawn(found: Trajectories) -> None:

@@ -19,7 +19,6 @@ from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
-from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.geometry import relative_to_world
 from vbbench.pictures.plotting import ego, plot_sequence, plot_to_file, save_picture, style
 from vbbench.pictures.plotting.style import free_offsets, spread, text_extent
@@ -192,36 +191,30 @@ def test_with_nothing_but_what_is_given_its_last_frame_is_drawn(camera):
     assert np.isfinite(points(figure, "truth")).all()
 
 
-def test_false_alarms_and_gaps_in_an_estimate_are_drawn_around():
+def test_false_alarms_gaps_in_an_estimate_and_frames_of_nobody_are_drawn_around():
     stub = make(PanoramaCamera())
     positions = stub.real.positions.copy()
     positions[:, 1] = np.nan
     stub = replace(stub, real=replace(stub.real, positions=positions))
-    estimate = shifted(stub)
-    assert len(boxes(plot_sequence(stub, 0, estimate, frame=FOCUS))) == 4
+    assert len(boxes(plot_sequence(stub, 0, shifted(stub), frame=FOCUS))) == 4
     blank = Estimate(poses=np.full((FRAMES, 3), np.nan), positions=np.full((FRAMES, 4, 2), np.nan))
     assert "Δ" not in words(plot_sequence(stub, 0, blank, frame=FOCUS))
-
-
-def test_a_frame_in_which_nobody_is_seen():
-    stub = make(PanoramaCamera())
     nobody = replace(stub.held, observations=np.full((FRAMES, 4, 3), np.nan), visible=np.full((FRAMES, 4), np.nan))
     figure = plot_sequence(replace(stub, held=nobody), 0, shifted(stub))
     assert boxes(figure) == []
     assert "0 people seen" in words(figure)
 
 
-@pytest.mark.parametrize("frame", [-1, FRAMES])
-def test_a_frame_that_is_not_there(frame):
-    with pytest.raises(VbbenchError, match=f"frames 0 to {FRAMES - 1}, not {frame}"):
-        plot_sequence(make(PanoramaCamera()), 0, frame=frame)
-
-
-def test_an_estimate_of_another_sequence():
+def test_what_does_not_fit_is_refused(tmp_path: Path):
     stub = make(PanoramaCamera())
     other = Estimate(poses=np.zeros((3, 3)), positions=np.zeros((3, 4, 2)))
     with pytest.raises(VbbenchError, match=r"\[3, 4, 2\].*\[9, 4, 2\]"):
         plot_sequence(stub, 0, other)
+    for frame in (-1, FRAMES):
+        with pytest.raises(VbbenchError, match=f"frames 0 to {FRAMES - 1}, not {frame}"):
+            plot_sequence(stub, 0, frame=frame)
+    with pytest.raises(FileError, match="PNG, PDF or SVG"):
+        save_picture(Figure(), tmp_path / "a.jpg")
 
 
 @pytest.fixture(scope="module")
@@ -229,21 +222,6 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     folder = tmp_path_factory.mktemp("plot") / "dataset"
     write_dataset(folder, Crowd(scenes=1))
     return Dataset(folder)
-
-
-def test_a_submission_is_drawn_into_a_png(dataset: Dataset, tmp_path: Path):
-    sequence = dataset.sequence(0)
-    truth = dataset.truth(sequence)
-    frame, column = np.nonzero(sequence.observed)
-    info = SubmissionInfo(solver="exact", dataset=dataset.info.id, protocol="rollout")
-    with SubmissionWriter(tmp_path / "submission", info) as writer:
-        x, y, yaw = truth.poses.T
-        own = {"frame": np.arange(sequence.frames), "x": x, "y": y, "yaw": yaw}
-        x, y = truth.positions[frame, column].T
-        writer.add(0, own, {"frame": frame, "track": sequence.tracks[column], "x": x, "y": y})
-    written = plot_to_file(dataset, 0, tmp_path / "new" / "a.png", submissions=[tmp_path / "submission"], frame=2)
-    assert written.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
-    assert [file.name for file in written.parent.iterdir()] == ["a.png"]
 
 
 CAUTION = "made up for tests. " + "Every word of this must be readable on the picture, however long it is. " * 6
@@ -292,20 +270,19 @@ def test_colours_do_not_depend_on_who_else_is_shown_nor_on_the_process():
 
 @pytest.mark.parametrize(("ending", "begin"), [("png", b"\x89PNG\r\n\x1a\n"), ("pdf", b"%PDF-"), ("svg", b"<?xml")])
 def test_formats_by_ending_have_the_same_bytes_each_time(dataset: Dataset, tmp_path: Path, ending: str, begin: bytes):
-    first, second = (plot_to_file(dataset, 0, tmp_path / f"{n}.{ending}").read_bytes() for n in (1, 2))
-    assert first == second
-    assert first.startswith(begin)
+    answer = submit(tmp_path / "answer", dataset.folder, true_answers(dataset.folder), protocol="rollout")
+    first, second = (
+        plot_to_file(dataset, 0, tmp_path / f"new/{n}.{ending}", submissions=[answer], frame=2) for n in (1, 2)
+    )
+    assert sorted(first.parent.iterdir()) == [first, second]
+    assert first.read_bytes() == second.read_bytes()
+    assert first.read_bytes().startswith(begin)
     if ending == "pdf":
-        assert b"/FontFile2" in first
-        assert b"CreationDate" not in first
+        assert b"/FontFile2" in first.read_bytes()
+        assert b"CreationDate" not in first.read_bytes()
     if ending == "svg":
-        assert ">x (m)</text>" in first.decode()
-        assert "<dc:date>" not in first.decode()
-
-
-def test_other_endings_are_refused(tmp_path: Path):
-    with pytest.raises(FileError, match="PNG, PDF or SVG"):
-        save_picture(Figure(), tmp_path / "a.jpg")
+        assert ">x (m)</text>" in first.read_text("utf-8")
+        assert "<dc:date>" not in first.read_text("utf-8")
 
 
 @given(st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=30).map(np.array))
