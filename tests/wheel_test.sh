@@ -23,9 +23,11 @@ cd "$room/elsewhere"
 "$room/venv/bin/vbbench" splits
 "$room/venv/bin/vbbench" generate demo --limit 1 --out one
 "$room/venv/bin/vbbench" solve one --solver vb-former --protocol sequential --out followed  # its weights are a file
-"$room/venv/bin/vbbench" score followed --dataset one
+"$room/venv/bin/vbbench" score followed --dataset one --per-sequence rows.csv
 "$room/venv/bin/vbbench" plot one --sequence 0 --estimate followed --out one.png
-test -s one.png
+test -s one.png && test -s rows.csv
+"$room/venv/bin/vbbench" export mot one --out mot
+"$room/venv/bin/vbbench" solvers
 status=0
 "$room/venv/bin/vbbench" render one --sequence 0 --out one.mp4 2>message || status=$?
 test "$status" = 2

@@ -336,7 +336,7 @@ def test_unrolled_yaw_and_poor_answers_are_legal(dataset, tmp_path, turns, noise
     tables = true_answers(dataset, noise=noise)
     folder = submit(tmp_path / "s", dataset, _changed(tables, yaw=lambda yaw: yaw + 2 * np.pi * turns))
     assert score(folder, dataset).frames > 0
-    assert check_submission(folder, Dataset(dataset)).poses.there > 0
+    assert check_submission(folder, Dataset(dataset)).posed > 0
 
 
 WANTED = ["sequence", "frame", "x"]

@@ -126,7 +126,7 @@ def test_half_a_file_and_a_dataset_json_of_another_seed_are_refused_at_once(copy
         Dataset(copy)
 
 
-@pytest.mark.parametrize("rows", [None, np.ones(70, int), np.r_[np.full(40, 400_000), np.ones(30, int)]])
+@pytest.mark.parametrize("rows", [None, np.ones(70, int), np.r_[np.full(40, 600_000), np.ones(30, int)]])
 def test_parts_cover_the_work_once_and_hold_no_more_than_they_may(rows: np.ndarray | None) -> None:
     ranges = part_ranges(70, rows)
     assert [i for first, last in ranges for i in range(first, last)] == list(range(70))

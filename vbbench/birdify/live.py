@@ -18,8 +18,8 @@ from vbbench.geometry import FloatArray
 from vbbench.pictures.viewer.marks import Opened, can_open, outlines, rerun, strictly
 from vbbench.pictures.viewer.recording import SUFFIX
 from vbbench.pictures.viewer.world import CONFIDENCE
+from vbbench.solving.measured import far_outside
 from vbbench.solving.session import Session, SessionAnswer
-from vbbench.solving.session.measured import far_outside
 
 
 def show_live(recording: OwnRecording, solver: str, out: Path | None = None) -> int:

@@ -1,4 +1,4 @@
-"""Commands that make and describe datasets: splits, tiers, fetch, generate, merge, info, verify, card."""
+"""Commands that make and describe datasets: splits, tiers, fetch, generate, info, verify, card, parts."""
 
 from dataclasses import fields
 from pathlib import Path

@@ -2,7 +2,6 @@
 
 import csv
 import mmap
-import typing
 from array import array
 from collections.abc import Collection, Iterator
 from collections.abc import Sequence as Several
@@ -28,17 +27,6 @@ from vbbench.sequence import Sequence
 Arrays = dict[str, NDArray[Any]]
 
 
-class SubmissionTable(typing.Protocol):
-    """Rows of a submission, in order of sequence."""
-
-    @property
-    def file(self) -> str:
-        """Name of the file, for messages."""
-
-    def read(self, first: int, last: int) -> Arrays:
-        """Rows with first ≤ sequence < last, an array per column; from CSV also ``line``."""
-
-
 class RowsInMemory:
     """A table of a submission that is already in memory."""
 
@@ -48,9 +36,13 @@ class RowsInMemory:
         self._columns = {name: values[order] for name, values in columns.items()}
 
     def read(self, first: int, last: int) -> Arrays:
-        """See `SubmissionTable.read`."""
+        """Rows with first ≤ sequence < last, an array per column; from CSV also ``line``."""
         start, stop = np.searchsorted(self._columns["sequence"], [first, last])
         return {name: values[start:stop] for name, values in self._columns.items()}
+
+
+SubmissionTable = SequenceTable | RowsInMemory
+"""Rows of a submission, in order of sequence."""
 
 
 def open_table(

@@ -49,12 +49,6 @@ def check_truth_free(kept: Path, overwrite: bool) -> None:
         raise VbbenchError(f"{kept} exists and may be the only copy of a truth; set `overwrite` to replace it")
 
 
-def withhold(info: DatasetInfo, truth: Path) -> DatasetInfo:
-    """Write the seed next to the truth tables in the folder ``truth``; return the facts to publish."""
-    keep_seed(info, truth)
-    return replace(info, seed=None, withheld_id=info.id)
-
-
 def keep_seed(info: DatasetInfo, truth: Path) -> None:
     """Write the seed of a dataset into the folder ``truth``."""
     write_text_atomically(truth / SEED_FILE, json.dumps({"dataset": info.id, "seed": info.known_seed}) + "\n")

@@ -31,7 +31,7 @@ from vbbench.files.tables import (
     table_schema,
     to_arrow,
 )
-from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_of, withhold
+from vbbench.files.withholding import GUESSABLE_BITS, check_truth_free, keep_seed, truth_folder_of
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import WorkFolder, check_free
 from vbbench.generation.generator import Generator, Options, Plan, expected_rows_of, tables_of
@@ -202,7 +202,7 @@ def _write(plan: Plan, work: WorkFolder, withhold_truth: bool, *, jobs: int, sch
             for group in groups:
                 writer.add(group)
     info = replace(_counted(plan, facts), tables=describe_tables(tables))
-    published = withhold(info, work.new_truth) if withhold_truth else info
+    published = replace(info, seed=None, withheld_id=info.id) if withhold_truth else info
     write_text_atomically(work.new / INFO_FILE, published.to_json())
     write_cards(work.new)
     work.publish()

@@ -268,31 +268,23 @@ class CheckedSubmission:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Share:
-    """Numbers of scored rows: those that a submission has, and all."""
-
-    there: int
-    wanted: int
-
-    def __str__(self) -> str:
-        return f"{self.there} of {self.wanted}"
-
-
-@dataclass(frozen=True, kw_only=True)
 class Checked:
     """A submission without a fault.
 
     Parameters
     ----------
     info, dataset, protocol : the submission's facts, the dataset it answers, and how it was solved.
-    poses, positions : required rows; those of false alarms are among them, but are not scored.
+    posed, placed : numbers of poses and positions that it has of the required ones.
+    poses, positions : numbers of required ones; those of false alarms are among them, but are not scored.
     """
 
     info: SubmissionInfo
     dataset: DatasetInfo
     protocol: Protocol
-    poses: Share
-    positions: Share
+    posed: int
+    poses: int
+    placed: int
+    positions: int
 
     def table(self) -> str:
         """The result of the check as text."""
@@ -300,10 +292,10 @@ class Checked:
         lines = [
             f"{f'{info.solver} {info.version}'.strip()} on {data.split} ({data.camera.kind}, {data.tier}, {data.id}), "
             f"{self.protocol.id}: no fault",
-            f"{self.poses} poses and {self.positions} positions that must be answered; "
-            f"missing rows: {info.failure_policy}",
+            f"{self.posed} of {self.poses} poses and {self.placed} of {self.positions} positions that must be answered"
+            f"; missing rows: {info.failure_policy}",
         ]
-        if self.poses.there < self.poses.wanted or self.positions.there < self.positions.wanted:
+        if self.posed < self.poses or self.placed < self.positions:
             lines.append("A missing row counts as the last one known of the same person in the same sequence.")
         return "\n".join(lines)
 
@@ -323,6 +315,8 @@ def check_submission(submission: Path | str, dataset: Dataset) -> Checked:
         info=checked.info,
         dataset=dataset.info,
         protocol=checked.protocol,
-        poses=Share(there=posed, wanted=poses),
-        positions=Share(there=placed, wanted=positions),
+        posed=posed,
+        poses=poses,
+        placed=placed,
+        positions=positions,
     )

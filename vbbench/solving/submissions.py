@@ -134,14 +134,11 @@ def _isolated(dataset: Dataset, out: Path) -> Callable[[str], Opened]:
 
 
 def _declared(
-    dataset: Dataset, solver: str, protocol: str, words: dict[str, str], facts: list[dict[str, Any]]
+    dataset: Dataset, solver: str, protocol: str, words: dict[str, Any], facts: list[dict[str, Any]]
 ) -> SubmissionInfo:
     seconds, frames = (sum(part[name] for part in facts) for name in ("seconds", "frames"))
     return SubmissionInfo(
-        authors=words.get("authors", ""),
-        code=words.get("code", ""),
-        trained_on=words.get("trained_on", ""),
-        tuned_on=words.get("tuned_on", ""),
+        **words,
         delay=0 if all(part["causal"] for part in facts) else OFFLINE,
         solver=solver,
         version=solver_version(solver),

@@ -21,7 +21,7 @@ from vbbench.geometry import FloatArray, pose_levers, world_to_relative
 from vbbench.protocol import scored_frames
 from vbbench.sequence import Sequence
 from vbbench.solving import solve
-from vbbench.solving.session.session import SHOWN_AGAIN
+from vbbench.solving.session import SHOWN_AGAIN
 
 CAMERA = PanoramaCamera()
 DT = 0.1

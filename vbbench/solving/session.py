@@ -29,7 +29,7 @@ from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, notes_on_dt
 from vbbench.registry import make_solver
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import Carrier, ForgettingSolver, Frame, FrameSolver, Problem, SequenceSolver
-from vbbench.solving.session.measured import (
+from vbbench.solving.measured import (
     BoxWatch,
     Columns,
     FrameClock,
