@@ -13,10 +13,10 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
-from tests.generators.test_footage import made as made_footage
-from tests.generators.test_footage import recording as footage
-from tests.generators.test_footage import relative
 from tests.lib.crohd_files import write_recording
+from tests.lib.made_footage import made as made_footage
+from tests.lib.made_footage import recording as footage
+from tests.lib.made_footage import relative
 from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError

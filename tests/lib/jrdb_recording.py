@@ -86,6 +86,11 @@ def edit(path: Path, change: Change) -> None:
     path.write_text(json.dumps(values))
 
 
+def each_label(values: dict[str, Any]) -> list[dict[str, Any]]:
+    """All labels in a file of them, to be changed."""
+    return [label for labels in values["labels"].values() for label in labels]
+
+
 @dataclass(frozen=True)
 class Files:
     """The recording as the values of its files, to be changed before they are written."""

@@ -148,3 +148,30 @@ def boxes_of(lines: list[str]) -> list[tuple[int, int, float, float, float, floa
     """Frame, track and corners of the people among label lines."""
     rows = [line.split() for line in lines if " Pedestrian " in line]
     return [(int(row[0]), int(row[1]), *map(float, row[6:10])) for row in rows]
+
+
+def detections(boxes: list[Any], score: float = 5.0) -> str:
+    """Boxes with KITTI's frames and corners, as lidar detectors write them."""
+    rows = (
+        f"{f},1,{left},{top},{right},{bottom},{score},1.7,0.5,0.6,1,2,3,0,0" for f, _, left, top, right, bottom in boxes
+    )
+    return "\n".join(rows) + "\n"
+
+
+def mot(boxes: list[Any], *, linked: bool = True, end: str = "") -> str:
+    """MOTChallenge's frames and corners, from 1."""
+    rows = (
+        f"{f + 1},{track if linked else -1},{left + 1},{top + 1},{right - left},{bottom - top},0.9{end}"
+        for f, track, left, top, right, bottom in boxes
+    )
+    return "\n".join(rows) + "\n"
+
+
+def results(boxes: list[Any], *, linked: bool = True) -> str:
+    """What trackers write for KITTI's evaluation."""
+    rows = (
+        f"{f} {track if linked else -1} Pedestrian -1 -1 -10 {left} {top} {right} {bottom} "
+        "-1 -1 -1 -1000 -1000 -1000 -10 0.9"
+        for f, track, left, top, right, bottom in boxes
+    )
+    return "\n".join(rows) + "\n"

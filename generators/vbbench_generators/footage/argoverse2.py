@@ -44,8 +44,6 @@ AXLE_HEIGHT = 0.31
 PERSON = "PEDESTRIAN"
 FEWEST_POINTS = 2
 """Lidar points inside a person's cuboid; with fewer, the person is hidden."""
-TALLEST = 3.0
-"""In m, of a person."""
 LARGEST_JITTER = 0.3
 """Of the time from a sweep to the next, that a sweep may be early or late."""
 MOST_FRAMES = 100_000
@@ -72,7 +70,9 @@ class Argoverse2Split(CuboidSplit):
 
 
 class FeatherTable(ArrowTable):
-    """Checked columns of a table of Argoverse 2; an error names the file and the row, counted from 0."""
+    """Checked columns of a table of Argoverse 2."""
+
+    again = AGAIN
 
     def __init__(self, path: Path, numbers: tuple[str, ...], texts: tuple[str, ...] = ()) -> None:
         """Read the columns; raises FileError where one is missing, of another kind, or not finite."""
@@ -83,46 +83,41 @@ class FeatherTable(ArrowTable):
             table = feather.read_table(path, memory_map=False)
             table.validate(full=True)
         except (pa.ArrowException, OSError, ValueError) as error:
-            raise FileError(path, f"is no Feather table ({error}); {AGAIN}") from error
+            raise self.fault(f"is no Feather table ({error})") from error
         missing = next((name for name in (*numbers, *texts) if name not in table.column_names), None)
         if missing is not None:
-            raise FileError(path, f"has no column '{missing}', but {', '.join(table.column_names[:20])}; {AGAIN}")
-        self._texts = {name: self._text(table, name) for name in texts}
-        self._numbers = {name: self._number(table, name) for name in numbers}
+            raise self.fault(f"has no column '{missing}', but {', '.join(table.column_names[:20])}")
+        self.texts = {name: self._text(table, name) for name in texts}
+        self.numbers = {name: self._number(table, name) for name in numbers}
 
-    def __len__(self) -> int:
-        return len(next(iter(self._numbers.values())))
-
-    def text(self, name: str) -> pa.ChunkedArray:
-        """A column of texts."""
-        return self._texts[name]
-
-    def number(self, name: str) -> FloatArray:
-        """[N] a column of numbers, in the stored type."""
-        return self._numbers[name]
-
-    def numbers(self, names: tuple[str, ...], rows: IntArray | None = None) -> FloatArray:
-        """[N, C] columns as floats, of all rows or of ``rows``."""
-        columns = (self._numbers[name] if rows is None else self._numbers[name][rows] for name in names)
+    def stacked(self, names: tuple[str, ...], rows: IntArray | None = None) -> FloatArray:
+        """[N, C] columns of numbers as floats, of all rows or of ``rows``."""
+        columns = (self.numbers[name] if rows is None else self.numbers[name][rows] for name in names)
         return np.stack([column.astype(np.float64) for column in columns], axis=-1)
+
+    def rotations(self, rows: IntArray | None = None) -> FloatArray:
+        """[N, 4] quaternions (w, x, y, z), of all rows or of ``rows``."""
+        quaternions = self.stacked(QUATERNION, rows)
+        self.refuse_rotations(quaternions, "qw, qx, qy, qz are", rows)
+        return quaternions
 
     def _text(self, table: pa.Table, name: str) -> pa.ChunkedArray:
         column = table[name]
         if pa.types.is_dictionary(column.type):
             column = column.cast(column.type.value_type)
         if not (pa.types.is_string(column.type) or pa.types.is_large_string(column.type)):
-            raise FileError(self.path, f"column '{name}' has {column.type} in place of text; {AGAIN}")
-        self.refuse(np.asarray(pc.is_null(column)), f"'{name}' is empty; {AGAIN}")
+            raise self.fault(f"column '{name}' has {column.type} in place of text")
+        self.refuse(np.asarray(pc.is_null(column)), f"'{name}' is empty")
         return column
 
     def _number(self, table: pa.Table, name: str) -> FloatArray:
         column = table[name]
         if not (pa.types.is_integer(column.type) or pa.types.is_floating(column.type)):
-            raise FileError(self.path, f"column '{name}' has {column.type} in place of numbers; {AGAIN}")
-        self.refuse(np.asarray(pc.is_null(column)), f"'{name}' is empty; {AGAIN}")
+            raise self.fault(f"column '{name}' has {column.type} in place of numbers")
+        self.refuse(np.asarray(pc.is_null(column)), f"'{name}' is empty")
         values: FloatArray = column.to_numpy()
         wrong = ~np.isfinite(values) | (np.abs(values) > LARGEST)
-        self.refuse(wrong, f"'{name}' is {values[wrong][:1]}, which is impossible; {AGAIN}")
+        self.refuse(wrong, f"'{name}' is {values[wrong][:1]}, which is impossible")
         return values
 
 
@@ -169,20 +164,18 @@ def read_log(folder: Path, cameras: tuple[str, ...]) -> CarRecording:
 
 def _frames(annotations: FeatherTable) -> tuple[IntArray, IntArray]:
     """The frame of each row [N], and the time of each frame [T] in ns, between two sweeps where one is missing."""
-    times = annotations.number("timestamp_ns")
+    times = annotations.numbers["timestamp_ns"]
     if not len(times) or not np.issubdtype(times.dtype, np.integer):
         kind = "no rows" if not len(times) else f"time stamps of {times.dtype} in place of whole ns"
-        raise FileError(annotations.path, f"has {kind}; {AGAIN}")
+        raise annotations.fault(f"has {kind}")
     sweeps, sweep = np.unique(times, return_inverse=True)
     start, lasting = int(sweeps[0]), (int(sweeps[-1]) - int(sweeps[0])) * 1e-9
     if lasting > MOST_FRAMES * DT:
-        raise FileError(annotations.path, f"row {int(times.argmax())}: is {lasting:.0f} s after the first; {AGAIN}")
+        raise annotations.fault(f"row {int(times.argmax())}: is {lasting:.0f} s after the first")
     passed = np.diff(sweeps) / (DT * 1e9)
     steps = np.round(passed).astype(np.int64)
     wrong = np.append(False, (np.abs(passed - steps) > LARGEST_JITTER) | (steps < 1))
-    annotations.refuse(
-        (sweep == wrong.argmax()) & wrong.any(), f"its time is not that of a sweep, ten a second; {AGAIN}"
-    )
+    annotations.refuse((sweep == wrong.argmax()) & wrong.any(), "its time is not that of a sweep, ten a second")
     frame = np.append(0, np.cumsum(steps))
     later = np.interp(np.arange(frame[-1] + 1), frame, (sweeps - start).astype(np.float64))
     return frame[sweep], start + np.round(later).astype(np.int64)
@@ -191,10 +184,10 @@ def _frames(annotations: FeatherTable) -> tuple[IntArray, IntArray]:
 def _motion(path: Path, annotations: FeatherTable, times: IntArray) -> CarMotion:
     """The car's motion at the times [T] of frames in ns."""
     table = FeatherTable(path, ("timestamp_ns", *QUATERNION, *PLACE))
-    quaternions, places = _rotations(table, None), table.numbers(PLACE)
-    known, first = np.unique(table.number("timestamp_ns"), return_index=True)
+    quaternions, places = table.rotations(), table.stacked(PLACE)
+    known, first = np.unique(table.numbers["timestamp_ns"], return_index=True)
     if not len(known) or known[0] > times[0] or known[-1] < times[-1]:
-        row = int(annotations.number("timestamp_ns").argmax())
+        row = int(annotations.numbers["timestamp_ns"].argmax())
         here = f"row {row} of {annotations.path.name} is at {times[-1]} ns, and the first is at {times[0]}"
         there = f"has poses from {known[0]} to {known[-1]} ns" if len(known) else "has no poses"
         raise FileError(path, f"{there}, but {here}: is it of another log? {AGAIN}")
@@ -203,41 +196,24 @@ def _motion(path: Path, annotations: FeatherTable, times: IntArray) -> CarMotion
     return CarMotion(rotations=motion.rotations, origins=motion.origins - motion.origins[0])
 
 
-def _rotations(table: FeatherTable, rows: IntArray | None) -> FloatArray:
-    """[N, 4] quaternions, of length 1 up to rounding."""
-    quaternions = table.numbers(QUATERNION, rows)
-    wrong = np.abs(np.linalg.norm(quaternions, axis=-1) - 1.0) > 0.01
-    table.refuse(wrong, f"qw, qx, qy, qz are no rotation: their length is not 1; {AGAIN}", rows)
-    return quaternions
-
-
 def _people(annotations: FeatherTable, frame: IntArray, motion: CarMotion) -> Cuboids:
     """Pedestrians, numbered in the order of their ids."""
-    rows = np.flatnonzero(np.asarray(pc.equal(annotations.text("category"), PERSON)))
-    ids = annotations.text("track_uuid").take(pa.array(rows)).combine_chunks().dictionary_encode()
-    names = np.asarray(ids.dictionary.to_pylist(), object)
-    order = np.argsort(names, kind="stable") if len(names) else np.zeros(0, np.int64)
-    rank = np.empty(len(order), np.int64)
-    rank[order] = np.arange(len(order))
-    person = rank[np.asarray(ids.indices, np.int64)] if len(rows) else np.zeros(0, np.int64)
+    rows = np.flatnonzero(np.asarray(pc.equal(annotations.texts["category"], PERSON)))
+    ids = annotations.texts["track_uuid"].take(pa.array(rows)).to_pylist()
+    _, person = np.unique(np.array(ids, object), return_inverse=True)
     frame = frame[rows]
-    sizes = annotations.numbers(SIZE, rows)
-    wrong = np.asarray(((sizes <= 0.0) | (sizes > TALLEST)).any(axis=-1))
-    annotations.refuse(wrong, f"no person is so large or small (0 to {TALLEST:g} m); {AGAIN}", rows)
-    key = frame * (len(names) + 1) + person
-    _, first = np.unique(key, return_index=True)
-    twice = np.ones(len(key), bool)
-    twice[first] = False
-    annotations.refuse(twice, f"its 'track_uuid' has another cuboid in the same sweep; {AGAIN}", rows)
+    sizes = annotations.stacked(SIZE, rows)
+    annotations.refuse_sizes(sizes, rows)
+    annotations.refuse_twice("its 'track_uuid' has another cuboid in the same sweep", rows, frame, person)
     turned = motion.rotations[frame]
-    placed = np.einsum("nij,nj->ni", turned, annotations.numbers(PLACE, rows)) + motion.origins[frame]
+    placed = np.einsum("nij,nj->ni", turned, annotations.stacked(PLACE, rows)) + motion.origins[frame]
     return Cuboids(
         frame=frame,
         person=person,
         centres=placed,
-        rotations=turned @ rotation_matrices(_rotations(annotations, rows)),
+        rotations=turned @ rotation_matrices(annotations.rotations(rows)),
         sizes=sizes,
-        visible=np.where(annotations.number("num_interior_pts")[rows] >= FEWEST_POINTS, 1.0, 0.0),
+        visible=np.where(annotations.numbers["num_interior_pts"][rows] >= FEWEST_POINTS, 1.0, 0.0),
     )
 
 
@@ -246,30 +222,26 @@ def _sensors(folder: Path, cameras: tuple[str, ...]) -> tuple[dict[str, Sensor],
     place = _calibration(folder)
     outer = FeatherTable(place / EXTRINSICS, (*QUATERNION, *PLACE), ("sensor_name",))
     inner = FeatherTable(place / INTRINSICS, (*PIXELS, "k1", "k2", "k3"), ("sensor_name",))
-    rotations, origins = rotation_matrices(_rotations(outer, None)), outer.numbers(PLACE)
-    mounted = {name: row for row, name in enumerate(outer.text("sensor_name").to_pylist())}
-    lenses = {name: row for row, name in enumerate(inner.text("sensor_name").to_pylist())}
+    rotations, origins = rotation_matrices(outer.rotations()), outer.stacked(PLACE)
+    mounted = {name: row for row, name in enumerate(outer.texts["sensor_name"].to_pylist())}
+    lenses = {name: row for row, name in enumerate(inner.texts["sensor_name"].to_pylist())}
     ring = [row for name, row in mounted.items() if name.startswith(RING)]
     sensors = {}
     for name in cameras:
         if name == PANORAMA:
             if not ring:
-                raise FileError(outer.path, f"has no camera whose name begins with '{RING}'; {AGAIN}")
-            try:
+                raise outer.fault(f"has no camera whose name begins with '{RING}'")
+            with outer.of_row(ring[0]):
                 sensors[name] = panorama(origins[ring], AXLE_HEIGHT)
-            except ValueError as error:
-                raise FileError(outer.path, f"row {ring[0]}: {error}; {AGAIN}") from error
             continue
         if name not in lenses:
             raise UnknownNameError(f"camera of {folder.name}", name, [PANORAMA, *lenses])
         if name not in mounted:
-            raise FileError(outer.path, f"has no row of the camera '{name}'; {AGAIN}")
-        values = {key: float(inner.number(column)[lenses[name]]) for column, key in PIXELS.items()}
-        values |= {key: float(inner.number(key)[lenses[name]]) for key in ("k1", "k2", "k3")}
-        try:
+            raise outer.fault(f"has no row of the camera '{name}'")
+        values = {key: float(inner.numbers[column][lenses[name]]) for column, key in PIXELS.items()}
+        values |= {key: float(inner.numbers[key][lenses[name]]) for key in ("k1", "k2", "k3")}
+        with inner.of_row(lenses[name]):
             sensors[name] = pinhole(rotations[mounted[name]], origins[mounted[name]], AXLE_HEIGHT, values)
-        except ValueError as error:
-            raise FileError(inner.path, f"row {lenses[name]}: {error}; {AGAIN}") from error
     return sensors, {"intrinsics": inner.path, "extrinsics": outer.path}
 
 

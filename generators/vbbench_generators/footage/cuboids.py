@@ -6,7 +6,8 @@ their top and bottom lie on the near edge of a cuboid, not on the person's axis.
 
 import hashlib
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -18,15 +19,22 @@ from vbbench.boxes import cut_to_picture, observations_of
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.exchange.own.distortion import Distortion, straight_rows
-from vbbench.files.tables import file_sha256
+from vbbench.files.tables import file_sha256, first_repetition
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Options
 from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.parsing.toml_text import bundled_table
 from vbbench.scene import Scene
 from vbbench_generators import _core
-from vbbench_generators.footage.sequences import FootageSequences, RunRules, laid_out, medians, named
-from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
+from vbbench_generators.footage.split import (
+    READ_BY_ALL,
+    FootageSequences,
+    FootageSplit,
+    RunRules,
+    laid_out,
+    medians,
+    named,
+)
 from vbbench_generators.footage.tracks import FOUND_PIXEL_STD, FoundTracks, file_for, follow, read_found
 
 DT = 0.1
@@ -43,6 +51,8 @@ NEAR_EDGE = 0.45
 """In m, of projected cuboids: see `vbbench.solver.Problem`."""
 BEHIND = 0.1
 """A corner less than so many m in front of a camera has no place in its picture."""
+TALLEST = 3.0
+"""In m, of a person."""
 STANDS = 1.0
 """A camera that is driven less than so many m in a recording stands."""
 PANORAMA_WIDTH = 3760
@@ -52,15 +62,44 @@ Part = Literal["train", "tune", "test"]
 
 
 class ArrowTable:
-    """A table of a data set, checked; an error names the file and the row, counted from 0."""
+    """A table of a data set, checked; an error names the file, the row, counted from 0, and what to do ``again``."""
 
     path: Path
+    again: ClassVar[str]
+
+    def fault(self, problem: str) -> FileError:
+        """The error of the file."""
+        return FileError(self.path, f"{problem}; {self.again}")
 
     def refuse(self, wrong: BoolArray, problem: str, rows: IntArray | None = None) -> None:
-        """Raise FileError at the first row that is ``wrong`` [N]."""
+        """Raise FileError at the first row that is ``wrong`` [N], of all rows or of ``rows`` [N]."""
         if wrong.any():
             row = int(wrong.argmax()) if rows is None else int(rows[wrong.argmax()])
-            raise FileError(self.path, f"row {row}: {problem}")
+            raise self.fault(f"row {row}: {problem}")
+
+    def refuse_twice(self, problem: str, rows: IntArray, *keys: IntArray) -> None:
+        """Raise FileError at the first of ``rows`` [N] whose ``keys`` [N] an earlier one has, too."""
+        found = first_repetition(*keys)
+        if found is not None:
+            raise self.fault(f"row {rows[found[1]]}: {problem}")
+
+    def refuse_rotations(self, quaternions: FloatArray, name: str, rows: IntArray | None = None) -> None:
+        """Raise FileError where the length of quaternions [N, 4] is not 1 up to rounding."""
+        wrong = np.abs(np.linalg.norm(quaternions, axis=-1) - 1.0) > 0.01
+        self.refuse(wrong, f"{name} no rotation: its length is not 1", rows)
+
+    def refuse_sizes(self, sizes: FloatArray, rows: IntArray) -> None:
+        """Raise FileError where sizes [N, 3] in m are not those of a person."""
+        wrong = np.asarray(((sizes <= 0.0) | (sizes > TALLEST)).any(axis=-1))
+        self.refuse(wrong, f"no person is so large or small (0 to {TALLEST:g} m)", rows)
+
+    @contextmanager
+    def of_row(self, row: int) -> Iterator[None]:
+        """A context in which a ValueError becomes the FileError of a row."""
+        try:
+            yield
+        except ValueError as error:
+            raise self.fault(f"row {row}: {error}") from error
 
 
 @dataclass(frozen=True, kw_only=True)

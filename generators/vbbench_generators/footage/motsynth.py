@@ -15,10 +15,8 @@ from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench.scene import Scene
-from vbbench_generators.footage.motsynth_camera import CameraPath, find_camera_path
-from vbbench_generators.footage.motsynth_json import read_annotations
-from vbbench_generators.footage.sequences import laid_out, medians, named, pictures_in
-from vbbench_generators.footage.split import FootageSplit
+from vbbench_generators.footage.motsynth_video import CameraPath, find_camera_path, read_annotations
+from vbbench_generators.footage.split import FootageSplit, laid_out, medians, named, pictures_in
 
 WHERE = (
     "unpack MOTSynth_coco_annotations.zip (motchallenge.net/data/MOTSynth-MOT-CVPR22) and name its folder, "

@@ -46,7 +46,7 @@ FEWEST_POINTS = 1
 """Lidar points inside a person's cuboid; with fewer, the person is hidden."""
 KEY_SECONDS, STEPS = 0.5, 5
 """Seconds from a key frame to the next, and frames."""
-MOST_KEYS, TALLEST, LARGEST = 10_000, 3.0, 1e12
+MOST_KEYS, LARGEST = 10_000, 1e12
 TEXT, NUMBER, WHOLE = pa.string(), pa.float64(), pa.int64()
 VECTOR, MATRIX = pa.list_(NUMBER), pa.list_(pa.list_(NUMBER))
 POSE = {"translation": VECTOR, "rotation": VECTOR}
@@ -103,7 +103,9 @@ class NuscenesSplit(CuboidSplit):
 
 
 class JsonTable(ArrowTable):
-    """A table of nuScenes, a list of objects; an error names the file and the row, counted from 0."""
+    """A table of nuScenes, a list of objects."""
+
+    again = AGAIN
 
     def __init__(self, folder: Path, name: str) -> None:
         """Read the columns of `TABLES`; raises FileError where something is missing or of another kind."""
@@ -114,7 +116,7 @@ class JsonTable(ArrowTable):
         text = self.path.read_bytes().translate(_BLANKS).strip()
         rows = text[1:-1].strip()
         if not (text.startswith(b"[") and text.endswith(b"]")) or rows.startswith(b"null"):  # which would crash Arrow
-            raise FileError(self.path, f"is no list of objects in JSON from '[' to ']'; {AGAIN}")
+            raise self.fault("is no list of objects in JSON from '[' to ']'")
         rows = rows.replace(b"}, {", b"} \n{")  # of the official layout; of any other:
         rows = _BETWEEN.sub(b"}\n{", rows) if rows.count(b"\n") + 1 < rows.count(b"{") else rows
         options = arrow_json.ParseOptions(explicit_schema=schema, unexpected_field_behavior="ignore")
@@ -123,10 +125,10 @@ class JsonTable(ArrowTable):
             table = arrow_json.read_json(pa.BufferReader(rows), block, options) if rows else schema.empty_table()
             table.validate(full=True)
         except (pa.ArrowException, ValueError) as error:
-            raise FileError(self.path, f"is no table of nuScenes ({error}); {AGAIN}") from error
+            raise self.fault(f"is no table of nuScenes ({error})") from error
         self.table = table.combine_chunks()
         for column in TABLES[name]:
-            self.refuse(np.asarray(pc.is_null(self.table[column])), f"has no '{column}'; {AGAIN}")
+            self.refuse(np.asarray(pc.is_null(self.table[column])), f"has no '{column}'")
 
     def values(self, column: str) -> FloatArray:
         """[N] numbers."""
@@ -140,23 +142,19 @@ class JsonTable(ArrowTable):
     def vectors(self, column: str, width: int, rows: IntArray) -> FloatArray:
         """[N, width] vectors of these rows; a rotation's length must be 1 up to rounding."""
         lists = self.table[column].take(pa.array(rows)).combine_chunks()
-        self.refuse(
-            np.not_equal(pc.list_value_length(lists), width), f"'{column}' has not {width} numbers; {AGAIN}", rows
-        )
+        problem = f"'{column}' has not {width} numbers"
+        self.refuse(np.not_equal(pc.list_value_length(lists), width), problem, rows)
         flat = np.asarray(pc.list_flatten(lists).to_numpy(zero_copy_only=False), np.float64).reshape(-1, width)
-        self.refuse(
-            np.asarray(~(np.abs(flat) < LARGEST).all(axis=1)), f"'{column}' has not {width} numbers; {AGAIN}", rows
-        )
+        self.refuse(np.asarray(~(np.abs(flat) < LARGEST).all(axis=1)), problem, rows)
         if column == "rotation":
-            wrong = np.abs(np.linalg.norm(flat, axis=1) - 1.0) > 0.01
-            self.refuse(wrong, f"'rotation' (w, x, y, z) is no rotation: its length is not 1; {AGAIN}", rows)
+            self.refuse_rotations(flat, "'rotation' (w, x, y, z) is", rows)
         return flat
 
     def rows_of(self, column: str, other: "JsonTable", needed: bool = True) -> IntArray:
         """Rows [N] of the table ``other`` by the tokens in ``column``; −1 where an optional token is missing."""
         found = pc.index_in(self.table[column], value_set=other.table["token"].combine_chunks())
         lost = np.asarray(pc.is_null(found)) & needed
-        self.refuse(lost, f"'{column}' is no token of {other.path.name}; {AGAIN}")
+        self.refuse(lost, f"'{column}' is no token of {other.path.name}")
         return np.asarray(found.fill_null(-1).to_numpy(), np.int64)
 
 
@@ -221,14 +219,14 @@ class Scenes:
     def _keys(self, name: str, samples: IntArray) -> IntArray:
         """The frame of each key frame."""
         if not len(samples):
-            raise FileError(self.sample.path, f"has no sample of {name}; {AGAIN}")
+            raise self.sample.fault(f"has no sample of {name}")
         apart = np.diff(self.sample.values("timestamp")[samples]) * 1e-6
         steps = np.round(apart / KEY_SECONDS)
         wrong = np.append(False, (steps < 1) | (steps > MOST_KEYS))
-        self.sample.refuse(wrong, f"its time is not {KEY_SECONDS:g} s or more after that of the last; {AGAIN}", samples)
+        self.sample.refuse(wrong, f"its time is not {KEY_SECONDS:g} s or more after that of the last", samples)
         keys = STEPS * np.append(0, np.cumsum(steps)).astype(np.int64)
         if keys[-1] > STEPS * MOST_KEYS:
-            raise FileError(self.sample.path, f"row {samples[-1]}: {name} would last {keys[-1] / 10:.0f} s; {AGAIN}")
+            raise self.sample.fault(f"row {samples[-1]}: {name} would last {keys[-1] / 10:.0f} s")
         return keys
 
     def _motion(self, name: str, rows: IntArray, samples: IntArray, keys: IntArray) -> CarMotion:
@@ -241,7 +239,7 @@ class Scenes:
             missing = self.sample_of_data[key][order][place] != samples
         if missing.any():
             problem = f"has no key frame of the sample in row {samples[missing.argmax()]} of sample.json, of {name}"
-            raise FileError(self.data.path, f"{problem}; {AGAIN}")
+            raise self.data.fault(problem)
         times = self.pose.values("timestamp")
         known, first = np.unique(times[self.pose_of_data[rows]], return_index=True)
         poses = self.pose_of_data[rows][first]
@@ -253,34 +251,30 @@ class Scenes:
     def _sensor(self, name: str, rows: IntArray, panoramic: bool) -> Sensor:
         """The camera whose data begin in the first of ``rows``, or the panorama of all of them."""
         if not len(rows):
-            raise FileError(self.data.path, f"has no data of a camera of {name} ({RING}...); {AGAIN}")
+            raise self.data.fault(f"has no data of a camera of {name} ({RING}...)")
         mounted = self.mounted[rows]
         matrix = self.calibrated.table["camera_intrinsic"][int(mounted[0])].as_py()
         right = panoramic or (len(matrix) == 3 and all(len(line) == 3 and None not in line for line in matrix))
-        self.calibrated.refuse(np.array([not right]), f"'camera_intrinsic' has not 3 x 3 numbers; {AGAIN}", mounted)
+        self.calibrated.refuse(np.array([not right]), "'camera_intrinsic' has not 3 x 3 numbers", mounted)
         origins = self.calibrated.vectors("translation", 3, mounted)
-        try:
+        with self.calibrated.of_row(mounted[0]):
             if panoramic:
                 return panorama(origins, 0.0)
             (fx, _, cx), (_, fy, cy), _ = matrix
             size = {side: float(self.data.values(side)[rows[0]]) for side in ("width", "height")}
             rotation = rotation_matrices(self.calibrated.vectors("rotation", 4, mounted))[0]
             return pinhole(rotation, origins[0], 0.0, {**size, "fx": fx, "fy": fy, "cx": cx, "cy": cy})
-        except ValueError as error:
-            raise FileError(self.calibrated.path, f"row {mounted[0]}: {error}; {AGAIN}") from error
 
     def _people(self, rows: IntArray, samples: IntArray, keys: IntArray, origin: FloatArray) -> Cuboids:
         """People on foot in key frames, numbered in the order of their tokens, and between two of them."""
         order = np.argsort(samples)
         key = order[np.searchsorted(samples[order], self.sample_of_label[rows])]
         _, person = np.unique(self.rank_of_instance[self.instance_of_label[rows]], return_inverse=True)
+        self.labels.refuse_twice("its 'instance_token' has another cuboid in the same sample", rows, key, person)
         both = np.lexsort((key, person))
         rows, key, person = rows[both], key[both], person[both]
-        twice = np.append(False, (np.diff(person) == 0) & (np.diff(key) == 0))
-        self.labels.refuse(twice, f"its 'instance_token' has another cuboid in the same sample; {AGAIN}", rows)
         sizes = self.labels.vectors("size", 3, rows)[:, [1, 0, 2]]
-        wrong = np.asarray(((sizes <= 0.0) | (sizes > TALLEST)).any(axis=1))
-        self.labels.refuse(wrong, f"no person is so large or small (0 to {TALLEST:g} m); {AGAIN}", rows)
+        self.labels.refuse_sizes(sizes, rows)
         centres = self.labels.vectors("translation", 3, rows) - origin
         turned, visible, frame = self.labels.vectors("rotation", 4, rows), self.visible[rows], keys[key]
         first = np.flatnonzero((np.diff(person) == 0) & (np.diff(frame) == STEPS))

@@ -21,8 +21,7 @@ from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import read_json
 from vbbench.scene import Scene
-from vbbench_generators.footage.sequences import laid_out, named
-from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit
+from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, laid_out, named
 from vbbench_generators.footage.tracks import FoundTracks, follow
 
 FOLDER = Path(__file__).with_name("street_films")

@@ -16,6 +16,7 @@ from vbbench.exchange.box_tables import UNLINKED, scores_as_shares
 from vbbench.exchange.detection import link
 from vbbench.exchange.matching import FrameOffset, frame_offset, lasting_tracks, match_tracks
 from vbbench.exchange.own.box_files import read_boxes, rows_in_frames
+from vbbench.exchange.text_tables import NamedColumns
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import NOBODY
 from vbbench_generators.tiers.tracking.tracker import ByteTracker
@@ -24,6 +25,8 @@ LEAST_SCORE = 0.0
 """Log-odds that a detection must have more of to count; even odds."""
 UNKNOWN = -1.0
 """A score that says nothing."""
+MOST_FRAMES = 10**6
+"""Frames that a recording may have."""
 FOUND_PIXEL_STD = 5.0
 """Noise in px of a detector's or tracker's boxes, which solvers are given: more than that of labels."""
 
@@ -43,6 +46,11 @@ def read_found(
     for note in rows.notes:
         warnings.warn(VbbenchWarning(f"{path}: {note}"), stacklevel=2)
     return sure_boxes(rows_in_frames(rows, frames, dt))
+
+
+def frames_of(rows: NamedColumns) -> IntArray:
+    """[N] frames from 0 of the rows of a file; raises FileError at the first that is none."""
+    return rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
 
 
 def sure_boxes(rows: BoxRows) -> BoxRows:

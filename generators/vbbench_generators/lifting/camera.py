@@ -115,7 +115,7 @@ def _focal(columns: FloatArray) -> float:
     first, second = columns[:, 0], columns[:, 1]
     flat = np.array([first[:2] @ second[:2], first[:2] @ first[:2] - second[:2] @ second[:2]])
     deep = np.array([first[2] * second[2], first[2] ** 2 - second[2] ** 2])
-    inverse = -float(flat @ deep) / float(flat @ flat)
+    inverse = -float(flat @ deep) / max(float(flat @ flat), 1e-300)  # both are 0 where the camera looks straight down
     if not (np.isfinite(inverse) and inverse > 0.0):
         raise ValueError("no camera with square pixels and its principal point in the picture's centre has it")
     return float(1.0 / np.sqrt(inverse))

@@ -3,8 +3,6 @@
 import re
 import shutil
 from contextlib import suppress
-from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 import pytest
@@ -35,11 +33,11 @@ CELLS = st.one_of(
 
 
 @pytest.fixture(scope="module")
-def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def log(tmp_path_factory):
     return write_log(tmp_path_factory.mktemp("log") / LOG, Drive(frames=12))
 
 
-def changed(log: Path, folder: Path, file: str, column: str, row: int, value: Any) -> Path:
+def changed(log, folder, file, column, row, value):
     """A copy of the log with another value in one cell; the whole column is of its kind."""
     shutil.copytree(log, folder)
     table = feather.read_table(folder / file)

@@ -1,7 +1,6 @@
 """People labelled as cuboids: Argoverse 2 and nuScenes agree with the same drive as a recording of split ``own``."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,13 +20,13 @@ from vbbench_generators.footage.argoverse2 import argoverse2
 from vbbench_generators.footage.cuboids import CuboidSplit, chosen, part_of
 from vbbench_generators.footage.nuscenes import nuscenes
 from vbbench_generators.footage.own import own
-from vbbench_generators.footage.sequences import RunRules
+from vbbench_generators.footage.split import RunRules
 
 SPLITS: dict[str, CuboidSplit] = {"argoverse2": argoverse2, "nuscenes": nuscenes}
 EVERY = 5
 
 
-def source_of(split: str, folder: Path, drive: Drive) -> Path:
+def source_of(split, folder, drive):
     if split == "argoverse2":
         write_log(folder / "av2" / "sensor" / "val" / LOG, drive)
         return folder / "av2"
@@ -35,32 +34,30 @@ def source_of(split: str, folder: Path, drive: Drive) -> Path:
     return folder / "nu"
 
 
-def drive_of(split: str, **changed: float) -> Drive:
+def drive_of(split, **changed):
     return Drive(ground=0.31 if split == "argoverse2" else 0.0, **changed)  # type: ignore[arg-type]
 
 
-def asked(source: Path, **footage: object) -> Options:
+def asked(source, **footage):
     return Options(source=source, footage=FootageOptions(**{"every": EVERY, **footage}))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("split", SPLITS)
 def test_every_error_agrees_with_the_same_drive_as_an_own_recording(tmp_path, split):
     drive = drive_of(split)
-    dataset = write_dataset(SPLITS[split].plan(asked(source_of(split, tmp_path, drive))), tmp_path / "cuboids")
     ids = [drive.people - 1 - n for n in range(drive.people)] if split == "argoverse2" else list(range(drive.people))
     prior = SPLITS[split].height_mean, SPLITS[split].height_std
     folder = write_own(tmp_path / "walk", drive, ids, prior, jitter=split == "argoverse2")
-    other = write_dataset(own.plan(asked(folder)), tmp_path / "own")
-    assert errors_of(Dataset(tmp_path / "cuboids")) == pytest.approx(errors_of(Dataset(tmp_path / "own")), abs=0.01)
-    first, second = Dataset(tmp_path / "cuboids").sequence(0), Dataset(tmp_path / "own").sequence(0)
+    plans = SPLITS[split].plan(asked(source_of(split, tmp_path, drive))), own.plan(asked(folder))
+    cuboids, same = (write_dataset(plan, tmp_path / name) for name, plan in zip(("cuboids", "own"), plans, strict=True))
+    assert errors_of(cuboids) == pytest.approx(errors_of(same), abs=0.01)
+    first, second = cuboids.sequence(0), same.sequence(0)
     np.testing.assert_array_equal(first.tracks, second.tracks)
     np.testing.assert_allclose(first.observations, second.observations, atol=0.05)  # nuScenes' are interpolated
-    assert dataset is not None
-    assert other is not None
     verify(tmp_path / "cuboids")
 
 
-def errors_of(dataset: Dataset) -> list[float]:
+def errors_of(dataset):
     """Every Δ of a solver under two protocols."""
     errors = []
     for protocol in ("sequential", "cold-start"):
@@ -82,8 +79,6 @@ def test_cameras_and_panorama_see_the_same_people(tmp_path, split):
     assert all(one.camera.picture_size == (WIDTH, HEIGHT) for one in found.footage)
     front = found.footage[0]
     ahead = whole.footage[0].scene
-    assert ahead is not None
-    assert front.scene is not None
     np.testing.assert_allclose(front.scene.positions, ahead.positions)
     relative = [whole.footage[0].observed[:, whole.footage[0].tracks == track].any() for track in front.tracks]
     assert all(relative)
@@ -111,7 +106,6 @@ def test_sequences_need_three_people_near_for_eight_seconds(tmp_path, split):
 def test_hidden_people_have_no_box_but_a_place(tmp_path, split):
     drive = drive_of(split)
     footage = SPLITS[split].plan(asked(source_of(split, tmp_path, drive))).footage[0]
-    assert footage.scene is not None
     hidden = set(footage.scene.people.tolist()) - set(footage.tracks.tolist())
     assert len(hidden) == 1
     assert np.isfinite(footage.scene.positions).all()
@@ -133,7 +127,6 @@ def test_boxes_of_a_tracker_take_the_place_of_projections(tmp_path, split):
     assert plan.info.pixel_std == 5.0
     assert plan.info.box_edge is None
     assert (plan.footage[0].tracks >= 50).all()
-    assert plan.info.calibration is not None
     assert plan.info.calibration["recordings"][name]["tracked"]["recall"] == 1.0
 
 

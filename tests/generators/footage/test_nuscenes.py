@@ -3,10 +3,7 @@
 import json
 import re
 import shutil
-from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,11 +25,11 @@ VALUES = st.recursive(
 
 
 @pytest.fixture(scope="module")
-def tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def tables(tmp_path_factory):
     return write_tables(tmp_path_factory.mktemp("nuscenes") / "v1.0-mini", {SCENE: Drive(frames=21, ground=0.0)})
 
 
-def edited(tables: Path, folder: Path, name: str, change: Callable[[list[dict[str, Any]]], object]) -> Path:
+def edited(tables, folder, name, change):
     shutil.copytree(tables, folder / tables.name)
     path = folder / tables.name / f"{name}.json"
     rows = json.loads(path.read_text())
@@ -41,11 +38,11 @@ def edited(tables: Path, folder: Path, name: str, change: Callable[[list[dict[st
     return path
 
 
-def setting(row: int, column: str, value: object) -> Callable[[list[dict[str, Any]]], object]:
+def setting(row, column, value):
     return lambda rows: rows[row % len(rows)].__setitem__(column, value)
 
 
-def read(folder: Path) -> object:
+def read(folder):
     return nuscenes.read(folder, None, ("panorama", "CAM_FRONT"))
 
 

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from tests.generators.test_footage import FRAMES, known_as, made, photographed
 from tests.lib.answers import submit, true_answers
 from tests.lib.board_results import ABOUT, result
+from tests.lib.made_footage import FRAMES, known_as, made, photographed
 from tests.lib.made_sequence import DT, MadeSequence, made_sequence
 from tests.lib.make_dataset import Crowd, write_dataset
 from tests.lib.player_decoding import METRE, PIXEL, RADIAN, decode_clip, decode_estimate
@@ -215,7 +215,7 @@ def test_another_dataset_than_the_results_are_of_is_refused(work: Path, results:
 
 
 __all__ = ["photographed"]
-WALKER = "tests.generators.test_footage:Walker"
+WALKER = "tests.lib.made_footage:Walker"
 
 
 @pytest.mark.slow

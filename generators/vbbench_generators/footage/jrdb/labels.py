@@ -17,7 +17,7 @@ from vbbench.exchange.text_tables import NamedColumns, Rows, first_cells, read_f
 from vbbench.files.tables import LARGEST_ID
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.parsing.json_text import read_object
-from vbbench_generators.footage.tracks import sure_boxes
+from vbbench_generators.footage.tracks import frames_of, sure_boxes
 
 VISIBLE = {"Fully_visible": 1.0, "Mostly_visible": 0.75, "Severely_occluded": 0.25, "Fully_occluded": 0.0}
 """JRDB's words of occlusion, as visible fractions; who is fully hidden is seen by no camera."""
@@ -139,7 +139,6 @@ def frame_of(path: Path, name: str, ending: str, key: str) -> int:
 BOXES, PLACES = "tracks_2d", "tracks_3d"
 """Folders of the two kinds of results."""
 
-MOST_FRAMES = 10**6
 SAMPLE = "frame id x y h w l rot_z left top width height"
 RESULTS = "frame id (type) truncated occluded alpha left top width height x y z l h w rot score"
 """Columns of both."""
@@ -177,7 +176,7 @@ def read_tracked_places(path: Path) -> PlaceLabels:
 def _read(path: Path, wanted: str, names: str) -> NamedColumns:
     """Rows with whole frames and ids, a person once in a frame."""
     rows = read_fixed(path, names, wanted)
-    frames = rows.whole("frame", 0, MOST_FRAMES, "no frame: those are whole numbers from 0 on")
+    frames = frames_of(rows)
     people = rows.whole("id", UNLINKED, LARGEST_ID, "no id: those are whole numbers from 0 on, or -1 for none")
     rows.refuse_twice("id {1} stands in frame {0} twice", frames, people, among=people != UNLINKED)
     return rows

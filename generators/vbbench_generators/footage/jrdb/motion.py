@@ -147,24 +147,8 @@ _MOST = 1e9
 _GRAVITY = (8.0, 12.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class BagReadings:
-    """Readings of a robot's sensors from a bag.
-
-    Parameters
-    ----------
-    speed, turn : the wheels' forward speed in m/s and turning rate in rad/s.
-    gyro : turning rate about the vertical axis in rad/s; ``None`` where there is no gyro.
-    """
-
-    path: Path
-    speed: Readings
-    turn: Readings
-    gyro: Readings | None
-
-
-def read_bag(path: Path) -> BagReadings:
-    """Read wheels and gyro of one ROS 1 bag.
+def read_bag(path: Path) -> tuple[Readings, Readings, Readings | None]:
+    """The wheels' forward speed and turning rate, and the turning rate by the gyro, if there is one, of a ROS 1 bag.
 
     Raises MissingExtraError if the package rosbags is not installed; FileError if it is no bag, is empty, has no wheel
     odometry, or its clock jumps.
@@ -185,7 +169,7 @@ def read_bag(path: Path) -> BagReadings:
     if fastest > _FASTEST:
         raise FileError(path, f"{wheels} has {fastest:,.0f} m/s or rad/s; no robot is so fast")
     speed, turn = (Readings(times=times, values=values) for values in twist.T)
-    return BagReadings(path=path, speed=speed, turn=turn, gyro=gyro)
+    return speed, turn, gyro
 
 
 def _numbers(bag: Bag, topic: str, numbers: Callable[[Any], list[float]]) -> tuple[FloatArray, FloatArray]:
@@ -311,42 +295,41 @@ class MeasuredMotion:
         return float(np.sqrt(np.linalg.eigvalsh(self.covariances[-1, :2, :2])[-1]))
 
 
-def measure_motion(bag: BagReadings, times: FloatArray, places: FloatArray, every: int = 1) -> MeasuredMotion:
-    """The robot's motion at the times of frames.
+def measure_motion(path: Path, times: FloatArray, places: FloatArray, every: int = 1) -> MeasuredMotion:
+    """The robot's motion at the times of frames, by its sensors.
 
     Parameters
     ----------
-    bag : readings of its sensors.
+    path : the bag of their readings.
     times : [T] times of the frames in s.
     places : [T, P, 2] people in m forward and left of the robot, NaN = absent. Their apparent rotation gives the offset
         between the clocks of bag and pictures.
     every : one of so many frames will be kept. Slip is correlated in time: covariances of so many consecutive motions
         are scaled to add up to that of the whole motion.
     """
-    _check_covers(bag.path, bag.speed, times)
-    gyro, offsets = bag.gyro, dict[str, float | None]()
+    (speed, turn, gyro), offsets = read_bag(path), dict[str, float | None]()
+    _check_covers(path, speed, times)
     if gyro is not None:
-        offsets["gyro"] = clock_offset(bag.turn, gyro)
+        offsets["gyro"] = clock_offset(turn, gyro)
         gyro = gyro.earlier(offsets["gyro"] or 0.0)
     seen = turning_by_people(times, places)
-    offsets["pictures"] = None if seen is None else clock_offset(gyro or bag.turn, seen)
+    offsets["pictures"] = None if seen is None else clock_offset(gyro or turn, seen)
     times = times - (offsets["pictures"] or 0.0)
-    wheels = _by_wheels(times, bag.speed, bag.turn, every)
-    truth = wheels if gyro is None else filter_motion(times, bag.speed, bag.turn, gyro)
+    wheels = _by_wheels(times, speed, turn, every)
+    truth = wheels if gyro is None else filter_motion(times, speed, turn, gyro)
     covariances = truth.covariances + _late(truth, times)
     return MeasuredMotion(poses=truth.poses, covariances=covariances, odometry=wheels.odometry, offsets=offsets)
 
 
-def follow_poses(
-    path: Path, way: tuple[FloatArray, FloatArray], times: FloatArray, places: FloatArray, every: int = 1
-) -> MeasuredMotion:
+def follow_poses(path: Path, clouds: Stamps, times: FloatArray, places: FloatArray, every: int = 1) -> MeasuredMotion:
     """The robot's motion by poses of its wheel odometry; ``times``, ``places``, ``every`` as in `measure_motion`.
 
     Parameters
     ----------
-    way : times [N] in s and poses [N, 3] (x, y, yaw) in m and rad.
+    path, clouds : as in `read_odometry_file`.
     """
-    when, twist = speeds_of(*way)
+    taken, way = read_odometry_file(path, clouds)
+    when, twist = speeds_of(taken, way)
     if (fastest := float(np.abs(twist).max())) > _FASTEST:
         raise FileError(
             path, f"the robot has {fastest:,.0f} m/s or rad/s; positions are in m, one for each point cloud"
@@ -362,7 +345,7 @@ def follow_poses(
     if seen is not None and turned is not None and turned @ seen.values < -0.5 * turned @ turned:
         problem = "people turn around the robot the other way than its poses do"
         raise FileError(path, f"{problem}: y must point left, z up, and orientations turn the robot into the world")
-    poses = np.stack([np.interp(times, way[0], column) for column in way[1].T], axis=-1)
+    poses = np.stack([np.interp(times, taken, column) for column in way.T], axis=-1)
     wheels = _by_wheels(times, speed, turn, every)
     return MeasuredMotion(
         poses=moved_as_one(poses, poses[0], np.zeros(3)),

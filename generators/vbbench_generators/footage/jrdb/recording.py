@@ -19,7 +19,7 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world,
 from vbbench.scene import Scene
 from vbbench_generators.footage.jrdb.labels import PlaceLabels, are_results, read_tracked_boxes
 from vbbench_generators.footage.jrdb.motion import RATE, Grid, MeasuredMotion, Stamps
-from vbbench_generators.footage.sequences import laid_out, medians, pictures_in
+from vbbench_generators.footage.split import laid_out, medians, pictures_in
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow, read_found
 
 CAMERA = PanoramaCamera(width=3760, focal=482.9, cy=209.4, mount_height=1.03)
@@ -82,13 +82,13 @@ class Recording:
         return rectangles(CAMERA.project_unbounded(self.relative, np.broadcast_to(self.heights, self.places.shape[:2])))
 
     @property
-    def columns(self) -> IntArray | None:
-        """[T, K] index of each track's person among ``people``, −1 = none; ``None`` where ids differ."""
-        if self.persons is not None or not len(self.people):
-            return None
-        column = np.searchsorted(self.people, self.tracks).clip(max=len(self.people) - 1)
-        own = np.where(self.people[column] == self.tracks, column, -1)
-        return np.broadcast_to(own, self.visible.shape)
+    def columns(self) -> IntArray:
+        """[T, K] index of each track's person among ``people``, −1 = none."""
+        persons = np.broadcast_to(self.tracks, self.visible.shape) if self.persons is None else self.persons
+        if not len(self.people):
+            return np.full(persons.shape, -1)
+        column = np.searchsorted(self.people, persons).clip(max=len(self.people) - 1)
+        return np.where(self.people[column] == persons, column, -1)
 
     @property
     def step(self) -> int:
@@ -200,10 +200,7 @@ def nearest_clouds(grid: Grid, clouds: Stamps) -> IntArray:
 
 def direction_errors(recording: Recording) -> FloatArray:
     """[N] angle in rad, clockwise, from the direction of each labelled place to that of its box."""
-    return _direction_errors(*_pairs(recording))
-
-
-def _direction_errors(boxes: FloatArray, places: FloatArray) -> FloatArray:
+    boxes, places = _pairs(recording)
     seen = CAMERA.unproject(boxes, np.ones(len(boxes)))
     return wrap_angle(np.arctan2(seen[:, 0], seen[:, 1]) + np.arctan2(places[:, 1], places[:, 0]))
 
@@ -242,11 +239,10 @@ def _check_places(recording: Recording, path: Path) -> None:
     labelled = int((~np.isnan(recording.visible)).sum())
     if len(boxes) < _FEWEST:
         raise FileError(path, f"only {len(boxes)} boxes of {recording.name} have a labelled place; are ids the same?")
-    off = float(np.median(np.abs(_direction_errors(boxes, places))))
+    off = float(np.median(np.abs(direction_errors(recording))))
     seen, expected = in_columns(recording.rectangles), in_columns(recording.expected)
-    offset = frame_offset(
-        seen, lambda frames, later: expected[frames + later], CAMERA.period, recording.columns, least=_LEAST_FIT
-    )
+    own = recording.columns if recording.persons is None else None
+    offset = frame_offset(seen, lambda frames, later: expected[frames + later], CAMERA.period, own, least=_LEAST_FIT)
     if off > LARGEST_DIRECTION_ERROR:
         problem = f"places lie {off:.2f} rad off their boxes (median; {LARGEST_DIRECTION_ERROR} at most)"
         cause = str(offset) if offset else "they must be in the robot's frame, x forward, y left"
@@ -264,13 +260,9 @@ def _check_places(recording: Recording, path: Path) -> None:
 
 def _pairs(recording: Recording) -> tuple[FloatArray, FloatArray]:
     """Boxes [N, 3] and places [N, 2] of the same person in the same frame."""
-    persons = (
-        np.broadcast_to(recording.tracks, recording.visible.shape) if recording.persons is None else recording.persons
-    )
+    columns = recording.columns
     if not len(recording.people):
         return np.empty((0, 3)), np.empty((0, 2))
-    column = np.searchsorted(recording.people, persons).clip(max=len(recording.people) - 1)
-    known = recording.people[column] == persons
-    places = np.take_along_axis(recording.places, column[..., None], axis=1)
-    paired: BoolArray = known & ~np.isnan(recording.visible) & ~np.isnan(places[..., 0])
+    places = np.take_along_axis(recording.places, columns.clip(min=0)[..., None], axis=1)
+    paired: BoolArray = (columns >= 0) & ~np.isnan(recording.visible) & ~np.isnan(places[..., 0])
     return recording.boxes[paired], places[paired]

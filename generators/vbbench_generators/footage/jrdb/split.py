@@ -10,7 +10,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.exchange.box_rows import BoxRows
 from vbbench.files.tables import file_sha256
-from vbbench.generation.footage import Footage, FootageOptions
+from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Options, bundled_card
 from vbbench_generators.footage.jrdb.labels import (
     BOXES,
@@ -33,13 +33,10 @@ from vbbench_generators.footage.jrdb.motion import (
     lay_out,
     measure_motion,
     nominal_stamps,
-    read_bag,
-    read_odometry_file,
     read_stamps,
 )
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
-from vbbench_generators.footage.sequences import named
-from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, Recordings
+from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, named
 from vbbench_generators.footage.tracks import FoundTracks, file_for
 
 ADDRESS = "https://jrdb.erc.monash.edu"
@@ -142,9 +139,9 @@ class JrdbSplit(FootageSplit):
         if bag is not None and poses:
             frames = recording.grid.times, recording.places, every
             if bag.suffix == ".json":
-                motion = follow_poses(bag, read_odometry_file(bag, _cloud_stamps(one, recording.grid)), *frames)
+                motion = follow_poses(bag, _cloud_stamps(one, recording.grid), *frames)
             else:
-                motion = measure_motion(read_bag(bag), *frames)
+                motion = measure_motion(bag, *frames)
         tracks = None if boxes is None else recording.follow(boxes, asked.person_class)
         stands = poses and motion is None
         footage = recording.footage(motion, stands=stands, pictures=one.pictures, found=tracks)

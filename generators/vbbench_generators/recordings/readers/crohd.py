@@ -22,7 +22,7 @@ from vbbench.generation.archives import open_archive
 from vbbench.generation.generator import Options
 from vbbench.generation.sources import Source, find_source, locate
 from vbbench_generators.lifting.heads import HeadBoxes
-from vbbench_generators.lifting.lift import describe_calibration, lift
+from vbbench_generators.lifting.lift import lift
 from vbbench_generators.recordings.loading import Loaded, Reader, every_frame
 from vbbench_generators.recordings.readers.tracks import check_size, check_speed, read_homography
 from vbbench_generators.recordings.recipe import Recipe
@@ -166,7 +166,7 @@ class HeadTracking(Reader):
         sums = [(f"{recipe.recording}/{name}", sha256(file.content).hexdigest()) for name, file in files.items()]
         if options.homography is not None:
             sums.append(("homography", file_sha256(options.homography)))
-        return Loaded(scenes=[scene], files=sums, calibration=describe_calibration(lifted.calibration))
+        return Loaded(scenes=[scene], files=sums, calibration=lifted.calibration)
 
 
 crohd = HeadTracking()

@@ -1,36 +1,34 @@
 """Where a robot was by its wheels and gyro: how far off, and whether the filter knows."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
-from tests.lib.jrdb_recording import RATE, Drive, Robot, drive
+from tests.lib.jrdb_recording import RATE, Robot, drive
 from vbbench.generation.footage import joined_odometry
-from vbbench.geometry import FloatArray, world_to_relative
+from vbbench.geometry import world_to_relative
 from vbbench_generators.footage.jrdb.motion import shared_out
-from vbbench_generators.footage.odometry_filter import Readings, RobotMotion, clock_offset, filter_motion
+from vbbench_generators.footage.odometry_filter import Readings, clock_offset, filter_motion
 
 SEEDS = range(60)
 
 
-def frames_of(driven: Drive) -> FloatArray:
+def frames_of(driven):
     return np.arange(1.0, driven.times[-1] - 1.0, 1.0 / RATE)
 
 
-def followed(robot: Robot, seed: int, *, gyro: bool = True) -> tuple[Drive, FloatArray, RobotMotion]:
+def followed(robot, seed, *, gyro=True):
     driven = drive(robot, seed)
     times = frames_of(driven)
     return driven, driven.poses(times), filter_motion(times, driven.speed, driven.turn, driven.gyro if gyro else None)
 
 
-def in_ellipse(errors: FloatArray, covariances: FloatArray) -> Any:
+def in_ellipse(errors, covariances):
     """Share of errors [T, 2] within their 95 % ellipse."""
     return np.mean(np.einsum("ti,ti->t", errors, np.linalg.solve(covariances, errors[..., None])[..., 0]) < 5.991)
 
 
 @pytest.mark.parametrize("robot", [Robot(), Robot(speed_slip=0.02, turn_slip=0.1)], ids=["some slip", "twice the slip"])
-def test_the_end_is_within_two_percent_of_the_way_and_the_ellipses_hold(robot: Robot) -> None:
+def test_the_end_is_within_two_percent_of_the_way_and_the_ellipses_hold(robot):
     off, held = [], []
     for seed in SEEDS:
         driven, truth, motion = followed(robot, seed)
@@ -41,7 +39,7 @@ def test_the_end_is_within_two_percent_of_the_way_and_the_ellipses_hold(robot: R
     assert 0.9 < np.mean(held) < 0.995
 
 
-def test_wheels_alone_know_how_little_they_know_of_turns() -> None:
+def test_wheels_alone_know_how_little_they_know_of_turns():
     held, yaw_off, with_gyro = [], [], []
     for seed in SEEDS:
         _, truth, motion = followed(Robot(), seed, gyro=False)
@@ -52,7 +50,7 @@ def test_wheels_alone_know_how_little_they_know_of_turns() -> None:
     assert np.std(yaw_off) > 2.0 * np.std(with_gyro)
 
 
-def test_motions_from_frame_to_frame_add_up_to_the_poses_and_their_ellipses_hold() -> None:
+def test_motions_from_frame_to_frame_add_up_to_the_poses_and_their_ellipses_hold():
     held = []
     for seed in SEEDS:
         driven, truth, motion = followed(Robot(), seed)
@@ -73,7 +71,7 @@ def test_motions_from_frame_to_frame_add_up_to_the_poses_and_their_ellipses_hold
 
 @pytest.mark.slow
 @pytest.mark.parametrize("every", [1, 6, 15])
-def test_motions_between_kept_frames_are_as_uncertain_as_they_are(every: int) -> None:
+def test_motions_between_kept_frames_are_as_uncertain_as_they_are(every):
     """Slip lasts for many frames: errors that are alike do not average out."""
     held = []
     for seed in SEEDS:
@@ -85,7 +83,7 @@ def test_motions_between_kept_frames_are_as_uncertain_as_they_are(every: int) ->
     assert 0.9 < np.mean(held) < 0.995
 
 
-def test_a_robot_that_stands_stays_where_it_is() -> None:
+def test_a_robot_that_stands_stays_where_it_is():
     times = np.arange(0.0, 30.0, 0.02)
     still = Readings(times=times, values=np.zeros(len(times)))
     rng = np.random.default_rng(0)
@@ -94,7 +92,7 @@ def test_a_robot_that_stands_stays_where_it_is() -> None:
     assert np.abs(motion.poses).max() < 0.01
 
 
-def test_a_wheel_that_spins_once_counts_little() -> None:
+def test_a_wheel_that_spins_once_counts_little():
     driven = drive(Robot(speed_slip=0.0, spins=0), 3)
     spun = driven.speed.values.copy()
     spun[500:503] += 5.0
@@ -106,7 +104,7 @@ def test_a_wheel_that_spins_once_counts_little() -> None:
 
 
 @pytest.mark.parametrize("late", [-0.3, -0.07, 0.0, 0.12, 0.4])
-def test_the_offset_of_clocks_is_found_from_turning(late: float) -> None:
+def test_the_offset_of_clocks_is_found_from_turning(late):
     found = [
         clock_offset(driven.turn, driven.gyro)
         for driven in (drive(Robot(gyro_offset=late), seed) for seed in range(10))
@@ -115,7 +113,7 @@ def test_the_offset_of_clocks_is_found_from_turning(late: float) -> None:
     assert len([one for one in found if one is not None]) >= 8
 
 
-def test_no_offset_is_made_up_where_nothing_turns() -> None:
+def test_no_offset_is_made_up_where_nothing_turns():
     times = np.arange(0.0, 20.0, 0.05)
     rng = np.random.default_rng(0)
     noise = [Readings(times=times, values=rng.normal(0.0, spread, len(times))) for spread in (0.01, 0.2, 0.2)]

@@ -6,7 +6,6 @@ The bounds are those asked of the split: horizon within 8 px, camera height with
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -31,10 +30,10 @@ class Trip:
     made: Dataset
 
     @property
-    def calibration(self) -> dict[str, Any]:
+    def calibration(self):
         return self.made.info.calibration
 
-    def pairs(self) -> tuple[np.ndarray, np.ndarray]:
+    def pairs(self):
         """True and lifted distances in m of people at least 1 m apart, every second."""
         people, lifted, _ = self.made.scene(0)
         kept = people <= PEOPLE  # a track that is cut goes on under a higher number
@@ -45,12 +44,12 @@ class Trip:
         return apart[both], found[both]
 
 
-def _distances(places: np.ndarray) -> np.ndarray:
+def _distances(places):
     first, second = np.triu_indices(places.shape[1], 1)
     return np.linalg.norm(places[:, first] - places[:, second], axis=-1)
 
 
-def record(folder: Path, seed: int, directions: float, wander: float = 0.15) -> tuple[np.ndarray, Path]:
+def record(folder, seed, directions, wander=0.15):
     """True places of people who walk in directions up to so many rad apart, and the recording of their heads."""
     rng = np.random.default_rng(seed)
     truth = walk(
@@ -62,7 +61,7 @@ def record(folder: Path, seed: int, directions: float, wander: float = 0.15) -> 
 
 
 @pytest.fixture(scope="module", params=[0, 1])
-def trip(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Trip:
+def trip(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("trip")
     truth, recording = record(folder, request.param, 2.0 * np.pi)
     out = folder / "lifted"
@@ -85,14 +84,6 @@ def test_distances_between_people_come_back(trip):
     assert np.median(ratio) == pytest.approx(1.0, abs=0.05)
     assert np.sqrt(np.mean((ratio - 1.0) ** 2)) < 0.10
     assert np.mean(np.abs(ratio - 1.0) < 0.10) > 0.85
-
-
-def test_each_person_is_once_the_observer(trip):
-    plan = load("generator", "shibuya01").plan(Options(source=trip.recording))
-    people, positions, heights = trip.made.scene(0)
-    assert (trip.made.info.dt, len(positions)) == (0.04, FRAMES)
-    assert heights.mean() == pytest.approx(1.70, abs=0.03)
-    assert len(plan) == np.sum(np.sum(~np.isnan(positions[..., 0]), axis=0) > 1) >= 0.9 * len(people)
 
 
 def test_a_homography_takes_the_doubt_away(trip, tmp_path):

@@ -2,12 +2,11 @@
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.lib.jrdb_recording import KINDS, Change, Files, Robot, recording
+from tests.lib.jrdb_recording import KINDS, Files, Robot, each_label, recording
 from vbbench.cli import main
 from vbbench.errors import VbbenchWarning
 from vbbench.generation import generate
@@ -35,37 +34,32 @@ def refusal(capsys: pytest.CaptureFixture[str], tmp_path: Path, source: Path, *o
     return line
 
 
-def first_label(values: dict[str, Any]) -> dict[str, Any]:
-    label: dict[str, Any] = next(iter(values["labels"].values()))[0]
-    return label
+def first_label(values):
+    return each_label(values)[0]
 
 
-def jump(values: dict[str, Any], seconds: float, first: int = 0) -> None:
+def jump(values, seconds, first=0):
     for row in values["data"][first:]:
         for sensor in row.get("cameras") or row["pointclouds"]:
             sensor["timestamp"] += seconds
 
 
-def turned_labels(values: dict[str, Any]) -> None:
+def turned_labels(values):
     """3-D labels in the axes of a camera: x right, y down, z forward."""
-    for labels in values["labels"].values():
-        for label in labels:
-            box = label["box"]
-            box["cx"], box["cy"], box["cz"] = -box["cy"], -box["cz"], box["cx"]
+    for box in (label["box"] for label in each_label(values)):
+        box["cx"], box["cy"], box["cz"] = -box["cy"], -box["cz"], box["cx"]
 
 
-def farther_places(values: dict[str, Any]) -> None:
+def farther_places(values):
     """In feet."""
-    for labels in values["labels"].values():
-        for label in labels:
-            label["box"]["cx"], label["box"]["cy"] = 3.28 * label["box"]["cx"], 3.28 * label["box"]["cy"]
+    for box in (label["box"] for label in each_label(values)):
+        box["cx"], box["cy"] = 3.28 * box["cx"], 3.28 * box["cy"]
 
 
-def lower_boxes(values: dict[str, Any]) -> None:
+def lower_boxes(values):
     """Of pictures that are five times as high."""
-    for labels in values["labels"].values():
-        for label in labels:
-            label["box"][1] *= 5.0
+    for label in each_label(values):
+        label["box"][1] *= 5.0
 
 
 LABELS_2D, LABELS_3D, TIMES, CLOUDS = KINDS
@@ -79,46 +73,22 @@ LABELS_2D, LABELS_3D, TIMES, CLOUDS = KINDS
         (TIMES, lambda v: jump(v, -3.0, 50), "clock jumps by -2.93"),
         (CLOUDS, lambda v: jump(v, 9.0, 50), "frames_pc.json: the clock jumps by +9.0"),
         (TIMES, lambda v: v.pop("data"), "has no list 'data' with an object for each frame"),
-        (
-            TIMES,
-            lambda v: v["data"][4].pop("cameras"),
-            "entry 5 of 'data': key 'cameras' is None, not a list of sensors",
-        ),
+        (TIMES, lambda v: v["data"][4].pop("cameras"), "entry 5 of 'data': key 'cameras' is None, not a list of s"),
         (TIMES, lambda v: v["data"][4]["cameras"][0].update(timestamp="soon"), "entry 5 of 'data': key 'timestamp' is"),
         (TIMES, lambda v: v["data"][4]["cameras"][0].update(url="a.jpg"), "url is 'a.jpg', not …/000000.jpg or .pcd"),
-        (TIMES, lambda v: v["data"].append(v["data"][3]), "entries of 163 frames: a frame stands there twice"[-33:]),
+        (TIMES, lambda v: v["data"].append(v["data"][3]), "frames: a frame stands there twice"),
         (TIMES, lambda v: v["data"].pop(40), "picture 000040.jpg is labelled, but has no time stamp"),
         (CLOUDS, lambda v: v["data"][0].pop("pointclouds"), "entry 1 of 'data': key 'pointclouds' is None"),
         (LABELS_2D, lambda v: v.pop("labels"), "has no object 'labels'"),
-        (
-            LABELS_2D,
-            lambda v: v["labels"].update(x=[]),
-            "key 'x' of 'labels' is not the name of a frame, such as 000000.jpg",
-        ),
+        (LABELS_2D, lambda v: v["labels"].update(x=[]), "key 'x' of 'labels' is not the name of a frame, such as 000"),
         (LABELS_2D, lambda v: first_label(v).pop("label_id"), "000000.jpg, label 1: has no text 'label_id'"),
         (LABELS_2D, lambda v: first_label(v).update(label_id="pedestrian:x"), "not 'pedestrian:NUMBER'"),
-        (
-            LABELS_2D,
-            lambda v: first_label(v).update(box=[1, 2, 3]),
-            "key 'box' is [1, 2, 3], not [left, top, width, height]",
-        ),
+        (LABELS_2D, lambda v: first_label(v).update(box=[1, 2, 3]), "'box' is [1, 2, 3], not [left, top, width, he"),
         (LABELS_2D, lambda v: first_label(v).update(box=[1, 2, 3, 0]), "its box is 3 px wide and 0 px high"),
-        (
-            LABELS_2D,
-            lambda v: first_label(v).update(box=[1, 2, 3, 1e9]),
-            "height is 1000000000.0, not a number up to 100,000",
-        ),
-        (
-            LABELS_2D,
-            lambda v: first_label(v)["attributes"].update(occlusion="Fully_visable"),
-            "did you mean 'Fully_visible'?",
-        ),
+        (LABELS_2D, lambda v: first_label(v).update(box=[1, 2, 3, 1e9]), "height is 1000000000.0, not a number up to"),
+        (LABELS_2D, lambda v: first_label(v)["attributes"].update(occlusion="Fully_visable"), "mean 'Fully_visible'?"),
         (LABELS_2D, lambda v: v["labels"]["000000.jpg"].append(first_label(v)), "stands there twice"),
-        (
-            LABELS_3D,
-            lambda v: first_label(v)["box"].pop("cx"),
-            "000000.pcd, label 1: key 'cx' is missing in its box of cy,",
-        ),
+        (LABELS_3D, lambda v: first_label(v)["box"].pop("cx"), "label 1: key 'cx' is missing in its box of cy,"),
         (LABELS_3D, lambda v: first_label(v).update(box=[1, 2, 3, 4]), "not an object with cx, cy, cz, l, w, h, rot_z"),
         (LABELS_3D, lambda v: first_label(v)["box"].update(h=-1.7), "label 1: h is -1.7; people are up to 4 m tall"),
         (LABELS_3D, farther_places, "times as far away as boxes so high say (median): they and"),
@@ -127,9 +97,7 @@ LABELS_2D, LABELS_3D, TIMES, CLOUDS = KINDS
         (LABELS_3D, lambda v: v.update(labels={}), "only 0 boxes"),
     ],
 )
-def test_what_files_cannot_hold(
-    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, change: Change, said: str
-) -> None:
+def test_what_files_cannot_hold(files, root, tmp_path, capsys, kind, change, said):
     files.edit(root, kind, change)
     line = refusal(capsys, tmp_path, root)
     assert said in line
@@ -138,19 +106,15 @@ def test_what_files_cannot_hold(
 
 @pytest.mark.parametrize(
     ("kind", "said"),
-    [(TIMES, "is missing; download JRDB's timestamps"), (CLOUDS, "is missing"), (LABELS_3D, "the file is missing")],
+    [(TIMES, "the file is missing; download JRDB's timestamps"), (CLOUDS, "the file is"), (LABELS_3D, "the file is")],
 )
-def test_what_is_missing(
-    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, said: str
-) -> None:
+def test_what_is_missing(files, root, tmp_path, capsys, kind, said):
     path = files.path(root, kind)
     path.unlink()
-    line = refusal(capsys, tmp_path, root)
-    assert said in line
-    assert str(path) in line
+    assert f"{path}: {said}" in refusal(capsys, tmp_path, root)
 
 
-def test_what_is_no_folder_of_jrdb(tmp_path: Path, root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_no_folder_of_jrdb(tmp_path, root, capsys):
     assert "holds no labels/labels_2d_stitched" in refusal(capsys, tmp_path, tmp_path)
     assert "there is no such file or folder" in refusal(capsys, tmp_path, tmp_path / "nowhere")
     assert main(["generate", "jrdb", "--out", str(tmp_path / "out")]) == 2
@@ -162,18 +126,11 @@ def test_what_is_no_folder_of_jrdb(tmp_path: Path, root: Path, capsys: pytest.Ca
     assert "holds no NAME.json" in refusal(capsys, tmp_path, root)
 
 
-def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], files: Files) -> None:
+def test_what_is_not_read(root, tmp_path, capsys, files):
     assert "did you mean" in refusal(capsys, tmp_path, root, "--sequences", files.name + "0")
     assert f"{files.name}.txt: is missing" in refusal(capsys, tmp_path, root, "--options", f"boxes={tmp_path}")
-    assert "jrdb is footage and does not read --poses;" in refusal(
-        capsys, tmp_path, root, "--options", f"poses={tmp_path}"
-    )
-    (tmp_path / "options.toml").write_text("cyclists = true")
-    unread = refusal(capsys, tmp_path, root, "--options", tmp_path / "options.toml")
-    assert "does not read --cyclists; " in unread
-    assert f"holds neither {files.name}.bag nor {files.name}.json" in refusal(
-        capsys, tmp_path, root, "--options", f"bags={tmp_path}"
-    )
+    line = refusal(capsys, tmp_path, root, "--options", f"bags={tmp_path}")
+    assert f"holds neither {files.name}.bag nor {files.name}.json" in line
 
 
 @pytest.mark.parametrize(
@@ -191,13 +148,13 @@ def test_what_is_not_read(root: Path, tmp_path: Path, capsys: pytest.CaptureFixt
         ("0,1,1,1,1.7,1,1,0,5e6,5,5,9\n", "line 1: the box reaches 5e+06 px"),
     ],
 )
-def test_what_the_sample_cannot_hold(tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, said: str) -> None:
+def test_what_the_sample_cannot_hold(tmp_path, capsys, text, said):
     path = tmp_path / "sample.csv"
     path.write_text(text)
     assert said in refusal(capsys, tmp_path, path)
 
 
-def test_boxes_beside_the_picture_and_without_a_place_are_told(files: Files, root: Path, tmp_path: Path) -> None:
+def test_boxes_beside_the_picture_and_without_a_place_are_told(files, root, tmp_path):
     files.edit(root, LABELS_2D, one_box_below)
     files.edit(root, LABELS_3D, places_at_first)
     with pytest.warns(VbbenchWarning) as told:
@@ -208,11 +165,11 @@ def test_boxes_beside_the_picture_and_without_a_place_are_told(files: Files, roo
     assert re.search(r"only \d+ of \d+ boxes of .* have a labelled place", few)
 
 
-def one_box_below(values: dict[str, Any]) -> None:
+def one_box_below(values):
     first_label(values)["box"][1] = 2000.0 - 0.5 * first_label(values)["box"][3]
 
 
-def places_at_first(values: dict[str, Any]) -> None:
+def places_at_first(values):
     for name in list(values["labels"])[20:]:
         values["labels"][name] = []
 
@@ -227,9 +184,7 @@ def places_at_first(values: dict[str, Any]) -> None:
         ({"messages": False}, "is an empty bag: it holds no message"),
     ],
 )
-def test_what_bags_cannot_hold(
-    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], changes: dict[str, Any], said: str
-) -> None:
+def test_what_bags_cannot_hold(files, root, tmp_path, capsys, changes, said):
     bags = files.write_bag(tmp_path / "bags", **changes)
     line = refusal(capsys, tmp_path, root, "--options", f"bags={bags}")
     assert said in line
@@ -237,9 +192,7 @@ def test_what_bags_cannot_hold(
 
 
 @rosbags
-def test_bags_of_other_times_and_broken_ones(
-    files: Files, root: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bags_of_other_times_and_broken_ones(files, root, tmp_path, capsys):
     path = files.write_bag(tmp_path / "bags") / f"{files.name}.bag"
     whole = path.read_bytes()
     rng = np.random.default_rng(0)
