@@ -23,6 +23,11 @@ WRONG: dict[str, tuple[Callable[[FloatArray], FloatArray], str, bool]] = {
     "shares": (lambda b: b / [1280, 720, 1280, 720], "shares of the picture", True),
     "per cent": (lambda b: b / [12.8, 7.2, 12.8, 7.2], "per cent of the picture; write px of 1280 x 720", True),
     "4K": (lambda b: 3.0 * b, "boxes is outside the picture of 1280 x 720 px", True),
+    "a third outside": (
+        lambda b: b + 2000.0 * (np.arange(len(b)) % 3 == 0)[:, None] * [1, 0, 0, 0],
+        "boxes is outside the picture of 1280 x 720 px: they reach column",
+        True,
+    ),
     "middles": (lambda b: b + 0.5 * b[:, [2, 3, 0, 1]] * [1, 1, 0, 0], "left and top the middle of boxes", False),
     "squeezed": (lambda b: b * [0.5, 640 / 720, 0.5, 640 / 720], "was squeezed", False),
     "letterbox": (
