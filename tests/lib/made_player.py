@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.lib.made_sequence import DT, MadeSequence
 from vbbench.estimate import Estimate
-from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT
+from vbbench.pictures.colours import PEOPLE_ON_DARK, PEOPLE_ON_LIGHT
 from vbbench_leaderboards.site.pages import assets
 from vbbench_leaderboards.site.player import encode_clip, encode_estimate, write_data
 
@@ -34,7 +34,7 @@ def write_crowd(site: Path, made: MadeSequence, answers: Mapping[str, Estimate])
     board = {"tier": "noisy", "given": "arrivals", "caps": CAPS, "solvers": figures}
     frames, people = made.sequence.observed.shape
     index = {"split": "made", "truth": "whole", "sequences": [0], "people": [people], "frames": [frames]}
-    palette = {"light": ON_LIGHT, "dark": ON_DARK}
+    palette = {"light": PEOPLE_ON_LIGHT, "dark": PEOPLE_ON_DARK}
     write_data(site, "made", {**index, "palette": palette, "pictures": {}, "boards": {"sequential-noisy": board}})
 
 

@@ -18,9 +18,9 @@ from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.cli import main
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
+from vbbench.pictures.colours import SOLVERS_ON_LIGHT, solver_colour, solver_looks
 from vbbench.pictures.plotting.error_figure import plot_errors, plot_errors_to_file
 from vbbench.pictures.plotting.figure import plot_to_file
-from vbbench.pictures.solver_colours import ON_LIGHT, solver_colour, solver_looks
 from vbbench.scoring import score
 from vbbench.scoring.error_tables import ErrorTables, error_tables, errors_in_time
 from vbbench.scoring.scorecard import known
@@ -131,7 +131,7 @@ def test_colours_do_not_depend_on_who_else_is_shown_nor_on_the_process():
     bundled = ["cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch"]
     assert len({solver_colour(name) for name in bundled}) == len(bundled)
     assert not {solver_colour(f"solver {n}") for n in range(50)} & {solver_colour(name) for name in bundled}
-    assert {solver_colour(f"solver {n}") for n in range(50)} <= set(ON_LIGHT)
+    assert {solver_colour(f"solver {n}") for n in range(50)} <= set(SOLVERS_ON_LIGHT)
 
 
 def test_a_long_caution_is_whole_and_inside(figure: Figure):

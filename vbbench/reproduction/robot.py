@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, NullFormatter
+from matplotlib.ticker import FixedLocator
 
 from vbbench.errors import SourceMissingError, VbbenchError
 from vbbench.estimate import Estimate
@@ -461,9 +461,7 @@ def _draw_drift(axes: Axes, course: Course, protocols: Sequence[str], hues: Mapp
     for protocol in protocols[1:]:
         axes.plot([], [], color=style.TRUTH, label=f"{protocol} (right)", **dotted)
     axes.set_yscale("log")
-    axes.yaxis.set_major_locator(FixedLocator([0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0]))
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    style.plain_logarithm(axes.yaxis, FixedLocator([0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0]))
     style.draw_grid(axes)
     style.name_axes(axes, "distance gone (m)")
     axes.set_title("drift, % of the distance", fontsize=10.0, loc="left", color=style.INK, weight="bold")

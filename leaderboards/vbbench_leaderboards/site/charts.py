@@ -9,7 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from vbbench.geometry import FloatArray
-from vbbench.pictures.solver_colours import ON_DARK, ON_LIGHT, solver_number
+from vbbench.pictures.colours import SOLVERS_ON_DARK, SOLVERS_ON_LIGHT, solver_number
 from vbbench_leaderboards.site.words import Term
 
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
@@ -247,7 +247,7 @@ def colour_number(solver: str) -> int:
 
 def colours_css() -> str:
     """The style sheet of all solvers' colours, on white and on dark paper."""
-    pairs = zip(ON_LIGHT, ON_DARK, strict=True)
+    pairs = zip(SOLVERS_ON_LIGHT, SOLVERS_ON_DARK, strict=True)
     colours = "".join(f"  --solver-{n}: light-dark({light}, {dark});\n" for n, (light, dark) in enumerate(pairs, 1))
-    classes = "".join(f".c{n} {{ --c: var(--solver-{n}); }}\n" for n in range(1, len(ON_LIGHT) + 1))
+    classes = "".join(f".c{n} {{ --c: var(--solver-{n}); }}\n" for n in range(1, len(SOLVERS_ON_LIGHT) + 1))
     return f"/* Written by site/charts.py. */\n:root {{\n{colours}}}\n{classes}"

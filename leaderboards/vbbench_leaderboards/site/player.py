@@ -26,7 +26,7 @@ from vbbench.folders.work_folder import WorkFolder
 from vbbench.geometry import FloatArray, IntArray, relative_to_world, world_to_relative
 from vbbench.parallel.parts import check_jobs, in_parallel
 from vbbench.pictures.backdrop import Backdrop
-from vbbench.pictures.people_colours import ON_DARK, ON_LIGHT, person_slots
+from vbbench.pictures.colours import PEOPLE_ON_DARK, PEOPLE_ON_LIGHT, person_slots
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
 from vbbench.protocol import get_protocol
 from vbbench.sequence import Sequence, Truth
@@ -191,7 +191,7 @@ def split_index(
     return {
         "split": split,
         "truth": truth,
-        "palette": {"light": ON_LIGHT, "dark": ON_DARK},
+        "palette": {"light": PEOPLE_ON_LIGHT, "dark": PEOPLE_ON_DARK},
         **{name: dataset.rows[column][chosen].tolist() for name, column in columns.items()},
         "pictures": dict(counts),
         "boards": {

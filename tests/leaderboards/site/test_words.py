@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.lib.colours import EYES, contrast, least_apart
-from vbbench.pictures.solver_colours import ON_DARK, ON_LIGHT, numbers_apart, solver_number
+from vbbench.pictures.colours import SOLVERS_ON_DARK, SOLVERS_ON_LIGHT, numbers_apart, solver_number
 from vbbench_leaderboards.site.charts import colour_number, colours_css
 from vbbench_leaderboards.site.words import decimals, figure, figure_decimals, padding, percent, signed
 
@@ -64,7 +64,7 @@ def test_a_colour_is_told_by_the_name_alone() -> None:
     strangers = [colour_number(f"solver {n}") for n in range(200)]
     later = {colour_number("vb-former"), colour_number("ground-plane")}
     assert len(later) == 2
-    assert set(strangers) == set(range(len(BUNDLED) + 1, len(ON_LIGHT) + 1)) - later
+    assert set(strangers) == set(range(len(BUNDLED) + 1, len(SOLVERS_ON_LIGHT) + 1)) - later
     assert [colour_number(name) for name in BUNDLED] == [solver_number(name) + 1 for name in BUNDLED]
 
 
@@ -72,7 +72,7 @@ def test_answers_beside_one_another_have_different_colours() -> None:
     twice = numbers_apart(["vb-cv", "vb-sf", "vb-cv"])
     assert twice[:2] == [solver_number("vb-cv"), solver_number("vb-sf")]
     assert len(set(twice)) == 3
-    assert sorted(numbers_apart(["cv"] * 30)[: len(ON_LIGHT)]) == list(range(len(ON_LIGHT)))
+    assert sorted(numbers_apart(["cv"] * 30)[: len(SOLVERS_ON_LIGHT)]) == list(range(len(SOLVERS_ON_LIGHT)))
 
 
 def declared() -> list[list[str]]:
@@ -83,9 +83,9 @@ def declared() -> list[list[str]]:
 
 def test_colours_stand_out_from_the_paper() -> None:
     light, dark = declared()
-    assert dark == list(ON_DARK)
+    assert dark == list(SOLVERS_ON_DARK)
     for colours, paper in ((light, PAPERS["white"]), (dark, PAPERS["dark"])):
-        assert len(colours) == len(ON_LIGHT)
+        assert len(colours) == len(SOLVERS_ON_LIGHT)
         assert all(contrast(colour, paper) >= 3.0 for colour in colours)
 
 

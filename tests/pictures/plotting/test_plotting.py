@@ -20,9 +20,9 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.geometry import relative_to_world
+from vbbench.pictures.colours import solver_colour
 from vbbench.pictures.plotting import ego, plot_sequence, plot_to_file, save_picture, style
 from vbbench.pictures.plotting.style import free_offsets, spread, text_extent
-from vbbench.pictures.solver_colours import ON_LIGHT, solver_colour, solver_looks
 from vbbench.scoring import score
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
@@ -255,17 +255,6 @@ def test_several_answers_and_one_with_faults_in_one_picture(tmp_path: Path, monk
     assert " ".join(CAUTION.split()) in " ".join(words.split())
     lines = [text.get_window_extent() for text in drawing.texts if (text.get_gid() or "").startswith("caution-")]
     assert all(box.x0 >= 0 and box.x1 <= drawing.bbox.width and box.y0 >= 0 for box in lines)
-
-
-def test_colours_do_not_depend_on_who_else_is_shown_nor_on_the_process():
-    assert solver_looks(["a robot", "cv"])[1].colour == solver_looks(["cv"])[0].colour
-    assert solver_colour("a robot") == "#4694b4"
-    names = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
-    bundled = {solver_colour(name) for name in names}
-    assert len(bundled) == 7
-    others = {solver_colour(f"solver {n}") for n in range(50)}
-    assert not others & bundled
-    assert others <= set(ON_LIGHT)
 
 
 @pytest.mark.parametrize(("ending", "begin"), [("png", b"\x89PNG\r\n\x1a\n"), ("pdf", b"%PDF-"), ("svg", b"<?xml")])

@@ -9,9 +9,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from vbbench.pictures.colours import Look
 from vbbench.pictures.plotting import style
 from vbbench.pictures.replay import Replay
-from vbbench.pictures.solver_colours import Look
 
 _POINT: dict[str, Any] = {"marker": "o", "linestyle": "none"}
 
@@ -33,11 +33,11 @@ def draw_scale(axes: Axes, colours: ScalarMappable) -> None:
     axes.set_title("distance by the box (m)", fontsize=style.TEXT_SIZE, loc="left")
 
 
-def draw_legend(axes: Axes, replay: Replay, frame: int, more: Sequence[Line2D] = ()) -> None:
-    """What every mark of the map means, only marks that are there; and ``more``."""
+def draw_legend(axes: Axes, replay: Replay, frame: int) -> None:
+    """What every mark of the map means, only marks that are there."""
     axes.set_axis_off()
-    handles = [*_handles(replay, frame), *more]
-    axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=style.TEXT_SIZE, borderpad=0.0)
+    look: dict[str, Any] = {"loc": "upper left", "frameon": False, "fontsize": style.TEXT_SIZE, "borderpad": 0.0}
+    axes.legend(handles=_handles(replay, frame), **look)
 
 
 def draw_facts(axes: Axes, replay: Replay, frame: int, columns: tuple[float, float]) -> None:

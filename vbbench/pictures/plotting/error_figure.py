@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from vbbench.geometry import FloatArray
+from vbbench.pictures.colours import Look, solver_looks
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.captions import ROW, draw_table
 from vbbench.pictures.plotting.style import Rectangles, check_ending, lay_out, save_picture
-from vbbench.pictures.solver_colours import Look, solver_looks
 from vbbench.scoring.error_tables import FEW, ErrorTables, cumulative, over_time
 from vbbench.scoring.metrics import METRICS
 
@@ -47,7 +47,6 @@ def plot_errors(tables: ErrorTables) -> Figure:
             _DRAW[kind](axes, tables, metric, looks)
             shown = title if metric == tables.metrics[0] else ""
             axes.set_title(shown, fontsize=style.TEXT_SIZE, loc="left", color=style.INK, pad=14)
-            axes.set_axisbelow(True)
     draw_table(parts["table"], *tables.summary(), looks)
     style.write_heading(figure, _LEFT, tables.title, tables.facts)
     return figure
@@ -98,7 +97,7 @@ def _draw_over_time(axes: Axes, tables: ErrorTables, metric: str, looks: Several
     axes.set_ylabel(f"{METRICS[metric].name}\n{METRICS[metric].label}", fontsize=style.TEXT_SIZE)
     axes.set_xlabel("time since the given frames (s)", fontsize=style.TEXT_SIZE)
     axes.set_xlim(0.0, end)
-    axes.grid(color=style.FAINT, linewidth=0.6)
+    style.draw_grid(axes)
 
 
 def _draw_cumulative(axes: Axes, tables: ErrorTables, metric: str, looks: Several[Look]) -> None:
@@ -116,7 +115,7 @@ def _draw_cumulative(axes: Axes, tables: ErrorTables, metric: str, looks: Severa
     axes.set_ylim(0.0, 1.03)
     axes.yaxis.set_major_formatter(FuncFormatter(lambda share, _: f"{share:.0%}"))
     axes.set_ylabel(f"share of {tables.unit}", fontsize=style.TEXT_SIZE)
-    axes.grid(color=style.FAINT, linewidth=0.6)
+    style.draw_grid(axes)
 
 
 _DRAW = {"over-time": _draw_over_time, "cumulative": _draw_cumulative}

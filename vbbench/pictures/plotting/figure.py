@@ -17,6 +17,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo
 from vbbench.geometry import FloatArray
 from vbbench.pictures.backdrop import Backdrop
+from vbbench.pictures.colours import Look, solver_looks
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.bird import draw_bird, draw_pose, fill_map
 from vbbench.pictures.plotting.captions import ROW, draw_facts, draw_legend, draw_scale, draw_table, draw_title
@@ -31,7 +32,6 @@ from vbbench.pictures.plotting.style import (
     save_picture,
 )
 from vbbench.pictures.replay import Answer, Replay, load_replay
-from vbbench.pictures.solver_colours import Look, solver_looks
 from vbbench.protocol import START_FRAMES
 from vbbench.scoring.error_tables import ErrorsInTime, errors_in_time
 from vbbench.scoring.metrics import section

@@ -19,7 +19,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import Locator, NullFormatter
 
 from vbbench.errors import FileError
 from vbbench.folders.replacing import write_bytes_atomically
@@ -127,15 +127,15 @@ def name_axes(axes: Axes, along: str = "", up: str = "", title: str = "") -> Non
         axes.set_title(title, fontsize=10.0, loc="left", color=INK)
 
 
-def draw_grid(axes: Axes, width: float = 0.6, **look: Any) -> None:
+def draw_grid(axes: Axes, **look: Any) -> None:
     """Faint lines under everything else."""
-    axes.grid(color=FAINT, linewidth=width, **look)
+    axes.grid(color=FAINT, linewidth=0.6, **look)
     axes.set_axisbelow(True)
 
 
-def plain_logarithm(axis: Axis, locator: LogLocator | None = None) -> None:
+def plain_logarithm(axis: Axis, locator: Locator) -> None:
     """Numbers as they are written on a logarithmic axis, such as 0.1, and none between the ticks of ``locator``."""
-    axis.set_major_locator(locator or LogLocator())
+    axis.set_major_locator(locator)
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vbbench.estimate import Estimate
 from vbbench.geometry import BoolArray, FloatArray, runs_of_true
-from vbbench.pictures.people_colours import ON_LIGHT
+from vbbench.pictures.colours import PEOPLE_ON_LIGHT
 from vbbench.pictures.plotting import style
 from vbbench.pictures.plotting.style import draw_lines, draw_points, lay_out
 
@@ -122,7 +122,7 @@ def _draw_people(axes: Axes, answer: Estimate, places: FloatArray, dt: float) ->
     if not len(columns):
         return
     last = len(known) - 1 - known[::-1, columns].argmax(axis=0)
-    colours = np.array([to_rgba(ON_LIGHT[n % len(ON_LIGHT)]) for n in range(len(columns))])
+    colours = np.array([to_rgba(PEOPLE_ON_LIGHT[n % len(PEOPLE_ON_LIGHT)]) for n in range(len(columns))])
     frames = [np.flatnonzero(known[:, column]) for column in columns]
     parts = [np.split(seen, np.flatnonzero(np.diff(seen) * dt > _UNSEEN) + 1) for seen in frames]
     paths = [places[part, column] for column, own in zip(columns, parts, strict=True) for part in own]

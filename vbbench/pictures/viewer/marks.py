@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from vbbench.errors import needs_extra
 from vbbench.geometry import BoolArray, FloatArray, IntArray
-from vbbench.pictures import people_colours as people
-from vbbench.pictures import solver_colours as solvers
+from vbbench.pictures.colours import PEOPLE_ON_DARK, SOLVERS_ON_DARK, numbers_apart, person_slots
 from vbbench.pictures.replay import Replay
 
 
@@ -100,14 +99,14 @@ ERROR = (255, 90, 90, 255)
 
 def people_colours(replay: Replay) -> Colours:
     """The colour [K, 4] of each track's person; those who come near one another have different ones."""
-    palette = np.array(list(map(_colour, people.ON_DARK)), np.uint8)
-    return palette[people.person_slots(replay.camera, replay.sequence, replay.truth)]
+    palette = np.array(list(map(_colour, PEOPLE_ON_DARK)), np.uint8)
+    return palette[person_slots(replay.camera, replay.sequence, replay.truth)]
 
 
 def answer_colours(replay: Replay) -> list[Colour]:
     """The colour of each answer: that of its solver, or another where two answers would share it."""
-    numbers = solvers.numbers_apart([answer.solver for answer in replay.answers])
-    return [_colour(solvers.ON_DARK[number]) for number in numbers]
+    numbers = numbers_apart([answer.solver for answer in replay.answers])
+    return [_colour(SOLVERS_ON_DARK[number]) for number in numbers]
 
 
 def _colour(name: str) -> Colour:
