@@ -36,6 +36,9 @@ SUMS, TRUTH, SEQUENCES = "SHA256SUMS", "truth", "sequences.json"
 COLUMNS = {"dx": "Δx, m", "lost": "lost", "dt": "Δt, m", "dr": "Δr, rad"}
 """Of the results on Codabench: key and title, the one that ranks first."""
 
+_SCORING = f"python3 -m {__name__} /app/input/ref /app/input/res /app/output"
+"""What Codabench runs: the folders of reference data, of the submission, and of the scores."""
+
 _THEN = (1980, 1, 1, 0, 0, 0)
 """The day that every member of the archive bears: the first that the format has."""
 
@@ -66,7 +69,7 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bo
                 shutil.copyfile(dataset.folder / name, work.new / DATA / name)
         shutil.copyfile(folder / CHALLENGE_FILE, work.new / CHALLENGE_FILE)
         licence = f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n"
-        texts = {README: "bundle.md", "RULES.md": "codabench/terms.md"}
+        texts = {README: "bundle.md", "RULES.md": "rules.md"}
         write_files(work.new, _rendered(organiser, texts) | {"LICENCE.txt": licence})
         check_withheld(work.new / DATA)
         sums = "".join(f"{file_sha256(work.new / name)}  {name}\n" for name in _names(work.new))
@@ -132,9 +135,9 @@ def _write_codabench(organiser: Organiser, folder: Path) -> None:
         shutil.copytree(organiser.data, place / DATA)
         shutil.copytree(organiser.truth, place / TRUTH, ignore=shutil.ignore_patterns(SEED_FILE))
         (place / SEQUENCES).write_text(json.dumps(organiser.parts[part].tolist()), encoding="utf-8")
-    names = ("competition.yaml", "terms.md", "scoring/metadata.yaml", "scoring/Containerfile")
-    templates = {name: f"codabench/{Path(name).name}" for name in names} | {"overview.md": "bundle.md"}
-    write_files(folder, _rendered(organiser, templates))
+    templates = {"competition.yaml": "competition.yaml", "terms.md": "rules.md", "overview.md": "bundle.md"}
+    texts = _rendered(organiser, templates | {"scoring/Containerfile": "Containerfile"})
+    write_files(folder, texts | {"scoring/metadata.yaml": f"command: {_SCORING}\n"})
     Image.new("RGB", (64, 64), "#0a5fb4").save(folder / "logo.png")
 
 

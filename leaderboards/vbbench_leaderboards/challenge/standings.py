@@ -117,7 +117,7 @@ def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
             "Licence": challenge.licence,
         },
     )
-    own = {name: assets()[name] for name in ("assets/page.css", "assets/page.js", "assets/challenge.js")}
+    own = {name: assets()[name] for name in ("assets/page.css", "assets/page.js")}
     with WorkFolder(out, partial(check_made, out, SITE, MARKER)) as work:
         work.begin()
         work.new.mkdir()
