@@ -1,15 +1,12 @@
 """Every kind of page, light and dark, wide and narrow: axe-core has no finding, and a phone holds it all."""
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
-from tests.lib.browsing import DESKTOP, PHONE
-
-Open = Callable[..., Page]
+from tests.lib.browsing import DESKTOP, PHONE, Open
 
 PLACES = {
     "board": ("#/hotel/one-step-ideal?columns=all", "#board-table"),

@@ -1,21 +1,27 @@
-"""The sequence player: time, solvers, the map, shared addresses, and what it says where there is nothing to play."""
+"""The sequence player: its data, time, solvers, the map, shared addresses, and what it says of errors."""
 
 import re
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
-from tests.lib.browsing import Visitor
-
-Open = Callable[..., Page]
+from tests.lib.browsing import Open, Visitor
+from tests.lib.made_player import MOUNT, gone_astray, with_false_alarm, write_crowd, write_page
+from tests.lib.made_sequence import DT, made_sequence
+from tests.lib.player_decoding import decode_clip, decode_estimate
+from vbbench_leaderboards.site.pages import assets
+from vbbench_leaderboards.site.player import encode_clip, encode_estimate, write_data
 
 BOARD = "#/demo/sequential-noisy"
 PLAY = f"{BOARD}/play"
 FIRST = f"{PLAY}?frame=0"
 START = datetime(2026, 1, 1, tzinfo=UTC)
-DT = 0.4
+ASTRAY, ALARM = 7, 3
 DRAWN = "vbbench.player.session.ui.map.toDataURL()"
 
 
@@ -66,6 +72,9 @@ def last_frame(page: Page) -> int:
 
 
 def test_it_plays_pauses_and_stops_at_the_end(frozen: Page) -> None:
+    assert not frozen.evaluate("vbbench.player.session.smooth")  # as readers who want it still have it
+    frozen.clock.run_for(1000)
+    assert frame(frozen) == 0
     do(frozen, "play")
     expect(frozen.get_by_role("button", name="Pause", exact=True)).to_be_visible()
     frozen.clock.run_for(1000)
@@ -97,16 +106,13 @@ def test_it_steps_by_buttons_and_keys(player: Page) -> None:
     player.keyboard.press("Space")
 
 
-def test_ids_are_shown_on_demand(player: Page) -> None:
+def test_ids_are_shown_on_demand_and_keys_are_explained(player: Page) -> None:
     plain = player.evaluate(DRAWN)
     player.keyboard.press("i")
     expect(player.locator("[data-ids]")).to_be_checked()
     wait_for_another(player, plain)
     player.locator("[data-ids]").uncheck()
     player.wait_for_function(f"plain => {DRAWN} === plain", arg=plain)
-
-
-def test_the_keys_are_explained(player: Page) -> None:
     player.keyboard.press("?")
     keys = player.get_by_role("dialog", name="Keys")
     expect(keys).to_contain_text("the frame of the largest error")
@@ -233,7 +239,7 @@ def test_an_address_gone_astray_plays_what_there_is(open_page: Open) -> None:
     expect(clock(again)).to_contain_text(f"{last_frame(again)} /")
 
 
-def test_a_missing_file_is_told_kindly(open_page: Open, visitor: Callable[..., Visitor]) -> None:
+def test_a_missing_file_is_told_kindly(visitor: Callable[..., Visitor]) -> None:
     guest = visitor()
     page = guest.open(BOARD)
     page.route("**/data/player/demo/noisy/*.js", lambda route: route.abort())
@@ -254,7 +260,124 @@ def test_a_person_can_be_chosen_and_is_described(player: Page) -> None:
         assert player.locator(f"[data-{view}]").get_attribute("aria-label")
 
 
-def test_nothing_plays_by_itself_for_those_who_want_it_still(frozen: Page) -> None:
-    assert not frozen.evaluate("vbbench.player.session.smooth")
-    frozen.clock.run_for(3000)
-    assert frame(frozen) == 0
+@pytest.fixture(scope="module")
+def crowd(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """44 people, a false alarm; of three solvers one goes astray, by 80 m, in frame 7."""
+    site = tmp_path_factory.mktemp("crowd")
+    made = with_false_alarm(made_sequence(44, 14, share=1.0, seed=2), ALARM)
+    answers = {
+        "near": gone_astray(made, 14, (0.0, 0.0)),
+        "wide": gone_astray(made, 14, (0.0, 0.0), error=0.4),
+        "lost": gone_astray(made, ASTRAY, (80.0, 0.0)),
+    }
+    write_crowd(site, made, answers)
+    write_page(site)
+    return site
+
+
+@pytest.fixture
+def play(crowd: Path, visitor: Callable[..., Visitor]) -> Open:
+    """Open the player on the crowd in a state as an address has it; options as for `visit`."""
+
+    def open_it(state: dict[str, Any], **options: Any) -> Page:
+        page = visitor(crowd, **options).open(wait="main h1")
+        page.wait_for_function("vbbench.made")
+        page.evaluate(MOUNT, state)
+        page.wait_for_function("vbbench.player.session?.moment")
+        return page
+
+    return open_it
+
+
+def test_it_opens_with_the_best_solvers_where_one_goes_astray_unless_the_address_has_a_frame(play: Open) -> None:
+    for state, wanted in (({"solvers": "lost"}, ASTRAY), ({"solvers": "lost", "frame": 3}, 3)):
+        expect(clock(play(state))).to_contain_text(f"{wanted} /")
+    assert chosen(play({})) == ["near", "wide"]
+    page = play({"solvers": "near,lost"})
+    expect(clock(page)).to_contain_text(f"{ASTRAY} /")
+    page.keyboard.press("End")
+    expect(clock(page)).to_contain_text("13 /")
+    page.keyboard.press("w")
+    expect(clock(page)).to_contain_text(f"{ASTRAY} /")
+
+
+def test_boxes_and_false_alarms_are_counted(play: Open) -> None:
+    page = play({"frame": 5})
+    said = page.locator("[data-boxes-line]")
+    expect(said.locator("[data-boxes]")).to_have_text("44 boxes")
+    expect(said.locator("[data-alarms]")).to_have_text("1 of them shows nobody")
+    page.locator("[data-person]").select_option(index=ALARM + 1)  # nobody stands first
+    expect(page.locator("[data-person-text]")).to_contain_text("shows nobody: a false alarm")
+
+
+def test_a_person_has_one_colour_in_both_views_at_all_times(play: Open) -> None:
+    page = play({"frame": 2})
+    colours = page.evaluate("[...vbbench.player.session.theme.people]")
+    page.keyboard.press("End")
+    assert page.evaluate("[...vbbench.player.session.theme.people]") == colours
+    assert len(set(colours)) == 10
+    dark = play({"frame": 2}, color_scheme="dark").evaluate("[...vbbench.player.session.theme.people]")
+    pairs = set(zip(colours, dark, strict=True))
+    assert len(pairs) == 10  # a person keeps its place in the other palette
+
+
+READ = """async () => {
+  const { decodeClip, decodeEstimate } = vbbench.player;
+  const clip = await decodeClip(vbbench.values["player/clip"]);
+  const estimate = await decodeEstimate(vbbench.values["player/estimate"], clip);
+  const plain = (values) => Array.from(values, (value) => (Number.isNaN(value) ? null : Number(value)));
+  const all = (from, names) => Object.fromEntries(names.map((name) => [name, plain(from[name])]));
+  return {
+    clip: all(clip, ["known", "observed", "given", "x", "y", "yaw", "px", "py", "u", "v", "l"]),
+    estimate: all(estimate, ["x", "y", "yaw", "px", "py"]),
+  };
+}"""
+
+
+@pytest.mark.parametrize(
+    ("people", "frames", "share", "error"), [(60, 99, 0.9, 0.1), (3, 2, 0.4, 30.0), (1, 1, 0.0, 0.0)]
+)
+def test_the_script_reads_what_python_wrote(
+    browser: Browser, tmp_path: Path, people: int, frames: int, share: float, error: float
+) -> None:
+    made = made_sequence(people, frames, share=share, far=4321.0)
+    clip = encode_clip(made.camera, DT, made.sequence, made.truth)
+    answer = made.estimate(np.random.default_rng(0), error)
+    estimate = encode_estimate(made.truth, answer)
+    got = read_in_browser(browser, tmp_path, {"clip": clip, "estimate": estimate})
+    wanted = decode_clip(clip)
+    for name in ("known", "observed", "given"):
+        assert got["clip"][name] == wanted[name].ravel().tolist()
+    for name, values in columns(wanted["poses"], wanted["positions"], wanted["boxes"]):
+        assert same(got["clip"][name], values)
+    for name, values in columns(*decode_estimate(estimate, wanted)):
+        assert same(got["estimate"][name], values)
+
+
+def columns(poses: Any, positions: Any, boxes: Any = None) -> Any:
+    """Name in the script → the values that it stands for."""
+    named = {"x": poses[:, 0], "y": poses[:, 1], "yaw": poses[:, 2], "px": positions[..., 0], "py": positions[..., 1]}
+    if boxes is not None:
+        named |= {"u": boxes[..., 0], "v": boxes[..., 1], "l": boxes[..., 2]}
+    return named.items()
+
+
+def same(got: list[float | None], wanted: Any) -> bool:
+    return np.allclose(np.array(got, float), wanted.ravel(), rtol=0.0, atol=1e-9, equal_nan=True)
+
+
+def read_in_browser(browser: Browser, folder: Path, files: dict[str, dict[str, Any]]) -> Any:
+    """A page with the player's script and these files, read by the script."""
+    for name, values in files.items():
+        write_data(folder, name, values)
+    (folder / "player.js").write_text(assets()["assets/player.js"], encoding="utf-8")
+    start = "window.vbbench = { values: {}, provide(key, value) { this.values[key] = value; } }"
+    places = ["player.js", *(f"data/player/{name}.js" for name in files)]
+    scripts = "".join(f'<script src="{place}"></script>' for place in places)
+    (folder / "page.html").write_text(f"<!doctype html><meta charset=utf-8><script>{start}</script>{scripts}", "utf-8")
+    page = browser.new_page()
+    try:
+        page.goto((folder / "page.html").as_uri())
+        return page.evaluate(READ)
+    finally:
+        page.close()

@@ -1,22 +1,19 @@
 """The views beside the boards: a solver's own page, two solvers side by side, and addresses that lead nowhere."""
 
 import re
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 
-from tests.lib.browsing import PHONE
+from tests.lib.browsing import PHONE, Open
 from tests.lib.made_site import STRANGER
 from vbbench_leaderboards.results.ranking import capped_errors, contrasts
 from vbbench_leaderboards.results.result import Board, Result
-from vbbench_leaderboards.site.charts import colour_number
 from vbbench_leaderboards.site.words import decimals, figure
 
 Boards = Mapping[Board, tuple[Result, ...]]
-Open = Callable[..., Page]
 
 DEMO = Board(split="demo", tier="noisy", protocol="sequential")
 KITTI = Board(split="kitti", tier="footage", protocol="sequential")
@@ -47,11 +44,8 @@ def test_options_that_a_board_does_not_have_are_named(open_page: Open) -> None:
     plain = open_page("#/hotel/rollout-noisy?by=dt&show=sf")
     expect(plain.locator("#board-rows tr:visible")).to_have_count(1)
     expect(plain.locator("#board-note")).to_be_hidden()
-
-
-def test_sequences_that_are_not_there_are_said_to_be_missing(open_page: Open) -> None:
-    page = open_page(f"#/{KITTI.key}/play")
-    expect(page.locator("#board-note")).to_contain_text("cannot be watched")
+    unseen = open_page(f"#/{KITTI.key}/play")
+    expect(unseen.locator("#board-note")).to_contain_text("cannot be watched")
 
 
 def test_a_name_leads_to_the_solvers_page_and_back(open_page: Open, boards: Boards) -> None:
@@ -71,22 +65,6 @@ def test_a_name_leads_to_the_solvers_page_and_back(open_page: Open, boards: Boar
     page.locator(".top").get_by_role("link", name="What it means").click()
     expect(page.locator("#meanings")).to_be_in_viewport()
     expect(page.locator("#solver-title")).to_be_hidden()
-
-
-def test_a_bundled_solvers_code_comes_with_the_site(open_page: Open, site: Path) -> None:
-    page = open_page("#/solver/vb-cv")
-    address = page.locator("#page .facts a", has_text="code").get_attribute("href") or ""
-    assert "class ConstantVelocityBirdifier" in (site / address).read_text("utf-8")
-
-
-def test_a_solver_has_one_colour_everywhere(open_page: Open) -> None:
-    colours = set()
-    for address in ("#/kitti/sequential-footage", f"#/{DEMO.key}?show=vb-sf", "#/solver/vb-sf"):
-        page = open_page(address)
-        dot = page.locator(".dot" + f".c{colour_number('vb-sf')}").last
-        colours.add(dot.evaluate("one => getComputedStyle(one).backgroundColor"))
-        page.close()
-    assert len(colours) == 1
 
 
 def test_two_solvers_differ_by_what_the_build_found(open_page: Open, boards: Boards) -> None:

@@ -1,7 +1,7 @@
 """A browser without a network, and pages that report whatever goes wrong on them."""
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,9 @@ FLAGS = (
 )
 DESKTOP = {"width": 1280, "height": 900}
 PHONE = {"width": 360, "height": 740}
+Open = Callable[..., Page]
+"""Opens a page of the site at an address."""
+
 PATIENCE = 60_000.0
 """How long in ms something is awaited: on a busy machine, too, what will come comes within it."""
 
