@@ -27,23 +27,15 @@ def test_the_table_has_a_row_for_each_solver(made: tuple[Path, str]) -> None:
         assert all(float(value) > 0.0 for value in figures[1].split())
 
 
-def test_the_page_refers_to_files_that_are_there(made: tuple[Path, str]) -> None:
-    page = (made[0] / "index.html").read_text("utf-8")
+def test_the_page_refers_to_files_and_shows_a_usual_sequence(made: tuple[Path, str]) -> None:
+    out, page = made[0], (made[0] / "index.html").read_text("utf-8")
     referred = {address.partition("?")[0].partition("#")[0] for address in re.findall(r'(?:src|href)="([^"]+)"', page)}
     for address in referred - {"data:,", ""}:  # "" leads to a part of the page itself
-        assert (made[0] / address).is_file()
-    shown = re.search(r"\?player#/(\S+)/play\?sequence=(\d+)", page)
-    assert shown is not None
-    clip = made[0] / "site" / "data" / "player" / "demo" / demo.TIER / f"{shown[2]}.js"
-    assert clip.is_file()
-
-
-def test_the_sequence_shown_is_a_usual_one_with_many_people(made: tuple[Path, str]) -> None:
-    page = (made[0] / "index.html").read_text("utf-8")
-    shown = int(re.findall(r"play\?sequence=(\d+)", page)[0])
-    (board,) = [rows for key, rows in read_results(made[0] / "results").items() if key.protocol == "sequential"]
-    (result,) = [row for row in board if row.solver == demo.SHOWN]
-    scored = result.per_sequence
+        assert (out / address).is_file()
+    (shown,) = {int(number) for number in re.findall(r"play\?sequence=(\d+)", page)}
+    assert (out / "site" / "data" / "player" / "demo" / demo.TIER / f"{shown}.js").is_file()
+    (board,) = [rows for key, rows in read_results(out / "results").items() if key.protocol == "sequential"]
+    (scored,) = [row.per_sequence for row in board if row.solver == demo.SHOWN]
     far = np.abs(scored.figures["dx"] - np.nanmedian(scored.figures["dx"]))
     assert (far < far[scored.sequence == shown]).sum() < max(1, len(far) // 3)
 

@@ -1,23 +1,26 @@
 """A stranger's way onto the leaderboard: the template runs, files of any language score, mistakes say what to do."""
 
 import json
+import re
 import shutil
 import subprocess
 from collections.abc import Callable
 from datetime import date
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
+from tests.lib.challenges import declared, run_lines
+from tests.lib.commands import understood
 from tests.lib.made_results import made_results
 from tests.lib.make_dataset import Crowd
-from tests.lib.tiny_board import FILE, tiny_board, tiny_dataset
+from tests.lib.tiny_board import FILE, tiny_dataset
 from vbbench.camera import PanoramaCamera
 from vbbench.cli import main
-from vbbench.errors import UnknownNameError
-from vbbench.exchange.csv_export import TABLES, export_csv
+from vbbench.errors import VbbenchError
+from vbbench.exchange.csv_export import export_csv
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo
 from vbbench.generation import generate
@@ -26,10 +29,11 @@ from vbbench.scoring import score
 from vbbench.sequence import Given
 from vbbench.solver import Frame, Problem
 from vbbench.solving import solve
+from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
 from vbbench_leaderboards.results.result import read_result
-from vbbench_leaderboards.submitting import parse_board
+from vbbench_leaderboards.site.pages import Site, again_lines, take_part_lines
+from vbbench_leaderboards.submitting import add, parse_board, try_solver
 
-PROTOCOLS = ("one-step", "sequential", "rollout")
 Said, Words = Callable[..., str], Callable[..., list[object]]
 
 
@@ -48,7 +52,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "mine"
 
 
-@pytest.mark.parametrize("protocol", PROTOCOLS)
+@pytest.mark.parametrize("protocol", ["one-step", "sequential", "rollout"])
 def test_the_class_of_the_template_answers(dataset: Dataset, mine: Path, protocol: str) -> None:
     answer = solve(dataset, "mysolver:MySolver", protocol, mine / "answer")
     plain = solve(dataset, "cv", protocol, mine / "plain")
@@ -83,18 +87,6 @@ def test_a_program_in_another_language_answers(dataset: Dataset, mine: Path, pro
         assert score(answer, dataset.folder).summaries["dt"].mean == pytest.approx(plain.summaries["dt"].mean)
 
 
-def test_csv_says_what_parquet_says_and_no_truth(dataset: Dataset, tmp_path: Path) -> None:
-    export_csv(dataset, tmp_path / "csv")
-    assert sorted(path.stem for path in (tmp_path / "csv").iterdir()) == sorted(TABLES)
-    for name in TABLES:
-        text = (tmp_path / "csv" / f"{name}.csv").read_text("utf-8")
-        assert '"' not in text
-        assert "nan" not in text
-        read = pd.read_csv(tmp_path / "csv" / f"{name}.csv")
-        there = pd.read_parquet(dataset.table_path(name))
-        pd.testing.assert_frame_equal(read, there, check_dtype=False, rtol=1e-7)
-
-
 def test_the_template_overwrites_nothing(mine: Path, dataset: Dataset, mistake: Said) -> None:
     (mine / "README.md").unlink()
     (mine / "mysolver.py").write_text("years of work", encoding="utf-8")
@@ -102,23 +94,6 @@ def test_the_template_overwrites_nothing(mine: Path, dataset: Dataset, mistake: 
     assert (mine / "mysolver.py").read_text("utf-8") == "years of work"
     assert "is a dataset" in mistake("leaderboard", "template", dataset.folder)
     assert "is not a folder" in mistake("leaderboard", "template", mine / "mysolver.py")
-
-
-@pytest.mark.slow
-def test_the_page_shows_ones_own_result_beside_the_published(
-    dataset: Dataset, mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    published = made_results(tmp_path / "published")
-    monkeypatch.setattr("vbbench_leaderboards.results.folder.published_results", lambda: published)
-    answer = solve(dataset, "mysolver:MySolver", "sequential", mine / "answer")
-    assert main(["leaderboard", "add", str(answer), "--dataset", str(dataset.folder), "--name", "my-solver"]) == 0
-    assert main(["leaderboard", "build", "--out", "site"]) == 0
-    data = {
-        path.relative_to("site/data").as_posix(): path.read_text("utf-8") for path in Path("site/data").rglob("*.js")
-    }
-    assert "my-solver" in data["demo/sequential-noisy.js"]
-    assert "your name" in data["demo/sequential-noisy.js"]
-    assert "vb-cv" in data["hotel/sequential-noisy.js"]
 
 
 def _solve_with_awk(dataset: Dataset, folder: Path, protocol: str) -> Path:
@@ -132,25 +107,19 @@ def _solve_with_awk(dataset: Dataset, folder: Path, protocol: str) -> Path:
     return answer
 
 
-@pytest.fixture(scope="module")
-def room(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("add")
-    tiny_board(folder)
-    return folder
+@pytest.fixture
+def tiny(tiny_room: Path) -> Path:
+    return tiny_room / "work/datasets/tiny-ideal"
 
 
 @pytest.fixture
-def tiny(room: Path) -> Path:
-    return room / "work/datasets/tiny-ideal"
-
-
-@pytest.fixture
-def submission(room: Path, tmp_path: Path) -> Path:
-    return Path(shutil.copytree(room / "work/submissions" / FILE.with_suffix(""), tmp_path / "answers"))
+def submission(tiny_room: Path, tmp_path: Path) -> Path:
+    return Path(shutil.copytree(tiny_room / "work/submissions" / FILE.with_suffix(""), tmp_path / "answers"))
 
 
 @pytest.fixture
 def results(tmp_path: Path) -> Path:
+    """A folder that a command makes."""
     return tmp_path / "results"
 
 
@@ -166,12 +135,6 @@ def added(submission: Path, tiny: Path, results: Path) -> Words:
 
 def succeeds(words: list[object]) -> bool:
     return main([str(word) for word in words]) == 0
-
-
-def declare(submission: Path, **facts: object) -> None:
-    """Change what a submission says of itself."""
-    path = submission / "submission.json"
-    path.write_text(json.dumps({**json.loads(path.read_text("utf-8")), **facts}), encoding="utf-8")
 
 
 def test_the_first_result_writes_the_record_too(
@@ -202,7 +165,7 @@ def test_a_result_is_replaced_only_when_asked(added: Words, mistake: Said, resul
 def test_a_name_that_no_file_can_bear_is_refused(
     added: Words, mistake: Said, submission: Path, results: Path, name: str
 ) -> None:
-    declare(submission, solver=name)
+    declared(submission, solver=name)
     assert "cannot be the name of a result's file; give one with --name" in mistake(*added())
     assert not results.exists()
 
@@ -227,24 +190,21 @@ def test_facts_that_no_page_can_show_are_refused(
     assert not results.exists()
 
 
-def test_another_dataset_is_refused_with_both_ids_and_the_way_out(mistake: Said, room: Path, tmp_path: Path) -> None:
-    other = tiny_dataset(tmp_path / "other", Crowd(sequences=4, people=5))
-    answers = solve(Dataset(other), "cv", "sequential", tmp_path / "cv")
-    said = mistake("leaderboard", "add", answers, "--dataset", other, "--results", room / "results", "--name", "mine")
-    board = read_result(room / "results" / FILE).dataset
-    for words in (Dataset(other).info.id, board, "vbbench generate tiny --camera panorama", "--tier ideal"):
-        assert words in said
-
-
-def test_another_dataset_cannot_land_on_a_published_board(
-    added: Words, mistake: Said, room: Path, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("place", ["where results are", "where they are published"])
+def test_another_dataset_is_refused_with_both_ids_and_the_way_out(
+    mistake: Said, tiny_room: Path, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:
-    monkeypatch.setattr("vbbench_leaderboards.submitting.published_results", lambda: room / "results")
+    if "published" in place:
+        monkeypatch.setattr("vbbench_leaderboards.submitting.published_results", lambda: tiny_room / "results")
+    else:
+        results = tiny_room / "results"
     other = tiny_dataset(tmp_path / "other", Crowd(sequences=4, people=5))
-    said = mistake(*added(answers=solve(Dataset(other), "cv", "rollout", tmp_path / "cv"), dataset=other))
-    assert "hold results on" in said
-    assert "--tier ideal --sigma-h 0 --seed 0 --out tiny-ideal" in said
-    assert not results.exists()
+    answers = solve(Dataset(other), "cv", "rollout", tmp_path / "cv")
+    said = mistake("leaderboard", "add", answers, "--dataset", other, "--results", results, "--name", "mine")
+    board = read_result(tiny_room / "results" / FILE).dataset
+    made_by = "vbbench generate tiny --camera panorama --tier ideal --sigma-h 0 --seed 0 --out tiny-ideal"
+    assert all(words in said for words in (Dataset(other).info.id, f"hold results on {board} alone", made_by))
+    assert not (tmp_path / "results").exists()
 
 
 @pytest.mark.parametrize("table", ["truth/poses", "truth/scenes", "given"])
@@ -293,7 +253,7 @@ def test_a_submission_with_faults_is_not_added(
 def test_a_row_that_does_not_say_all_is_refused_and_an_option_completes_it(
     added: Words, mistake: Said, submission: Path, results: Path, key: str, words: str
 ) -> None:
-    declare(submission, **{key: None if key == "delay" else ""})
+    declared(submission, **{key: None if key == "delay" else ""})
     assert words in mistake(*added())
     assert not results.exists()
     assert succeeds(added("--about", f"{key}=3"))
@@ -310,6 +270,96 @@ def test_a_solver_that_gets_whole_sequences_is_offline_unless_it_gets_the_past_a
     assert delays == {"sequential": "offline", "one-step": 0}
 
 
-def test_the_boards_of_a_split_are_listed_by_its_name() -> None:
-    with pytest.raises(UnknownNameError, match=r"called 'sim'; known: sim/\S+(, sim/\S+)*$"):
-        parse_board("sim")
+def site_of(results: Path) -> Site:
+    return Site(results=read_results(results), datasets=read_datasets(results), rankings={}, playable={})
+
+
+@pytest.mark.slow
+def test_lines_on_published_boards_are_commands(tmp_path: Path) -> None:
+    for split in ("kitti", "sim"):
+        (tmp_path / split).symlink_to(published_results() / split)
+    site = site_of(tmp_path)
+    for board in site.boards:
+        for line in again_lines(site, board):
+            understood(line.removeprefix("vbbench "))
+            assert parse_board(line.partition(" --board ")[2].split()[0]) == board
+    last = "vbbench leaderboard try mysolver:MySolver --board sim/sequential-field --out site"
+    assert take_part_lines(site)[-1] == last
+
+
+@pytest.fixture
+def published(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where the results that come with vbbench are for this test."""
+    for room in ("results.folder", "submitting"):
+        monkeypatch.setattr(f"vbbench_leaderboards.{room}.published_results", lambda: tmp_path / "published")
+    return tmp_path / "published"
+
+
+@pytest.mark.slow
+def test_lines_on_other_boards_run_as_they_are(
+    published: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    dataset = ["generate", "sim", "--tier", "noisy", "--sequences", "3", "--options", "people=4", "--out", "crowd"]
+    assert main(dataset) == 0
+    crowd = Dataset(Path("crowd"))
+    add(solve(crowd, "cv", "rollout", Path("stranger")), crowd.folder, Path("own"), name="me")
+    made_results(published)
+    site = site_of(Path("own"))
+    lines = take_part_lines(site)
+    assert lines[2].startswith("vbbench generate sim --camera perspective --tier noisy --sequences 3")
+    assert again_lines(site, site.first) == lines  # of a solver that nobody else has, no figures can be made again
+    run_lines(lines)
+    assert Dataset("sim-noisy").info.id == crowd.info.id
+
+
+@pytest.mark.slow
+def test_a_solver_is_tried_in_one_step(
+    mine: Path, published: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    limit = 4
+    rules = SimpleNamespace(options=lambda seed: Options(tier="noisy", limit=limit, seed=seed))
+    monkeypatch.setattr("vbbench_leaderboards.submitting.source", lambda split, tier: rules)
+    made = generate("demo", tmp_path / "made", rules.options(5))
+    add(solve(made, "cv", "sequential", tmp_path / "answer"), made.folder, published)
+    guide = Path(__file__).parents[2] / "docs" / "writing-a-solver.md"
+    (block,) = re.findall(r"(?ms)^```python\n((?:(?!^```).)*?^class StandStill.*?)^```", guide.read_text("utf-8"))
+    Path("still.py").write_text(block, encoding="utf-8")
+    words = ["leaderboard", "try", "mysolver:MySolver", "--board", "demo/sequential-noisy", "--out", "site"]
+    capsys.readouterr()
+    for _ in range(2):  # it may be tried again and again
+        assert main(words) == 0
+        assert re.match(r"MySolver on demo/sequential-noisy: rank .* of 2 causal solvers, Δx ", capsys.readouterr().out)
+    assert "MySolver" in Path("site/data/demo/sequential-noisy.js").read_text("utf-8")
+    assert main(["leaderboard", "try", "still:StandStill", *words[3:-2]]) == 0
+    assert re.match(r"StandStill on demo/sequential-noisy: rank \d.* of 3 causal solvers", capsys.readouterr().out)
+    assert not Path("leaderboards").exists()
+    assert main(["leaderboard", "add", "../answer", "--dataset", "../made", "--name", "my-own"]) == 0
+    assert main(["leaderboard", "build", "--out", "site"]) == 0
+    page = Path("site/data/demo/sequential-noisy.js").read_text("utf-8")
+    assert '"my-own"' in page
+    assert '"cv"' in page
+    limit = 3
+    shutil.rmtree("out")
+    assert main(words) == 2
+    assert "source files differ" in capsys.readouterr().err
+
+
+class Nobody:
+    """Does not say who made it."""
+
+
+@pytest.mark.parametrize(
+    ("solver", "board", "words"),
+    [
+        (f"{__name__}:Nobody", "sim/sequential-field", "does not say authors, trained_on, tuned_on; its class needs"),
+        ("cv", "sim/sequential-feild", "did you mean 'sim/sequential-field'"),
+        ("cv", "sim", "no published board is called 'sim'; known: sim/"),
+    ],
+)
+def test_a_trial_that_cannot_be_is_refused_before_anything_is_made(
+    tmp_path: Path, solver: str, board: str, words: str
+) -> None:
+    with pytest.raises(VbbenchError, match=words):
+        try_solver(solver, board, tmp_path / "work")
+    assert not (tmp_path / "work").exists()

@@ -1,4 +1,4 @@
-"""The parts of the challenge kit: its file, the secret division, the bundle, and the lines that pages show."""
+"""The parts of the challenge kit: its file, the secret division, and the bundle."""
 
 import json
 import re
@@ -14,10 +14,8 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.lib.challenges import SECRET, TEXT, declared, run_lines, vbbench
-from tests.lib.made_results import made_results
-from vbbench.cli import all_commands, main
-from vbbench.cli.parsing import parse
+from tests.lib.challenges import SECRET, TEXT, declared, vbbench
+from tests.lib.commands import understood
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
@@ -27,9 +25,7 @@ from vbbench.scoring import score
 from vbbench.version import ON_PYPI
 from vbbench_leaderboards.challenge.definition import parse_moment, read_challenge
 from vbbench_leaderboards.challenge.organiser import Organiser, parts_of
-from vbbench_leaderboards.results.folder import published_results, read_datasets, read_results
-from vbbench_leaderboards.site.pages import Site, again_lines, take_part_lines
-from vbbench_leaderboards.submitting import add, parse_board, try_solver
+from vbbench_leaderboards.submitting import add
 
 Refused = Callable[..., str]
 
@@ -71,8 +67,7 @@ def test_the_starting_file_is_one_and_overwrites_nothing(tmp_path: Path, refused
     assert vbbench("challenge", "new", tmp_path / "mine") == 0
     challenge = read_challenge(tmp_path / "mine")
     assert [phase.part for phase in challenge.phases] == ["public", "hidden"]
-    words = shlex.split(challenge.data.command("--seed 1", "--out x"))[1:]
-    parse(all_commands(), words)
+    understood(challenge.data.command("--seed 1", "--out x").removeprefix("vbbench "))
     (tmp_path / "mine" / "challenge.toml").write_text(TEXT, encoding="utf-8")
     assert "exists and may be yours" in refused("challenge", "new", tmp_path / "mine")
 
@@ -143,17 +138,42 @@ def test_the_bundle_has_no_truth_and_the_same_bytes_always(made: Path, tmp_path:
     verify(tmp_path / "one" / "data", made / "data.truth")
 
 
-@pytest.mark.parametrize("spoil", ["truth", "seed"])
-def test_a_bundle_that_would_tell_is_not_made(room: Path, tmp_path: Path, spoil: str, refused: Refused) -> None:
-    data, truth = room / "tiny" / "data", room / "tiny" / "data.truth"
-    if spoil == "truth":
-        shutil.copytree(truth, data / "truth")
-    else:
-        shutil.rmtree(data)
-        generate("sim", data, Options(limit=3, tier="noisy"))
-        shutil.rmtree(truth)
-        shutil.move(data / "truth", truth)
-    assert "is not withheld" in refused("challenge", "bundle", room / "tiny", "--out", tmp_path / "out")
+def with_its_truth(tiny: Path) -> None:
+    shutil.copytree(tiny / "data.truth", tiny / "data" / "truth")
+
+
+def with_its_seed(tiny: Path) -> None:
+    data, truth = tiny / "data", tiny / "data.truth"
+    shutil.rmtree(data)
+    generate("sim", data, Options(limit=3, tier="noisy"))
+    shutil.rmtree(truth)
+    shutil.move(data / "truth", truth)
+
+
+def with_texts_of_the_template(tiny: Path) -> None:
+    text = TEXT.replace('"Somebody"', '"Your laboratory"').replace("somebody@", "challenge@")
+    (tiny / "challenge.toml").write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (with_its_truth, "is not withheld"),
+        (with_its_seed, "is not withheld"),
+        (lambda tiny: shutil.rmtree(tiny / "data"), "the secret set is missing; make it with"),
+        (lambda tiny: shutil.rmtree(tiny / "data.truth"), "the secret truth is missing"),
+        (
+            lambda tiny: (tiny / "challenge.toml").write_text(TEXT.replace('"noisy"', '"ideal"')),
+            "[data] is sim ideal, ",
+        ),
+        (with_texts_of_the_template, "challenge.toml: organisers, contact: as in the template"),
+    ],
+)
+def test_a_bundle_that_must_not_be_handed_out_is_not_made(
+    room: Path, tmp_path: Path, spoil: Callable[[Path], None], words: str, refused: Refused
+) -> None:
+    spoil(room / "tiny")
+    assert words in refused("challenge", "bundle", room / "tiny", "--out", tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -179,114 +199,6 @@ def test_the_library_adds_nothing_to_a_challenge_behind_its_back(made: Path) -> 
         add(made.parent / "cv", made / "data", made / "results" / "public", truth=made / "data.truth")
 
 
-def site_of(results: Path) -> Site:
-    found = read_results(results)
-    return Site(results=found, datasets=read_datasets(results), rankings={}, playable={})
-
-
-@pytest.mark.slow
-def test_lines_on_published_boards_are_commands(tmp_path: Path) -> None:
-    for split in ("kitti", "sim"):
-        (tmp_path / split).symlink_to(published_results() / split)
-    site = site_of(tmp_path)
-    for board in site.boards:
-        for line in again_lines(site, board):
-            program, *words = shlex.split(line)
-            assert program == "vbbench"
-            parse(all_commands(), [" ".join(words[:2]), *words[2:]])
-            assert parse_board(words[words.index("--board") + 1]) == board
-    assert take_part_lines(site)[-1] == (
-        "vbbench leaderboard try mysolver:MySolver --board sim/sequential-field --out site"
-    )
-
-
-@pytest.mark.slow
-def test_lines_on_other_boards_run_as_they_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    dataset = ["generate", "sim", "--tier", "noisy", "--sequences", "3", "--options", "people=4", "--out", "crowd"]
-    assert main(dataset) == 0
-    assert main(["solve", "crowd", "--solver", "cv", "--protocol", "rollout", "--out", "stranger"]) == 0
-    made_results(tmp_path / "published")
-    monkeypatch.setattr("vbbench_leaderboards.results.folder.published_results", lambda: tmp_path / "published")
-    monkeypatch.setattr("vbbench_leaderboards.submitting.published_results", lambda: tmp_path / "published")
-    assert main(["leaderboard", "add", "stranger", "--dataset", "crowd", "--results", "own", "--name", "me"]) == 0
-    site = site_of(tmp_path / "own")
-    lines = take_part_lines(site)
-    assert lines[2].startswith("vbbench generate sim --camera perspective --tier noisy --sequences 3")
-    assert again_lines(site, site.first) == lines  # of a solver that nobody else has, no figures can be made again
-    run_lines(lines)
-    assert Dataset("sim-noisy").info.id == Dataset(tmp_path / "crowd").info.id
-
-
-@pytest.mark.slow
-def test_a_solver_is_tried_in_one_step(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    options = Options(tier="noisy", limit=4, seed=5)
-    monkeypatch.setattr("vbbench_leaderboards.submitting.source", lambda split, tier: _Source(options))
-    made = generate("demo", tmp_path / "made", options)
-    assert main(["solve", "made", "--solver", "cv", "--protocol", "sequential", "--out", "answer"]) == 0
-    add(Path("answer"), made.folder, Path("published"))
-    for room in ("results.folder", "submitting"):
-        monkeypatch.setattr(f"vbbench_leaderboards.{room}.published_results", lambda: tmp_path / "published")
-    assert main(["leaderboard", "template", "."]) == 0
-    monkeypatch.syspath_prepend(str(tmp_path))
-    capsys.readouterr()
-    words = ["leaderboard", "try", "mysolver:MySolver", "--board", "demo/sequential-noisy", "--out", "site"]
-    for _ in range(2):  # it may be tried again and again
-        assert main(words) == 0
-        said = capsys.readouterr().out
-        assert said.startswith("MySolver on demo/sequential-noisy: rank ")
-        assert "of 2 causal solvers, Δx " in said
-    page = (tmp_path / "site" / "data" / "demo" / "sequential-noisy.js").read_text("utf-8")
-    assert "MySolver" in page
-    guide = Path(__file__).parents[3] / "docs" / "writing-a-solver.md"
-    (block,) = re.findall(r"(?ms)^```python\n((?:(?!^```).)*?^class StandStill.*?)^```", guide.read_text("utf-8"))
-    Path("still.py").write_text(block, encoding="utf-8")
-    assert main([*words[:2], "still:StandStill", *words[3:]]) == 0
-    assert re.match(r"StandStill on demo/sequential-noisy: rank \d.* of 3 causal solvers, Δx ", capsys.readouterr().out)
-    assert not Path("leaderboards").exists()
-    assert main(["leaderboard", "try", "cv", "--board", "demo/sequential-nosy"]) == 2
-    assert "did you mean 'demo/sequential-noisy'" in capsys.readouterr().err
-    options = Options(tier="noisy", limit=3, seed=5)
-    shutil.rmtree(tmp_path / "out")
-    assert main(words) == 2
-    assert "source files differ" in capsys.readouterr().err
-
-
-class _Source:
-    def __init__(self, options: Options) -> None:
-        self._options = options
-
-    def options(self, seed: int) -> Options:
-        assert seed == self._options.seed
-        return self._options
-
-
-class Nobody:
-    """Does not say who made it."""
-
-
-def test_a_solver_that_says_nothing_of_itself_is_told_before_anything_is_made(tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match=r"does not say authors, trained_on, tuned_on; its class needs .* facts = "):
-        try_solver(f"{__name__}:Nobody", "sim/sequential-field", tmp_path / "work")
-    assert not (tmp_path / "work").exists()
-
-
-def test_a_trial_is_on_a_published_board(made: Path, tmp_path: Path) -> None:
-    with pytest.raises(VbbenchError, match="no published board is called 'sim/sequential'"):
-        try_solver("cv", "sim/sequential", tmp_path)
-
-
-def test_texts_of_the_template_are_not_handed_out(room: Path, tmp_path: Path, refused: Refused) -> None:
-    text = TEXT.replace('"Somebody"', '"Your laboratory"').replace("somebody@", "challenge@")
-    (room / "tiny" / "challenge.toml").write_text(text, encoding="utf-8")
-    said = refused("challenge", "bundle", room / "tiny", "--out", tmp_path / "out")
-    assert "challenge.toml: organisers, contact: as in the template" in said
-    assert not (tmp_path / "out").exists()
-
-
 def test_codabench_gets_an_archive_that_scores(made: Path, tmp_path: Path) -> None:
     assert vbbench("challenge", "bundle", made, "--out", tmp_path / "tiny", "--codabench") == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tiny", "tiny.codabench.zip"]
@@ -304,8 +216,8 @@ def test_codabench_gets_an_archive_that_scores(made: Path, tmp_path: Path) -> No
     assert not list(there.rglob("seed.json"))
     installs = (there / "scoring" / "Containerfile").read_text("utf-8")
     assert ("COPY vbbench-*.whl /" in installs) != ON_PYPI
-    words = shlex.split(yaml.safe_load((there / "scoring" / "metadata.yaml").read_text("utf-8"))["command"])
-    program, *_ = words[1:3][1:]
+    command = yaml.safe_load((there / "scoring" / "metadata.yaml").read_text("utf-8"))["command"]
+    program = shlex.split(command)[2]
     (tmp_path / "scores").mkdir()
     folders = [there / "reference-hidden", made.parent / "cv", tmp_path / "scores"]
     subprocess.run([sys.executable, "-m", program, *folders], check=True)

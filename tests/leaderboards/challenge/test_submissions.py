@@ -6,7 +6,6 @@ import shutil
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,7 +14,7 @@ import pytest
 from tests.folders.test_locks import held
 from tests.lib.challenges import FACTS, declared, memorised, on, run_lines, vbbench
 from vbbench.scoring import score
-from vbbench_leaderboards.challenge.organiser import Organiser, parts_of, read_log
+from vbbench_leaderboards.challenge.organiser import Organiser, read_log
 from vbbench_leaderboards.results.folder import read_results
 from vbbench_leaderboards.results.ranking import headline
 
@@ -82,17 +81,6 @@ def test_the_whole_story(
     assert "cheat            1 of 3 in development, 1 of 2 in final; 2 refused" in capsys.readouterr().out
 
 
-@pytest.mark.slow
-def test_what_other_sequences_are_given_helps_nobody(room: Path, refused: Refused) -> None:
-    """A solver that remembers what it was given, and looks for the same people elsewhere, finds none."""
-    for solver, out in (("map-causal", "plain"), ("tests.exploits.memory:Memory", "memory")):
-        words = ["--solver", solver, "--protocol", "sequential", "--out", room / out]
-        assert vbbench("solve", room / "tiny" / "data", *words) == 0
-    assert vbbench(*accept(room, "plain")) == 0
-    declared(room / "memory", authors="M. Allory", trained_on="nothing", tuned_on="nothing")
-    assert "are the answers that honest handed in" in refused(*accept(room, "memory", "cheat"))
-
-
 def test_a_part_is_scored_on_its_own_sequences_alone(room: Path) -> None:
     tiny, organiser = room / "tiny", Organiser(room / "tiny")
     parts, truth = organiser.parts, tiny / "data.truth"
@@ -111,18 +99,14 @@ def test_a_part_is_scored_on_its_own_sequences_alone(room: Path) -> None:
     assert vbbench("leaderboard", "check", "--results", results) == 0
 
 
-def spoilt(room: Path, table: str, change: Callable[[pd.DataFrame], object]) -> Path:
-    """The answer of cv with a changed table."""
+def spoilt(room: Path, table: str, row: int, column: str, value: float) -> Path:
+    """The answer of cv with another value in a table."""
     path = room / "cv" / f"{table}.parquet"
     rows = pd.read_parquet(path)
-    change(rows)
+    rows.iloc[row, rows.columns.get_loc(column)] = value
     path.unlink()
     rows.to_csv(path.with_suffix(".csv"), index=False)
     return room / "cv"
-
-
-def put(row: int, column: str, value: float) -> Callable[[pd.DataFrame], object]:
-    return lambda rows: rows.__setitem__(column, rows[column].where(np.arange(len(rows)) != row % len(rows), value))
 
 
 def linked(room: Path) -> Path:
@@ -133,18 +117,15 @@ def linked(room: Path) -> Path:
 
 
 SUBMISSIONS: dict[str, tuple[Callable[[Path], Path], str]] = {
-    "another dataset": (
-        lambda room: declared(room / "cv", dataset="0" * 16),
-        "answers dataset 0000000000000000; tiny is",
-    ),
+    "another dataset": (lambda room: declared(room / "cv", dataset="0" * 16), "answers dataset 0000000000000000; tiny"),
     "another protocol": (lambda room: declared(room / "cv", protocol="rollout"), "held under sequential"),
     "gaps allowed": (lambda room: declared(room / "cv", failure_policy="hold"), "wants every answer"),
     "nobody": (lambda room: declared(room / "cv", authors=""), "who made the solver"),
     "the template's": (lambda room: declared(room / "cv", authors="your name"), "name who made the solver"),
     "an unknown key": (lambda room: declared(room / "cv", score=0.0), "key 'score' is unknown"),
-    "NaN": (lambda room: spoilt(room, "poses", put(5, "x", np.nan)), "1 fault"),
-    "absurd": (lambda room: spoilt(room, "positions", put(5, "y", 1e9)), "must be finite numbers within"),
-    "a row is missing": (lambda room: spoilt(room, "poses", put(-1, "frame", 0)), "the row is missing"),
+    "NaN": (lambda room: spoilt(room, "poses", 5, "x", np.nan), "1 fault"),
+    "absurd": (lambda room: spoilt(room, "positions", 5, "y", 1e9), "must be finite numbers within"),
+    "a row is missing": (lambda room: spoilt(room, "poses", -1, "frame", 0), "the row is missing; add it\n"),
     "a link to the truth": (linked, "is a link or cannot be read"),
     "no folder": (lambda room: room / "cv" / "poses.parquet", "is not a folder"),
 }
@@ -195,24 +176,11 @@ def test_parts_stay_as_they_were_when_submissions_were_scored(
 ) -> None:
     """As when somebody writes another public_share, by which other sequences are public."""
     assert vbbench(*accept(room, "cv")) == 0
-
-    def others(*asked: Any) -> dict[str, Any]:
-        public, hidden = parts_of(*asked).values()
-        return {"public": hidden, "hidden": public}
-
+    others = {"public": Organiser(room / "tiny").parts["hidden"], "hidden": Organiser(room / "tiny").parts["public"]}
     with monkeypatch.context() as patch:
-        patch.setattr("vbbench_leaderboards.challenge.organiser.parts_of", others)
-        said = refused(*accept(room, "sf", "cheat"))
-        assert "public_share is another than when submissions were scored" in said
+        patch.setattr("vbbench_leaderboards.challenge.organiser.parts_of", lambda *_: others)
+        assert "public_share is another than when submissions were" in refused(*accept(room, "sf", "cheat"))
     assert vbbench(*accept(room, "sf", "cheat")) == 0
-
-
-def test_what_is_missing_is_to_be_added_where_every_answer_is_wanted(room: Path, refused: Refused) -> None:
-    rows = pd.read_parquet(room / "cv" / "positions.parquet")
-    rows.iloc[:-1].to_parquet(room / "cv" / "positions.parquet")
-    said = refused(*accept(room, "cv"))
-    assert "the row is missing; add it" in said
-    assert "hold" not in said
 
 
 def test_what_is_handed_in_twice_counts_once(room: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -288,6 +256,8 @@ def test_a_changed_log_is_refused(room: Path, refused: Refused) -> None:
     log = room / "tiny" / "log.jsonl"
     log.write_text(log.read_text("utf-8").replace('"honest"', '"cheat"', 1), encoding="utf-8")
     assert "log.jsonl, line 2: a line before this one was changed" in refused("challenge", "status", room / "tiny")
+    log.write_text("{\n", encoding="utf-8")
+    assert "log.jsonl, line 1: is damaged" in refused("challenge", "status", room / "tiny")
 
 
 def test_what_is_kept_must_be_what_was_handed_in(room: Path, refused: Refused) -> None:

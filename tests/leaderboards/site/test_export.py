@@ -4,8 +4,6 @@ import csv
 import io
 import json
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,18 +16,15 @@ from tests.test_table import check_latex
 from vbbench import __version__
 from vbbench.cli import main
 from vbbench.registry import load, registered
-from vbbench_leaderboards.results.folder import read_datasets, read_results
+from vbbench_leaderboards.results.folder import read_results
 from vbbench_leaderboards.results.ranking import rank_apart
 from vbbench_leaderboards.site.export import (
-    DOWNLOADS,
     ExportedBoard,
     bibliography,
     cited,
     exported_text,
     known_references,
-    table_address,
 )
-from vbbench_leaderboards.site.pages import build
 
 ERRORS = np.random.default_rng(3).gamma(4.0, 0.02, 40)
 KEY = "hotel/sequential-field"
@@ -90,23 +85,20 @@ def test_hostile_words_stay_words() -> None:
     assert bib.count("{") == bib.count("}")
 
 
-def test_bibtex_cites_each_work_once() -> None:
-    rows = [result("net", ERRORS, reference="Somebody, 2026"), result("net", ERRORS * 2, reference="Somebody, 2026")]
+def test_bibtex_cites_each_work_once_and_an_address_becomes_a_link() -> None:
+    facts = {"reference": "Somebody, 2026", "code": "https://example.org/a_b%20{c}", "authors": "A & B"}
+    rows = [result("net", ERRORS, **facts), result("net", ERRORS * 2, **facts), result("silent", ERRORS)]
     citations = [load("generator", split).card.citation for split in ("hotel", "sim", "eth")]
-    text = bibliography(rows, [replace(record_of(*rows), citation=citation) for citation in citations])
-    keys = re.findall(r"(?m)^@\w+\{([^,]+),$", text)
-    assert keys == ["vbbench", "nishimura2021view", "pellegrini2009never", "moussaid2009experimental", "solver-net"]
+    records = [replace(record_of(*rows), citation=one) for one in (*citations, "A book of mine, 1999")]
+    text = bibliography(rows, records)
+    known, *data, own, net = re.findall(r"(?m)^@\w+\{([^,]+),$", text)[1:]
+    assert (known, *data) == ("nishimura2021view", "pellegrini2009never", "moussaid2009experimental")
+    assert (own[:5], net) == ("data-", "solver-net")
     assert f"note = {{Version {__version__}}}" in text
-
-
-def test_a_reference_becomes_an_entry_and_an_address_a_link() -> None:
-    told = result("net", ERRORS, reference="Somebody, 2026", code="https://example.org/a_b%20{c}", authors="A & B")
-    text = bibliography([told, result("silent", ERRORS)], [replace(record_of(told), citation="A book of mine, 1999")])
     assert "note = {{Somebody, 2026}}" in text
     assert r"author = {{A \& B}}" in text
     assert r"url = {https://example.org/a_b\%20\%7Bc\%7D}" in text
     assert "note = {{A book of mine, 1999}}" in text
-    assert "silent" not in text
 
 
 @pytest.mark.parametrize("split", sorted(registered("generator")))
@@ -115,34 +107,3 @@ def test_every_public_source_has_its_entry(split: str) -> None:
     citation = load("generator", split).card.citation
     if citation not in own:
         assert set(cited(citation)) <= set(known_references())
-
-
-@pytest.mark.slow
-def test_the_page_offers_every_board_in_every_format(results: Path, tmp_path: Path) -> None:
-    site = build(tmp_path / "site", results)
-    records = read_datasets(results)
-    for board in site.boards:
-        piece = (tmp_path / "site" / "data" / f"{board.key}.js").read_text("utf-8")
-        for form in DOWNLOADS:
-            address = table_address(board, form)
-            path = tmp_path / "site" / address
-            exported = ExportedBoard.of(board, records[board.split, board.tier], site.results[board])
-            assert path.read_text("utf-8") == exported_text([exported], form)
-            assert address in piece
-
-
-@pytest.mark.skipif(shutil.which("bibtex") is None, reason="no bibtex here")
-def test_tex_and_bibtex_read_them(results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "board.tex").write_text(printed(capsys, results, "latex", KEY), encoding="utf-8")
-    (tmp_path / "refs.bib").write_text(printed(capsys, results, "bibtex", KEY), encoding="utf-8")
-    (tmp_path / "paper.tex").write_text(
-        "\\documentclass{article}\\usepackage{booktabs}\\begin{document}\\input{board}\\nocite{*}"
-        "\\bibliographystyle{plain}\\bibliography{refs}\\end{document}\n"
-    )
-    for command in (["pdflatex"], ["bibtex"], ["pdflatex"]):
-        more = ["-interaction=nonstopmode", "-halt-on-error"] if command == ["pdflatex"] else []
-        done = subprocess.run(
-            [*command, *more, "paper"], cwd=tmp_path, capture_output=True, text=True, errors="replace"
-        )
-        assert done.returncode == 0, done.stdout[-3000:]
-        assert "Warning--" not in done.stdout

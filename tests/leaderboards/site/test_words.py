@@ -14,25 +14,17 @@ BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-bat
 PAPERS = {"white": "#ffffff", "dark": "#121518"}
 
 
-@pytest.mark.parametrize(
-    ("value", "most", "shown"),
-    [
-        (0.786, 2, "0.79"),
-        (0.37488, 2, "0.37"),
-        (1.244, 2, "1.24"),
-        (1.244, 4, "1.24"),
-        (0.0432, 3, "0.043"),
-        (0.0076, 4, "0.0076"),
-        (12.44, 2, "12.4"),
-        (124.4, 3, "124"),
-        (5667.0, 0, "5,670"),
-        (0.9996, 3, "1.00"),
-        (0.0, 3, "0.000"),
-        (0.00001, 4, "<0.0001"),
-    ],
-)
-def test_figures_have_two_or_three_digits(value: float, most: int, shown: str) -> None:
-    assert figure(value, most) == shown
+FIGURES = {
+    0: {5667.0: "5,670"},
+    2: {0.786: "0.79", 0.37488: "0.37", 1.244: "1.24", 12.44: "12.4"},
+    3: {0.0432: "0.043", 0.9996: "1.00", 124.4: "124", 0.0: "0.000"},
+    4: {0.0076: "0.0076", 1.244: "1.24", 0.00001: "<0.0001"},
+}
+"""Decimals of a column → figure → how it is shown."""
+
+
+def test_figures_have_two_or_three_digits() -> None:
+    assert {most: {value: figure(value, most) for value in own} for most, own in FIGURES.items()} == FIGURES
 
 
 @pytest.mark.parametrize(
