@@ -20,7 +20,7 @@ SEED = $(shell sed -n 's/.*"seed": *\([0-9]*\).*/\1/p' leaderboards/results/sim/
 CPP := $(shell find cpp */cpp -name '*.?pp')
 CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
-SANITIZED := $(patsubst %,tests/baselines/%.py,test_joint_map $(patsubst %,cascade/test_%,ego_motion crowd_graph uncertainty terms)) \
+SANITIZED := $(patsubst %,tests/baselines/%.py,test_joint_map $(patsubst %,cascade/test_%,ego_motion people factors)) \
   $(patsubst %,tests/generators/%.py,test_social_force tiers/test_noise tiers/tracking/test_observing tiers/tracking/test_tracker tiers/test_field views/test_vehicle \
   views/test_looking test_odometry_filter test_lifting test_elementary) tests/renderers/test_raster.py tests/renderers/test_visibility.py
 # Figures of many seeds, which run the same lines again
