@@ -8,13 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.lib.made_sequence import sequence_of
-from tests.lib.solver_runs import DT, problem_of
+from tests.lib.solver_runs import DT, answer
 from vbbench.camera import PanoramaCamera
 from vbbench.geometry import BoolArray, FloatArray, world_to_relative
 from vbbench.protocol import get_protocol
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
-from vbbench.solving.runner import run_sequence
 from vbbench.solving.session import Session
 from vbbench_baselines._core import continue_people
 from vbbench_baselines.common.drift import RUNNING, TOP_SPEED, UNRELIABLE, Drift, held, jumped
@@ -81,9 +80,7 @@ def sparse_crowd(seed: int, shown: BoolArray, *, speed: float = 1.3) -> tuple[Se
 
 
 def solve(solver: Any, case: tuple[Sequence, Truth], protocol: str = "sequential") -> Estimate:
-    sequence, _ = case
-    problem = problem_of(sequence, PanoramaCamera(), 1.0, covariances=True)
-    return run_sequence(solver, problem, sequence, get_protocol(protocol), None)[0]
+    return answer(solver, case[0], protocol, covariances=True)
 
 
 def pose_errors(estimate: Estimate, truth: Truth) -> FloatArray:

@@ -7,26 +7,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.lib.solver_runs import CAMERAS, DT, problem_of, see, walk
+from tests.lib.solver_runs import CAMERAS, DT, answer, problem_of, see, walk
 from vbbench.camera import Camera
 from vbbench.geometry import BoolArray, FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate
-from vbbench.solving.runner import frames_of, run_sequence
+from vbbench.solving.runner import frames_of
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.joint_map import MapBatch, MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
-SOLVERS: list[Callable[[], Any]] = [
-    ConstantVelocity,
-    SocialForce,
-    ConstantVelocityBirdifier,
-    SocialForceBirdifier,
-    MapCausal,
-    MapBatch,
-]
+BIRDIFIERS = (ConstantVelocityBirdifier, SocialForceBirdifier, MapCausal, MapBatch)
+SOLVERS: list[Callable[[], Any]] = [ConstantVelocity, SocialForce, *BIRDIFIERS]
 FARTHEST = 50.0
 """In m: no answer may be further off."""
 
@@ -38,11 +32,6 @@ def cold(truth: Truth, camera: Camera, pixel_std: float = 1.0) -> Sequence:
     """What the camera sees of ``truth``, with its pose in frame 0 given."""
     sequence = see(truth, camera, pixel_std)
     return replace(sequence, given=COLD.select_given(sequence.given))
-
-
-def answer(make: Callable[[], Any], sequence: Sequence, camera: Camera, *, covariances: bool = False) -> Estimate:
-    problem = problem_of(sequence, camera, 1.0, covariances=covariances)
-    return run_sequence(make(), problem, sequence, COLD, None)[0]
 
 
 def crossing(seed: int, speed: float = 1.0) -> Truth:
@@ -85,7 +74,7 @@ HARD: dict[str, Callable[[Truth], Truth]] = {
 def test_no_start_is_too_hard(make: Callable[[], Any], start: str) -> None:
     truth, camera = HARD[start](crossing(3)), CAMERAS[list(HARD).index(start) % 2]
     sequence = cold(truth, camera)
-    estimate = answer(make, sequence, camera, covariances=True)
+    estimate = answer(make(), sequence, "cold-start", camera, covariances=True)
     seen = sequence.observed
     assert np.abs(estimate.poses - truth.poses)[:, :2].max() < FARTHEST
     assert np.abs(estimate.positions - truth.positions)[seen].max(initial=0.0) < FARTHEST
@@ -130,7 +119,7 @@ def test_people_who_stand_show_how_the_observer_moves(make: Callable[[], Any]) -
         standing = np.broadcast_to(truth.positions[0], truth.positions.shape)
         truth = replace(truth, positions=standing, heights=np.full(PEOPLE, 1.7))
         joint, way = make in (MapCausal, MapBatch), speed * DT * (FRAMES - 1)
-        estimate = answer(make, cold(truth, CAMERAS[0], 0.0), CAMERAS[0], covariances=joint)
+        estimate = answer(make(), cold(truth, CAMERAS[0], 0.0), covariances=joint)
         off = (estimate.poses - truth.poses)[-1, :2]
         if joint:
             assert off @ np.linalg.solve(estimate.pose_covariances[-1, :2, :2], off) < 9.0
@@ -138,13 +127,12 @@ def test_people_who_stand_show_how_the_observer_moves(make: Callable[[], Any]) -
     assert way > 15.0
 
 
-@pytest.mark.parametrize("make", [ConstantVelocityBirdifier, SocialForceBirdifier, MapCausal, MapBatch])
+@pytest.mark.parametrize("make", BIRDIFIERS)
 def test_where_people_are_from_the_observer_is_known_from_the_boxes(make: Callable[[], Any]) -> None:
     errors = []
     for seed in range(4):
         truth = crossing(seed)
-        sequence = cold(truth, CAMERAS[0])
-        estimate = answer(make, sequence, CAMERAS[0])
+        estimate = answer(make(), cold(truth, CAMERAS[0]))
         away = (estimate.positions - estimate.poses[:, None, :2]) - (truth.positions - truth.poses[:, None, :2])
         errors.append(np.nanmean(np.hypot(*np.moveaxis(away[2:], -1, 0))))
     assert np.mean(errors) < 1.5
@@ -155,7 +143,7 @@ def test_the_unknown_velocity_of_all_is_in_the_covariance() -> None:
     growth, normalised = [], []
     for seed in range(12):
         truth = crossing(seed)
-        estimate = answer(MapCausal, cold(truth, CAMERAS[0]), CAMERAS[0], covariances=True)
+        estimate = answer(MapCausal(), cold(truth, CAMERAS[0]), covariances=True)
         place = estimate.pose_covariances[:, :2, :2]
         growth.append(np.trace(place[-1]) / np.trace(place[2]))
         off = (estimate.poses - truth.poses)[-1, :2]
@@ -171,5 +159,5 @@ def test_where_nobody_is_seen_the_observer_comes_to_rest(make: Callable[[], Any]
     poses = np.concatenate((truth.poses, np.repeat(truth.poses[-1:], later, axis=0)))
     positions = np.concatenate((truth.positions, np.full((later, PEOPLE, 2), np.nan)))
     sequence = cold(replace(truth, poses=poses, positions=positions), CAMERAS[0])
-    steps = np.hypot(*np.diff(answer(make, sequence, CAMERAS[0]).poses[:, :2], axis=0).T)
+    steps = np.hypot(*np.diff(answer(make(), sequence).poses[:, :2], axis=0).T)
     assert steps[-1] < 0.3 * steps[FRAMES - 2]

@@ -6,13 +6,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.lib.solver_runs import CAMERAS, DT, measured, problem_of, run, see, showing, walk
+from tests.lib.solver_runs import CAMERAS, DT, answer, measured, run, see, showing, walk
 from vbbench.camera import Camera
 from vbbench.geometry import FloatArray, relative_to_world, wrap_angle
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.sequence import Sequence, Truth
 from vbbench.solver import Estimate
-from vbbench.solving.runner import run_sequence
 from vbbench_baselines.ground_plane import ACCELERATION, FLOOR, SPEED, GroundPlane, rigid_fit
 
 MEAN = 1.7
@@ -28,9 +27,8 @@ def alike(seed: int, frames: int = 12) -> Truth:
     return replace(truth, positions=np.array(positions), heights=np.full(len(truth.heights), MEAN))
 
 
-def answers(sequence: Sequence, camera: Camera, protocol: str = "cold-start", **facts: Any) -> Estimate:
-    problem = replace(problem_of(sequence, camera, covariances=True), **facts)
-    return run_sequence(GroundPlane(), problem, sequence, get_protocol(protocol), None)[0]
+def answers(sequence: Sequence, camera: Camera, **asked: Any) -> Estimate:
+    return answer(GroundPlane(), sequence, camera=camera, **{"pixel_std": 0.0, "covariances": True, **asked})
 
 
 @pytest.mark.parametrize("camera", CAMERAS)
@@ -109,10 +107,9 @@ def test_no_warning_and_an_answer_for_everybody_whatever_is_missing(camera: Came
     boxes[8:, 1:] = np.nan  # one person
     boxes[2:, 0, 2] = 1e-3  # a box of no height
     sequence = showing(sequence, boxes)
-    rules = get_protocol(protocol)
+    shown = truth if get_protocol(protocol).needs_truth else None
     with np.errstate(all="raise"):
-        problem = problem_of(sequence, camera, 1.0, covariances=True)
-        estimate, _ = run_sequence(GroundPlane(), problem, sequence, rules, truth if rules.needs_truth else None)
+        estimate = answers(sequence, camera, protocol=protocol, pixel_std=1.0, truth=shown)
     assert np.isfinite(estimate.poses).all()
     assert np.isfinite(estimate.positions[sequence.observed]).all()
     for spreads in (estimate.pose_covariances[1:], estimate.position_covariances[sequence.observed]):
@@ -126,8 +123,7 @@ def test_given_places_after_a_gap_bring_the_pose_back() -> None:
     boxes[3:30] = np.nan
     given[30] = truth.positions[30]
     sequence = showing(sequence, boxes, given=replace(sequence.given, positions=given))
-    problem = problem_of(sequence, CAMERAS[0], 1.0, covariances=True)
-    estimate, _ = run_sequence(GroundPlane(), problem, sequence, get_protocol("sequential"), None)
+    estimate = answers(sequence, CAMERAS[0], protocol="sequential", pixel_std=1.0)
     assert not estimate.converged[29]
     assert estimate.converged[30]
     assert np.hypot(*(estimate.poses - truth.poses)[30, :2]) < 0.6

@@ -9,13 +9,11 @@ import pytest
 
 from benchmarks.session_coverage import run as run_session
 from tests.baselines.test_cold_start import crossing
-from tests.lib.solver_runs import CAMERAS, DT, measured, problem_of, see
+from tests.lib.solver_runs import CAMERAS, DT, answer, measured, see
 from vbbench import PerspectiveCamera, Session
 from vbbench.geometry import motion_between, wrap_angle
-from vbbench.protocol import get_protocol
 from vbbench.sequence import Odometry, Sequence, Truth
 from vbbench.solver import Estimate
-from vbbench.solving.runner import run_sequence
 from vbbench_baselines.common.motion import newest_measured
 from vbbench_baselines.joint_map import MapBatch, MapCausal
 from vbbench_baselines.social_force_birdifier import SocialForceBirdifier
@@ -33,11 +31,6 @@ def seen(truth: Truth, odometry: Odometry | None) -> Sequence:
     return see(truth, CAMERAS[0], 1.0, odometry=odometry)
 
 
-def answer(make: Callable[[], Any], sequence: Sequence, protocol: str, *, covariances: bool = False) -> Estimate:
-    problem = problem_of(sequence, CAMERAS[0], 1.0, covariances=covariances)
-    return run_sequence(make(), problem, sequence, get_protocol(protocol), None)[0]
-
-
 def error(estimate: Estimate, truth: Truth) -> float:
     return float(np.hypot(*(estimate.poses - truth.poses)[2:, :2].T).mean())
 
@@ -45,21 +38,20 @@ def error(estimate: Estimate, truth: Truth) -> float:
 def test_a_motion_leads_to_the_pose_that_it_was_measured_from() -> None:
     before, now = np.array((1.0, -2.0, 3.0)), np.array((1.4, -1.7, -3.1))
     odometry = Odometry(motions=motion_between(before, now)[None], covariances=PRECISE[None])
-    told = newest_measured(odometry, before)
-    np.testing.assert_allclose(told.pose[:2], now[:2])
-    assert wrap_angle(told.pose[2] - now[2]) == pytest.approx(0.0)
+    found = newest_measured(odometry, before)
+    np.testing.assert_allclose(found.pose[:2], now[:2])
+    assert wrap_angle(found.pose[2] - now[2]) == pytest.approx(0.0)
 
 
 @pytest.mark.parametrize("protocol", ["cold-start", "rollout"])
 @pytest.mark.parametrize("make", SOLVERS)
 def test_accurate_odometry_ends_the_drift(make: Callable[[], Any], protocol: str) -> None:
-    errors = np.array(
-        [
-            [error(answer(make, seen(truth, odometry), protocol), truth) for odometry in (None, measure(truth, seed))]
-            for seed, truth in ((seed, crossing(seed, 1.5)) for seed in range(5))
-        ]
-    )
-    without, by_odometry = errors.mean(axis=0)
+    errors = []
+    for seed in range(5):
+        truth = crossing(seed, 1.5)
+        sequences = (seen(truth, odometry) for odometry in (None, measure(truth, seed)))
+        errors.append([error(answer(make(), sequence, protocol), truth) for sequence in sequences])
+    without, by_odometry = np.mean(errors, axis=0)
     assert by_odometry < 0.05
     assert by_odometry < 0.7 * without
 
@@ -70,7 +62,7 @@ def test_odometry_that_measured_nothing_changes_nothing(make: Callable[[], Any],
     truth = crossing(2)
     frames = len(truth.poses)
     nothing = Odometry(motions=np.full((frames, 3), np.nan), covariances=np.full((frames, 3, 3), np.nan))
-    without, empty = (answer(make, seen(truth, odometry), protocol) for odometry in (None, nothing))
+    without, empty = (answer(make(), seen(truth, odometry), protocol) for odometry in (None, nothing))
     np.testing.assert_array_equal(without.poses, empty.poses)
     np.testing.assert_array_equal(without.positions, empty.positions)
 
@@ -79,13 +71,13 @@ def test_odometry_that_measured_nothing_changes_nothing(make: Callable[[], Any],
 def test_odometry_counts_as_much_as_its_covariance_says(make: Callable[[], Any]) -> None:
     """Next to nothing if it is vague; and one frame of it holds that frame's step alone."""
     truth = crossing(2)
-    without = answer(make, seen(truth, None), "rollout")
+    without = answer(make(), seen(truth, None), "rollout")
     vague = measure(truth)
     vague = replace(vague, covariances=1e6 * vague.covariances / PRECISE[0, 0])
-    np.testing.assert_allclose(answer(make, seen(truth, vague), "rollout").poses, without.poses, atol=0.02)
+    np.testing.assert_allclose(answer(make(), seen(truth, vague), "rollout").poses, without.poses, atol=0.02)
     once = measure(truth)
     motions = np.where(np.arange(len(truth.poses))[:, None] == 5, once.motions, np.nan)
-    estimate = answer(make, seen(truth, replace(once, motions=motions)), "rollout")
+    estimate = answer(make(), seen(truth, replace(once, motions=motions)), "rollout")
     before, now = estimate.poses[4:6]
     if make is MapBatch:  # the causal solver has reported frame 4 before it knew
         np.testing.assert_allclose(motion_between(before, now), once.motions[5], atol=0.04)
@@ -96,7 +88,7 @@ def test_odometry_makes_a_cold_start_sure_of_its_pose(make: Callable[[], Any]) -
     truth = crossing(3)
     spreads = []
     for odometry in (None, measure(truth)):
-        estimate = answer(make, seen(truth, odometry), "cold-start", covariances=True)
+        estimate = answer(make(), seen(truth, odometry), "cold-start", covariances=True)
         spreads.append(np.sqrt(np.trace(estimate.pose_covariances[-1, :2, :2])))
     assert spreads[1] < 0.2 * spreads[0]
 
@@ -108,7 +100,7 @@ def test_gaps_of_odometry_are_not_one_long_gap(make: Callable[[], Any]) -> None:
 
     def spread(missing: slice) -> float:
         sequence = seen(truth, measure(truth, missing=missing))
-        covariances = answer(make, sequence, "cold-start", covariances=True).pose_covariances
+        covariances = answer(make(), sequence, "cold-start", covariances=True).pose_covariances
         return float(np.sqrt(np.trace(covariances[-1, :2, :2])))
 
     middle = len(truth.poses) // 2
@@ -120,10 +112,10 @@ def test_gaps_of_odometry_are_not_one_long_gap(make: Callable[[], Any]) -> None:
 def test_where_nobody_is_in_sight_a_pose_is_as_sure_as_odometry_is(solver: str) -> None:
     camera = PerspectiveCamera(width=1280, height=720, focal=910.0, cx=640.0, cy=360.0, mount_height=1.2)
     session, moved = Session(solver, camera, dt=0.1), np.array((0.05, 0.0, 0.002))
-    answer = session.step({})
+    session.step({})
     for _ in range(50):
-        answer = session.step({}, (moved, np.diag((0.01, 0.01, 0.002)) ** 2))
-    sigma = np.sqrt(answer.pose_covariance.diagonal())
+        last = session.step({}, (moved, np.diag((0.01, 0.01, 0.002)) ** 2))
+    sigma = np.sqrt(last.pose_covariance.diagonal())
     assert sigma[:2] == pytest.approx(0.01 * np.sqrt(50.0), rel=0.3)
     assert sigma[2] == pytest.approx(0.002 * np.sqrt(50.0), rel=0.3)
 
@@ -133,7 +125,7 @@ def test_a_car_with_odometry_is_where_it_is() -> None:
     truth = crossing(8, 10.0)
     standing = np.random.default_rng(1).uniform(-20.0, 60.0, (1, 6, 2)) + 0.0 * truth.positions
     truth = replace(truth, positions=standing)
-    estimate = answer(MapCausal, seen(truth, measure(truth, missing=slice(3, None, 3))), "cold-start")
+    estimate = answer(MapCausal(), seen(truth, measure(truth, missing=slice(3, None, 3))), "cold-start")
     assert error(estimate, truth) < 1.5
     assert DT * 10.0 * len(truth.poses) > 50.0
 

@@ -88,6 +88,22 @@ def problem_of(sequence: Sequence, camera: Camera, pixel_std: float = 0.0, *, co
     )
 
 
+def answer(
+    solver: Any,
+    sequence: Sequence,
+    protocol: str = "cold-start",
+    camera: Camera | None = None,
+    pixel_std: float = 1.0,
+    *,
+    truth: Truth | None = None,
+    covariances: bool = False,
+    **facts: Any,
+) -> Estimate:
+    """A solver's answer to a sequence; ``facts`` are other ones of the problem."""
+    problem = problem_of(sequence, camera or CAMERAS[0], pixel_std, covariances=covariances)
+    return run_sequence(solver, replace(problem, **facts), sequence, get_protocol(protocol), truth)[0]
+
+
 def run(
     solver: FrameSolver,
     truth: Truth,
@@ -97,11 +113,11 @@ def run(
     *,
     covariances: bool = False,
 ) -> Estimate:
+    """A solver's answer to what the camera sees of the truth."""
     camera = camera or CAMERAS[0]
-    sequence, how = see(truth, camera, pixel_std), get_protocol(protocol)
-    shown = truth if how.needs_truth else None
-    problem = problem_of(sequence, camera, pixel_std, covariances=covariances)
-    return run_sequence(solver, problem, sequence, how, shown)[0]
+    shown = truth if get_protocol(protocol).needs_truth else None
+    sequence = see(truth, camera, pixel_std)
+    return answer(solver, sequence, protocol, camera, pixel_std, truth=shown, covariances=covariances)
 
 
 def assert_close(estimate: Estimate, poses: FloatArray, positions: FloatArray, atol: float) -> None:

@@ -7,17 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.lib import solver_runs
 from tests.lib.make_dataset import Crowd, write_dataset
-from tests.lib.solver_runs import CAMERAS, assert_close, elsewhere, measured, problem_of, run, see, walk
+from tests.lib.solver_runs import CAMERAS, assert_close, elsewhere, measured, run, see, showing, walk
 from vbbench.estimate import is_credible
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray
-from vbbench.protocol import PROTOCOLS, get_protocol
+from vbbench.protocol import PROTOCOLS
 from vbbench.scoring import score
 from vbbench.sequence import Sequence
 from vbbench.solver import Estimate
 from vbbench.solving import solve
-from vbbench.solving.runner import run_sequence
 from vbbench_baselines.former.layers import first_weights
 from vbbench_baselines.former.solver import VbFormer
 
@@ -39,29 +39,20 @@ def first(**biases: float) -> dict[str, Any]:
 
 
 def answer(sequence: Sequence, protocol: str = "rollout", **options: Any) -> Estimate:
-    problem = problem_of(sequence, CAMERAS[0], 1.0, covariances=True)
-    return run_sequence(VbFormer(**options), problem, sequence, get_protocol(protocol), None)[0]
+    return solver_runs.answer(VbFormer(**options), sequence, protocol, covariances=True)
 
 
 def without(sequence: Sequence, hidden: Any) -> Sequence:
     """The sequence without the boxes ``hidden`` [T, K]."""
-    boxes = np.where(hidden[..., None], np.nan, sequence.observations)
     given = np.where(hidden[..., None], np.nan, sequence.given.positions)
-    visible = np.where(hidden, np.nan, sequence.visible)
-    return replace(sequence, observations=boxes, visible=visible, given=replace(sequence.given, positions=given))
-
-
-def in_order(sequence: Sequence, order: Any) -> Sequence:
-    """The sequence with its people in another order."""
-    given = replace(sequence.given, positions=sequence.given.positions[:, order])
-    return replace(
-        sequence, observations=sequence.observations[:, order], visible=sequence.visible[:, order], given=given
-    )
+    boxes = np.where(hidden[..., None], np.nan, sequence.observations)
+    return showing(sequence, boxes, given=replace(sequence.given, positions=given))
 
 
 def test_the_order_of_people_does_not_matter() -> None:
     sequence, order = see(walk(1, wobble=0.02), CAMERAS[0], 1.0), np.array([3, 0, 5, 1, 4, 2])
-    one, other = answer(sequence), answer(in_order(sequence, order))
+    given = replace(sequence.given, positions=sequence.given.positions[:, order])
+    one, other = answer(sequence), answer(showing(sequence, sequence.observations[:, order], given=given))
     np.testing.assert_allclose(other.poses, one.poses, atol=1e-4)
     np.testing.assert_allclose(other.positions, one.positions[:, order], atol=1e-4)
 
@@ -102,10 +93,7 @@ def test_absurd_boxes_are_not_used() -> None:
     boxes = np.array(sequence.observations)
     for frame, box in enumerate(ABSURD, 3):
         boxes[frame, 2], hidden[frame, 2] = box, True
-    spoiled, clean = (
-        answer(replace(sequence, observations=boxes)),
-        answer(without(sequence, hidden)),
-    )
+    spoiled, clean = (answer(one) for one in (replace(sequence, observations=boxes), without(sequence, hidden)))
     np.testing.assert_array_equal(spoiled.poses, clean.poses)
     np.testing.assert_array_equal(spoiled.positions[~hidden], clean.positions[~hidden])
     assert is_credible(spoiled.positions).all()
