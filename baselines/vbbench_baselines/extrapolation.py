@@ -14,10 +14,10 @@ from vbbench.geometry import IntArray, relative_to_world
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines._core import fit_pose, localise, measure
 from vbbench_baselines.cascade import Factors
+from vbbench_baselines.common import TUNED, UNTUNED
 from vbbench_baselines.common.bearings import sight, usable
 from vbbench_baselines.common.cold_start import PEOPLE_SPEED
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift
-from vbbench_baselines.common.facts import TUNED, UNTUNED
 from vbbench_baselines.common.motion import History, Spreads
 from vbbench_baselines.motion_models import MotionModel, SocialForceWalk, StraightWalk, expect, kept_shares
 

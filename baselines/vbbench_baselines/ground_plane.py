@@ -14,9 +14,9 @@ from vbbench import geometry
 from vbbench.geometry import FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.sequence import Given
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.common import UNTUNED
 from vbbench_baselines.common.bearings import SMALLEST_BOX, usable
 from vbbench_baselines.common.drift import UNRELIABLE
-from vbbench_baselines.common.facts import UNTUNED
 
 FLOOR = 0.03
 """In m: standard deviation of a place that no box improves on, since bodies sway."""

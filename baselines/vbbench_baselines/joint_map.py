@@ -15,8 +15,8 @@ from vbbench.sequence import Given
 from vbbench.solver import CARRIERS, Carrier, Frame, FrameEstimate, Problem
 from vbbench.solving.runner import given_at
 from vbbench_baselines import _core
+from vbbench_baselines.common import DEVELOPED
 from vbbench_baselines.common.bearings import bearings_of, usable
-from vbbench_baselines.common.facts import DEVELOPED
 
 
 class MapCausal:

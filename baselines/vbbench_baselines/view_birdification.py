@@ -15,10 +15,10 @@ from vbbench.geometry import BoolArray, FloatArray, IntArray
 from vbbench.solver import Frame, FrameEstimate, Problem
 from vbbench_baselines._core import fit_pose, localise, measure, pose_covariance, position_covariances
 from vbbench_baselines.cascade import VAGUE, Company, Factors, Heights, can_anchor, company, reanchor, select
+from vbbench_baselines.common import CASCADE
 from vbbench_baselines.common.bearings import sight, usable
 from vbbench_baselines.common.cold_start import OBSERVER_SPEED, Astray
 from vbbench_baselines.common.drift import ACCELERATION, RUNNING, TURN, UNRELIABLE, Drift, held, jumped, variances
-from vbbench_baselines.common.facts import CASCADE
 from vbbench_baselines.common.motion import SURE, History, MeasuredPose, Spreads, newest_measured
 from vbbench_baselines.motion_models import MotionModel, StraightWalk, expect, kept_shares
 

@@ -56,13 +56,6 @@ def test_a_crowd_in_blocks_walks_as_one_without_up_to_rounding() -> None:
     np.testing.assert_allclose(paths[2], np.concatenate(paths[:2], axis=1), atol=1e-8)
 
 
-def test_momentum_is_kept_by_moussaid() -> None:
-    one = replace(crowd(40), velocities=np.zeros((40, 2)), speeds=np.full(40, 100.0))
-    goals = 1e9 * np.where(np.arange(40)[:, None, None] % 2, 1.0, -1.0) * np.ones((1, 1, 2))
-    paths = simulate(replace(one, goals=goals), Model(), frames=2, dt=1e-3, substeps=1)
-    assert np.abs((paths[1] - paths[0]).sum(axis=0)).max() < 1e-11
-
-
 def test_one_person_alone_reaches_the_desired_speed_and_stops_at_the_goal() -> None:
     paths = simulate(lone([[20.0, 0.0]]), MODEL, frames=301, **STEP)[:, 0]
     assert np.linalg.norm(paths[100] - paths[99]) == pytest.approx(0.13, rel=1e-6)

@@ -17,8 +17,8 @@ from vbbench.estimate import LARGEST
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import Given, Odometry
 from vbbench.solver import Frame, FrameEstimate, Problem
+from vbbench_baselines.common import SIMULATED
 from vbbench_baselines.common.bearings import usable
-from vbbench_baselines.common.facts import SIMULATED
 from vbbench_baselines.common.motion import SMALLEST, SURE
 from vbbench_baselines.former.certainty import Certainty
 from vbbench_baselines.former.inference import Weights, bundled_weights

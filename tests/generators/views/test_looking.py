@@ -9,7 +9,7 @@ import pytest
 from vbbench.generation.generator import Look, Options, Simulation
 from vbbench.geometry import FloatArray, wrap_angle
 from vbbench.registry import load
-from vbbench_generators.views.looking import LAWS, Law, Way, limit_turns, natural_look, natural_yaws
+from vbbench_generators.views.looking import LAWS, Law, Way, causal_headings, limit_turns, natural_look, natural_yaws
 
 LOOK = natural_look()
 STEADY = replace(LOOK, walking=replace(LOOK.walking, offset_std=0.0, unsteady_std=0.0))
@@ -101,6 +101,14 @@ def test_natural_draws_the_laws_by_their_shares() -> None:
         (law,) = [law for law in LAWS if np.array_equal(found, yaws(way, law, seed))]
         drawn[law] += 1
     assert [drawn[law] / 400 for law in LAWS] == pytest.approx(LOOK.shares, abs=0.08)
+
+
+def test_headings_follow_walks_and_are_held_by_who_stands() -> None:
+    """East, north, and then a slow drift to the west."""
+    velocity = np.repeat([[1.3, 0.0], [0.0, 1.3], [-0.1, 0.0]], 15, axis=0)
+    headings = causal_headings(0.4 * np.cumsum(velocity, axis=0)[:, None], 0.4)[:, 0]
+    np.testing.assert_allclose(headings[[0, 14, 29]], [0.0, 0.0, 0.5 * np.pi], atol=1e-3)
+    assert headings[-1] == pytest.approx(0.5 * np.pi, abs=0.3)
 
 
 def test_turns_are_limited_and_go_the_short_way_round() -> None:

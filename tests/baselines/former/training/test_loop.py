@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from tests.baselines.former.training.test_windows import TINY
+from tests.baselines.former.training.conftest import TINY
 from vbbench.errors import VbbenchError
 from vbbench.protocol import PROTOCOLS
 from vbbench_baselines.former.inference import read_weights
@@ -23,16 +23,6 @@ pytestmark = pytest.mark.extra
 from vbbench_baselines.former.training.batches import batch_of  # noqa: E402
 from vbbench_baselines.former.training.loop import Arrays, Asked, Training, draw_curve, held_out_batches, train  # noqa: E402
 from vbbench_baselines.former.training.recipe import Phase  # noqa: E402
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("former") / "crowds"
-
-
-@pytest.fixture(scope="module")
-def crowds(folder: Path) -> Crowds:
-    return make_crowds(TINY, folder, TINY.seed)
 
 
 @pytest.fixture(scope="module")
