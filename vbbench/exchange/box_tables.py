@@ -112,7 +112,8 @@ def read_box_text(
 
     table = read_table(path, _four_columns(content), NOUNS, layout=layout_of, required=_SIZES)
     if table.header is None and "right" not in table:
-        return _mot_boxes(table)
+        found = box_table(_mot_columns(table), picture, base=1)
+        return replace(found, timed=found.timed or bool((found.frame % 1.0).any()))
     from_zero = table.header is None or path.suffix.lower() in (".csv", ".tsv")
     return box_table(table, picture, base=0 if from_zero else 1)
 
@@ -135,9 +136,7 @@ def _four_columns(content: bytes) -> bytes:
 
 
 def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: int) -> BoxTable:
-    """The boxes of a table with named columns."""
-    if not len(table):
-        raise FileError(table.path, "holds no row")
+    """The boxes of a table by what its columns are; ``base`` counts frames and px that are not of time or shares."""
     table.refuse_films()
     wanted = [("frame", "time"), ("left", "right", "u"), ("top", "bottom", "v"), ("height", "bottom")]
     refuse_missing(table, wanted if "u" in table else [*wanted, ("width", "right", "height")])
@@ -161,19 +160,6 @@ def box_table(table: NamedColumns, picture: tuple[float, float] | None, base: in
     classes = _classes(table)
     if classes.dtype.kind in "if" and "class_name" in table and (table["class_name"] != "").any():
         classes = table["class_name"]
-    ignored = (table.numbers("ignored", 0.0) != 0.0) | (flags & (scores == 0.0))
-    return _with_frames(table, boxes, classes, scores, table.numbers("visible"), ignored=ignored, base=base)
-
-
-def _with_frames(
-    table: NamedColumns,
-    boxes: FloatArray,
-    classes: NDArray[Any],
-    scores: FloatArray,
-    visible: FloatArray,
-    **more: Any,
-) -> BoxTable:
-    """The boxes of a table with their frames and ids."""
     stamps = _stamps_of_frames(table) if "frame" in table else table.scaled("time")
     return BoxTable(
         **vars(table),
@@ -182,9 +168,10 @@ def _with_frames(
         id=table.columns.get("id", np.full(len(table), UNLINKED)),
         classes=classes,
         scores=scores,
-        visible=visible,
+        visible=table.numbers("visible"),
+        ignored=(table.numbers("ignored", 0.0) != 0.0) | (flags & (scores == 0.0)),
         timed=stamps is not None,
-        **more,
+        base=base,
     )
 
 
@@ -266,14 +253,13 @@ def _classes(table: NamedColumns) -> NDArray[Any]:
     return table.numbers("class", UNLINKED) if numbered and "class" in table else classes
 
 
-def _mot_boxes(table: NamedColumns) -> BoxTable:
-    """The boxes of MOTChallenge text, whose seventh to tenth columns have several meanings.
+def _mot_columns(table: NamedColumns) -> NamedColumns:
+    """The columns of MOTChallenge text by what they are here: its seventh to tenth have several meanings.
 
     Ground truth has 1 or 0 in the seventh, whether the row counts. What follows is class and visibility, or in 2D
     MOT15 a place in the world; trackers write class and −1, or class and the number of a detection.
     """
-    boxes = np.stack([table.numbers(name) for name in _SIZES], axis=-1)
-    _refuse_class_as_left(table, boxes)
+    _refuse_class_as_left(table)
     scores, classes = _scores_and_classes(table)
     visible = table.numbers("visible", UNLINKED)
     last = table.numbers("last", UNLINKED) if table.columns.get("last", scores).dtype.kind in "if" else scores * 0.0
@@ -290,18 +276,14 @@ def _mot_boxes(table: NamedColumns) -> BoxTable:
     if truncated or (not flags and (visible > 1.0).any() and (visible == np.round(visible)).all()):
         visible = unknown  # truncation, or the number of a detection
     counts = flags and ((scores == 1.0).any() or (visible != UNLINKED).any())
-    found = _with_frames(
-        table,
-        boxes - [1.0, 1.0, 0.0, 0.0],
-        classes,
-        np.where(scores == UNLINKED, np.nan, scores) if counts or (scores != 0.0).any() else scores * np.nan,
-        np.where(visible == UNLINKED, np.nan, visible),
-        ignored=np.asarray((scores == 0.0) & counts | (visible == 0.0)),
-        base=1,
-    )
-    if table["id"].dtype.kind not in "if":
-        table.numbers("id")  # raises at the first one that is a word
-    return replace(found, timed=found.timed or bool((found.frame != np.round(found.frame)).any()))
+    columns = {
+        "id": table["id"] if table["id"].dtype.kind in "if" else table.numbers("id"),  # raises at the first word
+        "class": classes,
+        "score": np.where(scores == UNLINKED, np.nan, scores) if counts or (scores != 0.0).any() else scores * np.nan,
+        "visible": np.where(visible == UNLINKED, np.nan, visible),
+        "ignored": ((scores == 0.0) & counts | (visible == 0.0)).astype(np.float64),
+    }
+    return replace(table, columns={**table.columns, **columns})
 
 
 def _scores_and_classes(table: NamedColumns) -> tuple[FloatArray, NDArray[Any]]:
@@ -317,9 +299,9 @@ def _scores_and_classes(table: NamedColumns) -> tuple[FloatArray, NDArray[Any]]:
     return (scores, classes) if kinds in ([1.0], [UNLINKED]) else (classes, scores)
 
 
-def _refuse_class_as_left(table: NamedColumns, boxes: FloatArray) -> None:
+def _refuse_class_as_left(table: NamedColumns) -> None:
     """Raise FileError if the third column of a table without names is a class or score, and no side of boxes."""
-    left, rest = boxes[:, 0], boxes[:, 1:]
+    left, rest = table.numbers("left"), table.stacked("top", "width", "height")
     if len(left) < FEWEST_HIDDEN:
         return
     kinds = np.unique(left[:1000])
