@@ -128,56 +128,28 @@ class _Reading:
     Parameters
     ----------
     lean : [N] rad between the body's up axis and the vertical.
-    level, level_y : whether the world's z is up; and whether its y is about the vertical.
     climb : share of the way along the vertical; 0 of a body that stands.
     heading : mean of exp(i · angle from the forward axis to the motion) along the path; ``None`` if it stands.
-    turned, spin : largest rotation in rad, and its share about the vertical.
+    turned : largest rotation in rad.
+    upright : whether the body's lean stays that of a camera that looks ahead.
+    drives : whether it is upright, moves perpendicular to the vertical and rotates about it.
+    ahead : whether it moves forward.
+    fits : whether the hypothesis is possible; in a world with y vertical, only forward motion shows which end is up.
+    cost : misfit, 0 for an upright body that moves forward and rotates about the vertical.
     """
 
     order: str
     axes: str
     poses: FloatArray
     lean: FloatArray
-    level: bool
-    level_y: bool
     climb: float
     heading: complex | None
     turned: float
-    spin: float
-
-    @property
-    def upright(self) -> bool:
-        """Whether the body's lean stays that of a camera that looks ahead."""
-        return bool(self.lean.max() < _STEEPEST)
-
-    @property
-    def drives(self) -> bool:
-        """Whether the body is upright, moves perpendicular to the vertical and rotates about it."""
-        limit = _TURNED_STANDING if self.heading is None else _TURNED
-        return self.upright and self.climb < _CLIMB and (self.turned < limit or self.spin > 0.5)
-
-    @property
-    def ahead(self) -> bool:
-        """Whether it moves forward."""
-        return bool(self.heading and abs(self.heading) > _STEADY and abs(phase(self.heading)) < _AHEAD)
-
-    @property
-    def fits(self) -> bool:
-        """Whether the hypothesis is possible; in a world with y vertical, only forward motion shows which end is up."""
-        if self.heading is None and self.turned < _TURNED_STANDING:  # nothing shows the axes
-            return self.drives and self.level and self.axes in ("body", "camera")
-        if not self.drives or self.heading is None or self.ahead or self.axes == "body":
-            return self.drives and (self.level or self.axes == "camera")
-        sideways = abs(self.heading) > _STEADY and abs(phase(self.heading)) < _BACKWARDS
-        upright = bool(self.lean.max() < 0.5 * _STEEPEST)
-        return upright and (self.level or (self.level_y and self.axes == "camera" and sideways))
-
-    @property
-    def cost(self) -> float:
-        """Misfit: 0 for an upright body that moves forward and rotates about the vertical."""
-        aside = 0.0 if self.heading is None else 1.0 - self.heading.real
-        lean = float(np.mean(1.0 - np.cos(self.lean)))
-        return aside + lean + (1.0 - self.spin) * min(self.turned / _TURNED_STANDING, 1.0)
+    upright: bool
+    drives: bool
+    ahead: bool
+    fits: bool
+    cost: float
 
 
 def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, steps: IntArray) -> _Reading:
@@ -192,25 +164,43 @@ def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, s
     moves = np.diff(places[steps], axis=0)
     way = np.linalg.norm(moves, axis=1)
     vertical = np.eye(3)[2] if axes == "body" else _vertical(upwards, rotations @ right, moves / way[:, None])
+    level = bool(vertical[2] > 0.99)
     ahead = np.eye(3)[2 if abs(vertical[2]) < 0.5 else 0]
     ahead -= (ahead @ vertical) * vertical
     ahead /= np.linalg.norm(ahead)
     ground = np.stack([ahead, np.cross(vertical, ahead)], axis=-1)
-    yaw = np.arctan2(*(looks @ ground).T[::-1])
-    poses = np.column_stack([places @ ground, wrap_angle(yaw)])
+    poses = np.column_stack([places @ ground, wrap_angle(np.arctan2(*(looks @ ground).T[::-1]))])
     ways = _ways(poses, steps)
+    heading = complex(ways.sum() / max(np.abs(ways).sum(), 1e-9)) if len(ways) else None
+    aside, steady = abs(phase(heading or 1.0)), abs(heading or 0.0) > _STEADY
+    lean = np.arccos(np.clip(upwards @ vertical, -1.0, 1.0))
+    climb = float(np.abs(moves @ vertical).sum() / way.sum()) if len(moves) else 0.0
     turns = Rotation.from_matrix(rotations @ rotations[0].T).as_rotvec()
+    turned = float(np.linalg.norm(turns, axis=1).max())
+    spin = float(((turns @ vertical) ** 2).sum() / max((turns**2).sum(), 1e-12))
+    upright = bool(lean.max() < _STEEPEST)
+    drives = upright and climb < _CLIMB and (turned < (_TURNED_STANDING if heading is None else _TURNED) or spin > 0.5)
+    if heading is None and turned < _TURNED_STANDING:  # nothing shows the axes
+        fits = drives and level and axes in ("body", "camera")
+    elif not drives or heading is None or (steady and aside < _AHEAD) or axes == "body":
+        fits = drives and (level or axes == "camera")
+    else:
+        sideways = abs(vertical[1]) > np.cos(_STEEPEST) and axes == "camera" and steady and aside < _BACKWARDS
+        fits = bool(lean.max() < 0.5 * _STEEPEST) and (level or sideways)
+    misfit = (0.0 if heading is None else 1.0 - heading.real) + float(np.mean(1.0 - np.cos(lean)))
     return _Reading(
         order=order,
         axes=axes,
         poses=poses,
-        lean=np.arccos(np.clip(upwards @ vertical, -1.0, 1.0)),
-        level=bool(vertical[2] > 0.99),
-        level_y=bool(abs(vertical[1]) > np.cos(_STEEPEST)),
-        climb=float(np.abs(moves @ vertical).sum() / way.sum()) if len(moves) else 0.0,
-        heading=complex(ways.sum() / max(np.abs(ways).sum(), 1e-9)) if len(ways) else None,
-        turned=float(np.linalg.norm(turns, axis=1).max()),
-        spin=float(((turns @ vertical) ** 2).sum() / max((turns**2).sum(), 1e-12)),
+        lean=lean,
+        climb=climb,
+        heading=heading,
+        turned=turned,
+        upright=upright,
+        drives=drives,
+        ahead=steady and aside < _AHEAD,
+        fits=fits,
+        cost=misfit + (1.0 - spin) * min(turned / _TURNED_STANDING, 1.0),
     )
 
 

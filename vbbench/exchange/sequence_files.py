@@ -15,8 +15,10 @@ MOST_PIXELS = 10**5
 """Of the longer side of a picture."""
 SAME_RATE = 0.01
 """Share by which frame rates may differ that are meant to be the same, as 29.97 and 30 are."""
-_LONGEST_ROW, _LONGEST_NAME, _MOST_BYTES, _MOST_FRAMES = 2000, 200, 2**16, 10**6
+_LONGEST_ROW, _LONGEST_NAME, _MOST_BYTES = 2000, 200, 2**16
 _SIZE = ("imWidth", "imHeight")
+_MOST = {**dict.fromkeys(_SIZE, MOST_PIXELS), "seqLength": 10**6}
+"""Whole numbers in the file, and the largest that they can be."""
 _NAME = re.compile(r"sequence-(\d+)")
 
 
@@ -83,6 +85,7 @@ def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> Sequence
         raise FileError(path, f"is not an ini file: expected [{SECTION}] and lines 'key=value'", line) from error
     facts = dict(parser[SECTION]) if parser.has_section(SECTION) else {}
     stated = {key: facts.get(key.lower(), "").strip() for key in ("name", "frameRate", "seqLength", *_SIZE)}
+    counts = dict.fromkeys(_MOST, 0)
     missing = next((key for key, text in stated.items() if not text), None)
     if whole and missing is not None:
         raise FileError(path, f"key '{missing}' is missing in its section [{SECTION}]")
@@ -90,20 +93,11 @@ def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> Sequence
     if stated["frameRate"] and (rate is None or not 0.1 <= rate <= 1000.0):
         problem = f"frameRate is {quoted(stated['frameRate'])}, not a number of pictures a second, 0.1 to 1000"
         raise FileError(path, problem)
-    size = (0, 0)
-    if all(stated[key] for key in _SIZE):
-        width, height = (_whole_number(path, key, stated[key], MOST_PIXELS) for key in _SIZE)
-        size = width, height
-    if not whole:
-        return SequenceInfo(rate=rate or 0.0, size=size)
-    name, frames = stated["name"], _whole_number(path, "seqLength", stated["seqLength"], _MOST_FRAMES)
+    for key in counts if whole else _SIZE if all(stated[one] for one in _SIZE) else ():
+        counts[key] = int(stated[key]) if re.fullmatch("[0-9]{1,9}", stated[key]) else 0
+        if not 1 <= counts[key] <= _MOST[key]:
+            raise FileError(path, f"{key} is {quoted(stated[key])}, not a whole number from 1 to {_MOST[key]}")
+    name = stated["name"] if whole else ""
     if len(name) > _LONGEST_NAME or not name.isprintable():
         raise FileError(path, f"name is {quoted(name)}, not up to {_LONGEST_NAME} letters in one line")
-    return SequenceInfo(name, rate or 0.0, frames, size)
-
-
-def _whole_number(path: Path, key: str, text: str, most: int) -> int:
-    count = int(text) if re.fullmatch("[0-9]{1,9}", text) else 0
-    if not 1 <= count <= most:
-        raise FileError(path, f"{key} is {quoted(text)}, not a whole number from 1 to {most}")
-    return count
+    return SequenceInfo(name, rate or 0.0, counts["seqLength"], (counts["imWidth"], counts["imHeight"]))

@@ -17,7 +17,7 @@ import numpy as np
 
 from vbbench.errors import suggestion
 from vbbench.exchange.box_rows import BoxRows
-from vbbench.geometry import BoolArray, FloatArray
+from vbbench.geometry import FloatArray
 from vbbench.parsing.numbers import Within, check_ranges
 
 Boxes = TypeVar("Boxes", bound=BoxRows)
@@ -78,20 +78,14 @@ def distortion_keys(table: Mapping[str, Any], which: str = WHICH) -> dict[str, A
     if model == "none":
         return None
     model = model or "opencv"
-    if len(values):
-        named = _by_name(model, values)
-    return {"model": model, **named} if model == "fisheye" or any(named.values()) else None
-
-
-def _by_name(model: str, values: Any) -> dict[str, Any]:
-    """A list of coefficients by their names."""
     names = COEFFICIENTS[model]
-    if len(values) not in COUNTS[model]:
+    if len(values) and len(values) not in COUNTS[model]:
         order = f"{', '.join(map(str, COUNTS[model]))} ({' '.join(names)} ...)"
         raise ValueError(f"{len(values)} coefficients; lists of lens model '{model}' have {order}: write them by name")
     if any(values[len(names) :]):
         raise ValueError(f"lens model '{model}' has {' '.join(names)} here; the numbers after them must be 0")
-    return dict(zip(names, values, strict=False))
+    named |= zip(names, values, strict=False)
+    return {"model": model, **named} if model == "fisheye" or any(named.values()) else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,17 +135,14 @@ class Distortion:
                 off = self.bend(points) - bent
                 if not (np.abs(off) > EXACT).any():
                     break
-                points = points - _solve(self._jacobian(points), off)
+                (a, b), (c, d) = np.moveaxis(self._jacobian(points), (-2, -1), (0, 1))
+                x, y = np.moveaxis(off, -1, 0)  # inverses of 2 x 2, so that singular ones do not stop the others
+                points = points - np.stack([d * x - b * y, a * y - c * x], axis=-1) / (a * d - b * c)[..., None]
             exact = (np.abs(self.bend(points) - bent) <= 100.0 * EXACT).all(axis=-1)
-            unfolded = np.all([self._is_upright(share * points) for share in ON_THE_WAY], axis=0)
+            ways = np.stack([self._jacobian(share * points) for share in ON_THE_WAY])
+            upright = (np.linalg.det(ways) > 0.0) & (np.trace(ways, axis1=-2, axis2=-1) > 0.0)  # as every lens is
             near = np.linalg.norm(points, axis=-1) <= np.tan(WIDEST)
-        return np.where((exact & unfolded & near)[..., None], points, np.nan)
-
-    def _is_upright(self, points: FloatArray) -> BoolArray:
-        """Whether the model keeps the picture's orientation at points [..., 2], as every lens does."""
-        jacobian = self._jacobian(points)
-        upright: BoolArray = (np.linalg.det(jacobian) > 0.0) & (np.trace(jacobian, axis1=-2, axis2=-1) > 0.0)
-        return upright
+        return np.where((exact & upright.all(axis=0) & near)[..., None], points, np.nan)
 
     def _jacobian(self, points: FloatArray) -> FloatArray:
         """[..., 2, 2] the Jacobian of `bend`."""
@@ -159,14 +150,6 @@ class Distortion:
             (self.bend(points + STEP * axis) - self.bend(points - STEP * axis)) / (2 * STEP) for axis in np.eye(2)
         ]
         return np.stack(columns, axis=-1)
-
-
-def _solve(jacobian: FloatArray, off: FloatArray) -> FloatArray:
-    """The Newton step of each point, by the inverse of 2 × 2 matrices, so that singular ones do not stop the others."""
-    (a, b), (c, d) = np.moveaxis(jacobian, (-2, -1), (0, 1))
-    x, y = np.moveaxis(off, -1, 0)
-    step: FloatArray = np.stack([d * x - b * y, a * y - c * x], axis=-1) / (a * d - b * c)[..., None]
-    return step
 
 
 def straight_rows(rows: Boxes, distortion: Distortion | None, intrinsics: FloatArray | None) -> tuple[Boxes, int]:
