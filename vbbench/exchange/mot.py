@@ -47,7 +47,7 @@ from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
 from vbbench.protocol import arrivals_given
 from vbbench.scene import Scene
-from vbbench.sequence import NOBODY, Sequence, SequenceData, Truth, held_persons
+from vbbench.sequence import NOBODY, Sequence, SequenceData, held_persons
 
 PEDESTRIAN = 1
 """The class of walking people."""
@@ -277,7 +277,7 @@ class TrackedPlan:
         source, kept = found.source, lasting_tracks(found.persons, self.least_track)
         matched, observations = found.persons[:, kept], found.observations[:, kept]
         persons = held_persons(matched, ~np.isnan(observations[..., 2]))
-        truth = _truth(self.dataset, source, persons)
+        truth = self.dataset.truth(source, persons)
         sequence = replace(
             source,
             index=index,
@@ -337,14 +337,3 @@ def _tracks(path: Path, dataset: Dataset, number: int, person_class: str | None)
     if not rows.linked:
         raise rows.fault(0, "id is -1: these are detections; let a tracker link them first")
     return rows_in_frames(rows, int(dataset.rows["frames"][number]), dt)
-
-
-def _truth(dataset: Dataset, source: Sequence, persons: IntArray) -> Truth:
-    """The truth of the person behind each track [T, K]."""
-    people, places, known_heights = dataset.surroundings(source)
-    columns = np.searchsorted(people, persons).clip(max=len(people) - 1)
-    known = persons != NOBODY
-    path = np.take_along_axis(places, columns[..., None], axis=1)
-    first = known.argmax(axis=0)
-    heights = known_heights[columns[first, np.arange(persons.shape[1])]]
-    return Truth(poses=dataset.truth(source).poses, positions=np.where(known[..., None], path, np.nan), heights=heights)

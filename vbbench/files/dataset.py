@@ -159,8 +159,10 @@ class Dataset:
                 own = None if moved is None else _of(moved, index)
                 yield sequence_of(self.table_path, facts, _of(boxes, index), _of(given, index), own)
 
-    def truth(self, sequence: Sequence) -> Truth:
+    def truth(self, sequence: Sequence, persons: IntArray | None = None) -> Truth:
         """Truth in the sequence's world; NaN for tracks of false alarms, and for all people if only poses are known.
+
+        ``persons`` [T, K] are behind the tracks of another tracker; by default behind those of the dataset.
 
         Raises VbbenchError if the truth is withheld, or has only positions relative to the camera.
         """
@@ -171,7 +173,7 @@ class Dataset:
             )
         poses = self._opened("truth/poses").read(sequence.index, sequence.index + 1)
         check_poses(self.table_path, sequence.index, sequence.frames, poses)
-        positions, heights = self._people_of(sequence)
+        positions, heights = self._people_of(sequence, persons)
         return Truth(
             poses=np.stack([poses["x"], poses["y"], poses["yaw"]], axis=-1), positions=positions, heights=heights
         )
@@ -184,16 +186,16 @@ class Dataset:
         self._require_truth()
         return self._people_of(sequence)[0]
 
-    def _people_of(self, sequence: Sequence) -> tuple[FloatArray, FloatArray]:
+    def _people_of(self, sequence: Sequence, of: IntArray | None = None) -> tuple[FloatArray, FloatArray]:
         """Positions [T, K, 2] in the sequence's world and heights [K] of the person behind each track."""
         if self.info.truth == "poses":
             return np.full((*sequence.observed.shape, 2), np.nan), np.full(len(sequence.tracks), np.nan)
         people, positions, heights = self.surroundings(sequence)
-        persons = self.track_persons(sequence)
+        persons = self.track_persons(sequence) if of is None else of
         column = np.searchsorted(people, persons).clip(max=len(people) - 1)
         path = np.take_along_axis(positions, column[..., None], axis=1)
         known = (people[column] == persons) & (persons >= 0)
-        nowhere = known & sequence.observed & np.isnan(path[..., 0])
+        nowhere = known & (sequence.observed if of is None else False) & np.isnan(path[..., 0])
         check_in_scene(self.table_path, sequence.index, people, nowhere)
         return np.where(known[..., None], path, np.nan), _first_known(heights[column], known)
 

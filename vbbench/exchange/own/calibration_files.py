@@ -124,7 +124,9 @@ def _keys(found: Mapping[str, Any]) -> dict[str, Any]:
     size = _numbers("width or height", stated).tolist()
     if len(size) != 2 or not all(size):
         raise ValueError("the size of the picture is missing: write image_width: and image_height: in px into the file")
-    if "size" in found and size[0] < size[1] and (_off_middle(keys, size[::-1]) < 0.1 < _off_middle(keys, size)):
+    sizes = np.array([size, size[::-1]])
+    off, off_turned = np.abs([keys["cx"], keys["cy"]] / sizes - 0.5).max(axis=1)  # from the middle, as a share
+    if "size" in found and size[0] < size[1] and off_turned < 0.1 < off:
         size.reverse()  # rows first, as OpenCV's shapes are
     roi = found["roi"] if isinstance(found.get("roi"), Mapping) else {}
     uncut = [roi.get("width") or size[0], roi.get("height") or size[1]] == size
@@ -151,21 +153,17 @@ def _intrinsics(found: Mapping[str, Any]) -> dict[str, float]:
             raise ValueError("camera_matrix must be [fx, 0, cx, 0, fy, cy, 0, 0, 1]")
         if abs(skew := values[1]) > MOST_SKEW * values[0]:
             raise ValueError(f"camera_matrix has a skew of {skew:g} px, which no camera has here; calibrate without")
-        return dict(zip(names, values[[0, 4, 2, 5]].tolist(), strict=True))
-    if "intrinsics" in found:
+        values = values[[0, 4, 2, 5]]
+    elif "intrinsics" in found:
         values = _numbers("intrinsics", found["intrinsics"])
         if len(values) != 4:
             raise ValueError(f"intrinsics has {len(values)} numbers; a pinhole has four: fx, fy, cx, cy")
-        return dict(zip(names, values.tolist(), strict=True))
-    if missing := next((name for name in names if name not in found), None):
+    elif missing := next((name for name in names if name not in found), None):
         known = "camera_matrix (K), intrinsics, or fx, fy, cx, cy; a camera.toml has lines such as width = 1280"
         raise ValueError(f"is no calibration of a pinhole: {missing} is missing; known are {known}")
-    return {name: _number(name, found[name]) for name in names}
-
-
-def _off_middle(keys: Mapping[str, float], size: Sequence[float]) -> float:
-    """Distance of the principal point from the middle of a picture of this ``size``, as a share of it."""
-    return max(abs(keys["cx"] / size[0] - 0.5), abs(keys["cy"] / size[1] - 0.5))
+    else:
+        values = np.array([_number(name, found[name]) for name in names])
+    return dict(zip(names, values.tolist(), strict=True))
 
 
 def _model(found: Mapping[str, Any]) -> str | None:
