@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pyarrow.csv as pa_csv
 
+from vbbench.exchange.box_rows import read_boxes, rows_in_frames
 from vbbench.exchange.matching import match_boxes, true_rectangles
-from vbbench.exchange.own.box_files import read_boxes, rows_in_frames
 from vbbench.files.dataset import Dataset
 from vbbench.geometry import FloatArray, world_to_relative, wrap_angle
 

@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.lib import square_film
 from tests.lib.mot_text import read_mot
-from vbbench.birdify.films import Detection, birdify_film
+from vbbench.birdify.films import Detection, FilmBoxes, birdify_film, find_boxes, kept_detections, key_of
 from vbbench.boxes import rectangles
 from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
@@ -21,7 +22,7 @@ from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.geometry import world_to_relative
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
-from vbbench.pictures.video import write_mp4
+from vbbench.pictures.video import open_film, write_mp4
 from vbbench.solver import Frame, FrameEstimate, Problem
 
 FRAMES, FPS, PEOPLE = 40, 10.0, 6
@@ -192,3 +193,127 @@ def test_hog_makes_a_map_of_a_rendered_street(tmp_path):
         people += len(real)
     assert found > 0.15 * people
     assert found > 0.3 * len(rows.frame)
+
+
+SHOWN = square_film.FRAMES
+
+
+class Square:
+    """Finds the square of `square_film`, and a false alarm in the first picture."""
+
+    seen = 0
+
+    def detect(self, rgb: Any, period: float | None = None) -> Detections:
+        rows, columns = np.nonzero(rgb.min(axis=-1) > 128)
+        box = [columns.min(), rows.min(), np.ptp(columns) + 1, np.ptp(rows) + 1]
+        self.seen += 1
+        found = [box, [70.0, 5.0, 8.0, 20.0]] if self.seen == 1 else [box]
+        return Detections(boxes=np.array(found, float), scores=np.full(len(found), 0.9))
+
+
+class Once(Square):
+    """Finds the square in the first picture alone."""
+
+    def detect(self, rgb: Any, period: float | None = None) -> Detections:
+        found = super().detect(rgb)
+        kept = slice(1 if self.seen == 1 else 0)
+        return Detections(boxes=found.boxes[kept], scores=found.scores[kept])
+
+
+class Tired(Square):
+    """Stops before its eighth picture."""
+
+    def detect(self, rgb: Any, period: float | None = None) -> Detections:
+        if self.seen == 7:
+            raise KeyboardInterrupt
+        return super().detect(rgb, period)
+
+
+def search(film: Any, out: Any, kind: type[Square] = Square, *, every: int = 1, fps: float | None = 10.0) -> FilmBoxes:
+    detector = f"{__name__}:{kind.__name__}"
+    return find_boxes(open_film(film), out, Detection(detector=detector, every=every), fps=fps)
+
+
+@pytest.fixture
+def film(tmp_path: Any) -> Any:
+    return square_film.write_folder(tmp_path / "pictures")
+
+
+@pytest.fixture
+def stopped(film: Any, tmp_path: Any) -> Any:
+    """The detections of a search that was stopped; what a whole one writes is in ``whole.txt``."""
+    with pytest.raises(KeyboardInterrupt):
+        search(film, tmp_path / "boxes.txt", Tired)
+    search(film, tmp_path / "whole.txt")
+    return tmp_path / "boxes.txt.detections"
+
+
+@pytest.mark.parametrize("kind", ["video", "folder"])
+def test_people_become_boxes_and_what_does_not_last_is_dropped(film, tmp_path, kind):
+    path = square_film.write_video(tmp_path / "film.mp4") if kind == "video" else film
+    found = search(path, tmp_path / "boxes.txt", fps=None if kind == "video" else 10.0)
+    assert (found.dt, found.first, found.step) == (pytest.approx(0.1), 0, 1)
+    assert found.summary == "12 frames, 13 detections: the tracker keeps 12 boxes of 1 people"
+    rows = read_mot(tmp_path / "boxes.txt", SHOWN)
+    np.testing.assert_array_equal(rows.frame, np.arange(SHOWN))
+    np.testing.assert_allclose(rows.boxes[:, 0], 10 + 5 * np.arange(SHOWN), atol=3.0)
+    np.testing.assert_allclose(rows.boxes[:, 3], 30.0, atol=3.0)
+
+
+def test_a_search_that_was_stopped_continues(film, stopped, tmp_path, monkeypatch):
+    """Also where the last line was half written."""
+    assert len(stopped.read_text().splitlines()) == 1 + 7
+    assert not (tmp_path / "boxes.txt").exists()
+    with stopped.open("a") as file:
+        file.write("[[1.0, 2.0")
+    seen = []
+
+    def rested(self: Any, rgb: Any, period: float | None = None) -> Detections:
+        seen.append(rgb)
+        return Square.detect(self, rgb)
+
+    monkeypatch.setattr(Square, "seen", 1)
+    monkeypatch.setattr(Tired, "detect", rested)
+    assert "13 detections: the tracker keeps 12 boxes" in search(film, tmp_path / "boxes.txt", Tired).summary
+    assert len(seen) == SHOWN - 7
+    assert (tmp_path / "boxes.txt").read_bytes() == (tmp_path / "whole.txt").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["boxes.txt", "pictures", "whole.txt"]
+
+
+@pytest.mark.parametrize("damage", [b"\0\0\0\0\n", b"[5, [[1.0, 2.0]]]\n", b"[3, []]\n", b"{}\n"])
+def test_lines_from_a_damaged_one_on_are_recomputed(film, stopped, tmp_path, damage):
+    lines = stopped.read_bytes().splitlines(keepends=True)
+    stopped.write_bytes(b"".join([*lines[:6], damage, *lines[7:]]))
+    with kept_detections(stopped, key_of(open_film(film), f"{__name__}:Tired", None)) as (found, _):
+        assert len(found) == 5
+    search(film, tmp_path / "boxes.txt")
+    assert (tmp_path / "boxes.txt").read_bytes() == (tmp_path / "whole.txt").read_bytes()
+
+
+def test_detections_of_another_detector_are_recomputed(film, stopped, tmp_path):
+    assert "13 detections" in search(film, tmp_path / "boxes.txt").summary
+
+
+def test_a_users_own_file_is_not_overwritten_by_detections(film, tmp_path):
+    (tmp_path / "boxes.txt.detections").write_text("mine\n")
+    with pytest.raises(FileError, match="is in the way of detections that are kept there; move it"):
+        search(film, tmp_path / "boxes.txt")
+    assert (tmp_path / "boxes.txt.detections").read_text() == "mine\n"
+
+
+def test_every_third_frame_is_written_but_all_are_tracked(film, tmp_path):
+    found = search(film, tmp_path / "boxes.txt", every=3)
+    assert read_mot(tmp_path / "boxes.txt", SHOWN).frame.tolist() == [0, 3, 6, 9]
+    assert (found.step, found.summary[:25]) == (3, "12 frames, 13 detections:")
+
+
+def test_without_a_frame_rate_or_people_it_is_one_clear_line(film, tmp_path):
+    out = tmp_path / "boxes.txt"
+    with pytest.raises(FileError, match="does not say how many frames a second it has; write fps in camera"):
+        search(film, out, fps=None)
+    with pytest.raises(FileError, match="hog finds nobody in 12 pictures; do they show people"):
+        find_boxes(open_film(film), out, Detection(), fps=10.0)
+    with pytest.raises(FileError, match="finds 1 boxes, and none of them lasts; a better detector"):
+        search(film, out, Once)
+    with pytest.raises(VbbenchError, match="every must be at least 1 frame, not 0"):
+        search(film, out, every=0)

@@ -11,7 +11,7 @@ import pytest
 
 from vbbench.birdify.birdify import is_film
 from vbbench.errors import FileError
-from vbbench.exchange.own.box_files import OwnBoxes, read_boxes, write_boxes
+from vbbench.exchange.box_rows import OwnBoxes, read_boxes, write_boxes
 from vbbench.exchange.own.recording import boxes_in
 
 FRAMES = range(6)

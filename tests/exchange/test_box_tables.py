@@ -5,8 +5,8 @@ import pytest
 
 from tests.lib.own_recording import HEAD
 from vbbench.errors import FileError
+from vbbench.exchange.box_rows import read_boxes
 from vbbench.exchange.box_tables import scores_as_shares
-from vbbench.exchange.own.box_files import read_boxes
 
 TIMED = HEAD.replace("frame", "time")
 

@@ -59,7 +59,7 @@ def test_every_kind_of_box_file_has_figures_of(folder, walk):
     np.testing.assert_allclose(read(folder).footage.boxes, expected.boxes, atol=1e-3)
     write_csv(folder / "boxes.csv", walk, begin=1.7e9)
     np.testing.assert_allclose(read(folder).footage.boxes, expected.boxes, atol=1e-3)
-    assert read(folder).timeline.times[:2].tolist() == [1.7e9, pytest.approx(1.7e9 + 0.1)]
+    assert read(folder).rows.timeline.times[:2].tolist() == [1.7e9, pytest.approx(1.7e9 + 0.1)]
 
 
 def test_how_long_a_frame_lasts_is_told_by_all_time_stamps(tmp_path):

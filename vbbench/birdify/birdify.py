@@ -27,7 +27,7 @@ from vbbench.errors import FileError, VbbenchError, VbbenchWarning, suggestion, 
 from vbbench.estimate import Estimate
 from vbbench.exchange.axes import AXES, Axes
 from vbbench.exchange.box_containers import holds_pictures, is_label_folder
-from vbbench.exchange.own.box_files import write_boxes
+from vbbench.exchange.box_rows import write_boxes
 from vbbench.exchange.own.camera_file import find_camera
 from vbbench.exchange.own.recording import (
     CAMERA,
@@ -107,7 +107,7 @@ def birdify(
 
     Parameters
     ----------
-    boxes : a file of boxes, a folder of MOTChallenge, or one of YOLO's labels (`vbbench.exchange.own.box_files`).
+    boxes : a file of boxes, a folder of MOTChallenge, or one of YOLO's labels (`vbbench.exchange.box_rows`).
     camera : camera file (`vbbench.exchange.own.camera_file`), a folder that holds one, or a calibration of another
         program (`vbbench.exchange.own.calibration_files`).
     out : folder to make; it appears when it is complete.
@@ -141,7 +141,7 @@ def birdify(
         announce(f"solving with {solver} ({PROTOCOL})")
         answer = _solve(dataset, sequence, solver, solving, work.new / SUBMISSION)
         ids = recording.rows.ids.of(sequence.tracks)
-        write_tables(work.new, sequence, recording.timeline, answer, dataset.camera(sequence).mount_height, ids)
+        write_tables(work.new, sequence, recording.rows.timeline, answer, dataset.camera(sequence).mount_height, ids)
         report = make_report(dataset, recording, answer, solver)
         _draw_map(work.new / "map.png", sequence, answer, report)
         if film:

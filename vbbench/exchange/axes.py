@@ -6,10 +6,9 @@ z up, in a world whose z is up) is preferred: it needs no motion along x.
 """
 
 from cmath import phase
-from dataclasses import dataclass
 from itertools import product
 from math import dist
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,16 +49,8 @@ def described(axes: str) -> str:
     return ", ".join(f"{name} {_WORDS[letter]}" for name, letter in zip("xyz", AXES[axes], strict=True))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Grounded:
-    """Poses on the ground.
-
-    Parameters
-    ----------
-    poses : [N, 3] (x, y, yaw), yaw in [−π, π).
-    from_path : whether the yaw is that of the path.
-    notes : what the user should know, a line each.
-    """
+class Grounded(NamedTuple):
+    """Poses [N, 3] (x, y, yaw) on the ground, yaw in [−π, π), that of the path or not; and notes for the user."""
 
     poses: FloatArray
     from_path: bool = False
@@ -121,8 +112,7 @@ def ground_poses(trajectory: Trajectory, axes: str | None = None) -> Grounded:
     return Grounded(poses=found.poses, notes=tuple(notes))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Reading:
+class _Reading(NamedTuple):
     """A trajectory under a hypothesis of the quaternion's order and of the axes.
 
     Parameters
@@ -156,11 +146,12 @@ def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, s
     """Places [N, 3] and rotations [N, 3, 3] under one hypothesis; ``steps`` are rows between which the body moves."""
     from scipy.spatial.transform import Rotation  # takes a while to import
 
-    right, forward, up = _axes_of(axes)
-    if np.linalg.det(np.stack([right, forward, up])) < 0.0:  # left-handed: seen in a mirror that turns up to down
+    sides = {letter: np.eye(3)[index] for index, letter in enumerate(AXES[axes])}
+    right, looks, up = (sides[one] if one in sides else -sides[other] for one, other in ("rl", "fb", "ud"))
+    if np.linalg.det(np.stack([right, looks, up])) < 0.0:  # left-handed: seen in a mirror that turns up to down
         mirror = np.diag(1.0 - 2.0 * np.abs(up))
         places, rotations, up = places @ mirror, mirror @ rotations @ mirror, -up
-    upwards, looks = rotations @ up, rotations @ forward
+    upwards, looks = rotations @ up, rotations @ looks
     moves = np.diff(places[steps], axis=0)
     way = np.linalg.norm(moves, axis=1)
     vertical = np.eye(3)[2] if axes == "body" else _vertical(upwards, rotations @ right, moves / way[:, None])
@@ -173,6 +164,7 @@ def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, s
     ways = _ways(poses, steps)
     heading = complex(ways.sum() / max(np.abs(ways).sum(), 1e-9)) if len(ways) else None
     aside, steady = abs(phase(heading or 1.0)), abs(heading or 0.0) > _STEADY
+    forward = steady and aside < _AHEAD
     lean = np.arccos(np.clip(upwards @ vertical, -1.0, 1.0))
     climb = float(np.abs(moves @ vertical).sum() / way.sum()) if len(moves) else 0.0
     turns = Rotation.from_matrix(rotations @ rotations[0].T).as_rotvec()
@@ -182,33 +174,14 @@ def _read_as(places: FloatArray, rotations: FloatArray, order: str, axes: str, s
     drives = upright and climb < _CLIMB and (turned < (_TURNED_STANDING if heading is None else _TURNED) or spin > 0.5)
     if heading is None and turned < _TURNED_STANDING:  # nothing shows the axes
         fits = drives and level and axes in ("body", "camera")
-    elif not drives or heading is None or (steady and aside < _AHEAD) or axes == "body":
+    elif not drives or heading is None or forward or axes == "body":
         fits = drives and (level or axes == "camera")
     else:
         sideways = abs(vertical[1]) > np.cos(_STEEPEST) and axes == "camera" and steady and aside < _BACKWARDS
         fits = bool(lean.max() < 0.5 * _STEEPEST) and (level or sideways)
     misfit = (0.0 if heading is None else 1.0 - heading.real) + float(np.mean(1.0 - np.cos(lean)))
-    return _Reading(
-        order=order,
-        axes=axes,
-        poses=poses,
-        lean=lean,
-        climb=climb,
-        heading=heading,
-        turned=turned,
-        upright=upright,
-        drives=drives,
-        ahead=steady and aside < _AHEAD,
-        fits=fits,
-        cost=misfit + (1.0 - spin) * min(turned / _TURNED_STANDING, 1.0),
-    )
-
-
-def _axes_of(name: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The directions right, forward and up [3] in the body's axes."""
-    found = {letter: np.eye(3)[index] for index, letter in enumerate(AXES[name])}
-    right, forward, up = (found[one] if one in found else -found[other] for one, other in ("rl", "fb", "ud"))
-    return right, forward, up
+    cost = misfit + (1.0 - spin) * min(turned / _TURNED_STANDING, 1.0)
+    return _Reading(order, axes, poses, lean, climb, heading, turned, upright, drives, forward, fits, cost)
 
 
 def _vertical(upwards: FloatArray, rights: FloatArray, moves: FloatArray) -> FloatArray:

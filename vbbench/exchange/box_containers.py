@@ -19,6 +19,7 @@ from vbbench.exchange.box_tables import NOUNS, SIDES, BoxTable, box_table, read_
 from vbbench.exchange.text_tables import columns_of_records, decode
 from vbbench.generation.archives import open_archive
 from vbbench.parsing.column_names import name_columns
+from vbbench.parsing.numbers import parse_number
 
 Picture = tuple[float, float] | None
 _CSV = "write CSV with columns frame,id,left,top,width,height"
@@ -84,8 +85,6 @@ def _of_content(path: Path, content: bytes, picture: Picture) -> BoxTable:
     text = decode(path, content)
     if text.lstrip()[:1] in (b"{", b"["):
         return _of_json(path, text, picture)
-    if not text.strip():
-        raise FileError(path, "holds no box")
     if _is_label(text):
         raise FileError(path, "seems to be YOLO's labels of one picture; name the folder of all of them")
     return read_box_text(path, text, picture)
@@ -127,12 +126,9 @@ def _with_names(table: BoxTable, content: bytes, first: int | None = None) -> Bo
 
 def _is_label(content: bytes) -> bool:
     """Whether the first line is a class and four shares, or more."""
-    cells = content.partition(b"\n")[0].split()
-    try:
-        numbers = [float(cell) for cell in cells]
-    except ValueError:
-        return False
-    return len(numbers) >= 5 and numbers[0] == int(numbers[0]) and all(0.0 <= one <= 1.0 for one in numbers[1:5])
+    cells = [parse_number(cell.decode("utf-8", "replace")) for cell in content.partition(b"\n")[0].split()]
+    numbers = [cell for cell in cells if cell is not None]
+    return len(numbers) == len(cells) >= 5 and numbers[0].is_integer() and all(0.0 <= n <= 1.0 for n in numbers[1:5])
 
 
 def _labels(path: Path, files: Mapping[str, bytes], picture: Picture) -> BoxTable:

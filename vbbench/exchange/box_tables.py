@@ -267,7 +267,8 @@ def _mot_columns(table: NamedColumns) -> NamedColumns:
     unknown = np.full(len(table), float(UNLINKED))
     if classes.dtype.kind in "if":
         no_class = ((classes != np.round(classes)) | (classes < UNLINKED)).any()
-        world = ten and not (_plain(visible) & _plain(last)).all()
+        plain = [(one % 1.0 == 0.0) | ((one >= 0.0) & (one <= 1.0)) for one in (visible, last)]  # and no place
+        world = ten and not np.all(plain)
         if no_class or world or ((classes == 0) & (visible == 0) & (last == 0)).all():
             classes, visible = np.full(len(table), UNLINKED), unknown
     hidden, fractions = visible == 0.0, ((visible > 0.0) & (visible < 1.0)).any()
@@ -311,11 +312,6 @@ def _refuse_class_as_left(table: NamedColumns) -> None:
         shown, what = ", ".join(f"{one:g}" for one in kinds[:3]), "a score" if share else "a class"
         problem = f"left would be {shown} in all {len(left)} boxes: is it {what}? Then name the columns in a first line"
         raise FileError(table.path, f"{problem}: frame,id,class,left,top,…")
-
-
-def _plain(values: FloatArray) -> BoolArray:
-    """Which values may be a visibility or a whole number, and no place in the world."""
-    return np.asarray((values == np.round(values)) | ((values >= 0.0) & (values <= 1.0)))
 
 
 def people_in(table: BoxTable, person_class: int | str | None = None) -> tuple[BoolArray, tuple[str, ...]]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from vbbench.boxes import observations_of, rectangles
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.exchange.box_rows import BoxRows, linked_rows, rows_of
+from vbbench.exchange.box_rows import BoxRows, linked_rows, read_boxes, rows_in_frames, rows_of
 from vbbench.exchange.box_tables import NOUNS, UNLINKED, BoxTable
 from vbbench.exchange.matching import (
     LEAST_FRAMES,
@@ -27,7 +27,6 @@ from vbbench.exchange.matching import (
     match_tracks,
     true_rectangles,
 )
-from vbbench.exchange.own.box_files import read_boxes, rows_in_frames
 from vbbench.exchange.sequence_files import (
     SEQUENCE_INFO,
     files_by_sequence,

@@ -22,6 +22,11 @@ from vbbench.parsing.numbers import parse_number
 
 TUM = "timestamp tx ty tz qx qy qz qw"
 _TUM = "time:timestamp x:tx y:ty z:tz qx qy qz qw"
+_CELLS = "x0 x1 x2 x y0 y1 y2 y z0 z1 z2 z"
+_FORMS = ["time x y", "time x y z", _TUM, f"{_TUM} {' '.join(MOTION_COVARIANCE)}"]
+_FORMS += [f"{time}{_CELLS}{last}" for time in ("", "time ") for last in ("", " (30) (31) (32) (33)")]
+_LAYOUTS = {len(form.split()): form for form in _FORMS}
+"""Columns of files without names, by their number."""
 _WANTED = "name columns time, x, y, and qx, qy, qz, qw or yaw"
 XYZW, WXYZ, MATRIX, YAW, DEGREES = "qx qy qz qw", "qw qx qy qz", "matrix", "yaw", "yaw in degrees"
 COMPASS, CLOCKWISE = "heading clockwise from y", "yaw clockwise"
@@ -143,18 +148,17 @@ def _refuse_unknown(table: NamedColumns) -> None:
 
 def _layout(row: list[str]) -> Layout:
     """The columns of a file without names, by their number; TUM's may be followed by more."""
-    cells, count = "x0 x1 x2 x y0 y1 y2 y z0 z1 z2 z", len(row)
-    known = ["time x y", "time x y z", _TUM, f"{_TUM} {' '.join(MOTION_COVARIANCE)}"]
-    known += [f"{time}{cells}{last}" for time in ("", "time ") for last in ("", " (30) (31) (32) (33)")]
-    if abs(hypot(*(parse_number(cell) or 0.0 for cell in row[4:8])) - 1.0) < _UNIT_TOLERANCE:  # a quaternion
-        known.append(" ".join([_TUM, *(f"({column})" for column in range(9, count + 1))]))
-    found = next((one for one in known if len(one.split()) == count), "")
     if row and parse_number(row[0]) is None:
         raise ValueError(f"its first line is {quoted(' '.join(row))}; {_WANTED}")
-    if row and not found:
-        wanted = f"wanted 8 with spaces between: {TUM}"
-        raise ValueError(f"{count} columns, {wanted}; or 3 x 4 matrices; or a first line of names")
-    return found
+    count = len(row)
+    if count in _LAYOUTS or not row:
+        return _LAYOUTS.get(count, "")
+    if (
+        count > 8 and abs(hypot(*(parse_number(cell) or 0.0 for cell in row[4:8])) - 1.0) < _UNIT_TOLERANCE
+    ):  # a quaternion
+        return " ".join([_TUM, *(f"({column})" for column in range(9, count + 1))])
+    wanted = f"wanted 8 with spaces between: {TUM}"
+    raise ValueError(f"{count} columns, {wanted}; or 3 x 4 matrices; or a first line of names")
 
 
 def _rotations(table: NamedColumns) -> dict[str, FloatArray]:

@@ -11,11 +11,10 @@ import numpy as np
 from vbbench.boxes import find_misfit, observations_of, pair_overlaps
 from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.exchange.box_rows import BoxRows
+from vbbench.exchange.box_rows import BoxRows, read_boxes, rows_in_frames
 from vbbench.exchange.box_tables import UNLINKED, scores_as_shares
 from vbbench.exchange.detection import link
 from vbbench.exchange.matching import FrameOffset, frame_offset, lasting_tracks, match_tracks
-from vbbench.exchange.own.box_files import read_boxes, rows_in_frames
 from vbbench.exchange.text_tables import NamedColumns
 from vbbench.geometry import FloatArray, IntArray
 from vbbench.sequence import NOBODY

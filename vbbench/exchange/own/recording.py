@@ -10,11 +10,10 @@ import numpy as np
 from vbbench.boxes import find_misfit, observations_of, outside_picture, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.axes import Axes
-from vbbench.exchange.box_rows import AS_THEY_ARE, Ids
+from vbbench.exchange.box_rows import AS_THEY_ARE, Ids, OwnBoxes, named_frames, read_boxes
 from vbbench.exchange.box_tables import scores_as_shares
 from vbbench.exchange.detection import TrackerFactory, link
 from vbbench.exchange.matching import FrameOffset, frame_offset, in_columns, match_tracks
-from vbbench.exchange.own.box_files import OwnBoxes, named_frames, read_boxes
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
 from vbbench.exchange.own.distortion import straight_rows
 from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read_poses
@@ -197,14 +196,12 @@ class OwnRecording:
 
     Parameters
     ----------
-    timeline : times of its frames.
     pixel_std : noise in px of boxes, stated or measured.
     notes : notes for the user, a line each.
-    rows : the boxes of people in the file.
+    rows : the boxes of people in the file, with the times of its frames.
     """
 
     footage: Footage
-    timeline: Timeline
     files: RecordingFiles
     own: OwnCamera
     pixel_std: float
@@ -300,7 +297,6 @@ def read_recording(
     noise = own.facts.pixel_std
     return OwnRecording(
         footage=footage,
-        timeline=timeline,
         files=files,
         own=own,
         pixel_std=box_noise(boxes, own.camera.picture_size[0], own.camera.period) if noise is None else noise,

@@ -155,7 +155,10 @@ def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
     to one tick.
     """
     since = stamps - stamps[0]
-    dt = _tick(since[since <= SEVERAL_TICKS * dt], dt)
+    shown = since[since <= SEVERAL_TICKS * dt]
+    finest = 0.1 * dt / max(float(shown[-1]) / dt, 1.0)
+    ticks = dt + finest * np.arange(-round(DOUBTED * dt / finest), round(DOUBTED * dt / finest) + 1)
+    dt = float(ticks[np.abs(np.exp(2j * np.pi * shown / ticks[:, None]).sum(axis=1)).argmax()])  # the best period
     first = since[:FIRST_TICKS] / dt
     clock = stamps[0] + dt * float(np.angle(np.exp(2j * np.pi * first).mean())) / (2.0 * np.pi)
     steps = np.empty(len(stamps), np.int64)
@@ -164,14 +167,6 @@ def _by_the_clock(stamps: FloatArray, dt: float) -> IntArray:
         clock += steps[n] * dt
         clock += FOLLOWS * (stamp - clock)
     return steps[1:]
-
-
-def _tick(since: FloatArray, dt: float) -> float:
-    """Period near ``dt`` of a regular clock that fits the times ``since`` [N] best."""
-    finest = 0.1 * dt / max(float(since[-1]) / dt, 1.0)
-    ticks = dt + finest * np.arange(-round(DOUBTED * dt / finest), round(DOUBTED * dt / finest) + 1)
-    kept = np.abs(np.exp(2j * np.pi * since / ticks[:, None]).sum(axis=1))
-    return float(ticks[int(kept.argmax())])
 
 
 def nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
