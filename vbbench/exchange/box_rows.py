@@ -1,8 +1,4 @@
-"""Boxes of people, one a row: the result of every reader of boxes, with ids, checks, and the times of their frames.
-
-gt.txt, det.txt    frame,id,left,top,width,height[,conf,class,visibility]   frames and px from 1; id −1 = not linked
-boxes.csv          columns by their names, in any order (`vbbench.parsing.column_names`)   frames and px from 0
-"""
+"""Boxes of people, one a row: the result of every reader of boxes, with ids, checks, and the times of their frames."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path

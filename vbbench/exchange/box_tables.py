@@ -2,7 +2,7 @@
 
 A box is given by its left, top, width and height, by two corners, by its middle and size, or by the middle and height
 alone; in px, or, by the names, in shares of the picture. Without names columns are in MOTChallenge's order,
-``frame,id,left,top,width,height[,conf,class,visibility]`` or ``…,conf,x,y,z``.
+``frame,id,left,top,width,height[,conf,class,visibility]`` or ``…,conf,x,y,z``; id −1 is not linked.
 """
 
 import re

@@ -250,7 +250,11 @@ def make_own_camera(path: Path, table: Mapping[str, Any], text: str = "") -> Own
     facts = from_table(table, CameraFile, path, "camera")
     if facts.model == "equirectangular" and facts.height is None:
         facts = replace(facts, height=round(0.5 * facts.width))
-    model = _model(path, facts.model)
+    try:
+        model = load_registered("camera", facts.model)
+    except VbbenchError as error:
+        lens = f"; a lens model stands under [distortion], as model = '{facts.model}'" if facts.model in LENSES else ""
+        raise FileError(path, f"{error}{lens}") from error
     given = _perspective(path, facts) if facts.model == "perspective" else _other(path, facts)
     tilt = {name: angle for name, angle in (("pitch", facts.pitch), ("roll", facts.roll)) if angle}
     given |= {"mount_height": facts.mount_height, **tilt, **facts.parameters}
@@ -295,29 +299,15 @@ def _notes(path: Path, facts: CameraFile, given: Mapping[str, Any]) -> tuple[str
         tangential = 0.0 if facts.distortion is None else max(abs(facts.distortion.p1), abs(facts.distortion.p2))
         if tangential > MOST_TANGENTIAL:
             notes.append(f"p1 or p2 is {tangential:g} ({path.name}), much for a lens: is the order k1 k2 p1 p2 k3?")
-    if facts.model == "panorama" and _is_sphere(facts):
+    square = facts.focal is None or abs(facts.focal * 2.0 * np.pi / facts.width - 1.0) < 0.02
+    height = facts.height or 2.0 * (facts.cy or 0.0)
+    middle = facts.cy is None or abs(facts.cy - 0.5 * height) < 0.02 * height
+    if facts.model == "panorama" and abs(height / facts.width - 0.5) < 0.01 and square and middle:
         notes.append(
             f"a picture of 360° that is twice as wide as high is equirectangular as a rule ({path.name}): then write "
             'model = "equirectangular"; panorama is a cylinder, on which people come out too far'
         )
     return tuple(notes)
-
-
-def _is_sphere(facts: CameraFile) -> bool:
-    """Whether a panorama is probably equirectangular: 2 : 1, the horizon in the middle, square pixels."""
-    square = facts.focal is None or abs(facts.focal * 2.0 * np.pi / facts.width - 1.0) < 0.02
-    height = facts.height or 2.0 * (facts.cy or 0.0)
-    middle = facts.cy is None or abs(facts.cy / height - 0.5) < 0.02
-    return abs(height / facts.width - 0.5) < 0.01 and square and middle
-
-
-def _model(path: Path, model: str) -> Any:
-    """The class of a camera model that a file names."""
-    try:
-        return load_registered("camera", model)
-    except VbbenchError as error:
-        lens = f"; a lens model stands under [distortion], as model = '{model}'" if model in LENSES else ""
-        raise FileError(path, f"{error}{lens}") from error
 
 
 def _perspective(path: Path, facts: CameraFile) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from vbbench.exchange.axes import Axes
 from vbbench.exchange.box_rows import AS_THEY_ARE, Ids, OwnBoxes, named_frames, read_boxes
 from vbbench.exchange.box_tables import scores_as_shares
 from vbbench.exchange.detection import TrackerFactory, link
-from vbbench.exchange.matching import FrameOffset, frame_offset, in_columns, match_tracks
+from vbbench.exchange.matching import frame_offset, in_columns, match_tracks
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
 from vbbench.exchange.own.distortion import straight_rows
 from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read_poses
@@ -359,13 +359,25 @@ def _with_persons(
 
     Ids of the boxes are those of the people, unless the tracker gave them: then people are matched by overlap.
     """
-    heights = np.where(np.isnan(scene.heights), height_mean, scene.heights)
-    relative = scene.positions if footage.poses is None else world_to_relative(scene.positions, footage.poses)
-    expected = footage.camera.project_unbounded(relative, np.broadcast_to(heights, relative.shape[:2]))
+    heights, camera = np.where(np.isnan(scene.heights), height_mean, scene.heights), footage.camera
+
+    def boxes_of_people(frames: IntArray, later: int) -> FloatArray:
+        places = scene.positions[frames + later]
+        places = places if footage.poses is None else world_to_relative(places, footage.poses[frames])
+        return camera.project_unbounded(places, np.broadcast_to(heights, places.shape[:2]))
+
+    def shifted(frames: IntArray, later: int) -> FloatArray:
+        return in_columns(rectangles(boxes_of_people(frames, later)))
+
+    expected, found = boxes_of_people(np.arange(footage.frames), 0), rectangles(footage.boxes)
+    columns = None
     if linked_here:
-        found = rectangles(footage.boxes)
-        footage = replace(footage, persons=match_tracks(found, rectangles(expected), scene.people, footage.camera))
-    offset = _offset(footage, scene, heights, linked_here)
+        footage = replace(footage, persons=match_tracks(found, rectangles(expected), scene.people, camera))
+    else:
+        place = np.searchsorted(scene.people, footage.tracks).clip(max=len(scene.people) - 1)
+        own = np.where(scene.people[place] == footage.tracks, place, -1)
+        columns = np.broadcast_to(own, footage.visible.shape)
+    offset = frame_offset(in_columns(found), shifted, camera.period, columns, least=FITTING)
     _, persons = footage.positions()
     frame, track = np.nonzero((persons != NOBODY) & footage.observed)
     boxes = int(footage.observed.sum())
@@ -382,21 +394,3 @@ def _with_persons(
         raise FileError(path, f"{fit}: {offset}" if offset else problem)
     notes = [fit if offset or share >= FITTING else problem] if min(share, known) < GOOD_FIT else []
     return footage, [*notes, f"{path.name}: {offset}"] if offset else notes
-
-
-def _offset(footage: Footage, scene: Scene, heights: FloatArray, linked_here: bool) -> FrameOffset | None:
-    """A better shift in frames between people and boxes, by the IoU of their columns; ``None`` without one."""
-
-    def expected(frames: IntArray, later: int) -> FloatArray:
-        places = scene.positions[frames + later]
-        places = places if footage.poses is None else world_to_relative(places, footage.poses[frames])
-        return in_columns(
-            rectangles(footage.camera.project_unbounded(places, np.broadcast_to(heights, places.shape[:2])))
-        )
-
-    columns = None
-    if not linked_here:
-        place = np.searchsorted(scene.people, footage.tracks).clip(max=len(scene.people) - 1)
-        own = np.where(scene.people[place] == footage.tracks, place, -1)
-        columns = np.broadcast_to(own, footage.visible.shape)
-    return frame_offset(in_columns(rectangles(footage.boxes)), expected, footage.camera.period, columns, least=FITTING)
