@@ -239,6 +239,12 @@ def test_labels_without_an_id_among_others_are_left_out(tmp_path: Path) -> None:
     assert len(rows.frame) == 10
 
 
+@pytest.mark.parametrize("first", ["nan", "inf", "0.5"])
+def test_a_first_line_that_is_no_class_and_shares_is_no_label(read: Read, first: str) -> None:
+    with pytest.raises(FileError, match="line 1: 5 columns with blanks between, wanted 6"):
+        read("boxes.txt", f"{first} 0.5 0.5 0.1 0.2\n")
+
+
 def test_polygons_and_a_label_alone_are_refused(tmp_path: Path) -> None:
     folder = labels(tmp_path / "a", lambda n, k: " 0.5 0.5 0.6 0.6")
     with pytest.raises(FileError, match="polygons are not read"):

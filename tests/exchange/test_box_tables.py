@@ -28,7 +28,7 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         ("fram,id,left,top,width,height\n0,1,2,3,4,50\n", 1, "no column frame or time; did you mean 'frame'"),
         ("frame,id,track_id,left,top,width,height\n0,0,1,2,3,4,50\n", 1, "'id' and 'track_id' could both be the id"),
         ("x,y,w,h\n1,2,3,4\n", 1, "no column frame or time; its columns are 'x,y,w,h', wanted: frame or time, left"),
-        (HEAD, None, "holds no row"),
+        (HEAD, None, "holds no box"),
         (HEAD + "0,1,2,3,4\n", 2, "5 columns, the first line names 6"),
         (HEAD + "0,1,2,3,4,50\n1,1,x,3,4,50\n", 3, "left is 'x'; write a number"),
         (HEAD + "0,1,2,3,4,50\n1,1,nan,3,4,50\n", 3, "left is nan"),

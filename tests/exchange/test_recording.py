@@ -152,7 +152,8 @@ def test_a_picture_of_360_degrees_is_a_cylinder_or_a_sphere(tmp_path):
         path.write_text(f"model = 'panorama'\n{text}")
         (note,) = read_camera(path).notes
         assert 'model = "equirectangular"' in note
-    for text in (sized.replace("1920", "480"), f"{sized}focal = 1200.0\n", f"{sized}cy = 700\n"):
+    level = sized.replace("height = 1920", "cy = 0")
+    for text in (sized.replace("1920", "480"), f"{sized}focal = 1200.0\n", f"{sized}cy = 700\n", level):
         path.write_text(f"model = 'panorama'\n{text}")
         assert read_camera(path).notes == ()
     path.write_text(f"model = 'equirectangular'\n{sized}".replace("1920", "1080"))

@@ -302,12 +302,13 @@ def _scores_and_classes(table: NamedColumns) -> tuple[FloatArray, NDArray[Any]]:
 
 def _refuse_class_as_left(table: NamedColumns) -> None:
     """Raise FileError if the third column of a table without names is a class or score, and no side of boxes."""
-    left, rest = table.numbers("left"), table.stacked("top", "width", "height")
+    left = table.numbers("left")
     if len(left) < FEWEST_HIDDEN:
         return
     kinds = np.unique(left[:1000])
     few = len(kinds) <= FEW_CLASSES and not (left % 1.0).any() and left.min() >= 0.0 and left.max() <= LAST_CLASS
     share = left.min() >= 0.0 and left.max() <= 1.0 and (left % 1.0).any()
+    rest = table.stacked("top", "width", "height") if few or share else np.zeros(1)
     if (few and (rest % 1.0).any()) or (share and (np.abs(rest) > 1.5).any()):
         shown, what = ", ".join(f"{one:g}" for one in kinds[:3]), "a score" if share else "a class"
         problem = f"left would be {shown} in all {len(left)} boxes: is it {what}? Then name the columns in a first line"
