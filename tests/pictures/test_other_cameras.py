@@ -42,19 +42,13 @@ def dataset(request: Any, tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS)
-def test_the_horizon_is_where_level_directions_appear(camera: Camera):
+def test_a_plot_has_horizon_and_boxes_and_a_field_of_view_where_there_are_borders(camera: Camera):
     figure = plot_sequence(make(camera), 0, frame=FOCUS)
     (line,) = (line for line in part(figure, "ego").lines if line.get_gid() == "horizon")
     shown = camera.to_level(camera.directions(line.get_xydata()))
     np.testing.assert_allclose(shown[:, 1] / np.hypot(shown[:, 0], shown[:, 2]), 0.0, atol=1e-5)
     assert camera.kind == "fisheye" or np.ptp(line.get_ydata()) > 40.0
-
-
-@pytest.mark.parametrize("camera", CAMERAS.values(), ids=CAMERAS)
-def test_a_plot_has_the_boxes_and_a_field_of_view_where_there_are_borders(camera: Camera):
-    figure = plot_sequence(make(camera), 0, frame=FOCUS)
-    seen = [f"box-{track}" for track in (14, 3)]
-    assert set(seen) <= set(boxes(figure))
+    assert {"box-14", "box-3"} <= set(boxes(figure))
     assert ("field-of-view" in gids(part(figure, "bird"))) == (camera.period is None)
     low, high = sorted(part(figure, "ego").get_ylim())
     if camera.period is None:

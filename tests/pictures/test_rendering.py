@@ -220,8 +220,8 @@ def test_a_long_caution_is_whole_below_the_film(tmp_path, monkeypatch):
 def test_false_alarms_are_marked(tmp_path):
     write_dataset(tmp_path / "tiny", Crowd(scenes=1, tier="tracked"))
     film = a_film(Dataset(tmp_path / "tiny"))
-    canvas = next(film.frames([3]))
-    assert np.all(canvas == (156, 42, 0), axis=-1).any()
+    ego = next(film.frames([3]))[TITLE_HEIGHT : TITLE_HEIGHT + film.view.height]
+    assert np.all(ego == (156, 42, 0), axis=-1).any()
 
 
 def test_of_boxes_that_overlap_only_the_best_is_kept_round_the_seam_too():

@@ -92,6 +92,10 @@ def part(figure: Figure, name: str) -> Any:
     return next(axes for axes in figure.axes if axes.get_label() == name)
 
 
+def drawn(axes: Any, gid: str) -> Any:
+    return next(artist for artist in axes.get_children() if artist.get_gid() == gid)
+
+
 def gids(axes: Any) -> list[str]:
     return [artist.get_gid() for artist in axes.get_children() if artist.get_gid()]
 
@@ -101,8 +105,7 @@ def boxes(figure: Figure) -> list[str]:
 
 
 def points(figure: Figure, gid: str) -> np.ndarray:
-    drawn = next(artist for artist in part(figure, "bird").collections if artist.get_gid() == gid)
-    return np.asarray(drawn.get_offsets().filled(np.nan))
+    return np.asarray(drawn(part(figure, "bird"), gid).get_offsets().filled(np.nan))
 
 
 def words(figure: Figure) -> str:
@@ -130,12 +133,14 @@ def test_a_perspective_image_holds_whom_the_camera_sees():
     assert "there, but not observed now" in words(figure)
 
 
-def test_every_box_has_its_id_in_both_views_and_the_horizon_is_drawn():
+def test_every_box_has_its_id_and_the_colour_of_its_distance_in_both_views():
     figure = plot_sequence(make(PanoramaCamera()), 0, frame=FOCUS)
     for name in ("ego", "bird"):
         assert sorted(t.get_text() for t in part(figure, name).texts if t.get_gid()) == ["14", "15", "3", "92"]
-    horizon = next(line for line in part(figure, "ego").lines if line.get_gid() == "horizon")
-    assert horizon.get_ydata()[0] == PanoramaCamera().cy
+    people = drawn(part(figure, "bird"), "truth")
+    edges = {patch.get_gid(): patch.get_edgecolor() for patch in part(figure, "ego").patches}
+    for track, colour in zip(TRACKS, people.get_facecolors(), strict=True):
+        np.testing.assert_allclose(edges[f"box-{track}"], colour)
 
 
 def test_in_a_large_crowd_only_the_nearest_bear_their_ids(monkeypatch: pytest.MonkeyPatch):
@@ -146,21 +151,12 @@ def test_in_a_large_crowd_only_the_nearest_bear_their_ids(monkeypatch: pytest.Mo
     assert "ids of the nearest 2" in words(figure)
 
 
-def test_one_colour_stands_for_one_distance_in_both_views():
-    figure = plot_sequence(make(PanoramaCamera()), 0, frame=FOCUS)
-    drawn = next(artist for artist in part(figure, "bird").collections if artist.get_gid() == "truth")
-    edges = {patch.get_gid(): patch.get_edgecolor() for patch in part(figure, "ego").patches}
-    for track, colour in zip(TRACKS, drawn.get_facecolors(), strict=True):
-        np.testing.assert_allclose(edges[f"box-{track}"], colour)
-
-
 @pytest.mark.parametrize("camera", [PanoramaCamera(), PerspectiveCamera()], ids=lambda c: c.kind)
 def test_truth_estimate_and_error_lines(camera):
     stub = make(camera)
     figure = plot_sequence(stub, 0, shifted(stub), frame=FOCUS, solver="vb-cv", protocol="rollout")
     np.testing.assert_allclose(points(figure, "estimate"), points(figure, "truth") + np.array([0.5, 0.0]))
-    errors = next(artist for artist in part(figure, "bird").collections if artist.get_gid() == "errors")
-    assert len(errors.get_segments()) == len(points(figure, "truth"))
+    assert len(drawn(part(figure, "bird"), "errors").get_segments()) == len(points(figure, "truth"))
     assert {"observer-truth", "observer-estimate"} <= set(gids(part(figure, "bird")))
     assert "error, truth to estimate" in words(figure)
     assert "vb-cv (rollout)" in words(figure)
@@ -225,10 +221,6 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 
 
 CAUTION = "made up for tests. " + "Every word of this must be readable on the picture, however long it is. " * 6
-
-
-def drawn(axes: Any, gid: str) -> Any:
-    return next(artist for artist in axes.get_children() if artist.get_gid() == gid)
 
 
 def test_several_answers_and_one_with_faults_in_one_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
