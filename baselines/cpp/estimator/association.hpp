@@ -82,15 +82,15 @@ class Association {
         if (person.nodes[node].given) break;
         if (!is_examined(person.nodes[node]) || surprise[last - node] < kDoubt) continue;
         Part earlier{p, before(person, node)}, later{p, after(person, node)};
-        const double nats = link(window, model, earlier, later).nats;
+        const double nats = link(window, model, earlier, later, 1).nats;
         if (nats >= least) continue;
         least = nats;
         head = std::move(earlier);
         tail = std::move(later);
       }
       if (head.person >= 0) {
-        heads.push_back(std::move(head));
-        tails.push_back(std::move(tail));
+        heads.push_back({p, std::move(head.path)});
+        tails.push_back({p, std::move(tail.path)});
       } else if (is_young(person)) {
         tails.push_back({p, person});
       }
@@ -184,21 +184,21 @@ class Association {
   double continuity() const { return elementary::log(kept_ / switches_); }
 
   /// Joins two parts, and compares the evidence of one person with that of two (Bayes factor).
-  Link link(const Window& window, const Model& model, Part& head, Part& tail) {
+  Link link(const Window& window, const Model& model, Part& head, Part& tail, int rounds = kRounds) {
     if (std::isnan(head.evidence)) {
       Person path = head.path;
-      head.evidence = evidence(window, model, path);
+      head.evidence = evidence(window, model, path, rounds);
     }
     if (std::isnan(tail.evidence)) {  // with the priors of place, velocity, height and own edge of a new person
       Person path = placed(window, tail.path);
-      tail.evidence = evidence(window, model, path) - elementary::log(kArea) -
+      tail.evidence = evidence(window, model, path, rounds) - elementary::log(kArea) -
                       elementary::log(path.height_std * model.people.own_edge_std);
       if (path.frames() > 1)
         tail.evidence -= kLogTwoPi + 2.0 * elementary::log(model.people.pace.walking * model.people.walk.dt);
     }
     Link one{0.0, joined(head.path, tail.path)};
     const bool same_column = head.path.nodes.back().column == tail.path.column;
-    one.nats = evidence(window, model, one.path) - head.evidence - tail.evidence + (same_column ? continuity() : 0.0);
+    one.nats = evidence(window, model, one.path, rounds) - head.evidence - tail.evidence + (same_column ? continuity() : 0.0);
     if (!std::isfinite(one.nats)) one.nats = same_column ? INFINITY : -INFINITY;
     return one;
   }
@@ -266,15 +266,15 @@ class Association {
     return sum;
   }
 
-  /// Minimises the cost of a path at the present camera and calibration; returns ln of the marginal likelihood of its
-  /// boxes by Laplace's approximation, −∞ if the system is not positive definite.
-  double evidence(const Window& window, const Model& model, Person& person) {
+  /// Minimises the cost of a path at the present camera and calibration in so many `rounds`; returns ln of the marginal
+  /// likelihood of its boxes by Laplace's approximation, −∞ if the system is not positive definite.
+  double evidence(const Window& window, const Model& model, Person& person, int rounds) {
     Reduced rest;
     const std::vector<double> none(kGlobals, 0.0);
     int walks = 0;
     for (int i = 2; i < person.frames(); ++i) walks += !person.nodes[i].walk_absorbed;
     double least = INFINITY, found = -INFINITY;
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < rounds; ++round) {
       const double cost = window.linearise_alone(person, model, elimination_, rest);
       if (!(cost < least)) {
         if (round > 0) person.move(step_, -1.0);  // the last step raised the cost
