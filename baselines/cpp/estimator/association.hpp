@@ -10,19 +10,6 @@
 
 namespace vbbench {
 
-/// Errors of a box's cues, whitened by its noise, with their variances if it is of the expected person, and if it is of
-/// another person nearby.
-struct Innovation {
-  static constexpr double kAside = 0.4, kFarther = 0.3;  ///< σ of another's place, in box heights and of the range
-  std::array<double, 2> e{}, same{}, other{};
-
-  /// Log density of a Student-t law with these variances, up to a constant.
-  double log_density(const std::array<double, 2>& variance, double nu) const {
-    const double away = e[0] * e[0] / variance[0] + e[1] * e[1] / variance[1];
-    return -0.5 * elementary::log(variance[0] * variance[1]) - 0.5 * (nu + 2.0) * elementary::log1p(away / nu);
-  }
-};
-
 /// Boxes from a frame on that go to another person.
 struct Reassignment {
   int from;     ///< index of the person who has them
@@ -42,24 +29,6 @@ class Association {
   template <class Archive>
   void archive(Archive& a) {
     a(switches_), a(kept_);
-  }
-
-  /// Whether a box is more probably of another person nearby.
-  bool is_another(const Innovation& one, const Model& model) const {
-    const double nu = model.people.noise.nu;
-    return one.log_density(one.same, nu) - one.log_density(one.other, nu) < -continuity();
-  }
-
-  /// Counts the switches `found` among those who are seen `again`. None remain if they are half of these: then the
-  /// camera's motion is the likelier cause.
-  template <class Switch>
-  void count(std::vector<Switch>& found, int switched, int again) {
-    if (switched > 0 && 2 * switched >= again) {
-      found.clear();
-      switched = 0;
-    }
-    switches_ += switched;
-    kept_ += again;
   }
 
   /// Assigns boxes that surprise, and those of paths that began a short time ago, to the paths that they continue most
@@ -126,7 +95,12 @@ class Association {
       ++switched;
       found.push_back({tail.person, -1, node, placed(window, tail.path)});
     }
-    count(found, switched, again);
+    if (switched > 0 && 2 * switched >= again) {  // then the camera's motion is the likelier cause
+      found.clear();
+      switched = 0;
+    }
+    switches_ += switched;
+    kept_ += again;
     return found;
   }
 

@@ -66,7 +66,6 @@ constexpr double kBlind = 2.0;        ///< s without a person in sight after whi
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
 constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, σ and memory of the common velocity (cold start)
-constexpr double kColdTime = 8.0;                    ///< s of the first window after a cold start, at most 2 · `size`
 constexpr double kVague = 0.3;                       ///< m and rad, largest σ of odometry that is used
 constexpr int kTried = 3;                            ///< newest steps of the hypothesis that a standing camera moves
 constexpr double kSurerEach = 0.5;                   ///< the same for each person who has the common velocity
@@ -100,7 +99,7 @@ class Estimator {
     by_odometry_ = {};
     odometry_spread_ = {};
     unled_ = strayed_ = 0.0;
-    cold_ = anchored_ = false;
+    cold_ = false;
     ages_.clear();
     blind_ = 0.0;
     where_.assign(recording.columns, -1);
@@ -210,7 +209,7 @@ class Estimator {
     learn();
     a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
     a(moved_known_), a(converged_), a(stride_), a(places_), a(by_odometry_), a(odometry_spread_), a(unled_);
-    a(strayed_), a(cold_), a(anchored_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
+    a(strayed_), a(cold_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
     a(between_), a(given_), a(given_age_), a(odometry_), a(learns_), a(blind_), a(noise_), a(squares_), a(count_),
         a(variance_);
     window_.archive(a);
@@ -249,17 +248,13 @@ class Estimator {
   /// a full window are marginalised.
   void finish_key_frame() {
     learn();
-    const int first = std::max(size, static_cast<int>(std::min(kColdTime / recording_.dt, 2.0 * size)));
-    const int longest = anchored_ || window_.held > 0 ? size : first;
-    const bool full = static_cast<int>(window_.frames.size()) >= longest;
-    while (full && static_cast<int>(window_.frames.size()) >= size) {
-      const Frame& next = window_.frames[kHeld];
-      carry_odometry(next);
-      behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
-      window_.marginalise(model_);
-      ages_.erase(ages_.begin());
-      index_people();
-    }
+    if (static_cast<int>(window_.frames.size()) < size) return;
+    const Frame& next = window_.frames[kHeld];
+    carry_odometry(next);
+    behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
+    window_.marginalise(model_);
+    ages_.erase(ages_.begin());
+    index_people();
   }
 
   /// Learns from the last solution, once.
@@ -268,7 +263,6 @@ class Estimator {
     learned_ = true;
     window_.weigh_walks(model_);
     learn_walk();
-    learn_pace(window_, model_);
     learn_roughness(window_.frames, window_.posterior, evenness_weight(), model_.motion);
     if (learns_) learn_boxes();
   }
@@ -280,11 +274,10 @@ class Estimator {
     between_.clear();
     given_.clear();
     if (blind_ > kBlind) relocate();
-    occlusion_.mark(window_, model_, false);
     Solution solution = window_.solve(model_, rounds, least);
     try_common_velocities(solution);
     try_other_modes(solution);
-    std::vector<int> changed = occlusion_.mark(window_, model_, true);
+    std::vector<int> changed = occlusion_.mark(window_, model_);
     associate(changed);
     if (!changed.empty()) solution = window_.solve_changed(model_, rounds, least, changed);
     watch();
@@ -302,7 +295,6 @@ class Estimator {
       moved_known_ = false;
       return;
     }
-    anchored_ = true;
     const double c = elementary::cos(moved_[2]), s = elementary::sin(moved_[2]), *m = input.motion;
     const Pose next{moved_[0] + c * m[0] - s * m[1], moved_[1] + s * m[0] + c * m[1], moved_[2] + m[2]};
     Spread here{}, turned{};
@@ -406,8 +398,6 @@ class Estimator {
     }
     frame.at[2] += turn / information;
     for (Expected& one : expected) one.bearing += turn / information;
-    find_hidden(frame, expected);
-    find_switches(frame, expected);
     for (const Expected& one : expected) between_.push_back({one.column, share, true, false, one.box, {}});
     for (Expected& one : expected) {
       if (!std::isnan(one.bearing)) {
@@ -433,55 +423,6 @@ class Estimator {
       if (person.column >= 0) output.heights[person.column] = elementary::exp(person.log_height);
     output.converged = converged_;
     if (recording_.covariances) spread_between(output, expected);
-  }
-
-  /// Marks boxes between key frames that end at a nearer outline; these measure no range.
-  void find_hidden(const Frame& frame, std::vector<Expected>& expected) {
-    std::vector<Occlusion::Outline> outlines;
-    for (Expected& one : expected) {
-      const int p = where_[one.column];
-      const double log_height = p < 0 ? elementary::log(recording_.height_mean) : window_.people[p].log_height;
-      outlines.push_back(Occlusion::outline(one.box, p, one.at, log_height, frame, window_.calibration));
-      outlines.back().error = std::sqrt(one.variance);
-      outlines.back().fresh = p < 0;
-    }
-    occlusion_.mark(outlines, model_, false);
-    for (Expected& one : expected)
-      if (one.box.hidden) one.range_error = INFINITY;
-  }
-
-  /// Identity switches between key frames: the column of a box that is more probably of another person has nobody until
-  /// the next key frame.
-  void find_switches(const Frame& frame, std::vector<Expected>& expected) {
-    std::vector<int> found;
-    int again = 0;
-    for (int i = 0; i < static_cast<int>(expected.size()); ++i) {
-      const Expected& one = expected[i];
-      if (std::isnan(one.bearing) || one.box.cut || one.box.hidden) continue;
-      const Person& person = window_.people[where_[one.column]];
-      if (person.frames() < 2 || person.last() + 1 != static_cast<int>(window_.frames.size())) continue;
-      ++again;
-      const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
-      const double aside = Innovation::kAside * one.box.width / one.bearing_error;
-      const double farther = elementary::hypot(Innovation::kFarther, person.height_std) * r / one.range_error;
-      const double errors[2] = {one.bearing_error * r, one.range_error}, away[2] = {aside, farther};
-      Innovation cues;
-      cues.e = {wrap(one.bearing - elementary::atan2(dy, dx)) / one.bearing_error, (one.range - r) / one.range_error};
-      for (int c = 0; c < 2; ++c) {
-        cues.same[c] = model_.people.noise.excess[c] + one.variance / square(errors[c]);
-        cues.other[c] = cues.same[c] + square(away[c]);
-      }
-      if (association_.is_another(cues, model_)) found.push_back(i);
-    }
-    association_.count(found, static_cast<int>(found.size()), again);
-    for (const int i : found) {
-      Expected& one = expected[i];
-      window_.people[where_[one.column]].column = -1;
-      where_[one.column] = -1;
-      std::erase_if(between_, [&](const Between& shown) { return shown.node == one.column; });
-      one.at = window_.placed(one.box, elementary::log(recording_.height_mean), frame);
-      one.bearing = NAN;
-    }
   }
 
   /// Covariances between key frames: those of the last key frame plus those of the motion since.
@@ -560,16 +501,7 @@ class Estimator {
 
   void predict(const std::vector<Frame>& frames, Frame& frame) const {
     const std::array<double, kFrame>&last = frames.back().at, &before = frames[frames.size() - 2].at;
-    const bool drives = !window_.posterior.empty() && driving(window_.posterior.back()) > 0.5;
-    double dx = last[0] - before[0], dy = last[1] - before[1];
-    if (drives) {
-      const double turn = last[2] - before[2], c = elementary::cos(turn), s = elementary::sin(turn), x = dx;
-      dx = c * x - s * dy;
-      dy = s * x + c * dy;
-      frame.at[2] = last[2] + turn;
-    }
-    frame.at[0] = last[0] + dx;
-    frame.at[1] = last[1] + dy;
+    for (int a = 0; a < 2; ++a) frame.at[a] = 2.0 * last[a] - before[a];
   }
 
   /// Counts the time in which nobody is in sight; it ends with two people in a frame, or one with odometry.
@@ -756,7 +688,7 @@ class Estimator {
         double share;
         const int t = value.column == k ? frame_at(value.age, share) : -1;
         if (t < 0) continue;
-        given = anchored_ = true;
+        given = true;
         begin = std::min(begin, share < 1.0 ? t - 1 : t);
       }
       bool between = false;  // a person in sight since the last key frame, whose path goes on
@@ -777,12 +709,9 @@ class Estimator {
         person.nodes[i].column = k;
         if (before == 0 && seen) person.nodes[i].at = window_.placed(box, person.log_height, frame);
       }
-      const bool alone = person.frames() == 1;
       if (seen) {
         person.nodes.back().seen = true;
         person.nodes.back().box = box;
-        if (!alone && person.last() - last_seen_before(person) > 1)
-          interpolate(person, window_.placed(box, person.log_height, frame));
       }
       for (const GivenValue& value : given_) {
         double share;
@@ -846,33 +775,12 @@ class Estimator {
     for (Person& person : window_.people) person.variance = (own * variance_ + person.squares) / (own + person.count);
   }
 
-  /// Updates the mean speed of people who walk by expectation maximisation. It is learned where nothing but the prior
-  /// of speed decides the common velocity.
-  void learn_pace(const Window& window, Model& model) const {
-    SpeedPrior& pace = model.people.pace;
-    if (anchored_) pace.walking = constants.walking;
-    for (int round = 0; !anchored_ && round < 3; ++round) {
-      double information = 1.0 / (constants.walking_mean_std * constants.walking_mean_std);
-      double sum = information * constants.walking;
-      for (const Person& person : window.people)
-        for (int i = 1; i < person.frames(); ++i) {
-          const auto &now = person.nodes[i].at, &before = person.nodes[i - 1].at;
-          const double speed = elementary::hypot(now[0] - before[0], now[1] - before[1]) / recording_.dt;
-          const double weight = pace.at(speed, recording_.dt).walk;
-          information += weight;
-          sum += weight * speed;
-        }
-      pace.walking = sum / information;
-    }
-  }
-
   /// Weight in key frames of the prior of the roughness of the camera's motion; the same time at all frame rates.
   double evenness_weight() const { return constants.walk_own * recording_.dt / 0.4; }
 
-  /// Cost of what is learned, by its priors: people's mean speed, and the roughness of the camera's motion.
-  double learned_cost(const Model& model) const {
-    const double off = (model.people.pace.walking - constants.walking) / constants.walking_mean_std;
-    double sum = 0.5 * off * off;
+  /// Cost of the roughness of the camera's motion by its prior.
+  double roughness_cost(const Model& model) const {
+    double sum = 0.0;
     for (const double r : model.motion.roughness)
       sum += 0.5 * evenness_weight() * (2.0 * elementary::log(r) + 1.0 / (r * r) - 1.0);
     return sum;
@@ -915,29 +823,24 @@ class Estimator {
     }
     const double nats = kSurer + kSurerEach * static_cast<double>(steps.size() - 2);
     Window other = window_;
-    Model model = model_;
     double best = INFINITY;
     Step less{}, chosen{};
     for (const Step& step : steps) {
       other.slow_down({step[0] - less[0], step[1] - less[1]});
       less = step;
-      learn_pace(other, model);
-      const double cost = other.cost(model) + learned_cost(model);
+      const double cost = other.cost(model_);
       if (cost < best) chosen = step;
       best = std::min(best, cost);
     }
     other.slow_down({chosen[0] - less[0], chosen[1] - less[1]});
-    learn_pace(other, model);
-    take_if_better(other, model, solution, nats);
+    take_if_better(other, model_, solution, nats);
     if (window_.posterior.back()[kStand] < 0.5) return;
     other = window_;  // a camera that walks, minimised without the mode in which it stands
-    model = model_;
+    Model model = model_;
     other.slow_down(walking);
     other.trial.steps = newest;
     other.trial.out[kStand] = true;
-    learn_pace(other, model);
     other.solve(model, kTried, least);
-    learn_pace(other, model);
     learn_roughness(other.frames, other.posterior, evenness_weight(), model.motion);
     other.trial = Trial();
     take_if_better(other, model, solution, recording_.carrier == kPerson ? -kWalks : nats);
@@ -946,10 +849,9 @@ class Estimator {
   /// Solves another window, and takes it with its model if its cost is lower by so many nats.
   void take_if_better(Window& other, const Model& model, Solution& solution, double nats) {
     const Solution found = other.solve(model, rounds, least);
-    if (found.cost + learned_cost(model) >= solution.cost + learned_cost(model_) - nats) return;
+    if (found.cost + roughness_cost(model) >= solution.cost + roughness_cost(model_) - nats) return;
     window_ = std::move(other);
     solution = found;
-    model_.people.pace = model.people.pace;
     model_.motion.roughness = model.motion.roughness;
   }
 
@@ -1020,20 +922,6 @@ class Estimator {
     frame.information[0] += 0.5 * (a + b);
     frame.information[1] += 0.5 * (a + b);
     frame.information[2] += a * r * r;
-  }
-
-  static int last_seen_before(const Person& person) {
-    for (int i = person.frames() - 2; i >= 0; --i)
-      if (person.nodes[i].seen || person.nodes[i].given) return person.first + i;
-    return person.first;
-  }
-
-  /// Interpolates the path of a person who returns into sight, linearly.
-  static void interpolate(Person& person, const std::array<double, 2>& now) {
-    const int from = last_seen_before(person) - person.first, to = person.frames() - 1;
-    const std::array<double, 2> start = person.nodes[from].at;
-    for (int i = from + 1; i <= to; ++i)
-      for (int a = 0; a < 2; ++a) person.nodes[i].at[a] = start[a] + (now[a] - start[a]) * (i - from) / (to - from);
   }
 
   void answer(Output& output) {
@@ -1117,7 +1005,6 @@ class Estimator {
   double unled_ = 0.0;    ///< s since a cold start, or since odometry, in which nothing measured how the camera moves
   double strayed_ = 0.0;  ///< m², variance of the drift before the last odometry
   bool cold_ = false;
-  bool anchored_ = false;     ///< a place or odometry was given, which decides the common velocity
   Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;
   Window window_;

@@ -20,71 +20,63 @@ class Occlusion {
     a(ending_), a(whole_);
   }
 
-  struct Outline {
-    Box* box;
-    int person;                 ///< index of who has it
-    double azimuth, width;      ///< rad, the width of one height
-    double foot, head, length;  ///< slopes that the person's state predicts
-    double range, error;        ///< m, and σ of the predicted place in m
-    bool fresh;                 ///< whether this box is the first
-  };
-
-  /// The outline of a box whose person is expected at a place.
-  static Outline outline(Box& box, int person, const std::array<double, 2>& at, double log_height, const Frame& camera,
-                         const Calibration& calibration) {
-    const auto& global = calibration.at;
-    const double r = elementary::hypot(at[0] - camera.at[0], at[1] - camera.at[1]);
-    const double rho = std::max(r - global[kEdge], 0.3), length = elementary::exp(log_height) / rho;
-    const double pitch = global[kPitch] + camera.at[kPose], roll = global[kRoll] + camera.at[kPose + 1];
-    const double lift = -pitch * elementary::cos(box.azimuth) + roll * elementary::sin(box.azimuth);
-    const double foot = global[kMount] / rho - lift, width = box.width * length / std::max(box.length, 1e-6);
-    return {&box, person, box.azimuth, width, foot, foot - length, length, r, 0.0, false};
-  }
-
-  /// Marks the boxes of the newest frame that end at a nearer outline. Returns the people whose mark has changed. The
-  /// rate of such boxes is learned if `counts`.
-  std::vector<int> mark(Window& window, const Model& model, bool counts) {
+  /// Marks the boxes of the newest frame that end at a nearer outline, and learns the rate of such boxes. Returns the
+  /// people whose mark has changed.
+  std::vector<int> mark(Window& window, const Model& model) {
     std::vector<Outline> outlines;
     const int newest = static_cast<int>(window.frames.size()) - 1;
     for (int p = 0; p < static_cast<int>(window.people.size()); ++p) {
       Person& person = window.people[p];
-      if (person.last() != newest || !person.nodes.back().seen) continue;
-      outlines.push_back(outline(person.nodes.back().box, p, person.nodes.back().at, person.log_height,
-                                 window.frames[newest], window.calibration));
-      outlines.back().error = model.people.walk.sigma;
-      outlines.back().fresh = person.frames() == 1;
+      if (person.last() == newest && person.nodes.back().seen)
+        outlines.push_back(outline(p, person, window.frames[newest], window.calibration));
     }
-    return mark(outlines, model, counts);
-  }
-
-  /// Marks the boxes of these outlines in the same way.
-  std::vector<int> mark(const std::vector<Outline>& outlines, const Model& model, bool counts) {
     std::vector<int> changed;
     const double rate = ending_ / (ending_ + whole_);
     for (const Outline& one : outlines) {
       double row;
-      if (!covered(one, outlines, row)) {
-        if (one.box->hidden) changed.push_back(one.person);
-        one.box->hidden = false;
-        continue;
+      const bool is_covered = covered(one, outlines, row);
+      double hidden = 0.0;
+      if (is_covered) {
+        const double pixel = model.people.noise.pixel / one.box->pixels, scale = one.length;
+        const double sharp = square(model.people.noise.share[2]) + pixel * pixel;
+        const double walk = one.fresh ? kFreshSpread : model.people.walk.sigma / one.range * (one.foot / scale + 1.0);
+        const double at_feet = density((one.box->foot - one.foot) / scale, std::sqrt(sharp + walk * walk));
+        const double at_edge = density((one.box->foot - row) / scale, std::sqrt(sharp + kOutline * kOutline));
+        hidden = rate * at_edge / (rate * at_edge + (1.0 - rate) * at_feet + 1e-300);
+        if (!one.fresh && one.foot - row >= 4.0 * scale * std::sqrt(sharp + walk * walk)) {
+          ending_ += hidden;
+          whole_ += 1.0 - hidden;
+        }
       }
-      const BoxNoise& noise = model.people.noise;
-      const double pixel = noise.pixel / one.box->pixels, scale = one.length;
-      const double sharp = noise.share[2] * noise.share[2] + pixel * pixel;
-      const double walk = one.fresh ? kFreshSpread : one.error / one.range * (one.foot / scale + 1.0);
-      const double at_feet = density((one.box->foot - one.foot) / scale, std::sqrt(sharp + walk * walk));
-      const double at_edge = density((one.box->foot - row) / scale, std::sqrt(sharp + kOutline * kOutline));
-      const double hidden = rate * at_edge / (rate * at_edge + (1.0 - rate) * at_feet + 1e-300);
       if (one.box->hidden != (hidden > 0.5)) changed.push_back(one.person);
       one.box->hidden = hidden > 0.5;
-      if (!counts || one.fresh || one.foot - row < 4.0 * scale * std::sqrt(sharp + walk * walk)) continue;
-      ending_ += hidden;
-      whole_ += 1.0 - hidden;
     }
     return changed;
   }
 
  private:
+  struct Outline {
+    Box* box;
+    int person;                 ///< index of who has it
+    double azimuth, width;      ///< rad, the width of one height
+    double foot, head, length;  ///< slopes that the person's state predicts
+    double range;               ///< m
+    bool fresh;                 ///< whether this box is the first
+  };
+
+  /// The outline of a person's newest box where the state expects the person.
+  static Outline outline(int p, Person& person, const Frame& camera, const Calibration& calibration) {
+    Box& box = person.nodes.back().box;
+    const std::array<double, 2>& at = person.nodes.back().at;
+    const auto& global = calibration.at;
+    const double r = elementary::hypot(at[0] - camera.at[0], at[1] - camera.at[1]);
+    const double rho = std::max(r - global[kEdge], 0.3), length = elementary::exp(person.log_height) / rho;
+    const double pitch = global[kPitch] + camera.at[kPose], roll = global[kRoll] + camera.at[kPose + 1];
+    const double lift = -pitch * elementary::cos(box.azimuth) + roll * elementary::sin(box.azimuth);
+    const double foot = global[kMount] / rho - lift, width = box.width * length / std::max(box.length, 1e-6);
+    return {&box, p, box.azimuth, width, foot, foot - length, length, r, person.frames() == 1};
+  }
+
   static constexpr double kBody = 0.12, kHead = 0.05, kShoulders = 0.8;  ///< outline, in heights of the person
   static constexpr double kCore = 0.08;        ///< half the width that must be covered, in heights
   static constexpr double kOutline = 0.03;     ///< by which an outline's border is uncertain, in heights
