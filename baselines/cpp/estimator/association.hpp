@@ -172,7 +172,8 @@ class Association {
     }
     Link one{0.0, joined(head.path, tail.path)};
     const bool same_column = head.path.nodes.back().column == tail.path.column;
-    one.nats = evidence(window, model, one.path, rounds) - head.evidence - tail.evidence + (same_column ? continuity() : 0.0);
+    one.nats =
+        evidence(window, model, one.path, rounds) - head.evidence - tail.evidence + (same_column ? continuity() : 0.0);
     if (!std::isfinite(one.nats)) one.nats = same_column ? INFINITY : -INFINITY;
     return one;
   }

@@ -57,8 +57,8 @@ inline bool information_root(const double* c, std::array<std::array<double, 3>, 
 
 constexpr double kKeyFrame = 0.2;     ///< s from one key frame to the next at least
 constexpr double kEdgeKnown = 0.05;   ///< m, standard deviation of a near edge that is given
-constexpr double kTurning = 0.1;      ///< rad by which a camera may turn between key frames
 constexpr double kStray = 0.05;       ///< m, σ of people about constant velocity between key frames
+constexpr double kTurning = 0.1;      ///< rad by which a camera may turn between key frames
 constexpr int kWalkLate = 4;          ///< frames after which an innovation updates the walk's variance
 constexpr double kWalkMemory = 60.0;  ///< s of memory of this variance
 constexpr double kStrayed = 0.2;      ///< m, σ of people about constant velocity from one key frame to the next
@@ -139,7 +139,6 @@ class Estimator {
       model_.people.height_nu = 2.0 * ratio / (ratio - 1.0);
       height_std_ = c.height_std;
     }
-    occlusion_.start();
     association_.start();
     odometry_ = false;
     learned_ = true;
@@ -213,7 +212,6 @@ class Estimator {
     a(between_), a(given_), a(given_age_), a(odometry_), a(learns_), a(blind_), a(noise_), a(squares_), a(count_),
         a(variance_);
     window_.archive(a);
-    occlusion_.archive(a);
     association_.archive(a);
   }
 
@@ -277,7 +275,7 @@ class Estimator {
     Solution solution = window_.solve(model_, rounds, least);
     try_common_velocities(solution);
     try_other_modes(solution);
-    std::vector<int> changed = occlusion_.mark(window_, model_);
+    std::vector<int> changed = Occlusion::mark(window_, model_);
     associate(changed);
     if (!changed.empty()) solution = window_.solve_changed(model_, rounds, least, changed);
     watch();
@@ -309,15 +307,6 @@ class Estimator {
     moved_ = next;
   }
 
-  /// A person between key frames: the place by constant velocity with its variance in m², and what the box measures.
-  struct Expected {
-    int column;
-    std::array<double, 2> at;
-    double variance, range, range_error;  ///< m², m
-    double bearing, bearing_error;        ///< rad; NaN: there is no path yet
-    Box box;
-  };
-
   /// Moves a frame by odometry: forward, left and turn.
   static void move(Frame& frame, const double* motion) {
     const double c = elementary::cos(frame.at[2]), s = elementary::sin(frame.at[2]);
@@ -326,9 +315,8 @@ class Estimator {
     frame.at[2] += motion[2];
   }
 
-  /// Estimates a frame between key frames. The camera moves on from the pose given in the frame before, or from the
-  /// last key frame, with its yaw by the bearings of people at constant velocity. The bearing and range of each
-  /// person's box then correct the place.
+  /// Predicts a frame between key frames. The camera moves on from the pose given in the frame before, or from the last
+  /// key frame, and people walk on at constant velocity. The next key frame uses the boxes.
   void between_key_frames(const Input& input, Output& output) {
     const std::vector<Frame>& frames = window_.frames;
     const int newest = static_cast<int>(frames.size()) - 1, columns = recording_.columns;
@@ -348,103 +336,70 @@ class Estimator {
     } else if (newest > 0) {
       for (int a = 0; a < 3; ++a) frame.at[a] += share * (frames[newest].at[a] - frames[newest - 1].at[a]);
     }
-    double information = moved_known_ ? 1.0 / (moved_spread_[2][2] + 1e-10) : 1.0 / (kTurning * kTurning), turn = 0.0;
-    std::vector<Expected> expected;
-    for (int k = 0; k < columns; ++k) {
-      const double* b = input.boxes + 5 * k;
-      if (std::isnan(b[0])) continue;
-      const Box box = Box::of(b, input.cut[k]);
-      Expected one{k, {}, 0.0, 0.0, 0.0, NAN, 0.0, box};
-      if (where_[k] >= 0) {
-        const Person& person = window_.people[where_[k]];
-        const int n = person.frames();
-        const double steps = newest - person.last() + share, time = steps * recording_.dt;
-        one.at = person.nodes[n - 1].at;
-        if (n > 1) {
-          const auto& older = person.nodes[n - 2].at;
-          const double vx = one.at[0] - older[0], vy = one.at[1] - older[1];
-          const double fastest = kFastestPerson * recording_.dt / (elementary::hypot(vx, vy) + 1e-9);
-          one.at[0] += steps * std::min(1.0, fastest) * vx;
-          one.at[1] += steps * std::min(1.0, fastest) * vy;
-        }
-        one.variance = kStray * kStray + (n > 1 ? square(kFlowSpeed * (time - share * recording_.dt)) +
-                                                      constants.acceleration * time * time * time / 3.0
-                                                : square(constants.walking * time));
-        const double* given = input.positions + 2 * (columns + k);  // in the frame before, and before that
-        const double* earlier = input.positions + 2 * k;
-        if (!std::isnan(given[0])) {
-          const bool moves = !std::isnan(earlier[0]);
-          for (int a = 0; a < 2; ++a) one.at[a] = given[a] + (moves ? given[a] - earlier[a] : 0.0);
-          one.variance = square((moves ? constants.gait_speed : constants.walking) * recording_.dt / stride_);
-        }
-        one.range = elementary::exp(person.log_height) / box.length + window_.calibration.at[kEdge];
-        const BoxNoise& noise = model_.people.noise;
-        const double pixel = noise.pixel / box.pixels;
-        one.range_error = box.cut & (kFeetCut | kHeadCut)
-                              ? INFINITY
-                              : one.range * std::sqrt(square(noise.share[1]) + 2.0 * pixel * pixel);
-        const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
-        one.bearing = frame.at[2] - (box.azimuth - window_.calibration.at[kOffset]);  // in the world
-        one.bearing_error = elementary::hypot(noise.share[0], pixel) * box.width;
-        const double off = wrap(elementary::atan2(dy, dx) - one.bearing);
-        const double variance = square(one.bearing_error) + one.variance / (r * r);
-        const double weight = student(off * off / variance, noise.nu, 1.0).weight / variance;
-        turn += weight * off;
-        information += weight;
-      } else {
-        one.at = window_.placed(box, elementary::log(recording_.height_mean), frame);
-      }
-      expected.push_back(one);
-    }
-    frame.at[2] += turn / information;
-    for (Expected& one : expected) one.bearing += turn / information;
-    for (const Expected& one : expected) between_.push_back({one.column, share, true, false, one.box, {}});
-    for (Expected& one : expected) {
-      if (!std::isnan(one.bearing)) {
-        const double dx = one.at[0] - frame.at[0], dy = one.at[1] - frame.at[1], r = elementary::hypot(dx, dy) + 1e-9;
-        const double across = one.bearing_error * r;
-        const double aside =
-            wrap(one.bearing - elementary::atan2(dy, dx)) * r * one.variance / (one.variance + across * across);
-        const double along = (one.range - r) * one.variance / (one.variance + square(one.range_error));
-        one.at[0] += (along * dx - aside * dy) / r;
-        one.at[1] += (along * dy + aside * dx) / r;
-      }
-      for (int a = 0; a < 2; ++a) output.positions[2 * one.column + a] = one.at[a];
-    }
     const double* given = input.poses + 6;
     for (int a = 0; a < kPose; ++a) output.pose[a] = std::isnan(given[0]) ? frame.at[a] : given[a];
     output.pose[2] = wrap(output.pose[2]);
+    const Pose there{frames.back().at[0], frames.back().at[1], frames.back().at[2]};
+    const Spread pose = sum(carried(newest_, there, output.pose[0], output.pose[1]), moved_spread_);
+    for (int a = 0; a < 3; ++a) std::copy_n(pose[a].begin(), 3, output.pose_covariance + 3 * a);
     for (int k = 0; k < columns; ++k) {
+      const double* b = input.boxes + 5 * k;
+      double *to = output.positions + 2 * k, *spread = output.position_covariances + 4 * k;
+      if (!std::isnan(b[0])) {
+        const Box box = Box::of(b, input.cut[k]);
+        between_.push_back({k, share, true, false, box, {}});
+        std::array<double, 2> at;
+        std::array<double, 3> place{NAN, NAN, NAN};  // xx, xy, yy
+        if (where_[k] >= 0) {
+          const double variance = predict_person(k, share, input, at);
+          place = places_[k];
+          place[0] += variance;
+          place[2] += variance;
+        } else {
+          at = window_.placed(box, elementary::log(recording_.height_mean), frame);
+        }
+        if (std::isnan(place[0])) {
+          const double far = height_std_ * elementary::hypot(at[0] - output.pose[0], at[1] - output.pose[1]);
+          place = {pose[0][0] + pose[1][1] + far * far, 0.0, 0.0};
+          place[2] = place[0];
+        }
+        std::copy_n(at.begin(), 2, to);
+        if (recording_.covariances) {
+          spread[0] = place[0];
+          spread[1] = spread[2] = place[1];
+          spread[3] = place[2];
+        }
+      }
       const double* at = input.positions + 2 * (2 * columns + k);
-      if (std::isnan(at[0])) continue;
-      std::copy_n(at, 2, output.positions + 2 * k);
+      if (!std::isnan(at[0])) std::copy_n(at, 2, to);
     }
     for (const Person& person : window_.people)
       if (person.column >= 0) output.heights[person.column] = elementary::exp(person.log_height);
     output.converged = converged_;
-    if (recording_.covariances) spread_between(output, expected);
   }
 
-  /// Covariances between key frames: those of the last key frame plus those of the motion since.
-  void spread_between(Output& output, const std::vector<Expected>& expected) {
-    const Pose last{window_.frames.back().at[0], window_.frames.back().at[1], window_.frames.back().at[2]};
-    Spread pose = carried(newest_, last, output.pose[0], output.pose[1]);
-    for (int a = 0; a < 3; ++a)
-      for (int b = 0; b < 3; ++b) output.pose_covariance[3 * a + b] = pose[a][b] + moved_spread_[a][b];
-    for (const Expected& one : expected) {
-      double* to = output.position_covariances + 4 * one.column;
-      const std::array<double, 3>& place = places_[one.column];
-      if (where_[one.column] >= 0 && !std::isnan(place[0])) {
-        to[0] = place[0] + one.variance;
-        to[1] = to[2] = place[1];
-        to[3] = place[2] + one.variance;
-      } else {
-        const double r = elementary::hypot(one.at[0] - output.pose[0], one.at[1] - output.pose[1]);
-        const double far = height_std_ * r;
-        to[0] = to[3] = pose[0][0] + pose[1][1] + far * far;
-        to[1] = to[2] = 0.0;
-      }
+  /// Predicts where the person of a column is between key frames, by constant velocity. Returns the variance in m².
+  double predict_person(int column, double share, const Input& input, std::array<double, 2>& at) const {
+    const Person& person = window_.people[where_[column]];
+    const int n = person.frames();
+    at = person.nodes[n - 1].at;
+    const double* given = input.positions + 2 * (recording_.columns + column);  // in the frame before
+    const double* earlier = input.positions + 2 * column;                       // in the frame before that
+    if (!std::isnan(given[0])) {
+      const bool moves = !std::isnan(earlier[0]);
+      for (int a = 0; a < 2; ++a) at[a] = given[a] + (moves ? given[a] - earlier[a] : 0.0);
+      return square((moves ? constants.gait_speed : constants.walking) * recording_.dt / stride_);
     }
+    const double steps = static_cast<int>(window_.frames.size()) - 1 - person.last() + share;
+    const double time = steps * recording_.dt;
+    if (n == 1) return square(constants.walking * time);
+    const auto& older = person.nodes[n - 2].at;
+    const double vx = at[0] - older[0], vy = at[1] - older[1];
+    const double fastest = kFastestPerson * recording_.dt / (elementary::hypot(vx, vy) + 1e-9);
+    at[0] += steps * std::min(1.0, fastest) * vx;
+    at[1] += steps * std::min(1.0, fastest) * vy;
+    return kStray * kStray + square(kFlowSpeed * (time - share * recording_.dt)) +
+           constants.acceleration * time * time * time / 3.0;
   }
 
   void index_people() {
@@ -1017,7 +972,6 @@ class Estimator {
   bool odometry_ = false, learns_ = false, learned_ = true;
   double blind_ = 0.0;  ///< s for which nobody was in sight
   NoiseLearner noise_;
-  Occlusion occlusion_;
   Association association_;
   double squares_ = 0.0, count_ = 0.0, variance_ = 1.0;
 };

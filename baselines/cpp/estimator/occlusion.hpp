@@ -10,19 +10,11 @@
 
 namespace vbbench {
 
-/// Marks boxes with hidden feet; learns how often such boxes end at the outline that hides them.
+/// Marks boxes with hidden feet.
 class Occlusion {
  public:
-  void start() { ending_ = whole_ = 1.0; }
-
-  template <class Archive>
-  void archive(Archive& a) {
-    a(ending_), a(whole_);
-  }
-
-  /// Marks the boxes of the newest frame that end at a nearer outline, and learns the rate of such boxes. Returns the
-  /// people whose mark has changed.
-  std::vector<int> mark(Window& window, const Model& model) {
+  /// Marks the boxes of the newest frame that end at a nearer outline. Returns the people whose mark has changed.
+  static std::vector<int> mark(Window& window, const Model& model) {
     std::vector<Outline> outlines;
     const int newest = static_cast<int>(window.frames.size()) - 1;
     for (int p = 0; p < static_cast<int>(window.people.size()); ++p) {
@@ -31,25 +23,19 @@ class Occlusion {
         outlines.push_back(outline(p, person, window.frames[newest], window.calibration));
     }
     std::vector<int> changed;
-    const double rate = ending_ / (ending_ + whole_);
     for (const Outline& one : outlines) {
       double row;
-      const bool is_covered = covered(one, outlines, row);
-      double hidden = 0.0;
-      if (is_covered) {
+      bool hidden = false;
+      if (covered(one, outlines, row)) {
         const double pixel = model.people.noise.pixel / one.box->pixels, scale = one.length;
         const double sharp = square(model.people.noise.share[2]) + pixel * pixel;
         const double walk = one.fresh ? kFreshSpread : model.people.walk.sigma / one.range * (one.foot / scale + 1.0);
         const double at_feet = density((one.box->foot - one.foot) / scale, std::sqrt(sharp + walk * walk));
         const double at_edge = density((one.box->foot - row) / scale, std::sqrt(sharp + kOutline * kOutline));
-        hidden = rate * at_edge / (rate * at_edge + (1.0 - rate) * at_feet + 1e-300);
-        if (!one.fresh && one.foot - row >= 4.0 * scale * std::sqrt(sharp + walk * walk)) {
-          ending_ += hidden;
-          whole_ += 1.0 - hidden;
-        }
+        hidden = at_edge > at_feet;
       }
-      if (one.box->hidden != (hidden > 0.5)) changed.push_back(one.person);
-      one.box->hidden = hidden > 0.5;
+      if (one.box->hidden != hidden) changed.push_back(one.person);
+      one.box->hidden = hidden;
     }
     return changed;
   }
@@ -108,8 +94,6 @@ class Occlusion {
     }
     return row > one.head;
   }
-
-  double ending_ = 1.0, whole_ = 1.0;
 };
 
 }  // namespace vbbench

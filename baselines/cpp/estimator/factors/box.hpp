@@ -61,11 +61,10 @@ struct Cue {
   bool used = false;
 };
 
-constexpr double kNearest = 0.2;                 ///< m, no person is nearer than this
-constexpr double kCutTolerance = 0.03;           ///< of the log height, by which a cut box may be too tall
-constexpr double kShown = 0.3, kShownStd = 0.4;  ///< −ln of the visible share of a person who is cut, and its σ
-constexpr double kSideFactor = 4.0;              ///< by which a column is less certain where the side is cut
-constexpr double kPartSide = 0.05;               ///< box heights by which a column is uncertain where only a part shows
+constexpr double kNearest = 0.2;        ///< m, no person is nearer than this
+constexpr double kCutTolerance = 0.03;  ///< of the log height, by which a cut box may be too tall
+constexpr double kShownStd = 0.4;       ///< σ of −ln of the visible share of a person who is cut
+constexpr double kSideFactor = 4.0;     ///< by which a column is less certain where the side is cut
 
 /// State that one box depends on, and the person's place relative to the camera.
 struct BoxState {
@@ -115,9 +114,8 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   u.by[kSwayPitch] = u.by_global[kPitch] = middle * sa / box.width;
   u.by[kSwayRoll] = u.by_global[kRoll] = middle * ca / box.width;
   u.by_global[kOffset] = 1.0 / box.width;
-  const double wide = box.cut & kSideCut ? kSideFactor : 1.0;
-  const double side = wide * noise.share[0], part = box.hidden ? kPartSide : 0.0;
-  const double u_correlated = side * side + part * part, u_variance = u_correlated + pixel_square;
+  const double side = (box.cut & kSideCut ? kSideFactor : 1.0) * noise.share[0];
+  const double u_correlated = side * side, u_variance = u_correlated + pixel_square;
   u.std = std::sqrt(u_variance);
   u.correlated = u_correlated / u_variance;
   u.used = true;
@@ -162,7 +160,6 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
     variance -= coupling * pixel_square;
   } else {  // a cut box shows a share of its person, and no more than all
     l.std = l.q > 0.0 ? kCutTolerance : kShownStd;
-    if (l.q <= 0.0) l.q += kShown;
     l.correlated = 0.0;
   }
   b.std = std::sqrt(variance);
