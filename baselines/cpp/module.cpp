@@ -50,7 +50,7 @@ struct Core {
                                                                {"pace", &c.pace},
                                                                {"walking", &c.walking},
                                                                {"walking_std", &c.walking_std},
-                                                              
+
                                                                {"standing", &c.standing},
                                                                {"standing_weight", &c.standing_weight},
                                                                {"running", &c.running},
@@ -75,8 +75,7 @@ struct Core {
                                                                {"head_lag[0]", &c.head_lag[0]},
                                                                {"head_lag[1]", &c.head_lag[1]},
                                                                {"head_scale[0]", &c.head_scale[0]},
-                                                               {"head_scale[1]", &c.head_scale[1]},
-                                                               {"head_scale[2]", &c.head_scale[2]}};
+                                                               {"head_scale[1]", &c.head_scale[1]}};
     for (const auto& [known, number] : numbers) {
       if (name != known) continue;
       *number = v;
