@@ -50,6 +50,7 @@ struct Core {
                                                                {"pace", &c.pace},
                                                                {"walking", &c.walking},
                                                                {"walking_std", &c.walking_std},
+                                                               {"walking_mean_std", &c.walking_mean_std},
 
                                                                {"standing", &c.standing},
                                                                {"standing_weight", &c.standing_weight},
@@ -190,16 +191,12 @@ struct Core {
     estimator.forget(found.data(), static_cast<int>(found.size()));
   }
 
-  std::vector<double> gradient_errors() {
+  double cost(const nb::object& step) const {
     people();
-    const auto errors = estimator.gradient_errors();
-    return {errors.begin(), errors.end()};
-  }
-
-  double cost() const {
-    people();
-    Window window = estimator.window();
-    return window.cost(estimator.model());
+    const auto size = static_cast<std::size_t>(DenseColumns(estimator.window()).size());
+    std::vector<double> by(size, 0.0);
+    if (!step.is_none()) std::copy_n(array<const double>(step, "step", Shape{size}).data(), size, by.begin());
+    return cost_after(estimator.window(), estimator.model(), by.data());
   }
 
   nb::bytes state() {
@@ -273,9 +270,8 @@ NB_MODULE(_core, m) {
       .def("forget", &Core::forget, array_arg("columns"), "From the next frame on these columns are new people.")
       .def("__getstate__", &Core::state, "The state as bytes.")
       .def("__setstate__", &Core::restore, nb::arg("state"), "Makes an estimator of the state.")
-      .def("gradient_errors", &Core::gradient_errors,
-           "Largest relative errors of the gradient by path, height, own edge, calibration and camera.")
-      .def("cost", &Core::cost, "Negative log posterior of the window, up to a constant.")
+      .def("cost", &Core::cost, nb::arg("step") = nb::none(),
+           "Negative log posterior of the window, or of its state after a step, up to a constant.")
       .def("linear_system", &Core::linear_system, "The window's rows and Gaussian priors, dense.")
       .def("eliminated_step", &Core::eliminated_step, "The undamped Gauss-Newton step of the window, by elimination.")
       .def("calibration", &Core::calibration, "The seven numbers of the shared calibration.")

@@ -69,11 +69,8 @@ class Estimator:
     def __setstate__(self, state: bytes) -> None:
         """Restore a state; raises `VbbenchError` if it is of another version."""
 
-    def gradient_errors(self) -> list[float]:
-        """Largest relative errors of the gradient by path, height, own edge, calibration and camera."""
-
-    def cost(self) -> float:
-        """Negative log posterior of the window, up to a constant."""
+    def cost(self, step: FloatArray | None = None) -> float:
+        """Negative log posterior of the window, or of its state after a ``step`` [N], up to a constant."""
 
     def linear_system(self) -> dict[str, FloatArray]:
         """The window's rows and its Gaussian priors.

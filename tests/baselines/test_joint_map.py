@@ -142,9 +142,13 @@ def test_gradients_of_all_rows_are_those_of_the_cost(known: bool, size: int, dt:
     """Boxes and given values between key frames, every .2 s, depend on two of them."""
     run = Run(5, known=known, size=size, changes={"dt": dt})
     run.through(crowd(12, 5, edge=0.0 if known else 0.2), given=4, poses_given=4)
-    names = ("path", "height", "own edge", "calibration", "camera")
-    errors = dict(zip(names, run.core.gradient_errors(), strict=True))
-    assert all(error < 1e-3 for error in errors.values()), errors
+    system, core, width = run.core.linear_system(), run.core, 1e-6
+    gradient = system["jacobian"].T @ (system["weights"] * system["residuals"]) + system["gradient"]
+    for column in np.flatnonzero(system["free"]):
+        step = np.zeros(len(gradient))
+        step[column] = width
+        found = (core.cost(step) - core.cost(-step)) / (2.0 * width)
+        assert found == pytest.approx(gradient[column], rel=1e-3, abs=1e-3)
 
 
 def dense_step(core: Estimator) -> FloatArray:
@@ -451,13 +455,13 @@ def walkers(switched: bool = False, turn: float = 0.0, dt: float = DT) -> Crowd:
 @pytest.mark.parametrize("dt", [DT, 0.1])
 @pytest.mark.parametrize("known", [True, False])
 def test_an_identity_switch_starts_a_new_person_and_does_not_move_the_camera(known: bool, dt: float) -> None:
-    """At 10 Hz the switch is between two key frames."""
-    scene = walkers(switched=True, dt=dt)
+    """At 10 Hz the switch is between two key frames, of which the second finds it."""
+    scene, first = walkers(switched=True, dt=dt), SWITCH + (dt < DT)
     same, other = (Run(6, known=known, changes={"dt": dt}).through(one) for one in (walkers(dt=dt), scene))
-    for t in range(SWITCH, len(scene.poses)):
+    for t in range(first, len(scene.poses)):
         np.testing.assert_allclose(other[t]["pose"], same[t]["pose"], atol=0.03)
         np.testing.assert_allclose(other[t]["places"][2] - other[t]["pose"][:2], (4.5, 3.5), atol=0.4)
-    before, after = (other[t]["heights"] for t in (SWITCH - 1, SWITCH + 1))
+    before, after = (other[t]["heights"] for t in (SWITCH - 1, first + 1))
     assert after[2] > before[2] + 0.05
     np.testing.assert_allclose(np.delete(after, 2), np.delete(before, 2), atol=0.01)
 

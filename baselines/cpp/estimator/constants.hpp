@@ -32,6 +32,7 @@ struct Constants {
   double walk_own = 8.0;  ///< of the crowd's variance as prior of a person's, of the camera's scale at .4 s [S]
   double pace = 0.15;     ///< 1/s, weight of the prior of speed [S]
   double walking = 1.3, walking_std = 0.35;        ///< m/s, speed of people who walk [L]
+  double walking_mean_std = 0.1;                   ///< m/s, standard deviation of a crowd's mean about it [S]
   double standing = 0.06, standing_weight = 0.25;  ///< m/s, Cauchy scale of people who stand, and its weight [F]
   double running = 2.0, running_std = 0.5;         ///< m/s, speed up to which people walk, and σ beyond it [L]
   // Camera.

@@ -217,7 +217,6 @@ class Estimator {
 
   const Window& window() const { return window_; }
   const Model& model() const { return model_; }
-  std::array<double, 5> gradient_errors() { return window_.gradient_errors(model_); }
 
  private:
   /// Notes the values that are given in the last three frames and were not before.
@@ -261,6 +260,7 @@ class Estimator {
     learned_ = true;
     window_.weigh_walks(model_);
     learn_walk();
+    learn_pace(window_, model_);
     learn_roughness(window_.frames, window_.posterior, evenness_weight(), model_.motion);
     if (learns_) learn_boxes();
   }
@@ -730,12 +730,31 @@ class Estimator {
     for (Person& person : window_.people) person.variance = (own * variance_ + person.squares) / (own + person.count);
   }
 
+  /// Updates the mean speed of people who walk by expectation maximisation.
+  void learn_pace(const Window& window, Model& model) const {
+    SpeedPrior& pace = model.people.pace;
+    for (int round = 0; round < 3; ++round) {
+      double information = 1.0 / (constants.walking_mean_std * constants.walking_mean_std);
+      double sum = information * constants.walking;
+      for (const Person& person : window.people)
+        for (int i = 1; i < person.frames(); ++i) {
+          const auto &now = person.nodes[i].at, &before = person.nodes[i - 1].at;
+          const double speed = elementary::hypot(now[0] - before[0], now[1] - before[1]) / recording_.dt;
+          const double weight = pace.at(speed, recording_.dt).walk;
+          information += weight;
+          sum += weight * speed;
+        }
+      pace.walking = sum / information;
+    }
+  }
+
   /// Weight in key frames of the prior of the roughness of the camera's motion; the same time at all frame rates.
   double evenness_weight() const { return constants.walk_own * recording_.dt / 0.4; }
 
-  /// Cost of the roughness of the camera's motion by its prior.
-  double roughness_cost(const Model& model) const {
-    double sum = 0.0;
+  /// Cost of what is learned, by its priors: people's mean speed, and the roughness of the camera's motion.
+  double learned_cost(const Model& model) const {
+    const double off = (model.people.pace.walking - constants.walking) / constants.walking_mean_std;
+    double sum = 0.5 * off * off;
     for (const double r : model.motion.roughness)
       sum += 0.5 * evenness_weight() * (2.0 * elementary::log(r) + 1.0 / (r * r) - 1.0);
     return sum;
@@ -778,24 +797,29 @@ class Estimator {
     }
     const double nats = kSurer + kSurerEach * static_cast<double>(steps.size() - 2);
     Window other = window_;
+    Model model = model_;
     double best = INFINITY;
     Step less{}, chosen{};
     for (const Step& step : steps) {
       other.slow_down({step[0] - less[0], step[1] - less[1]});
       less = step;
-      const double cost = other.cost(model_);
+      learn_pace(other, model);
+      const double cost = other.cost(model) + learned_cost(model);
       if (cost < best) chosen = step;
       best = std::min(best, cost);
     }
     other.slow_down({chosen[0] - less[0], chosen[1] - less[1]});
-    take_if_better(other, model_, solution, nats);
+    learn_pace(other, model);
+    take_if_better(other, model, solution, nats);
     if (window_.posterior.back()[kStand] < 0.5) return;
     other = window_;  // a camera that walks, minimised without the mode in which it stands
-    Model model = model_;
+    model = model_;
     other.slow_down(walking);
     other.trial.steps = newest;
     other.trial.out[kStand] = true;
+    learn_pace(other, model);
     other.solve(model, kTried, least);
+    learn_pace(other, model);
     learn_roughness(other.frames, other.posterior, evenness_weight(), model.motion);
     other.trial = Trial();
     take_if_better(other, model, solution, recording_.carrier == kPerson ? -kWalks : nats);
@@ -804,9 +828,10 @@ class Estimator {
   /// Solves another window, and takes it with its model if its cost is lower by so many nats.
   void take_if_better(Window& other, const Model& model, Solution& solution, double nats) {
     const Solution found = other.solve(model, rounds, least);
-    if (found.cost + roughness_cost(model) >= solution.cost + roughness_cost(model_) - nats) return;
+    if (found.cost + learned_cost(model) >= solution.cost + learned_cost(model_) - nats) return;
     window_ = std::move(other);
     solution = found;
+    model_.people.pace = model.people.pace;
     model_.motion.roughness = model.motion.roughness;
   }
 

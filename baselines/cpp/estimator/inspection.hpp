@@ -7,22 +7,21 @@
 
 namespace vbbench {
 
-/// Columns of the dense system: of each person the path, log height and own edge; the globals; the frames.
+/// Columns of the dense system, in the order of `Window::each_number`: the frames; of each person the path, log height
+/// and own edge; the globals.
 class DenseColumns {
  public:
-  explicit DenseColumns(const Window& window) {
+  explicit DenseColumns(const Window& window) : size_(kFrame * static_cast<int>(window.frames.size())) {
     for (const Person& person : window.people) {
       begin_.push_back(size_);
       size_ += 2 * person.frames() + 2;
     }
-    globals_ = size_;
-    frames_ = globals_ + kGlobals;
-    size_ = frames_ + kFrame * static_cast<int>(window.frames.size());
+    size_ += kGlobals;
   }
 
   int size() const { return size_; }
-  int global(int index) const { return globals_ + index; }
-  int camera(int index) const { return frames_ + index; }
+  int global(int index) const { return size_ - kGlobals + index; }
+  int camera(int index) const { return index; }
   int own(const Window& window, int person, int index) const {  ///< 0: log height, 1: own edge
     return begin_[person] + 2 * window.people[person].frames() + index;
   }
@@ -33,19 +32,6 @@ class DenseColumns {
     if (v.kind == Variable::kHeight) return own(window, person, 0);
     if (v.kind == Variable::kOwn) return own(window, person, 1);
     return v.kind == Variable::kShared ? global(v.index) : camera(v.index);
-  }
-
-  /// The state in this order.
-  std::vector<double> state(const Window& window) const {
-    std::vector<double> x;
-    for (const Person& person : window.people) {
-      for (const Node& node : person.nodes) x.insert(x.end(), node.at.begin(), node.at.end());
-      x.push_back(person.log_height);
-      x.push_back(person.own_edge);
-    }
-    x.insert(x.end(), window.calibration.at.begin(), window.calibration.at.end());
-    for (const Frame& frame : window.frames) x.insert(x.end(), frame.at.begin(), frame.at.end());
-    return x;
   }
 
   /// 1 for columns that the window solves for, else 0.
@@ -60,7 +46,7 @@ class DenseColumns {
 
  private:
   std::vector<int> begin_;
-  int globals_ = 0, frames_ = 0, size_ = 0;
+  int size_;
 };
 
 /// The quadratic cost without elimination: ½ Σ w e² of the rows plus ½ xᵀ Λ x + gᵀ x of the Gaussian priors.
@@ -135,16 +121,21 @@ inline DenseSystem dense_system(const Window& window, const Model& model) {
   return out;
 }
 
+/// The cost of the window after a step [N].
+inline double cost_after(Window window, const Model& model, const double* step) {
+  window.each_number([&](double& value) { value += *step++; });
+  return window.cost(model);
+}
+
 /// The undamped step that elimination takes from the present state; empty if the system is not positive definite.
-inline std::vector<double> eliminated_step(const Window& window, const Model& model) {
-  Window moved = window;
-  moved.cost(model);  // posteriors of the modes at the present state
-  const DenseColumns columns(window);
-  if (!moved.take_step(model, 0.0)) return {};
-  std::vector<double> after = columns.state(moved);
-  const std::vector<double> before = columns.state(window);
-  for (std::size_t i = 0; i < after.size(); ++i) after[i] -= before[i];
-  return after;
+inline std::vector<double> eliminated_step(Window window, const Model& model) {
+  window.cost(model);  // posteriors of the modes at the present state
+  std::vector<double> step;
+  window.each_number([&](double& value) { step.push_back(-value); });
+  if (!window.take_step(model, 0.0)) return {};
+  std::size_t i = 0;
+  window.each_number([&](double& value) { step[i++] += value; });
+  return step;
 }
 
 }  // namespace vbbench

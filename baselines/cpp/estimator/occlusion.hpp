@@ -13,7 +13,8 @@ namespace vbbench {
 /// Marks boxes with hidden feet.
 class Occlusion {
  public:
-  /// Marks the boxes of the newest frame that end at a nearer outline. Returns the people whose mark has changed.
+  /// Marks the boxes of the newest frame that end at a nearer outline, with those since the frame before. Returns the
+  /// people whose mark has changed.
   static std::vector<int> mark(Window& window, const Model& model) {
     std::vector<Outline> outlines;
     const int newest = static_cast<int>(window.frames.size()) - 1;
@@ -36,6 +37,10 @@ class Occlusion {
       }
       if (one.box->hidden != hidden) changed.push_back(one.person);
       one.box->hidden = hidden;
+      Person& person = window.people[one.person];
+      const int last = person.frames() - 1;
+      for (Between& shown : person.between)
+        if (shown.node == last) shown.box.hidden = hidden || person.nodes[last - 1].box.hidden;
     }
     return changed;
   }

@@ -106,6 +106,20 @@ class Window {
     return {frame.at[0] + r * elementary::cos(angle), frame.at[1] + r * elementary::sin(angle)};
   }
 
+  /// Visits every number that a step changes.
+  template <class Visit>
+  void each_number(Visit&& visit) {
+    for (Frame& frame : frames)
+      for (double& value : frame.at) visit(value);
+    for (Person& person : people) {
+      for (Node& node : person.nodes)
+        for (double& value : node.at) visit(value);
+      visit(person.log_height);
+      visit(person.own_edge);
+    }
+    for (double& value : calibration.at) visit(value);
+  }
+
   /// Removes a person.
   void remove(int p) {
     people.erase(people.begin() + p);
@@ -130,10 +144,6 @@ class Window {
     return true;
   }
 
-  /// Largest difference between the analytic gradient and finite differences of the cost, by kind of variable; for
-  /// tests.
-  std::array<double, 5> gradient_errors(const Model& model);
-
  private:
   /// Visits the rows of a person, and returns their cost with that of the marginal prior.
   template <class Visit>
@@ -148,19 +158,6 @@ class Window {
     return sum;
   }
 
-  /// Visits every number that a step changes.
-  template <class Visit>
-  void each_number(Visit&& visit) {
-    for (Frame& frame : frames)
-      for (double& value : frame.at) visit(value);
-    for (Person& person : people) {
-      for (Node& node : person.nodes)
-        for (double& value : node.at) visit(value);
-      visit(person.log_height);
-      visit(person.own_edge);
-    }
-    for (double& value : calibration.at) visit(value);
-  }
   void save() {
     saved_.clear();
     each_number([&](double& value) { saved_.push_back(value); });
