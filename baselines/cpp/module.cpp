@@ -76,7 +76,8 @@ struct Core {
                                                                {"head_lag[0]", &c.head_lag[0]},
                                                                {"head_lag[1]", &c.head_lag[1]},
                                                                {"head_scale[0]", &c.head_scale[0]},
-                                                               {"head_scale[1]", &c.head_scale[1]}};
+                                                               {"head_scale[1]", &c.head_scale[1]},
+                                                               {"head_scale[2]", &c.head_scale[2]}};
     for (const auto& [known, number] : numbers) {
       if (name != known) continue;
       *number = v;

@@ -44,7 +44,7 @@ struct Constants {
   std::array<double, 2> stand{0.01, 0.0015};     ///< m and rad, a step of a camera that stands [S]
   double stay = 30.0;                            ///< s, mean time in a motion mode [S]
   std::array<double, 2> head_lag{0.8, 0.1};      ///< s, a head follows the path by one of these [L]
-  std::array<double, 2> head_scale{0.02, 0.1};   ///< rad, Cauchy scales: lagging (at .4 s), and loose [F]
+  std::array<double, 3> head_scale{0.02, 0.1, 0.03};  ///< rad, Cauchy scales: lagging, loose, wandering (at .4 s) [F]
 };
 
 }  // namespace vbbench

@@ -11,8 +11,9 @@
 
 namespace vbbench {
 
-/// Motion modes. A vehicle drives straight on or in curves; a head follows its bearer's path with a lag, or loosely.
-enum Mode { kStand, kDrive, kCurve, kFollow, kLoose, kModes };
+/// Motion modes. A vehicle drives straight on or in curves; a head follows its bearer's path with a lag, loosely, or
+/// wanders.
+enum Mode { kStand, kDrive, kCurve, kFollow, kLoose, kWander, kModes };
 
 using Modes = std::array<double, kModes>;
 
@@ -51,7 +52,7 @@ struct EgoMotion {
   std::array<double, 2> slip{};    ///< m and rad in a frame: sideways motion and turn of a vehicle that drives straight
   std::array<double, 2> stand{};
   std::array<double, 2> lag{};   ///< how far a head follows within a frame, 0 to 1
-  std::array<double, 2> head{};  ///< rad, Cauchy scales of a head that lags, or is loose
+  std::array<double, 3> head{};  ///< rad, Cauchy scales of a head that lags, is loose, wanders
   SpeedPrior pace;               ///< of a pedestrian
   double nu = 4.0, first = 1.6, slow = 0.12;
   double duration = 1.0;  ///< weight in one frame of a density that holds for seconds
@@ -68,7 +69,7 @@ struct EgoMotion {
     e.slip = {c.slip[0] * dt, c.slip[1] * dt};
     e.stand = {std::min(c.stand[0], 0.5 * e.slip[0]), std::min(c.stand[1], 0.5 * e.slip[1])};
     for (int i = 0; i < 2; ++i) e.lag[i] = 1.0 - elementary::exp(-dt / c.head_lag[i]);
-    e.head = {c.head_scale[0] * dt / 0.4, c.head_scale[1]};
+    e.head = {c.head_scale[0] * dt / 0.4, c.head_scale[1], c.head_scale[2] * dt / 0.4};
     e.nu = c.drive_nu;
     e.pace = SpeedPrior::of(c);
     e.first = c.drive_speed * dt;
@@ -77,8 +78,8 @@ struct EgoMotion {
     const bool person = carrier == kUnknownCarrier || carrier == kPerson;
     const bool vehicle = carrier != kPerson;
     e.on_foot = !vehicle;
-    e.start = {0.02, vehicle ? 0.19 : 0.04, 0.01, 0.0, 0.0};  // a person's camera may be held still, or pushed
-    if (person) e.start[kFollow] = 0.25, e.start[kLoose] = 0.4;
+    e.start = {0.02, vehicle ? 0.19 : 0.04, 0.01, 0.0, 0.0, 0.0};  // a person's camera may be held still, or pushed
+    if (person) e.start[kFollow] = 0.25, e.start[kLoose] = 0.4, e.start[kWander] = 0.28;
     double sum = 0.0;
     for (double p : e.start) sum += p;
     for (double& p : e.start) p /= sum;
@@ -190,16 +191,21 @@ struct EgoMotion {
       gaussian(step.forward, first);
       gaussian(step.left, first);
     }
-    using elementary::atan2;
-    using elementary::cos;
-    using elementary::sin;
-    using std::sqrt;
-    const T x = now[0] - before[0], y = now[1] - before[1], ca = cos(before[2]), sa = sin(before[2]);
-    const T ahead = ca * x + sa * y, left = ca * y - sa * x, square = x * x + y * y;
-    const double s4 = slow * slow * slow * slow;
-    const T gain = lag[mode - kFollow] * (square * square) / (square * square + s4);
-    const T turned = atan2(gain * left, (1.0 - gain) * sqrt(square + slow * slow) + gain * ahead);
-    cauchy(wrap(wrap(now[2] - before[2]) - turned), head[mode - kFollow], 1.0, 2);
+    const double gamma = head[mode - kFollow];
+    if (mode == kWander) {
+      cauchy(step.turn, gamma, 1.0, 2);
+    } else {
+      using elementary::atan2;
+      using elementary::cos;
+      using elementary::sin;
+      using std::sqrt;
+      const T x = now[0] - before[0], y = now[1] - before[1], ca = cos(before[2]), sa = sin(before[2]);
+      const T ahead = ca * x + sa * y, left = ca * y - sa * x, square = x * x + y * y;
+      const double s4 = slow * slow * slow * slow;
+      const T gain = lag[mode - kFollow] * (square * square) / (square * square + s4);
+      const T turned = atan2(gain * left, (1.0 - gain) * sqrt(square + slow * slow) + gain * ahead);
+      cauchy(wrap(wrap(now[2] - before[2]) - turned), gamma, 1.0, 2);
+    }
   }
 
   /// Scales (forward, left, turn) in m, m and rad of a step under a mode, after `known` poses.
