@@ -51,7 +51,6 @@ struct Core {
                                                                {"walking", &c.walking},
                                                                {"walking_std", &c.walking_std},
                                                                {"walking_mean_std", &c.walking_mean_std},
-
                                                                {"standing", &c.standing},
                                                                {"standing_weight", &c.standing_weight},
                                                                {"running", &c.running},
