@@ -66,6 +66,7 @@ constexpr double kBlind = 2.0;        ///< s without a person in sight after whi
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
 constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, σ and memory of the common velocity (cold start)
+constexpr double kColdTime = 8.0;                    ///< s of the first window after a cold start, at most 2 · `size`
 constexpr double kVague = 0.3;                       ///< m and rad, largest σ of odometry that is used
 constexpr int kTried = 3;                            ///< newest steps of the hypothesis that a standing camera moves
 constexpr double kSurerEach = 0.5;                   ///< the same for each person who has the common velocity
@@ -99,7 +100,7 @@ class Estimator {
     by_odometry_ = {};
     odometry_spread_ = {};
     unled_ = strayed_ = 0.0;
-    cold_ = false;
+    cold_ = anchored_ = false;
     ages_.clear();
     blind_ = 0.0;
     where_.assign(recording.columns, -1);
@@ -208,7 +209,7 @@ class Estimator {
     learn();
     a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
     a(moved_known_), a(converged_), a(stride_), a(places_), a(by_odometry_), a(odometry_spread_), a(unled_);
-    a(strayed_), a(cold_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
+    a(strayed_), a(cold_), a(anchored_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
     a(between_), a(given_), a(given_age_), a(odometry_), a(learns_), a(blind_), a(noise_), a(squares_), a(count_),
         a(variance_);
     window_.archive(a);
@@ -245,13 +246,16 @@ class Estimator {
   /// a full window are marginalised.
   void finish_key_frame() {
     learn();
-    if (static_cast<int>(window_.frames.size()) < size) return;
-    const Frame& next = window_.frames[kHeld];
-    carry_odometry(next);
-    behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
-    window_.marginalise(model_);
-    ages_.erase(ages_.begin());
-    index_people();
+    const int first = std::max(size, static_cast<int>(std::min(kColdTime / recording_.dt, 2.0 * size)));
+    const bool full = static_cast<int>(window_.frames.size()) >= (anchored_ || window_.held > 0 ? size : first);
+    while (full && static_cast<int>(window_.frames.size()) >= size) {
+      const Frame& next = window_.frames[kHeld];
+      carry_odometry(next);
+      behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
+      window_.marginalise(model_);
+      ages_.erase(ages_.begin());
+      index_people();
+    }
   }
 
   /// Learns from the last solution, once.
@@ -293,6 +297,7 @@ class Estimator {
       moved_known_ = false;
       return;
     }
+    anchored_ = true;
     const double c = elementary::cos(moved_[2]), s = elementary::sin(moved_[2]), *m = input.motion;
     const Pose next{moved_[0] + c * m[0] - s * m[1], moved_[1] + s * m[0] + c * m[1], moved_[2] + m[2]};
     Spread here{}, turned{};
@@ -643,7 +648,7 @@ class Estimator {
         double share;
         const int t = value.column == k ? frame_at(value.age, share) : -1;
         if (t < 0) continue;
-        given = true;
+        given = anchored_ = true;
         begin = std::min(begin, share < 1.0 ? t - 1 : t);
       }
       bool between = false;  // a person in sight since the last key frame, whose path goes on
@@ -985,6 +990,7 @@ class Estimator {
   double unled_ = 0.0;    ///< s since a cold start, or since odometry, in which nothing measured how the camera moves
   double strayed_ = 0.0;  ///< m², variance of the drift before the last odometry
   bool cold_ = false;
+  bool anchored_ = false;     ///< a place or odometry was given, which decides the common velocity
   Spread behind_{}, next_{};  ///< covariance of the pose that is held, and of the next one given that
   Model model_;
   Window window_;
