@@ -211,6 +211,8 @@ def test_history_has_the_last_figures_of_each_release() -> None:
     assert [entry.version for entry in history] == ["0.4.0", "0.5.0"]
     both = grown(history, past(version="1.0", vbbench="0.5.0"), past(version="1.0", vbbench="0.6.0"))
     assert [entry.vbbench for entry in both] == ["0.4.0", "0.5.0", "0.5.0"]
+    back = grown([past(version="1.0"), past(version="2.0")], past(version="1.0"), past(version="3.0"))
+    assert [entry.version for entry in back] == ["2.0", "1.0"]
 
 
 def test_a_file_of_an_older_protocol_leaves_its_figures_and_a_damaged_one_nothing(tmp_path: Path) -> None:
