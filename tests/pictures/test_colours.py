@@ -8,24 +8,32 @@ from vbbench.pictures.colours import (
     LEAST_APART,
     PEOPLE_ON_DARK,
     PEOPLE_ON_LIGHT,
+    SOLVERS_ON_DARK,
     SOLVERS_ON_LIGHT,
     colour_slots,
+    numbers_apart,
     solver_colour,
     solver_looks,
+    solver_number,
 )
 
+BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
+PALETTES = {
+    "people on light": (PEOPLE_ON_LIGHT, "#ffffff", 2.9),
+    "people on dark": (PEOPLE_ON_DARK, "#121518", 2.9),
+    "solvers on light": (SOLVERS_ON_LIGHT, "#ffffff", 3.0),
+    "solvers on dark": (SOLVERS_ON_DARK, "#121518", 3.0),
+}
+"""The colours, the paper, and the least contrast between them."""
 
-@pytest.mark.parametrize("eyes", EYES)
-@pytest.mark.parametrize("palette", [PEOPLE_ON_LIGHT, PEOPLE_ON_DARK], ids=["light", "dark"])
-def test_no_two_colours_look_alike_to_anybody(palette: tuple[str, ...], eyes: str) -> None:
-    assert least_apart(palette, eyes) >= LEAST_APART
 
-
-@pytest.mark.parametrize(
-    ("palette", "paper"), [(PEOPLE_ON_LIGHT, "#ffffff"), (PEOPLE_ON_DARK, "#121518")], ids=["light", "dark"]
-)
-def test_every_colour_shows_on_its_paper(palette: tuple[str, ...], paper: str) -> None:
-    assert min(contrast(colour, paper) for colour in palette) >= 2.9
+@pytest.mark.parametrize("name", PALETTES)
+def test_colours_stand_out_from_their_paper_and_from_one_another(name: str) -> None:
+    """For all eyes; of solvers those that come with vbbench."""
+    palette, paper, least = PALETTES[name]
+    assert min(contrast(colour, paper) for colour in palette) >= least
+    shown, apart = (palette[: len(BUNDLED)], 0.05) if "solvers" in name else (palette, LEAST_APART)
+    assert min(least_apart(shown, eyes) for eyes in EYES) >= apart
 
 
 def test_neighbours_have_different_colours() -> None:
@@ -48,12 +56,18 @@ def test_those_who_meet_late_differ_and_those_who_are_never_there_have_a_colour(
     assert np.array_equal(slots, colour_slots(positions, count=2))
 
 
-def test_colours_do_not_depend_on_who_else_is_shown_nor_on_the_process():
+def test_colours_do_not_depend_on_who_else_is_shown_nor_on_the_process() -> None:
     assert solver_looks(["a robot", "cv"])[1].colour == solver_looks(["cv"])[0].colour
     assert solver_colour("a robot") == "#4694b4"
-    names = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
-    bundled = {solver_colour(name) for name in names}
-    assert len(bundled) == 7
-    others = {solver_colour(f"solver {n}") for n in range(50)}
-    assert not others & bundled
-    assert others <= set(SOLVERS_ON_LIGHT)
+    assert [solver_number(name) for name in BUNDLED] == [*range(len(BUNDLED))]
+    later = {solver_number("vb-former"), solver_number("ground-plane")}
+    assert len(later) == 2
+    strangers = {solver_number(f"solver {n}") for n in range(200)}
+    assert strangers == set(range(len(BUNDLED), len(SOLVERS_ON_LIGHT))) - later
+
+
+def test_answers_next_to_one_another_have_different_colours() -> None:
+    twice = numbers_apart(["vb-cv", "vb-sf", "vb-cv"])
+    assert twice[:2] == [solver_number("vb-cv"), solver_number("vb-sf")]
+    assert len(set(twice)) == 3
+    assert sorted(numbers_apart(["cv"] * 30)[: len(SOLVERS_ON_LIGHT)]) == list(range(len(SOLVERS_ON_LIGHT)))

@@ -1,18 +1,13 @@
-"""How the pages write numbers and colour solvers: the same everywhere, and told apart by everybody."""
+"""How the pages write numbers and colour solvers."""
 
 import re
 
 import numpy as np
 import pytest
 
-from tests.lib.colours import EYES, contrast, least_apart
-from vbbench.pictures.colours import SOLVERS_ON_DARK, SOLVERS_ON_LIGHT, numbers_apart, solver_number
+from vbbench.pictures.colours import SOLVERS_ON_DARK, SOLVERS_ON_LIGHT, solver_number
 from vbbench_leaderboards.site.charts import colour_number, colours_css
 from vbbench_leaderboards.site.words import decimals, figure, figure_decimals, padding, percent, signed
-
-BUNDLED = ("cv", "sf", "vb-cv", "vb-sf", "vb-sf-literal", "map-causal", "map-batch")
-PAPERS = {"white": "#ffffff", "dark": "#121518"}
-
 
 FIGURES = {
     0: {5667.0: "5,670"},
@@ -51,37 +46,7 @@ def test_nothing_but_all_is_a_hundred_percent() -> None:
     assert [percent(share) for share in shares] == ["100 %", "99.995 %", "99.95 %", "99.3 %", "50 %", "2.5 %", "0 %"]
 
 
-def test_a_colour_is_told_by_the_name_alone() -> None:
-    assert len({colour_number(name) for name in BUNDLED}) == len(BUNDLED)
-    strangers = [colour_number(f"solver {n}") for n in range(200)]
-    later = {colour_number("vb-former"), colour_number("ground-plane")}
-    assert len(later) == 2
-    assert set(strangers) == set(range(len(BUNDLED) + 1, len(SOLVERS_ON_LIGHT) + 1)) - later
-    assert [colour_number(name) for name in BUNDLED] == [solver_number(name) + 1 for name in BUNDLED]
-
-
-def test_answers_beside_one_another_have_different_colours() -> None:
-    twice = numbers_apart(["vb-cv", "vb-sf", "vb-cv"])
-    assert twice[:2] == [solver_number("vb-cv"), solver_number("vb-sf")]
-    assert len(set(twice)) == 3
-    assert sorted(numbers_apart(["cv"] * 30)[: len(SOLVERS_ON_LIGHT)]) == list(range(len(SOLVERS_ON_LIGHT)))
-
-
-def declared() -> list[list[str]]:
-    """The colours on white and on dark paper."""
-    pairs = re.findall(r"--solver-\d+: light-dark\((#[0-9a-f]{6}), (#[0-9a-f]{6})\);", colours_css())
-    return [[pair[n] for pair in pairs] for n in (0, 1)]
-
-
-def test_colours_stand_out_from_the_paper() -> None:
-    light, dark = declared()
-    assert dark == list(SOLVERS_ON_DARK)
-    for colours, paper in ((light, PAPERS["white"]), (dark, PAPERS["dark"])):
-        assert len(colours) == len(SOLVERS_ON_LIGHT)
-        assert all(contrast(colour, paper) >= 3.0 for colour in colours)
-
-
-@pytest.mark.parametrize("place", [0, 1], ids=PAPERS)
-def test_bundled_solvers_stay_apart_for_readers_who_see_fewer_colours(place: int) -> None:
-    colours = declared()[place][: len(BUNDLED)]
-    assert min(least_apart(colours, eyes) for eyes in EYES) > 0.05
+def test_the_style_sheet_has_the_colours_of_all_solvers_by_number() -> None:
+    pairs = re.findall(r"--solver-(\d+): light-dark\((#[0-9a-f]{6}), (#[0-9a-f]{6})\);", colours_css())
+    assert [(light, dark) for _, light, dark in pairs] == [*zip(SOLVERS_ON_LIGHT, SOLVERS_ON_DARK, strict=True)]
+    assert pairs[solver_number("cv")][0] == str(colour_number("cv"))
