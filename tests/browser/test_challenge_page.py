@@ -8,17 +8,14 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import expect
 
 from tests.lib.browsing import DESKTOP, PHONE, Visitor
-from tests.lib.challenges import on, vbbench, withheld_challenge
-from vbbench.generation.generator import Options
+from tests.lib.challenges import make_challenge, on, vbbench
 
 
 @pytest.fixture(scope="module")
 def page_of_challenge(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    room = tmp_path_factory.mktemp("challenge")
-    folder = withheld_challenge(room / "tiny", "sim", Options(limit=4))
+    folder = make_challenge(tmp_path_factory.mktemp("challenge") / "tiny")
+    room = folder.parent
     for solver, team in (("cv", "honest"), ("sf", "cheat")):
-        words = ["--solver", solver, "--protocol", "sequential", "--out", room / solver]
-        assert vbbench("solve", folder / "data", *words) == 0
         words = ["--challenge", folder, "--team", team, "--date", "2026-12-02"]
         assert vbbench("challenge", "accept", room / solver, *words) == 0
     build = ["leaderboard", "build", "--results", folder / "results", "--out", room / "site"]
