@@ -62,6 +62,8 @@ def changed(log, folder, file, column, row, value):
         (ANNOTATIONS, "track_uuid", 9, "person-9", "row 9: its 'track_uuid' has another cuboid in the same sweep"),
         (ANNOTATIONS, "timestamp_ns", 9, 0, "row [0-9]+: is [0-9]+ s after the first"),
         (ANNOTATIONS, "timestamp_ns", 9, 315_970_000_055_000_000, "row 9: its time is not that of a sweep"),
+        (ANNOTATIONS, "timestamp_ns", 9, 0.5, "has time stamps of float64 in place of whole ns"),
+        (MOUNTS, "sensor_name", 0, "front", "has no row of the camera 'ring_front'"),
         (POSES, "timestamp_ns", 9, 0.5, "has poses from 0.5 to 0.5 ns, but row 77 of annotations.feather"),
         (POSES, "qz", 3, 9.0, "row 3: qw, qx, qy, qz are no rotation"),
         (LENSES, "fx_px", 0, -5.0, "row 0: focal.*"),

@@ -1,6 +1,8 @@
 """People labelled as cuboids: Argoverse 2 and nuScenes agree with the same drive as a recording of split ``own``."""
 
 from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -22,33 +24,46 @@ from vbbench_generators.footage.nuscenes import nuscenes
 from vbbench_generators.footage.own import own
 from vbbench_generators.footage.split import RunRules
 
-SPLITS: dict[str, CuboidSplit] = {"argoverse2": argoverse2, "nuscenes": nuscenes}
-EVERY = 5
+SPLITS = {"argoverse2": argoverse2, "nuscenes": nuscenes}
+NOWHERE = "nowhere are there 16 frames in a row, 5 apart, with 3 people within 40 m"
 
 
-def source_of(split, folder, drive):
-    if split == "argoverse2":
+class Car(NamedTuple):
+    """A drive as the files of a split, and the name of its recording there."""
+
+    name: str
+    split: CuboidSplit
+    drive: Drive
+    source: Path
+    recording: str
+
+
+def written(name, folder, **changed):
+    drive = Drive(ground=0.31 if name == "argoverse2" else 0.0, **changed)
+    if name == "argoverse2":
         write_log(folder / "av2" / "sensor" / "val" / LOG, drive)
-        return folder / "av2"
+        return Car(name, argoverse2, drive, folder / "av2", LOG)
     write_tables(folder / "nu" / "v1.0-mini", {"scene-0001": drive})
-    return folder / "nu"
+    return Car(name, nuscenes, drive, folder / "nu", "scene-0001")
 
 
-def drive_of(split, **changed):
-    return Drive(ground=0.31 if split == "argoverse2" else 0.0, **changed)  # type: ignore[arg-type]
+@pytest.fixture(scope="module", params=SPLITS)
+def car(request, tmp_path_factory):
+    return written(request.param, tmp_path_factory.mktemp("car"))
 
 
 def asked(source, **footage):
-    return Options(source=source, footage=FootageOptions(**{"every": EVERY, **footage}))  # type: ignore[arg-type]
+    return Options(source=source, footage=FootageOptions(**{"every": 5, **footage}))
 
 
-@pytest.mark.parametrize("split", SPLITS)
-def test_every_error_agrees_with_the_same_drive_as_an_own_recording(tmp_path, split):
-    drive = drive_of(split)
-    ids = [drive.people - 1 - n for n in range(drive.people)] if split == "argoverse2" else list(range(drive.people))
-    prior = SPLITS[split].height_mean, SPLITS[split].height_std
-    folder = write_own(tmp_path / "walk", drive, ids, prior, jitter=split == "argoverse2")
-    plans = SPLITS[split].plan(asked(source_of(split, tmp_path, drive))), own.plan(asked(folder))
+def test_every_error_agrees_with_the_same_drive_as_an_own_recording(car, tmp_path):
+    people, av2 = car.drive.people, car.name == "argoverse2"
+    ids = [people - 1 - n for n in range(people)] if av2 else list(range(people))
+    prior = car.split.height_mean, car.split.height_std
+    plans = (
+        car.split.plan(asked(car.source)),
+        own.plan(asked(write_own(tmp_path / "walk", car.drive, ids, prior, jitter=av2))),
+    )
     cuboids, same = (write_dataset(plan, tmp_path / name) for name, plan in zip(("cuboids", "own"), plans, strict=True))
     assert errors_of(cuboids) == pytest.approx(errors_of(same), abs=0.01)
     first, second = cuboids.sequence(0), same.sequence(0)
@@ -68,70 +83,50 @@ def errors_of(dataset):
     return errors
 
 
-@pytest.mark.parametrize("split", SPLITS)
-def test_cameras_and_panorama_see_the_same_people(tmp_path, split):
-    drive = drive_of(split)
-    source = source_of(split, tmp_path, drive)
-    names = [f"ring_{name}" if split == "argoverse2" else f"CAM_{name.upper()}" for name in EYES]
-    found = replace(SPLITS[split], rules=RunRules(fewest=0), lasting=0.0).plan(asked(source, cameras=tuple(names)))
-    whole = SPLITS[split].plan(asked(source))
-    assert [one.name.split(".")[1] for one in found.footage] == names
-    assert all(one.camera.picture_size == (WIDTH, HEIGHT) for one in found.footage)
-    front = found.footage[0]
-    ahead = whole.footage[0].scene
-    np.testing.assert_allclose(front.scene.positions, ahead.positions)
-    relative = [whole.footage[0].observed[:, whole.footage[0].tracks == track].any() for track in front.tracks]
-    assert all(relative)
+def test_cameras_and_panorama_see_the_same_people_and_who_is_hidden_has_a_place(car):
+    names = [f"ring_{name}" if car.name == "argoverse2" else f"CAM_{name.upper()}" for name in EYES]
+    anything = replace(car.split, rules=RunRules(fewest=0), lasting=0.0)
+    found = anything.plan(asked(car.source, cameras=tuple(names))).footage
+    (whole,) = car.split.plan(asked(car.source)).footage
+    assert [one.name.split(".")[1] for one in found] == names
+    assert all(one.camera.picture_size == (WIDTH, HEIGHT) for one in found)
+    front = found[0]
+    np.testing.assert_allclose(front.scene.positions, whole.scene.positions)
+    assert set(front.tracks) <= set(whole.tracks)
     boxes = rectangles(front.boxes)[front.observed]
     assert (boxes[:, 3] < 2.2 * FOCAL / 5.0).all()
-    assert front.camera.mount_height == pytest.approx(drive.eye_height + drive.ground)
+    assert front.camera.mount_height == pytest.approx(car.drive.eye_height + car.drive.ground)
     assert (front.camera.pitch, front.camera.roll) == pytest.approx((0.0, 0.0), abs=1e-9)
+    assert len(set(whole.scene.people) - set(whole.tracks)) == 1
+    assert np.isfinite(whole.scene.positions).all()
     with pytest.raises(VbbenchError, match=r"no camera of .* is called 'CAM_TOP'"):
-        SPLITS[split].plan(asked(source, cameras=("CAM_TOP",)))
+        car.split.plan(asked(car.source, cameras=("CAM_TOP",)))
 
 
-@pytest.mark.parametrize("split", SPLITS)
-def test_sequences_need_three_people_near_for_eight_seconds(tmp_path, split):
-    drive = drive_of(split)
-    assert len(SPLITS[split].plan(asked(source_of(split, tmp_path / "a", drive)))) == 1
-    short = source_of(split, tmp_path / "b", replace(drive, frames=71))
-    with pytest.raises(VbbenchError, match="nowhere are there 16 frames in a row, 5 apart, with 3 people within 40 m"):
-        SPLITS[split].plan(asked(short))
-    far = source_of(split, tmp_path / "c", drive_of(split, speed=6.0, people=3))
-    with pytest.raises(VbbenchError, match="nowhere are there 16 frames in a row, 5 apart, with 3 people within 40 m"):
-        SPLITS[split].plan(asked(far))
+@pytest.mark.parametrize("changed", [{"frames": 71}, {"speed": 6.0, "people": 3}], ids=["short", "far"])
+@pytest.mark.parametrize("name", SPLITS)
+def test_sequences_need_three_people_near_for_eight_seconds(tmp_path, name, changed):
+    other = written(name, tmp_path, **changed)
+    with pytest.raises(VbbenchError, match=NOWHERE):
+        other.split.plan(asked(other.source))
 
 
-@pytest.mark.parametrize("split", SPLITS)
-def test_hidden_people_have_no_box_but_a_place(tmp_path, split):
-    drive = drive_of(split)
-    footage = SPLITS[split].plan(asked(source_of(split, tmp_path, drive))).footage[0]
-    hidden = set(footage.scene.people.tolist()) - set(footage.tracks.tolist())
-    assert len(hidden) == 1
-    assert np.isfinite(footage.scene.positions).all()
-
-
-@pytest.mark.parametrize("split", SPLITS)
-def test_boxes_of_a_tracker_take_the_place_of_projections(tmp_path, split):
-    drive = drive_of(split)
-    source = source_of(split, tmp_path, drive)
-    footage = SPLITS[split].plan(asked(source, every=1)).footage[0]
-    name = LOG if split == "argoverse2" else "scene-0001"
+def test_boxes_of_a_tracker_take_the_place_of_projections(car, tmp_path):
+    (one,) = car.split.plan(asked(car.source, every=1)).footage
     rows = [
-        f"{frame + 1},{footage.tracks[track] + 50},{','.join(map(str, box))},1,-1,-1,-1"
-        for frame, track in np.argwhere(footage.observed).tolist()
-        for box in [rectangles(footage.boxes[frame, track]).tolist()]
+        f"{frame + 1},{one.tracks[track] + 50},{','.join(map(str, box))},1,-1,-1,-1"
+        for frame, track in np.argwhere(one.observed).tolist()
+        for box in [rectangles(one.boxes[frame, track]).tolist()]
     ]
-    (tmp_path / f"{name}.txt").write_text("\n".join(rows) + "\n")
-    plan = SPLITS[split].plan(asked(source, boxes=tmp_path))
-    assert plan.info.pixel_std == 5.0
-    assert plan.info.box_edge is None
+    (tmp_path / f"{car.recording}.txt").write_text("\n".join(rows) + "\n")
+    plan = car.split.plan(asked(car.source, boxes=tmp_path))
+    assert (plan.info.pixel_std, plan.info.box_edge) == (5.0, None)
     assert (plan.footage[0].tracks >= 50).all()
-    assert plan.info.calibration["recordings"][name]["tracked"]["recall"] == 1.0
+    assert plan.info.calibration["recordings"][car.recording]["tracked"]["recall"] == 1.0
 
 
 def test_the_command_makes_verifies_and_repeats_a_dataset(tmp_path, capsys):
-    source = source_of("argoverse2", tmp_path, drive_of("argoverse2"))
+    source = written("argoverse2", tmp_path).source
     command = ["generate", "argoverse2", "--source", str(source), "--camera", "ring_front,panorama"]
     assert main([*command, "--sequences", "test", "--out", str(tmp_path / "d")]) == 0
     assert f"--camera ring_front,panorama --sequences {LOG}" in (tmp_path / "d" / "README.md").read_text()
@@ -160,7 +155,7 @@ def test_parts_are_by_rule():
 
 
 def test_a_fresh_log_is_a_dataset_by_its_name(tmp_path):
-    write_log(tmp_path / LOG, drive_of("argoverse2"), missing=40)
+    write_log(tmp_path / LOG, Drive(), missing=40)
     with pytest.raises(VbbenchError, match="nowhere"):  # the missing sweep cuts the run
         generate("argoverse2", tmp_path / "d", Options(source=tmp_path / LOG, footage=FootageOptions(every=5)))
     made = generate("argoverse2", tmp_path / "d", Options(source=tmp_path / LOG, footage=FootageOptions(every=3)))

@@ -84,30 +84,24 @@ def test_poses_places_heights_and_camera_are_the_games(tmp_path):
     score(solve(dataset, "cv", "sequential", tmp_path / "a"), tmp_path / "d")
 
 
-@pytest.mark.parametrize("shifts", [{}, {"pose_shift": 3}, {"pose_shift": -2}])
-def test_a_shift_of_frames_is_found_and_mended(tmp_path, shifts):
-    mended = camera_of(tmp_path, recording(**shifts))
-    assert mended.report["pose_shift"] == shifts.get("pose_shift", 0)
-    found, world = mended.annotations, walkers(80, 6)
-    real = 10 + found.first + found.frame
-    np.testing.assert_allclose(mended.people, world[real, found.person // 10], atol=1e-6)
-    np.testing.assert_allclose(
-        mended.poses[found.frame, :2], camera_track(80)[0][real, :2], atol=1e-6, err_msg="pose of another frame"
-    )
-
-
-@pytest.mark.parametrize("shift", [0, 3])
-def test_people_who_bob_and_joints_that_shake_do_no_harm(tmp_path, shift):
+@pytest.mark.parametrize("shift", [0, 3, -2])
+@pytest.mark.parametrize("shaken", [False, True])
+def test_a_shift_of_frames_is_found_and_mended_though_people_bob_and_joints_shake(tmp_path, shift, shaken):
     values, rng = recording(pose_shift=shift), np.random.default_rng(0)
 
-    def shaken(joints, row):
+    def shake(joints, row):
         bob = 0.03 * np.sin(2.0 * np.pi * 2.0 * row["image_id"] / 20 + row["ped_id"])
         return joints + np.insert(rng.normal(0.0, 0.005, (22, 3)) + np.array([0.0, bob, 0.0]), 3, 0.0, axis=1)
 
-    move_joints(values, shaken)
-    found = camera_of(tmp_path, values)
-    assert found.report["pose_shift"] == shift
-    assert 0.0 < found.report["pose_error"] < 0.05
+    if shaken:
+        move_joints(values, shake)
+    mended = camera_of(tmp_path, values)
+    assert mended.report["pose_shift"] == shift
+    assert (0.0 if shaken else -1.0) < mended.report["pose_error"] < 0.05
+    found, world, (way, _) = mended.annotations, walkers(80, 6), camera_track(80)
+    real = 10 + found.first + found.frame
+    np.testing.assert_allclose(mended.people, world[real, found.person // 10], atol=0.05 if shaken else 1e-6)
+    np.testing.assert_allclose(mended.poses[found.frame, :2], way[real, :2], atol=1e-6, err_msg="of another frame")
 
 
 @pytest.mark.parametrize("shift", [0, -2])

@@ -62,6 +62,17 @@ def lower_boxes(values):
         label["box"][1] *= 5.0
 
 
+def hidden_people(values):
+    for label in each_label(values):
+        label["attributes"]["occlusion"] = "Fully_occluded"
+
+
+def slower(values):
+    """Pictures at 11 Hz."""
+    for number, row in enumerate(values["data"]):
+        row["cameras"][0]["timestamp"] += number * (1 / 11 - 1 / 15)
+
+
 LABELS_2D, LABELS_3D, TIMES, CLOUDS = KINDS
 
 
@@ -82,6 +93,10 @@ LABELS_2D, LABELS_3D, TIMES, CLOUDS = KINDS
         (LABELS_2D, lambda v: v.pop("labels"), "has no object 'labels'"),
         (LABELS_2D, lambda v: v["labels"].update(x=[]), "key 'x' of 'labels' is not the name of a frame, such as 000"),
         (LABELS_2D, lambda v: first_label(v).pop("label_id"), "000000.jpg, label 1: has no text 'label_id'"),
+        (LABELS_2D, lambda v: first_label(v).update(attributes=5), "label 1: key 'attributes' is 5, not an object"),
+        (LABELS_2D, lambda v: v["labels"].update({"000001.jpg": 5}), "000001.jpg is 5, not a list of labels"),
+        (LABELS_2D, hidden_people, "holds no box of a visible person"),
+        (TIMES, slower, "which is no multiple of 1/15 s"),
         (LABELS_2D, lambda v: first_label(v).update(label_id="pedestrian:x"), "not 'pedestrian:NUMBER'"),
         (LABELS_2D, lambda v: first_label(v).update(box=[1, 2, 3]), "'box' is [1, 2, 3], not [left, top, width, he"),
         (LABELS_2D, lambda v: first_label(v).update(box=[1, 2, 3, 0]), "its box is 3 px wide and 0 px high"),
@@ -139,6 +154,7 @@ def test_what_is_not_read(root, tmp_path, capsys, files):
         ("", "is empty"),
         ("0,1,2\n", "line 1: 3 columns with commas between, wanted 12: frame,id,x,y,h,w,l,rot_z,left,top"),
         ("0,1,1,1,1.7,1,1,0,5,5,5,x\n", "line 1: height is 'x'; write a number"),
+        ("0,1,1,1,1.7,1,1,0,5,5,5,9\n", "stamps 1 of the labelled frames; two at least are wanted"),
         ("\n\n" + "0,1,1,1,1.7,1,1,0,5,5,5,9\n" * 2, "line 4: id 1 stands in frame 0 twice"),
         ("0.5,1,1,1,1.7,1,1,0,5,5,5,9\n", "line 1: 0.5 is no frame: those are whole numbers from 0"),
         ("0,1e12,1,1,1.7,1,1,0,5,5,5,9\n", "line 1: 1e+12 is no id"),

@@ -96,9 +96,18 @@ def test_a_bad_line_is_named(tmp_path, line, problem, packed):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["", "\n\n", "1,1,1,1,5,5,0,1,1\n", "1,1,1,1,5,5,1,1,1\n2,1,1,1,5,5,1,1,1\n"])
-def test_no_crowd(tmp_path, text):
-    with pytest.raises(FileError, match="holds no crowd"):
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        *(
+            (text, "holds no crowd")
+            for text in ("", "\n\n", "1,1,1,1,5,5,0,1,1\n", "1,1,1,1,5,5,1,1,1\n2,1,1,1,5,5,1,1,1\n")
+        ),
+        ("1,-1,1,1,5,5,1,1,1\n2,-1,1,1,5,5,1,1,1\n", "id is -1: these are detections; tracks of heads are wanted"),
+    ],
+)
+def test_no_crowd(tmp_path, text, problem):
+    with pytest.raises(FileError, match=problem):
         heads_at(write_recording(tmp_path / "mine", text))
 
 

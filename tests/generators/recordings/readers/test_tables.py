@@ -58,6 +58,7 @@ def test_frames_begin_anywhere_and_may_have_nobody(write, text, present):
         ("0 1 0 0\n10 1.25 .5 0\n", 2, "id is 1.25, not an integer"),
         ("0 1 0 0\n10 -1 .5 0\n", 2, "id is -1"),
         ("0 1e12 0 0\n", 1, "id is 1000000000000"),
+        ("0 1 0 0\n10 1 2e6 0\n", 2, r"\(2e\+06, 0\) m is more than 1,000 km from the origin"),
         (WALK + "10 1 .6 0\n", 4, "frame 10 twice .also on line 2"),
         (WALK + "40 1 2 0\n50 1 2 1\n", 4, "frame 40 follows frame 20"),
         (WALK + "5 2 0 0\n15 2 .5 0\n", 4, "frame 5 is 5 from frame"),
@@ -135,9 +136,11 @@ def test_a_frame_rate_in_a_comment_must_be_that_of_dt(write):
     [
         ("scene,frame,id,x,y\na,0,1,0,0\nb,0,2,1,1\n", r"rows of 2 films \('a', 'b'\)"),
         ('{"track": {"f": 0, "p": 1, "x": 0.5, "y": 1.0}}\n', "is JSON; write lines of frame, id, x, y"),
+        ("1 2 3\n", "has 3 columns; known are 4 columns"),
+        ("# nothing\n", "is empty: it holds no row of numbers"),
     ],
 )
-def test_two_scenes_and_json_are_named(write, text, problem):
+def test_a_file_of_no_known_format_is_refused(write, text, problem):
     with pytest.raises(FileError, match=problem):
         load_scenes(get_recipe("custom"), Options(source=write(text), dt=0.4))
 

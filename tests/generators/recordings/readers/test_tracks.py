@@ -27,6 +27,11 @@ def test_homography_makes_metres(write):
     np.testing.assert_allclose(scene.positions[:, 0], [[1.0, 0.5], [1.5, 0.5]])
 
 
+def test_metres_by_name_take_no_homography(write):
+    with pytest.raises(FileError, match="x and y are in m already: remove `homography`"):
+        read(write("frame id x_m y_m\n0 1 1 1\n"), homography=CENTIMETRES)
+
+
 def test_point_on_the_horizon(write):
     tilted = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, -0.01, 1.0]])
     with pytest.raises(FileError, match="horizon") as caught:
