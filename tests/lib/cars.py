@@ -29,6 +29,7 @@ class Drive:
     Parameters
     ----------
     eye_height, ground : of the cameras over the car's origin, and of that over the road, in m.
+    reach : least and greatest distance in m at which people begin.
     """
 
     frames: int = 101
@@ -36,6 +37,7 @@ class Drive:
     eye_height: float = 1.4
     ground: float = 0.31
     speed: float = 1.5
+    reach: tuple[float, float] = (8.0, 20.0)
     seed: int = 0
     sizes: FloatArray = field(init=False)
     start: FloatArray = field(init=False)
@@ -44,7 +46,7 @@ class Drive:
     def __post_init__(self) -> None:
         rng = np.random.default_rng(self.seed)
         angle = 2.0 * np.pi * np.arange(self.people) / self.people
-        reach = rng.uniform(8.0, 20.0, self.people)
+        reach = rng.uniform(*self.reach, self.people)
         object.__setattr__(self, "sizes", np.array([0.7, 0.6, 1.7]) + rng.normal(0.0, 0.05, (self.people, 3)))
         object.__setattr__(self, "start", np.stack([reach * np.cos(angle), reach * np.sin(angle)], axis=-1))
         object.__setattr__(self, "velocity", np.array([self.speed, 0.0]) + rng.normal(0.0, 0.3, (self.people, 2)))

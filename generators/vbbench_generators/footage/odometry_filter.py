@@ -61,6 +61,16 @@ class RobotMotion:
     covariances: FloatArray
     odometry: Odometry
 
+    @property
+    def distance(self) -> float:
+        """Distance driven, in m."""
+        return float(np.linalg.norm(np.diff(self.poses[:, :2], axis=0), axis=1).sum())
+
+    @property
+    def end_std(self) -> float:
+        """Standard deviation in m of the last place, on the less certain axis."""
+        return float(np.sqrt(np.linalg.eigvalsh(self.covariances[-1, :2, :2])[-1]))
+
 
 def filter_motion(frames: FloatArray, speed: Readings, turn: Readings, gyro: Readings | None) -> RobotMotion:
     """Filter the robot's poses at the times ``frames`` [T], each by the readings up to it.

@@ -4,7 +4,7 @@ The tables in ``street_films`` have a row for each box, each place of a person a
 multiples of 1 / `SCALE`; ``benchmarks/street_films.py`` writes them.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -50,7 +50,7 @@ class StreetFilmSplit(FootageSplit):
 
     reads: ClassVar[frozenset[str]] = READ_BY_ALL - {"source"}
 
-    card: Card = field(default=CARD)
+    card: Card = CARD
     every: int = 4
     height_mean: float = 1.7
     height_std: float = 0.07

@@ -19,7 +19,7 @@ from vbbench.generation.generator import Options
 from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench_generators.footage.argoverse2 import argoverse2
-from vbbench_generators.footage.cuboids import CuboidSplit, chosen, part_of
+from vbbench_generators.footage.cuboids import CuboidSplit, chosen, motion_at, part_of
 from vbbench_generators.footage.nuscenes import nuscenes
 from vbbench_generators.footage.own import own
 from vbbench_generators.footage.split import RunRules
@@ -103,7 +103,9 @@ def test_cameras_and_panorama_see_the_same_people_and_who_is_hidden_has_a_place(
         car.split.plan(asked(car.source, cameras=("CAM_TOP",)))
 
 
-@pytest.mark.parametrize("changed", [{"frames": 71}, {"speed": 6.0, "people": 3}], ids=["short", "far"])
+@pytest.mark.parametrize(
+    "changed", [{"frames": 71}, {"people": 3}, {"reach": (42.0, 50.0)}], ids=["short", "few", "far"]
+)
 @pytest.mark.parametrize("name", SPLITS)
 def test_sequences_need_three_people_near_for_eight_seconds(tmp_path, name, changed):
     other = written(name, tmp_path, **changed)
@@ -138,6 +140,14 @@ def test_the_command_makes_verifies_and_repeats_a_dataset(tmp_path, capsys):
     assert main(["splits"]) == 0
     listed = capsys.readouterr().out
     assert listed.count("CC BY-NC-SA 4.0") == 2
+
+
+def test_the_sign_of_a_quaternion_does_not_matter_between_two_poses():
+    quaternions = np.array([[1.0, 0.0, 0.0, 0.0], [np.cos(0.1), 0.0, 0.0, np.sin(0.1)]])
+    given = np.array([0.5]), np.array([0.0, 1.0])
+    one, other = (motion_at(*given, sign * quaternions, np.zeros((2, 3))).rotations for sign in (1.0, [[1.0], [-1.0]]))
+    np.testing.assert_allclose(one, other)
+    assert np.arctan2(one[0, 1, 0], one[0, 0, 0]) == pytest.approx(0.1, abs=1e-3)
 
 
 def test_parts_are_by_rule():

@@ -267,36 +267,12 @@ _SLACK = 0.5
 _FEWEST = 3
 
 
-@dataclass(frozen=True, kw_only=True)
-class MeasuredMotion:
-    """The robot's motion by its sensors.
-
-    Parameters
-    ----------
-    poses : [T, 3] (x, y, yaw) in m and rad, from (0, 0, 0) at frame 0.
-    covariances : [T, 3, 3] of these.
-    odometry : motions by the wheels alone.
-    offsets : s by which the clocks of gyro and pictures are ahead of the wheels'; ``None`` = not measurable.
-    """
-
-    poses: FloatArray
-    covariances: FloatArray
-    odometry: Odometry
-    offsets: dict[str, float | None]
-
-    @property
-    def distance(self) -> float:
-        """Distance driven, in m."""
-        return float(np.linalg.norm(np.diff(self.poses[:, :2], axis=0), axis=1).sum())
-
-    @property
-    def end_std(self) -> float:
-        """Standard deviation in m of the last place, on the less certain axis."""
-        return float(np.sqrt(np.linalg.eigvalsh(self.covariances[-1, :2, :2])[-1]))
+Offsets = dict[str, float | None]
+"""Seconds by which a clock is ahead of the wheels', by its name; ``None`` = not measurable."""
 
 
-def measure_motion(path: Path, times: FloatArray, places: FloatArray, every: int = 1) -> MeasuredMotion:
-    """The robot's motion at the times of frames, by its sensors.
+def measure_motion(path: Path, times: FloatArray, places: FloatArray, every: int = 1) -> tuple[RobotMotion, Offsets]:
+    """The robot's motion at the times of frames by its sensors, its odometry by the wheels alone, and clocks' offsets.
 
     Parameters
     ----------
@@ -307,7 +283,7 @@ def measure_motion(path: Path, times: FloatArray, places: FloatArray, every: int
     every : one of so many frames will be kept. Slip is correlated in time: covariances of so many consecutive motions
         are scaled to add up to that of the whole motion.
     """
-    (speed, turn, gyro), offsets = read_bag(path), dict[str, float | None]()
+    (speed, turn, gyro), offsets = read_bag(path), Offsets()
     _check_covers(path, speed, times)
     if gyro is not None:
         offsets["gyro"] = clock_offset(turn, gyro)
@@ -318,10 +294,12 @@ def measure_motion(path: Path, times: FloatArray, places: FloatArray, every: int
     wheels = _by_wheels(times, speed, turn, every)
     truth = wheels if gyro is None else filter_motion(times, speed, turn, gyro)
     covariances = truth.covariances + _late(truth, times)
-    return MeasuredMotion(poses=truth.poses, covariances=covariances, odometry=wheels.odometry, offsets=offsets)
+    return RobotMotion(poses=truth.poses, covariances=covariances, odometry=wheels.odometry), offsets
 
 
-def follow_poses(path: Path, clouds: Stamps, times: FloatArray, places: FloatArray, every: int = 1) -> MeasuredMotion:
+def follow_poses(
+    path: Path, clouds: Stamps, times: FloatArray, places: FloatArray, every: int = 1
+) -> tuple[RobotMotion, Offsets]:
     """The robot's motion by poses of its wheel odometry; ``times``, ``places``, ``every`` as in `measure_motion`.
 
     Parameters
@@ -347,12 +325,7 @@ def follow_poses(path: Path, clouds: Stamps, times: FloatArray, places: FloatArr
         raise FileError(path, f"{problem}: y must point left, z up, and orientations turn the robot into the world")
     poses = np.stack([np.interp(times, taken, column) for column in way.T], axis=-1)
     wheels = _by_wheels(times, speed, turn, every)
-    return MeasuredMotion(
-        poses=moved_as_one(poses, poses[0], np.zeros(3)),
-        covariances=wheels.covariances,
-        odometry=wheels.odometry,
-        offsets={"places": late},
-    )
+    return replace(wheels, poses=moved_as_one(poses, poses[0], np.zeros(3))), {"places": late}
 
 
 def _by_wheels(times: FloatArray, speed: Readings, turn: Readings, every: int) -> RobotMotion:

@@ -18,7 +18,8 @@ from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
 from vbbench.scene import Scene
 from vbbench_generators.footage.jrdb.labels import PlaceLabels, are_results, read_tracked_boxes
-from vbbench_generators.footage.jrdb.motion import RATE, Grid, MeasuredMotion, Stamps
+from vbbench_generators.footage.jrdb.motion import RATE, Grid, Stamps
+from vbbench_generators.footage.odometry_filter import RobotMotion
 from vbbench_generators.footage.split import laid_out, medians, pictures_in
 from vbbench_generators.footage.tracks import LEAST_OVERLAP, MOST_STRAY, FoundTracks, follow, read_found
 
@@ -112,7 +113,7 @@ class Recording:
         return follow(found, self.rectangles, self.tracks, CAMERA, 1.0 / RATE, size=SIZE)
 
     def footage(
-        self, motion: MeasuredMotion | None, *, stands: bool, pictures: Path | None, found: FoundTracks | None = None
+        self, motion: RobotMotion | None, *, stands: bool, pictures: Path | None, found: FoundTracks | None = None
     ) -> Footage:
         """The footage, with poses and odometry where the robot's ``motion`` was measured, or where it ``stands``.
 

@@ -27,7 +27,7 @@ from vbbench_generators.footage.jrdb.motion import (
     CLOUDS,
     PICTURES,
     Grid,
-    MeasuredMotion,
+    Offsets,
     Stamps,
     follow_poses,
     lay_out,
@@ -36,6 +36,7 @@ from vbbench_generators.footage.jrdb.motion import (
     read_stamps,
 )
 from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
+from vbbench_generators.footage.odometry_filter import RobotMotion
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, named
 from vbbench_generators.footage.tracks import FoundTracks, file_for
 
@@ -135,17 +136,17 @@ class JrdbSplit(FootageSplit):
         every, step = asked.every or self.every, recording.step
         if every % step:
             raise VbbenchError(f"{one.name}: boxes are {step} frames of 15 Hz apart; use `every` {step} or a multiple")
-        motion = None
+        motion, offsets = None, Offsets()
         if bag is not None and poses:
             frames = recording.grid.times, recording.places, every
             if bag.suffix == ".json":
-                motion = follow_poses(bag, _cloud_stamps(one, recording.grid), *frames)
+                motion, offsets = follow_poses(bag, _cloud_stamps(one, recording.grid), *frames)
             else:
-                motion = measure_motion(bag, *frames)
+                motion, offsets = measure_motion(bag, *frames)
         tracks = None if boxes is None else recording.follow(boxes, asked.person_class)
         stands = poses and motion is None
         footage = recording.footage(motion, stands=stands, pictures=one.pictures, found=tracks)
-        return footage, _facts(recording, motion, tracks)
+        return footage, _facts(recording, motion, offsets, tracks)
 
     def _caution(self, found: list[Found], known: list[bool]) -> str:
         base = _TRACKERS if any(TRACKED in one.files for one in found) else str(self.card.caution)
@@ -259,7 +260,9 @@ def _first_file(folders: list[Path], places: tuple[str, ...], name: str) -> Path
     return next((path for path in paths if path.is_file()), None)
 
 
-def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTracks | None) -> dict[str, Any]:
+def _facts(
+    recording: Recording, motion: RobotMotion | None, offsets: Offsets, tracks: FoundTracks | None
+) -> dict[str, Any]:
     """Figures of a recording for ``dataset.json``."""
     errors = direction_errors(recording)
     facts: dict[str, Any] = {
@@ -272,9 +275,7 @@ def _facts(recording: Recording, motion: MeasuredMotion | None, tracks: FoundTra
     if motion is not None:
         facts["driven"] = round(motion.distance, 2)
         facts["end_std"] = round(motion.end_std, 3)
-        facts["clock_offsets"] = {
-            name: None if value is None else round(value, 3) for name, value in motion.offsets.items()
-        }
+        facts["clock_offsets"] = {n: None if value is None else round(value, 3) for n, value in offsets.items()}
     return facts
 
 
