@@ -9,27 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.exchange.conftest import PICTURE
 from vbbench.birdify.birdify import is_film
 from vbbench.errors import FileError
 from vbbench.exchange.box_rows import OwnBoxes, read_boxes, write_boxes
 from vbbench.exchange.own.recording import boxes_in
 
 FRAMES = range(6)
-PICTURE = (1280.0, 720.0)
 Read = Callable[..., OwnBoxes]
-
-
-@pytest.fixture
-def read(tmp_path: Path) -> Read:
-    """Write a file, and read it."""
-
-    def make(name: str, content: str | bytes, **options: Any) -> OwnBoxes:
-        path = tmp_path / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return read_boxes(path, 0.1, picture=PICTURE, **options)
-
-    return make
 
 
 def packed(path: Path, files: dict[str, str]) -> Path:

@@ -11,11 +11,10 @@ from vbbench.exchange.box_tables import scores_as_shares
 TIMED = HEAD.replace("frame", "time")
 
 
-def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
-    plain, quoted = tmp_path / "plain.csv", tmp_path / "quoted.csv"
-    plain.write_text("frame,id,left,top,width,height,score,visible\n0,1,2,3,4,50,.5,\n1,1,2,3,4,50,,1\n")
-    quoted.write_text('frame,id,left,top,width,height,score,visible\n0,"1", 2,3,4,50,0.5,\n\n1,1,2,3,4,50,,1\n')
-    one, other = (read_boxes(path, 0.1) for path in (plain, quoted))
+def test_a_fast_reader_and_the_careful_one_agree(read):
+    head = "frame,id,left,top,width,height,score,visible\n"
+    one = read("plain.csv", head + "0,1,2,3,4,50,.5,\n1,1,2,3,4,50,,1\n")
+    other = read("quoted.csv", head + '0,"1", 2,3,4,50,0.5,\n\n1,1,2,3,4,50,,1\n')
     for name in ("frame", "track", "boxes", "scores", "visible"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert other.lines.tolist() == [2, 4]
@@ -66,24 +65,19 @@ def test_a_fast_reader_and_the_careful_one_agree(tmp_path):
         (TIMED + "5,1,2,3,4,50\n", None, "all boxes are of one time"),
     ],
 )
-def test_a_bad_row_is_named(tmp_path, text, line, problem):
-    path = tmp_path / "boxes.csv"
-    path.write_text(text)
+def test_a_bad_row_is_named(read, text, line, problem):
     with pytest.raises(FileError, match=problem) as caught:
-        read_boxes(path, 0.1)
+        read("boxes.csv", text)
     assert caught.value.line == line
 
 
-def test_clocks_that_drift_and_frames_in_steps_are_counted(tmp_path):
-    path = tmp_path / "boxes.csv"
+def test_clocks_that_drift_and_frames_in_steps_are_counted(read):
     lines = [f"{0.1035 * t:.4f},1,{100 + t},100,20,60\n" for t in range(50) if t != 20]
-    path.write_text("time,id,left,top,width,height\n" + "".join(lines))
-    rows = read_boxes(path, 0.1)
+    rows = read("boxes.csv", TIMED + "".join(lines))
     assert rows.frame.tolist() == [t for t in range(50) if t != 20]
     assert rows.timeline.dt == pytest.approx(0.1035)
     assert "every 0.1035 s, and dt is 0.1 s" in rows.timeline.notes[0]
-    path.write_text(HEAD + "".join(f"{t},1,{100 + t},100,20,60\n" for t in range(7, 60, 4)))
-    rows = read_boxes(path, 0.04)
+    rows = read("boxes.csv", HEAD + "".join(f"{t},1,{100 + t},100,20,60\n" for t in range(7, 60, 4)), dt=0.04)
     assert (rows.frame[-1], rows.timeline.dt, rows.timeline.times[0]) == (13, pytest.approx(0.16), pytest.approx(0.28))
     assert "in steps of 4" in rows.timeline.notes[0]
 
@@ -95,50 +89,43 @@ def test_a_file_that_is_not_there_is_named(tmp_path, name):
 
 
 @pytest.mark.parametrize("tick", [0.097, 0.1003, 0.104])
-def test_stamps_that_shake_are_of_the_nearest_frame(tmp_path, tick):
+def test_stamps_that_shake_are_of_the_nearest_frame(read, tick):
     shake = np.random.default_rng(3).uniform(-0.03, 0.03, 200)
     stamps = 1.7e9 + tick * np.arange(200) + shake
     assert np.round(np.diff(stamps) / 0.1).min() < 1
-    path = tmp_path / "boxes.csv"
-    path.write_text(TIMED + "".join(f"{t:.4f},1,2,3,4,50\n" for t in np.delete(stamps, 50)))
-    rows = read_boxes(path, 0.1)
+    rows = read("boxes.csv", TIMED + "".join(f"{t:.4f},1,2,3,4,50\n" for t in np.delete(stamps, 50)))
     assert rows.frame.tolist() == [n for n in range(200) if n != 50]
     assert rows.timeline.frames == 200
 
 
-def test_stamps_slower_than_frames_are_counted(tmp_path):
-    path = tmp_path / "boxes.csv"
-    path.write_text(TIMED + "".join(f"{0.1 * n:.4f},1,2,3,4,50\n" for n in range(20) if n != 7))
-    rows = read_boxes(path, 1 / 30)
+def test_stamps_slower_than_frames_are_counted(read):
+    lines = [f"{0.1 * n:.4f},1,2,3,4,50\n" for n in range(20) if n != 7]
+    rows = read("boxes.csv", TIMED + "".join(lines), dt=1 / 30)
     assert rows.frame.tolist() == [n for n in range(20) if n != 7]
     assert rows.timeline.dt == pytest.approx(0.1)
     assert "time stamps come every 3 frames: one every 3 x 0.0333333 = 0.1 s is used" in rows.timeline.notes
 
 
-def test_times_between_frames_that_are_sparse_are_of_none(tmp_path):
+def test_times_between_frames_that_are_sparse_are_of_none(read):
     """As places of people at every frame, where boxes are at every third."""
-    path = tmp_path / "boxes.csv"
-    path.write_text(TIMED + "".join(f"{0.1 * n:.4f},1,2,3,4,50\n" for n in range(20)))
-    timeline = read_boxes(path, 1 / 30).timeline
+    lines = [f"{0.1 * n:.4f},1,2,3,4,50\n" for n in range(20)]
+    timeline = read("boxes.csv", TIMED + "".join(lines), dt=1 / 30).timeline
     assert timeline.frame_of_time(np.array([0.0, 0.033, 0.067, 0.1, 0.11])).tolist() == [0, -1, -1, 1, 1]
 
 
-def test_a_repeated_row_in_a_file_sorted_by_person_is_named(tmp_path):
-    path = tmp_path / "boxes.csv"
-    times = [(n, 1) for n in range(9)] + [(n, 2) for n in range(9)] + [(4, 2), (5, 2)]
-    path.write_text(TIMED + "".join(f"{0.1 * n:.1f},{k},2,3,4,50\n" for n, k in times))
-    with pytest.raises(
-        FileError, match="id 2 already has a box in this frame, in line 15; remove one of them, or split"
-    ) as said:
-        read_boxes(path, None)
-    assert "line 20" in str(said.value)
-
-
-def test_a_row_that_is_there_twice_is_no_clock_that_goes_back(tmp_path):
-    path = tmp_path / "boxes.csv"
-    path.write_text(TIMED + "".join(f"{0.1 * n:.1f},1,2,3,4,50\n" for n in (*range(9), 0)))
-    with pytest.raises(FileError, match="id 1 already has a box in this frame, in line 2; remove one of them"):
-        read_boxes(path, None)
+@pytest.mark.parametrize(
+    ("times", "problem"),
+    [
+        (
+            [(n, 1) for n in range(9)] + [(n, 2) for n in range(9)] + [(4, 2), (5, 2)],
+            "id 2 already has a box in this frame, in line 15; remove one of them, or split the recording in line 20",
+        ),
+        ([(n, 1) for n in (*range(9), 0)], "id 1 already has a box in this frame, in line 2; remove one of them"),
+    ],
+)
+def test_a_repeated_row_is_named(read, times, problem):
+    with pytest.raises(FileError, match=problem):
+        read("boxes.csv", TIMED + "".join(f"{0.1 * n:.1f},{k},2,3,4,50\n" for n, k in times), dt=None)
 
 
 def test_scores_become_shares():
@@ -150,40 +137,36 @@ def test_scores_become_shares():
 
 @pytest.mark.parametrize(("unit", "per_second"), [("ms", 10**3), ("us", 10**6), ("ns", 10**9)])
 @pytest.mark.parametrize("step", [1, 4])
-def test_times_in_parts_of_a_second_are_read_where_dt_decides_it(tmp_path, unit, per_second, step):
-    path = tmp_path / "boxes.csv"
+def test_times_in_parts_of_a_second_are_read_where_dt_decides_it(read, unit, per_second, step):
     stamps = [1_700_000_000 * per_second + n * step * per_second // 10 for n in range(12)]
-    path.write_text(TIMED + "".join(f"{stamp},1,2,3,4,50\n" for stamp in stamps))
-    rows = read_boxes(path, 0.1)
+    text = TIMED + "".join(f"{stamp},1,2,3,4,50\n" for stamp in stamps)
+    rows = read("boxes.csv", text)
     assert rows.frame.tolist() == list(range(12))
     assert rows.timeline.dt == pytest.approx(0.1 * step)
     assert f"times are read as {unit}" in rows.timeline.notes
     with pytest.raises(FileError, match="name them time_ms or time_ns"):
-        read_boxes(path, None)
+        read("boxes.csv", text, dt=None)
 
 
-def test_rows_without_a_box_are_of_nobody(tmp_path):
-    path = tmp_path / "boxes.csv"
-    path.write_text(HEAD + "0,1,2,3,4,50\n1,,,,,\n2,1,nan,nan,nan,nan\n3,1,2,3,4,50\n4,1,2,3,4,50\n")
-    assert read_boxes(path, 0.1).frame.tolist() == [0, 3, 4]
+def test_rows_without_a_box_are_of_nobody(read):
+    text = "0,1,2,3,4,50\n1,,,,,\n2,1,nan,nan,nan,nan\n3,1,2,3,4,50\n4,1,2,3,4,50\n"
+    assert read("boxes.csv", HEAD + text).frame.tolist() == [0, 3, 4]
 
 
 @pytest.mark.parametrize(("times", "lasts"), [([0.0, 0.04, 0.08], 0.04), ([0, 40, 80], 0.04), ([0, 100, 200], None)])
-def test_times_next_to_frames_contradict_the_time_of_a_frame_or_are_it(tmp_path, times, lasts):
-    path = tmp_path / "boxes.csv"
+def test_times_next_to_frames_contradict_the_time_of_a_frame_or_are_it(read, times, lasts):
     rows = "".join(f"{frame},{time},1,2,3,4,50\n" for frame, time in enumerate(times))
-    path.write_text("frame,timestamp,id,left,top,width,height\n" + rows)
-    found = read_boxes(path, 0.1)
+    text = "frame,timestamp,id,left,top,width,height\n" + rows
+    found = read("boxes.csv", text)
     assert found.timeline.dt == 0.1
     assert [note.split(",")[0] for note in found.notes] == ([] if lasts is None else ["times go on by 0.04 s a frame"])
-    assert read_boxes(path, None).timeline.dt == pytest.approx(lasts or 0.1)
+    assert read("boxes.csv", text, dt=None).timeline.dt == pytest.approx(lasts or 0.1)
 
 
-def test_dates_next_to_frames_do_no_harm(tmp_path):
-    path = tmp_path / "boxes.csv"
+def test_dates_next_to_frames_do_no_harm(read):
     rows = "".join(f"{n},2024-05-01 12:00:0{n},1,2,3,4,50\n" for n in range(5))
-    path.write_text("sep=,\nframe,timestamp,id,left,top,width,height\n" + rows)
-    assert read_boxes(path, 0.1).frame.tolist() == [0, 1, 2, 3, 4]
+    found = read("boxes.csv", "sep=,\nframe,timestamp,id,left,top,width,height\n" + rows)
+    assert found.frame.tolist() == [0, 1, 2, 3, 4]
 
 
 def walkers(order, frames=12):
@@ -192,58 +175,47 @@ def walkers(order, frames=12):
     return "".join(",".join(f"{row[n]:g}" if n < 4 else "0" for n in order) + ",30,80\n" for row in rows)
 
 
-def test_frames_and_ids_that_are_swapped_are_refused_by_how_boxes_move(tmp_path):
-    path = tmp_path / "gt.txt"
-    path.write_text(walkers([0, 1, 2, 3]))
-    assert len(np.unique(read_boxes(path, 0.1).track)) == 3
-    path.write_text(walkers([1, 0, 2, 3]))
-    with pytest.raises(FileError, match=r"frame and id seem to be swapped.*'# id,frame,left,top,width,height'"):
-        read_boxes(path, 0.1)
-    path.write_text("# id,frame,left,top,width,height\n" + walkers([1, 0, 2, 3]))
-    assert len(np.unique(read_boxes(path, 0.1).track)) == 3
+@pytest.mark.parametrize(
+    ("order", "problem"),
+    [
+        ([1, 0, 2, 3], r"frame and id seem to be swapped.*'# id,frame,left,top,width,height'"),
+        ([0, 4, 2, 3], r"all boxes have id 0.* is this column the class"),
+    ],
+)
+def test_columns_in_another_order_are_refused_by_how_boxes_move(read, order, problem):
+    with pytest.raises(FileError, match=problem):
+        read("gt.txt", walkers(order))
+    for text in (walkers([0, 1, 2, 3]), "# id,frame,left,top,width,height\n" + walkers([1, 0, 2, 3])):
+        assert len(np.unique(read("gt.txt", text).track)) == 3
 
 
-def test_a_class_in_place_of_ids_is_named(tmp_path):
-    path = tmp_path / "gt.txt"
-    path.write_text(walkers([0, 4, 2, 3]))
-    with pytest.raises(FileError, match=r"all boxes have id 0.* is this column the class"):
-        read_boxes(path, 0.1)
-
-
-def test_a_visibility_that_is_zero_throughout_is_not_known(tmp_path):
-    path = tmp_path / "gt.txt"
-    path.write_text("".join(f"{n},1,2,3,40,90,1,1,0\n" for n in range(1, 13)))
-    rows = read_boxes(path, 0.1)
+def test_a_visibility_that_is_zero_throughout_is_not_known(read):
+    rows = read("gt.txt", "".join(f"{n},1,2,3,40,90,1,1,0\n" for n in range(1, 13)))
     assert len(rows) == 12
     assert np.isnan(rows.visible).all()
 
 
 @pytest.mark.parametrize(("blocks", "asked"), [(["12", "34"], 1), (["12", "12"], 0), (["1", "2"], 0), (["123"], 0)])
-def test_a_second_recording_whose_ids_go_on_is_asked_about(tmp_path, blocks, asked):
-    path = tmp_path / "boxes.csv"
+def test_a_second_recording_whose_ids_go_on_is_asked_about(read, blocks, asked):
     again = 10 * (blocks[0] == blocks[-1])  # the same ids in later frames
     rows = [(frame + again * n, name) for n, names in enumerate(blocks) for frame in range(4) for name in names]
-    path.write_text(HEAD + "".join(f"{frame},{name},9{name},3,40,90\n" for frame, name in rows))
-    assert sum("are these two recordings?" in note for note in read_boxes(path, 0.1).notes) == asked
+    found = read("boxes.csv", HEAD + "".join(f"{frame},{name},9{name},3,40,90\n" for frame, name in rows))
+    assert sum("are these two recordings?" in note for note in found.notes) == asked
 
 
 @pytest.mark.parametrize(("first", "step"), [(17 * 10**17, 10**8), (17 * 10**11, 100), (17 * 10**8, 1)])
 @pytest.mark.parametrize("suffix", ["csv", "txt"])
-def test_frames_that_are_time_stamps_are_times(tmp_path, first, step, suffix):
-    path = tmp_path / f"boxes.{suffix}"
-    head = HEAD if suffix == "csv" else ""
-    path.write_text(head + "".join(f"{first + n * step},1,2,3,4,50\n" for n in range(12)))
-    rows = read_boxes(path, 1.0 if step == 1 else 0.1)
+def test_frames_that_are_time_stamps_are_times(read, first, step, suffix):
+    text = (HEAD if suffix == "csv" else "") + "".join(f"{first + n * step},1,2,3,4,50\n" for n in range(12))
+    rows = read(f"boxes.{suffix}", text, dt=1.0 if step == 1 else 0.1)
     assert rows.frame.tolist() == list(range(12))
     assert rows.timeline.times[0] == 17e8
 
 
 @pytest.mark.parametrize("name", ["video", "sequence", "source_id", "view"])
-def test_boxes_of_two_films_are_refused(tmp_path, name):
-    path = tmp_path / "boxes.csv"
-    path.write_text(f"{name},frame,id,left,top,width,height\na,0,1,2,3,4,50\nb,0,2,2,3,4,50\n")
+def test_boxes_of_two_films_are_refused(read, name):
     with pytest.raises(FileError, match=r"rows of 2 films \('a', 'b'\); write a file for each"):
-        read_boxes(path, 0.1)
+        read("boxes.csv", f"{name},frame,id,left,top,width,height\na,0,1,2,3,4,50\nb,0,2,2,3,4,50\n")
 
 
 @pytest.mark.parametrize(
@@ -256,9 +228,8 @@ def test_boxes_of_two_films_are_refused(tmp_path, name):
         "{0};1;13,5;4,25;40,0;90,5\n",
     ],
 )
-def test_decimal_commas_are_read_whatever_separates_cells(tmp_path, text):
-    path = tmp_path / "boxes.csv"
+def test_decimal_commas_are_read_whatever_separates_cells(read, text):
     head, _, row = text.rpartition("\n{0}")
-    path.write_text(head + "".join(("\n" * bool(n or head) + "{0}" + row.rstrip()).format(n + 1) for n in range(3)))
-    rows = read_boxes(path, 0.1)
+    lines = (("\n" * bool(n or head) + "{0}" + row.rstrip()).format(n + 1) for n in range(3))
+    rows = read("boxes.csv", head + "".join(lines))
     assert rows.boxes.tolist() == [[12.5, 3.25, 40.0, 90.5]] * 3

@@ -1,5 +1,6 @@
 """Trajectory files: the layouts that programs write, and what is no trajectory."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,32 @@ import pytest
 
 from vbbench.errors import FileError
 from vbbench.exchange.axes import ground_poses
-from vbbench.exchange.trajectory import CLOCKWISE, COMPASS, DEGREES, MATRIX, WXYZ, XYZW, YAW, read_trajectory
+from vbbench.exchange.trajectory import (
+    CLOCKWISE,
+    COMPASS,
+    DEGREES,
+    MATRIX,
+    WXYZ,
+    XYZW,
+    YAW,
+    Trajectory,
+    read_trajectory,
+)
 
 PLACES = [(0.0, 0.0, 0.0), (0.5, 0.1, 0.0), (1.0, 0.3, 0.0)]
 YAWS = [0.0, 0.2, 0.4]
+Read = Callable[..., Trajectory]
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Read:
+    """Write a trajectory, and read it."""
+
+    def make(text: str, name: str = "t.txt", encoding: str = "utf-8") -> Trajectory:
+        (tmp_path / name).write_bytes(text.encode(encoding))
+        return read_trajectory(tmp_path / name)
+
+    return make
 
 
 def rows(layout: str, mark: str = " ") -> str:
@@ -58,62 +81,61 @@ def rows(layout: str, mark: str = " ") -> str:
         ),
     ],
 )
-def test_layouts_of_programs(tmp_path: Path, text: str, orders: list[str]) -> None:
-    path = tmp_path / "t.txt"
-    path.write_text(text)
-    read = read_trajectory(path)
-    assert [one for one in read.rotations if one not in (CLOCKWISE, COMPASS, DEGREES)] == orders
-    assert (read.times is None) == (text.startswith("1.0 -0.0"))
-    if read.times is not None:
-        np.testing.assert_allclose(read.times, [0.0, 0.1, 0.2])
-    np.testing.assert_allclose(read.places, PLACES)
-    if list(read.rotations) != [XYZW, WXYZ] or ",\n" not in text:  # three rows do not show the order
-        np.testing.assert_allclose(ground_poses(read).poses[:, 2], YAWS, atol=1e-12)
+def test_layouts_of_programs(read: Read, text: str, orders: list[str]) -> None:
+    found = read(text)
+    assert [one for one in found.rotations if one not in (CLOCKWISE, COMPASS, DEGREES)] == orders
+    assert (found.times is None) == (text.startswith("1.0 -0.0"))
+    if found.times is not None:
+        np.testing.assert_allclose(found.times, [0.0, 0.1, 0.2])
+    np.testing.assert_allclose(found.places, PLACES)
+    if list(found.rotations) != [XYZW, WXYZ] or ",\n" not in text:  # three rows do not show the order
+        np.testing.assert_allclose(ground_poses(found).poses[:, 2], YAWS, atol=1e-12)
 
 
-def test_euroc_has_nanoseconds_and_qw_first(tmp_path: Path) -> None:
-    path = tmp_path / "data.csv"
+def test_euroc_has_nanoseconds_and_qw_first(read: Read) -> None:
     head = "#timestamp [ns], p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z []"
     head += ", v_RS_R_x [m s^-1]"
     body = rows("140363657976355{n}000 {x} {y} {z} {w} 0 0 {qz} 0.3", ",")
-    path.write_text(f"{head}\n{body}")
-    read = read_trajectory(path)
-    assert read.unit == 1e-9
-    assert list(read.rotations) == [XYZW]
-    np.testing.assert_allclose(ground_poses(read).poses[:, 2], YAWS, atol=1e-12)
+    found = read(f"{head}\n{body}")
+    assert found.unit == 1e-9
+    assert list(found.rotations) == [XYZW]
+    np.testing.assert_allclose(ground_poses(found).poses[:, 2], YAWS, atol=1e-12)
 
 
-def test_places_without_rotations_and_rows_by_frames(tmp_path: Path) -> None:
-    path = tmp_path / "t.txt"
-    path.write_text(rows("{t} {x} {y} {z}"))
-    assert not read_trajectory(path).rotations
-    path.write_text(rows("{t} {x} {y} {z} 0 0 0 0"))
-    assert not read_trajectory(path).rotations
-    path.write_text("frame,x,y,yaw\n" + rows("{n} {x} {y} {yaw}", ","))
-    read = read_trajectory(path)
-    assert read.unit == 0.0
-    np.testing.assert_array_equal(read.times, [0, 1, 2])
+@pytest.mark.parametrize("layout", ["{t} {x} {y} {z}", "{t} {x} {y} {z} 0 0 0 0"])
+def test_places_may_have_no_rotations(read: Read, layout: str) -> None:
+    assert not read(rows(layout)).rotations
 
 
-def test_a_comment_without_a_name_for_the_time_names_nothing(tmp_path: Path) -> None:
-    path = tmp_path / "t.txt"
-    path.write_text("# timesamp tx ty tz qx qy qz qw\n" + rows("{t} {x} {y} {z} 0 0 {qz} {w}"))
-    np.testing.assert_allclose(read_trajectory(path).times, [0.0, 0.1, 0.2])
+@pytest.mark.parametrize(
+    ("text", "frames"),
+    [
+        ("frame,x,y,yaw\n" + rows("{n} {x} {y} {yaw}", ","), [0, 1, 2]),
+        ("image,x,y,yaw\ncam0/left_000007.png,0,0,0\ncam0/left_000008.png,1,0,0\n", [7, 8]),
+    ],
+)
+def test_numbers_and_names_of_pictures_are_frames(read: Read, text: str, frames: list[int]) -> None:
+    found = read(text)
+    assert found.unit == 0.0
+    np.testing.assert_array_equal(found.times, frames)
 
 
-def test_a_comment_states_the_axes(tmp_path: Path) -> None:
-    path = tmp_path / "t.txt"
-    for comment, axes in (
+@pytest.mark.parametrize(
+    ("comment", "axes"),
+    [
         ("# axes: camera", "camera"),
         ("# body: x forward, z up", "body"),
         ("# made on Monday", None),
         ("# axes: x right, y down, z forward", "x"),
-    ):
-        path.write_text(f"{comment}\n" + rows("{t} {x} {y} {z} 0 0 {qz} {w}"))
-        read = read_trajectory(path)
-        assert read.axes == axes
-        if axes == "x":  # no axes: motion shows them
-            np.testing.assert_allclose(ground_poses(read).poses[:, 2], YAWS, atol=1e-12)
+        ("# timesamp tx ty tz qx qy qz qw", None),  # without a name for the time it names nothing
+    ],
+)
+def test_a_comment_may_state_the_axes(read: Read, comment: str, axes: str | None) -> None:
+    found = read(f"{comment}\n" + rows("{t} {x} {y} {z} 0 0 {qz} {w}"))
+    assert found.axes == axes
+    np.testing.assert_allclose(found.times, [0.0, 0.1, 0.2])
+    if axes == "x":  # no axes: motion shows them
+        np.testing.assert_allclose(ground_poses(found).poses[:, 2], YAWS, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -136,37 +158,22 @@ def test_a_comment_states_the_axes(tmp_path: Path) -> None:
         ("time,x,y,z,rvec_x,rvec_y,rvec_z\n0,1,2,0,0,0,1\n", "rotations are not read by the names rvec_x"),
         ("time,x,y,z,rx,ry,rz\n0,1,2,0,0,0,1\n", "rotations are not read by the names rx, ry, rz; write 'yaw"),
         ("header:\n  stamp:\n    secs: 1\n", "is printed messages; print CSV"),
+        ("0 0 0 0 0 0 0.7 0.8\n", r"line 1: the quaternion .* has length 1\.063; .* or divide by it"),
         ("# Image list\n# points\n1 1 0 0 0 0 0 0 1 a_1.png\n3.5 4.5 -1\n", "COLMAP's images.txt, from the world"),
     ],
 )
-def test_what_is_no_trajectory(tmp_path: Path, text: str, problem: str) -> None:
-    path = tmp_path / "t.txt"
-    path.write_text(text)
+def test_what_is_no_trajectory(read: Read, text: str, problem: str) -> None:
     with pytest.raises(FileError, match=problem):
-        read_trajectory(path)
+        read(text)
 
 
-def test_units_of_places_count_and_utm_is_no_error(tmp_path: Path) -> None:
-    path = tmp_path / "t.csv"
-    path.write_text("time,x [cm],y_mm,yaw\n0,100,2000,0\n1,200,3000,0\n")
-    np.testing.assert_allclose(read_trajectory(path).places, [[1, 2, 0], [2, 3, 0]])
-    path.write_bytes("time,easting,northing,yaw\n0,691234,5334567,0\n1,691235,5334567,0\n".encode("utf-16"))
-    np.testing.assert_allclose(read_trajectory(path).places[:, :2], [[691234, 5334567], [691235, 5334567]])
+def test_units_of_places_count_and_utm_is_no_error(read: Read) -> None:
+    found = read("time,x [cm],y_mm,yaw\n0,100,2000,0\n1,200,3000,0\n")
+    np.testing.assert_allclose(found.places, [[1, 2, 0], [2, 3, 0]])
+    found = read("time,easting,northing,yaw\n0,691234,5334567,0\n1,691235,5334567,0\n", "t.csv", "utf-16")
+    np.testing.assert_allclose(found.places[:, :2], [[691234, 5334567], [691235, 5334567]])
 
 
-def test_names_of_pictures_are_their_frames(tmp_path: Path) -> None:
-    path = tmp_path / "t.csv"
-    path.write_text("image,x,y,yaw\ncam0/left_000007.png,0,0,0\ncam0/left_000008.png,1,0,0\n")
-    read = read_trajectory(path)
-    assert read.unit == 0.0
-    np.testing.assert_array_equal(read.times, [7, 8])
-
-
-def test_quaternions_of_two_digits_are_of_length_one(tmp_path: Path) -> None:
-    path = tmp_path / "t.txt"
-    path.write_text("0 0 0 0 0 0 0.71 0.71\n1 1 0 0 0 0 0.72 0.70\n")
-    turned = read_trajectory(path).rotations[XYZW]
+def test_quaternions_of_two_digits_are_of_length_one(read: Read) -> None:
+    turned = read("0 0 0 0 0 0 0.71 0.71\n1 1 0 0 0 0 0.72 0.70\n").rotations[XYZW]
     np.testing.assert_allclose(turned @ turned.swapaxes(1, 2), np.broadcast_to(np.eye(3), (2, 3, 3)), atol=1e-9)
-    path.write_text("0 0 0 0 0 0 0.7 0.8\n1 1 0 0 0 0 0.7 0.8\n")
-    with pytest.raises(FileError, match=r"line 1: the quaternion .* has length 1\.063; .* or divide by it"):
-        read_trajectory(path)

@@ -108,15 +108,11 @@ def test_a_bad_line_is_named(file, line, problem):
     assert caught.value.path == file
 
 
-@pytest.mark.parametrize("text", ["", "# nothing but a comment\n\n"])
-def test_an_empty_file_is_refused(file, text):
-    file.write_text(text)
-    with pytest.raises(FileError, match="holds no pose"):
-        import_tum(file, DT)
-
-
-def test_a_missing_file_is_refused(file):
-    with pytest.raises(FileError, match="missing"):
+@pytest.mark.parametrize("text", ["", "# nothing but a comment\n\n", None])
+def test_a_file_that_is_empty_or_missing_is_refused(file, text):
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(FileError, match="missing" if text is None else "holds no pose"):
         import_tum(file, DT)
 
 
@@ -149,7 +145,9 @@ def test_poses_of_a_submission_are_exported_with_those_given_to_it(dataset, tmp_
     np.testing.assert_allclose(read[2:], np.column_stack([frames + 0.5, -frames, np.full(len(frames), 3.0)]))
 
 
-def test_files_of_another_dataset_are_refused(dataset, tmp_path):
+def test_files_of_another_dataset_or_none_are_refused(dataset, tmp_path):
+    with pytest.raises(FileError, match="holds no trajectory"):
+        import_tum_folder(tmp_path, dataset, tmp_path / "out", "mine")
     path = tmp_path / "sequence-000000.txt"
     export_tum(np.zeros((500, 3)), dataset.info.dt, HEIGHT, path)
     with pytest.raises(FileError, match="has frame 499; sequence 0 ends with frame"):
@@ -158,11 +156,6 @@ def test_files_of_another_dataset_are_refused(dataset, tmp_path):
     with pytest.raises(FileError, match="belongs to no sequence"):
         import_tum_folder(tmp_path, dataset, tmp_path / "out", "mine")
     assert not (tmp_path / "out").exists()
-
-
-def test_a_folder_without_trajectories_is_refused(dataset, tmp_path):
-    with pytest.raises(FileError, match="holds no trajectory"):
-        import_tum_folder(tmp_path, dataset, tmp_path / "out", "mine")
 
 
 def test_a_submission_to_another_dataset_is_not_exported(dataset, tmp_path):
