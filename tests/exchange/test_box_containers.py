@@ -351,28 +351,20 @@ def test_what_is_not_read_is_named(read: Read, content: bytes, problem: str) -> 
         read("boxes.csv", content)
 
 
-KITTI = "{} {} {} 0 0 -1.5 10 20 40 110 1.7 0.6 0.8 1 1.5 10 -1.5"
+KITTI = "{frame} {track} {kind} 0 0 -1.5 10 20 40 110 1.7 0.6 0.8 1 1.5 10 -1.5"
+DRONES = '{track} 10 20 40 110 {frame} {lost} 0 1 "{kind}"'
+LABELLED = [(3, "Pedestrian", 0), (4, "Car", 0), (-1, "DontCare", 1)]
 
 
-@pytest.mark.parametrize("score", ["", " 0.9"])
-def test_text_of_kittis_tracks_is_read(read: Read, score: str) -> None:
-    rows = [KITTI.format(t, i, kind) + score for t in FRAMES for i, kind in ((3, "Pedestrian"), (4, "Car"))]
-    rows.append(KITTI.format(0, -1, "DontCare") + score)
+@pytest.mark.parametrize("form", [KITTI, f"{KITTI} 0.9", DRONES])
+def test_text_of_kittis_tracks_and_of_stanfords_drones_is_read(read: Read, form: str) -> None:
+    rows = [form.format(frame=t, track=i, kind=kind, lost=lost) for t in FRAMES for i, kind, lost in LABELLED]
     found = read("0000.txt", "\n".join(rows) + "\n")
     assert found.track.tolist() == [3] * len(FRAMES)
     assert found.frame.tolist() == list(FRAMES)
     assert found.boxes[0].tolist() == [10.0, 20.0, 30.0, 90.0]
 
 
-def test_annotations_of_stanfords_drones_are_read(read: Read) -> None:
-    rows = [f'{i} 10 20 40 110 {t} {lost} 0 1 "{kind}"' for t in FRAMES for i, lost, kind in DRONES]
-    found = read("annotations.txt", "\n".join(rows) + "\n")
-    assert found.track.tolist() == [3] * len(FRAMES)
-    assert found.frame.tolist() == list(FRAMES)
-    assert found.boxes[0].tolist() == [10.0, 20.0, 30.0, 90.0]
-
-
-DRONES = [(3, 0, "Pedestrian"), (4, 0, "Biker"), (5, 1, "Pedestrian")]
 HASHES = [f"{0x1F3A9 + 7919 * t:x}{t * 31 % 97}" for t in FRAMES]
 
 

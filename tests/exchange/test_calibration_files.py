@@ -14,7 +14,6 @@ from tests.lib.own_recording import make_walk, write_csv
 from vbbench.birdify.birdify import birdify
 from vbbench.cli import main
 from vbbench.errors import FileError
-from vbbench.exchange.own.calibration_files import calibration_keys
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
 
 K = [701.5, 0.0, 633.25, 0.0, 702.25, 351.5, 0.0, 0.0, 1.0]
@@ -99,6 +98,8 @@ FILES = {
     "ros2 topic echo": ("---\n" + yaml.dump(ECHO_2), "round"),
     "rational": (yaml.dump({**ECHO_1, "distortion_model": "rational_polynomial", "D": [*BROWN, 0.0, 0, 0]}), "brown"),
     "no distortion": (yaml.dump({**ECHO_1, "D": []}), ""),
+    "no model": (yaml.dump({**ECHO_1, "distortion_model": ""}), "brown"),
+    "no model, no distortion": (yaml.dump({**ECHO_1, "distortion_model": "", "D": [0.0] * 5}), ""),
     "camchain": (yaml.dump({"cam0": CHAIN}), "round"),
     "sensor.yaml": (yaml.dump(EUROC), "brown"),
     "opencv": (OPENCV, "brown"),
@@ -210,10 +211,6 @@ def test_the_mount_height_is_asked_for_and_never_contradicts(tmp_path):
         read(tmp_path, OPENCV, {**MOUNT, "pitch": 5.0})
 
 
-def test_a_message_is_read_as_its_printed_form(tmp_path):
-    assert calibration_keys(tmp_path, ECHO_2)["distortion"]["model"] == "fisheye"
-
-
 names = st.sampled_from([*OST, *ECHO_1, *CHAIN, "fx", "k1", "cam0", "dist"])
 leaves = st.none() | st.booleans() | st.floats() | st.integers() | st.text()
 values = st.recursive(leaves, lambda kind: st.lists(kind) | st.dictionaries(names, kind), max_leaves=4)
@@ -254,20 +251,6 @@ def test_the_command_takes_calibrations_and_folders(tmp_path, capsys):
     asked[3] = str(tmp_path)
     assert main([*asked, "--out", str(tmp_path / "other")]) == 2
     assert "is a folder without camera.toml; it holds boxes.csv, camera_info.yaml" in capsys.readouterr().err
-
-
-def test_a_message_without_a_model_keeps_its_coefficients(tmp_path):
-    table = {**ECHO_1, "distortion_model": ""}
-    (tmp_path / "info.yaml").write_text(yaml.safe_dump(table))
-    assert read_camera(tmp_path / "info.yaml", MOUNT).facts.distortion == read_lens("brown", tmp_path)
-    (tmp_path / "info.yaml").write_text(yaml.safe_dump({**table, "D": [0.0] * 5}))
-    assert read_camera(tmp_path / "info.yaml", MOUNT).facts.distortion is None
-
-
-def read_lens(kind, folder):
-    """The lens of a camera file."""
-    (folder / "lens.toml").write_text(TOML + LENS[kind])
-    return read_camera(folder / "lens.toml").facts.distortion
 
 
 def test_coefficients_in_another_order_are_warned_of(tmp_path):
