@@ -12,7 +12,8 @@ import pytest
 
 from vbbench.errors import FileError, SourceMissingError, UnknownNameError, VbbenchError
 from vbbench.generation.generator import Options
-from vbbench_generators.recordings.loading import load_scenes
+from vbbench.scene import Scene
+from vbbench_generators.recordings.loading import load_scenes, off_grid
 from vbbench_generators.recordings.recipe import Rules, find_spans, get_recipe, observed_crowd, read_recipe
 
 Write = Callable[..., Path]
@@ -187,6 +188,16 @@ def test_resampled_students_stay_near_the_published_ones(data_folder):
         bends = [np.abs(np.diff(scene.positions, 2, axis=0)) for scene in (text, curve)]
         assert np.nanmedian(bends[0]) < 0.004
         assert np.nanmedian(bends[1]) > 0.01
+
+
+def test_places_that_were_rounded_to_a_grid_are_drawn_within_its_cells():
+    positions = np.zeros((200, 5, 2))
+    scene = Scene(name="a", dt=0.4, people=np.arange(5), positions=positions, heights=np.full(5, np.nan))
+    drawn, again, other = (off_grid(scene, 0.5, seed, 0).positions for seed in (0, 0, 1))
+    np.testing.assert_array_equal(drawn, again)
+    assert not np.allclose(drawn, other)
+    assert np.abs(drawn).max() <= 0.25
+    assert drawn.std() == pytest.approx(0.5 / np.sqrt(12.0), rel=0.05)
 
 
 def test_unknown_recipe_suggests():

@@ -15,6 +15,8 @@ def test_vsp_is_interpolated_between_key_points(write):
     assert scene.people.tolist() == [1, 2]
     np.testing.assert_allclose(scene.positions[:, 0], [[0, 0], [0.5, 0], [1, 0], [1, 1 / 3]])
     np.testing.assert_allclose(scene.positions[:, 1], [[np.nan] * 2, [0, 0.15], [0, 0.4], [0, 0.65]])
+    curved = read(write(SPLINES, "a.vsp"), "vsp", frame_step=10, homography=CENTIMETRES, smooth=True)
+    assert np.nanmax(np.abs(curved.positions - scene.positions)) > 0.01
 
 
 def replaced(line, text):
