@@ -75,22 +75,6 @@ def test_the_command_line_comes_before_the_file(tmp_path: Path) -> None:
     assert (info.tier, info.seed, info.counts["sequences"]) == ("noisy", 4, 1)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("nois = 2", r"o.toml: options of generate: unknown key 'nois'; did you mean 'noise'"),
-        ('noise = "much"', "noise = 'much' has the wrong type"),
-        ('look = "up"', "look cannot be 'up'; known: motion"),
-        ('people = "many"', "numbers of people are a number from 2"),
-        ('sequences = "all"', "a number of sequences is a whole number"),
-    ],
-)
-def test_a_wrong_file_is_refused(tmp_path: Path, text: str, message: str) -> None:
-    (tmp_path / "o.toml").write_text(text)
-    with pytest.raises(VbbenchError, match=message):
-        made(read_options([str(tmp_path / "o.toml")], "sim"), "sim")
-
-
 def test_a_dataset_of_another_split_or_a_secret_seed_is_refused(tmp_path: Path) -> None:
     info = written_info(tmp_path / "d", "demo", Options())
     with pytest.raises(FileError, match="is of the split 'demo', not of sim"):
@@ -121,17 +105,25 @@ def test_words_are_options_and_come_before_those_of_a_file(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("asked", "message"),
     [
+        ("nois = 2", r"o.toml: options of generate: unknown key 'nois'; did you mean 'noise'"),
+        ('noise = "much"', "noise = 'much' has the wrong type"),
+        ('look = "up"', "look cannot be 'up'; known: motion"),
+        ('people = "many"', "numbers of people are a number from 2"),
+        ('sequences = "all"', "a number of sequences is a whole number"),
         (["peeple=4"], "--options: options of generate: unknown key 'peeple'; did you mean 'people'"),
         (["every=often"], "every = 'often' has the wrong type"),
         (["observer=dog"], "observer cannot be 'dog'; known: walker"),
         (["a.toml", "b.toml"], "takes one file, not a.toml and b.toml"),
     ],
 )
-def test_wrong_words_are_refused(words: list[str], message: str) -> None:
+def test_wrong_files_and_words_are_refused(tmp_path: Path, asked: str | list[str], message: str) -> None:
+    file = tmp_path / "o.toml"
+    if isinstance(asked, str):
+        file.write_text(asked)
     with pytest.raises(VbbenchError, match=message):
-        read_options(words, "sim")
+        made(read_options([str(file)] if isinstance(asked, str) else asked, "sim"), "sim")
 
 
 def test_options_of_single_splits_are_options_of_the_command(tmp_path: Path) -> None:

@@ -11,7 +11,8 @@ from vbbench.errors import VbbenchError
 from vbbench.files.generate_command import generate_command
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.generation.planning import thinned
+from vbbench.generation.planning import build_sequence, planned, thinned
+from vbbench.geometry import world_to_relative
 from vbbench.registry import load
 from vbbench.reproduction.grid import Making
 
@@ -27,6 +28,19 @@ def test_a_thinned_dataset_holds_every_third_sequence(tmp_path: Path) -> None:
         assert mine.index == index
         # the same boxes, whatever their tracks are numbered
         np.testing.assert_array_equal(np.sort(mine.observations, axis=1), np.sort(theirs.observations, axis=1))
+
+
+def test_a_sequence_in_its_world_is_the_same_under_other_numbers() -> None:
+    plan = planned("demo", Options(limit=2))
+    scene, own = plan.build(1), build_sequence(plan, 1)
+    column = np.searchsorted(scene.sequence.tracks, own.persons[0])
+    assert column.tolist() != sorted(column) == list(range(len(column)))
+    np.testing.assert_array_equal(own.sequence.observations, scene.sequence.observations[:, column])
+    np.testing.assert_allclose(
+        world_to_relative(own.truth.positions, own.truth.poses),
+        world_to_relative(scene.truth.positions[:, column], scene.truth.poses),
+        atol=1e-9,
+    )
 
 
 def test_every_other_sequence_of_a_recording_is_as_it_was(data_folder: Path) -> None:

@@ -59,20 +59,16 @@ def put(folder: Path, name: str, body: bytes = BODY) -> Path:
     return path
 
 
-def test_fetch_downloads_once(server: ThreadingHTTPServer, no_data: Path) -> None:
+def test_fetch_downloads_once_what_is_not_there_under_its_bare_name(server: ThreadingHTTPServer, no_data: Path) -> None:
     source = source_at(server)
     assert not is_here(source)
-    assert fetch([source]) == [no_data / "eth/tracks.txt"]
+    assert fetch([source]) == fetch([source]) == [no_data / "eth/tracks.txt"]
     assert (no_data / "eth/tracks.txt").read_bytes() == BODY
     assert is_here(source)
-    fetch([source])
     assert Handler.asked == ["/whole"]
-
-
-def test_fetch_keeps_what_lies_under_its_bare_name(server: ThreadingHTTPServer, no_data: Path) -> None:
-    path = put(no_data, "tracks.txt")
-    assert fetch([source_at(server)]) == [path]
-    assert Handler.asked == []
+    (no_data / "eth/tracks.txt").rename(no_data / "tracks.txt")
+    assert fetch([source]) == [no_data / "tracks.txt"]
+    assert Handler.asked == ["/whole"]
 
 
 def test_fetch_draws_a_bar_on_a_terminal_only(
@@ -111,18 +107,14 @@ def test_server_down(no_data: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         fetch([local()])
 
 
-def test_damaged_file_is_fetched_again(server: ThreadingHTTPServer, no_data: Path) -> None:
+def test_a_damaged_file_stays_until_it_is_fetched_again(server: ThreadingHTTPServer, no_data: Path) -> None:
     path = put(no_data, "eth/tracks.txt", b"cut")
+    with pytest.warns(VbbenchWarning), pytest.raises(VbbenchError):
+        fetch([source_at(server, "truncated")])
+    assert path.read_bytes() == b"cut"
     with pytest.warns(VbbenchWarning, match="wrong checksum"):
         fetch([source_at(server)])
     assert path.read_bytes() == BODY
-
-
-def test_damaged_file_stays_when_it_cannot_be_fetched_again(server: ThreadingHTTPServer, no_data: Path) -> None:
-    path = put(no_data, "eth/tracks.txt", b"mine")
-    with pytest.warns(VbbenchWarning), pytest.raises(VbbenchError):
-        fetch([source_at(server, "truncated")])
-    assert path.read_bytes() == b"mine"
 
 
 def test_unwritable_folder_is_one_clear_error(server: ThreadingHTTPServer, no_data: Path) -> None:
