@@ -176,6 +176,8 @@ def test_the_stream_holds_what_generate_writes(tmp_path: Path) -> None:
 def test_simulated_streams_do_not_end_with_the_split_and_others_do() -> None:
     short = Options(simulation=Simulation(people=(5,), sequences=2))
     assert [data.sequence.index for data in islice(stream("sim", short), 5)] == [0, 1, 2, 3, 4]
+    shared = stream("sim", short, first=1, shard=1, shards=2)
+    assert [data.sequence.index for data in islice(shared, 3)] == [2, 4, 6]
     assert sum(1 for _ in stream("demo", Options(limit=3))) == 3
     assert [d.sequence.index for d in stream("demo", Options(limit=3), stop=10, shard=1, shards=2)] == [1]
 

@@ -158,7 +158,11 @@ def test_the_command_prints_the_lists(recording: Dataset, capsys: pytest.Capture
     assert json.loads(written)["test"] == found.test.tolist()
 
 
-def check_official(split: str, data_folder: Path, tmp_path: Path) -> None:
+SPLITS = sorted({one.split for one in official_lists()})
+
+
+@pytest.mark.parametrize("split", ["hotel", *[pytest.param(s, marks=pytest.mark.slow) for s in SPLITS if s != "hotel"]])
+def test_the_official_lists_are_made_again(split: str, data_folder: Path, tmp_path: Path) -> None:
     dataset = generate(split, tmp_path / split, Options(source=data_folder))
     published = {one.rule: one for one in official_lists() if one.split == split}
     assert len(published) == 6
@@ -167,13 +171,3 @@ def check_official(split: str, data_folder: Path, tmp_path: Path) -> None:
         found = parts(dataset, "time" if by.startswith("time") else "recording", test=test or None)
         assert found.is_official, rule
         assert [len(getattr(found, name)) for name in NAMES] == [one.train, one.validation, one.test], rule
-
-
-def test_the_official_lists_of_hotel_are_made_anew(data_folder: Path, tmp_path: Path) -> None:
-    check_official("hotel", data_folder, tmp_path)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("split", sorted({one.split for one in official_lists()} - {"hotel"}))
-def test_all_official_lists_are_made_anew(split: str, data_folder: Path, tmp_path: Path) -> None:
-    check_official(split, data_folder, tmp_path)

@@ -30,12 +30,9 @@ def packed(folder: Path, *, told: str | None = None, **changes: Any) -> Path:
     return path
 
 
-def test_weights_are_those_of_their_recipe(tmp_path: Path) -> None:
+def test_weights_are_those_of_their_recipe_and_bundled_ones_small_and_read_once(tmp_path: Path) -> None:
     weights = read_weights(packed(tmp_path))
     assert all(values.dtype == np.float32 and not values.flags.writeable for values in weights.values())
-
-
-def test_bundled_weights_are_small_and_are_read_once() -> None:
     weights = bundled_weights()
     assert weights is bundled_weights()
     assert sum(values.nbytes for values in weights.values()) < 1e6
@@ -49,13 +46,10 @@ def test_bundled_weights_are_small_and_are_read_once() -> None:
     ],
 )
 def test_other_weights_are_one_clear_error(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
+    path = packed(tmp_path, **changes)
     with pytest.raises(FileError, match=message) as caught:
-        read_weights(packed(tmp_path, **changes))
+        read_weights(path)
     assert str(caught.value).count("\n") == 0
-
-
-def test_missing_weights_are_one_clear_error(tmp_path: Path) -> None:
-    path = packed(tmp_path)
     path.unlink()
     with pytest.raises(FileError, match="cannot be read; put there what 'vbbench train vb-former' made, or install"):
         read_weights(path)
