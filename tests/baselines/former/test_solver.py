@@ -18,6 +18,7 @@ from vbbench.scoring import score
 from vbbench.sequence import Sequence
 from vbbench.solver import Estimate
 from vbbench.solving import solve
+from vbbench_baselines.former.certainty import Certainty
 from vbbench_baselines.former.layers import first_weights
 from vbbench_baselines.former.solver import VbFormer
 
@@ -164,6 +165,14 @@ def test_odometry_that_comes_and_goes_loses_no_more_than_its_gaps() -> None:
 
     now_and_then, for_long = spread(slice(10, None, 10)), spread(slice(30, None))
     assert now_and_then[-1, :2].max() < 0.5 * for_long[-1, :2].max()
+
+
+def test_the_surer_of_network_and_odometry_counts() -> None:
+    for variance, wanted in ((1e-6, 2e-6), (1e6, 2.0)):
+        certainty = Certainty(0.1)
+        certainty.cold = False
+        certainty.follow(np.zeros(3), np.full(3, 0.1), np.zeros(3), variance * np.eye(3), sure=False)
+        assert np.trace(certainty.pose[:2, :2]) == pytest.approx(wanted, rel=0.1)
 
 
 def test_protocols_on_a_dataset(tmp_path: Path) -> None:
