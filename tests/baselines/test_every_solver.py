@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.lib.solver_runs import BIRDIFIERS, CAMERAS, DT, SOLVERS, assert_close, elsewhere, run, walk
+from tests.lib.solver_runs import BIRDIFIERS, CAMERAS, DT, SOLVERS, assert_close, elsewhere, pairs, run, walk
 from vbbench.camera import Camera
 from vbbench.geometry import relative_to_world, world_to_relative
 from vbbench.protocol import PROTOCOLS
+from vbbench.sequence import Truth
 from vbbench_baselines.extrapolation import ConstantVelocity, SocialForce
 from vbbench_baselines.view_birdification import ConstantVelocityBirdifier
 
@@ -22,10 +23,12 @@ WELL_POSED = [name for name in PROTOCOLS if name != "cold-start"]
 @pytest.mark.parametrize("ego_prior", [True, False])
 @pytest.mark.parametrize("camera", CAMERAS, ids=lambda camera: camera.kind)
 @pytest.mark.parametrize("protocol", WELL_POSED)
-def test_exact_data_give_the_truth(protocol: str, camera: Camera, ego_prior: bool) -> None:
-    truth = walk(0)
-    estimate = run(ConstantVelocityBirdifier(ego_prior=ego_prior), truth, protocol, camera)
-    assert_close(estimate, truth.poses, truth.positions, 1e-6)
+@pytest.mark.parametrize(("make", "truth"), [(BIRDIFIERS[0], walk(0)), (BIRDIFIERS[1], pairs(0))], ids=["cv", "sf"])
+def test_exact_data_give_the_truth(
+    make: type[Any], truth: Truth, protocol: str, camera: Camera, ego_prior: bool
+) -> None:
+    estimate = run(make(ego_prior=ego_prior), truth, protocol, camera)
+    assert_close(estimate, truth.poses, truth.positions, 1e-6 if make is ConstantVelocityBirdifier else 1e-5)
 
 
 def test_without_ego_prior_the_observer_need_not_walk_on() -> None:

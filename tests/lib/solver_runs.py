@@ -33,6 +33,18 @@ def walk(seed: int, frames: int = 8, people: int = 6, wobble: float = 0.0) -> Tr
     return Truth(poses=poses, positions=positions, heights=np.clip(rng.normal(1.7, 0.07, people), 1.45, 1.95))
 
 
+def pairs(seed: int, frames: int = 8) -> Truth:
+    """Walkers more than a metre apart, at constant velocity but for two who walk together exactly alike."""
+    rng = np.random.default_rng(seed)
+    start = np.array(((-5.0, 8), (-3, 11), (0, 9), (0.5, 9.3), (3, 10), (5, 8)))
+    velocity = np.array((0.0, 1.0)) + rng.uniform(-0.2, 0.2, (6, 2))
+    velocity[3] = velocity[2]
+    positions = start + velocity * np.arange(frames)[:, None, None] * DT
+    yaw = np.pi / 2 + np.cumsum(rng.normal(0.0, 0.03, frames))
+    poses = np.column_stack((np.zeros(frames), np.arange(frames) * DT, yaw))
+    return Truth(poses=poses, positions=positions, heights=np.clip(rng.normal(1.7, 0.07, 6), 1.45, 1.95))
+
+
 def elsewhere(truth: Truth, shift: Any, turn: float) -> Truth:
     """The same walks in a world that is turned and shifted."""
     rotation = np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])

@@ -63,13 +63,6 @@ def test_the_observer_sees_at_least_two_people_in_every_picture() -> None:
         assert sim.build(index).sequence.observed.sum(axis=1).min() >= 2
 
 
-def test_a_sequence_does_not_depend_on_what_was_built_before() -> None:
-    sim, other = plan(tier="noisy"), plan(tier="noisy", limit=5)
-    third = sim.build(3).sequence
-    other.build(0)
-    np.testing.assert_array_equal(other.build(3).sequence.observations, third.observations)
-
-
 def test_the_spread_of_heights_changes_heights_alone() -> None:
     same, spread = plan(height_std=0.0), plan(height_std=0.3)
     for index in range(20):
