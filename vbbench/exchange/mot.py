@@ -114,21 +114,16 @@ def export_mot(
             write_mot(folder / "det" / "det.txt", replace(tracks, track=np.full(len(tracks.frame), UNLINKED)))
             info = sequence_info(name, dataset.info.dt, one.frames, dataset.camera(one).picture_size, ".png")
             write_text_atomically(folder / SEQUENCE_INFO, info)
-            if backend is not None:
-                _write_pictures(dataset, one, folder / "img1", backend, announce)
+            if backend is None:
+                continue
+            from vbbench.pictures.video import png_bytes
+
+            opened = open_renderer(backend, scene_of(dataset, one.scene), announce=announce)
+            with opened as renderer, progress_bar(one.frames, name, unit="frame") as bar:
+                for number, picture in enumerate(pictures(dataset, one, renderer), 1):
+                    write_bytes_atomically(folder / "img1" / f"{number:06d}.png", png_bytes(picture.rgb))
+                    bar.update()
     return out
-
-
-def _write_pictures(
-    dataset: Dataset, sequence: Sequence, folder: Path, backend: Backend, announce: Callable[[str], object]
-) -> None:
-    from vbbench.pictures.video import png_bytes
-
-    opened = open_renderer(backend, scene_of(dataset, sequence.scene), announce=announce)
-    with opened as renderer, progress_bar(sequence.frames, folder.parent.name, unit="frame") as bar:
-        for frame, picture in enumerate(pictures(dataset, sequence, renderer)):
-            write_bytes_atomically(folder / f"{frame + 1:06d}.png", png_bytes(picture.rgb))
-            bar.update()
 
 
 def import_mot(

@@ -78,25 +78,22 @@ def read_calibration(path: Path) -> dict[str, Any] | None:
         raise FileError(path, "is ROS's calibration as INI; name the ost.yaml that was written with it")
     try:
         if _ROW.match(first):
-            return calibration_keys(path, _of_colmap(lines))
-        if first.startswith("<"):
-            return calibration_keys(path, _of_xml(text))
-        if first.startswith("{") or _KEY.match(first):
-            return calibration_keys(path, _of_yaml(text))
+            table = _of_colmap(lines)
+        elif first.startswith("<"):
+            table = _of_xml(text)
+        elif first.startswith("{") or _KEY.match(first):
+            table = _of_yaml(text)
+        else:
+            return None
     except (ValueError, yaml.YAMLError, ElementTree.ParseError, RecursionError) as error:
         problem = getattr(error, "problem", None) or error
         raise FileError(path, f"is no calibration that can be read: {problem}") from error
-    return None
-
-
-def calibration_keys(path: Path, table: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys of ``camera.toml`` that a ``table`` of numbers by any of `NAMES` states, such as a message of ROS."""
     cameras = [name for name in table if re.fullmatch(r"cam\d+", str(name)) and isinstance(table[name], Mapping)]
     if len(cameras) > 1:
         raise FileError(path, f"holds {' and '.join(cameras)}; {ONE}")
     try:
         return _keys(_quantities(table[cameras[0]] if cameras else table))
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, RecursionError) as error:
         raise FileError(path, str(error)) from error
 
 
