@@ -181,6 +181,11 @@ def test_arrays_come_as_plain_ones(dataset: Dataset) -> None:
     np.testing.assert_array_equal(estimate.poses[0], [1.0, 2.0, 3.0])
 
 
+def test_all_frames_of_a_sequence_have_one_problem(dataset: Dataset) -> None:
+    """A solver of whole sequences may go on from the frames before, under `one-step`."""
+    assert (answer(dataset, "hostile:Counting").poses[2:, 0] == 1.0).all()
+
+
 @pytest.mark.parametrize(
     ("name", "says"),
     [

@@ -204,7 +204,14 @@ _CALLS: dict[str, Callable[[Any, dict[str, Any], Arrays], Arrays]] = {"start": _
 
 
 def _problem(facts: dict[str, Any], arrays: Arrays) -> Problem:
-    return Problem(**{**facts["problem"], "camera": camera_from_dict(facts["camera"]), "tracks": arrays["tracks"]})
+    """The same object as before while nothing of it changes: a solver may go on where it was."""
+    return _made(json.dumps([facts["problem"], facts["camera"]]), arrays["tracks"].tobytes())
+
+
+@lru_cache(maxsize=1)
+def _made(facts: str, tracks: bytes) -> Problem:
+    problem, camera = json.loads(facts)
+    return Problem(**{**problem, "camera": camera_from_dict(camera), "tracks": np.frombuffer(tracks, np.int64)})
 
 
 def _arrays(answer: object, kind: type[FrameEstimate] | type[Estimate]) -> Arrays:
