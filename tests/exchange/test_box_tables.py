@@ -233,3 +233,8 @@ def test_decimal_commas_are_read_whatever_separates_cells(read, text):
     lines = (("\n" * bool(n or head) + "{0}" + row.rstrip()).format(n + 1) for n in range(3))
     rows = read("boxes.csv", head + "".join(lines))
     assert rows.boxes.tolist() == [[12.5, 3.25, 40.0, 90.5]] * 3
+
+
+def test_scores_of_one_and_zero_alone_mark_rows_that_count(read):
+    lines = "".join(f"{n},{k},2,3,40,90,{k}\n" for n in range(5) for k in (0, 1))
+    assert read("boxes.csv", "frame,id,left,top,width,height,conf\n" + lines).track.tolist() == [1] * 5
