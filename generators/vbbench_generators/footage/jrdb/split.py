@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
 from vbbench.exchange.box_rows import BoxRows
 from vbbench.files.tables import file_sha256
@@ -34,7 +35,7 @@ from vbbench_generators.footage.jrdb.motion import (
     nominal_stamps,
     read_stamps,
 )
-from vbbench_generators.footage.jrdb.recording import Recording, assemble, direction_errors, nearest_clouds
+from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
 from vbbench_generators.footage.odometry_filter import RobotMotion
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, named
 from vbbench_generators.footage.tracks import FoundTracks, file_for
@@ -93,9 +94,16 @@ class Found:
 
 @dataclass(frozen=True, kw_only=True)
 class JrdbSplit(FootageSplit):
-    """Reads the official folders, the one-file sample of JRDB-Traj, or results of trackers."""
+    """Reads the official folders, the one-file sample of JRDB-Traj, or results of trackers.
+
+    Parameters
+    ----------
+    camera : camera of all recordings.
+    """
 
     reads: ClassVar[frozenset[str]] = READ_BY_ALL | {"boxes", "person_class", "bags", "interpolated"}
+
+    camera: PanoramaCamera = CAMERA
 
     def recordings(self, options: Options) -> Recordings:
         """Read the chosen recordings; if one of them lacks poses, none are given."""
