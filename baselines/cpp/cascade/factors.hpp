@@ -17,7 +17,8 @@ constexpr double kPi = std::numbers::pi;
 
 using Pose = std::array<double, 3>;  ///< x, y in m, yaw in rad
 
-/// The terms of a frame's energy, see `vbbench_baselines.cascade.Factors`: arrays [K, 2], [K, 3], [K, 2], [K] and the observer's pose.
+/// The terms of a frame's energy, see `vbbench_baselines.cascade.Factors`: arrays [K, 2], [K, 3], [K, 2], [K] and the
+/// observer's pose.
 struct Factors {
   int people;
   const double *relative, *covariance, *expected, *std;
