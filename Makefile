@@ -22,7 +22,7 @@ CORE := CMakeLists.txt $(CPP)
 CMAKE := $(BIN)/cmake -G Ninja -D CMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -D Python_EXECUTABLE=$(CURDIR)/$(BIN)/python -D VBBENCH_WERROR=ON -S .
 SANITIZED := $(patsubst %,tests/baselines/%.py,test_joint_map $(patsubst %,cascade/test_%,ego_motion people factors)) \
   $(patsubst %,tests/generators/%.py,test_social_force tiers/test_noise tiers/tracking/test_observing tiers/tracking/test_tracker tiers/test_field views/test_vehicle \
-  views/test_looking test_odometry_filter test_lifting test_elementary) tests/renderers/test_raster.py tests/renderers/test_visibility.py
+  views/test_looking footage/test_odometry_filter lifting/test_lift test_elementary) tests/renderers/test_raster.py tests/renderers/test_visibility.py
 # Figures of many seeds, which run the same lines again
 FIGURES := errors or later_frames or followed or half_a_minute
 KILLS := tests/cli/test_kills.py tests/folders/test_work_folder.py

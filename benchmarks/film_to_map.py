@@ -1,9 +1,9 @@
 """How good a map made from a rendered film is: ``vbbench birdify`` on pictures of a dataset, against its truth.
 
-``python -m benchmarks.film_to_map MAP --dataset DIR [--sequence 0] [--first 0]``, where MAP was made by
-``vbbench birdify`` from what ``vbbench export mot DIR --frames --sequence 0`` writes, or from those of its pictures
-from frame ``first`` on. Prints how many boxes are right, and how far people and camera are from the truth: no alignment
-but of the first frame, where the map's origin is.
+``python -m benchmarks.film_to_map MAP --dataset DIR [--sequence 0] [--first 0]``, where MAP was made by ``vbbench
+birdify`` from what ``vbbench export mot DIR --backend auto --sequence 0 --out MOT`` writes, or from those of its
+pictures from frame ``first`` on. Prints how many boxes are right, and how far people and camera are from the truth:
+no alignment but of the first frame, where the map's origin is.
 """
 
 import argparse

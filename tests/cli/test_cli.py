@@ -193,8 +193,8 @@ def test_every_command_has_help_for_every_option(name: str) -> None:
         ("export mot", "pass `pixel_std`, or `backend=True`", "pass `pixel_std`, or --backend"),
         (
             "score",
-            "x has no truth; name its folder with `truth`, or put it at x/truth",
-            "x has no truth; name its folder with --truth, or put it at x/truth",
+            "x has no truth; put it at x/truth, or name its folder with `truth` where a command takes that",
+            "x has no truth; put it at x/truth, or name its folder with --truth where a command takes that",
         ),
         ("generate", "leave `noise` and `tier` out", "leave --noise and --tier out"),
         ("info", "x exists; set `overwrite` to replace it", "x exists; set `overwrite` to replace it"),

@@ -195,7 +195,7 @@ def test_without_truth_it_is_one_clear_error(tmp_path, capsys):
     command = ["render", str(tmp_path / "kept"), "--sequence", "0", "--out", str(tmp_path / "f.mp4"), "--backend", FLAT]
     assert main(command) == 2
     assert (
-        f"has no truth; name its folder with `truth`, or put it at {tmp_path / 'kept' / 'truth'}"
+        f"has no truth; put it at {tmp_path / 'kept' / 'truth'}, or name its folder with `truth`"
         in capsys.readouterr().err
     )
     (tmp_path / "kept.truth").rename(tmp_path / "kept" / "truth")

@@ -245,8 +245,8 @@ class Dataset:
         if self.info.truth == "none":
             raise VbbenchError(f"{self.folder} is footage of which no truth was ever measured")
         if not self.has_truth:
-            place = self.folder / "truth"
-            raise VbbenchError(f"{self.folder} has no truth; name its folder with `truth`, or put it at {place}")
+            where = f"put it at {self.folder / 'truth'}, or name its folder with `truth` where a command takes that"
+            raise VbbenchError(f"{self.folder} has no truth; {where}")
 
     def _read_scene(self, scene: int) -> tuple[IntArray, FloatArray, FloatArray]:
         self._require_truth()

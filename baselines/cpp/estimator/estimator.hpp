@@ -93,7 +93,9 @@ class Estimator {
     between_.clear();
     recording_.dt = stride_ * recording.dt;
     moved_ = Pose{};
-    moved_spread_ = Spread{};
+    moved_spread_ = newest_ = Spread{};
+    moved_known_ = false;
+    converged_ = true;
     window_ = Window();
     behind_ = next_ = Spread{};
     age_ = 0;
@@ -346,7 +348,8 @@ class Estimator {
     output.pose[2] = wrap(output.pose[2]);
     const Pose there{frames.back().at[0], frames.back().at[1], frames.back().at[2]};
     const Spread pose = sum(carried(newest_, there, output.pose[0], output.pose[1]), moved_spread_);
-    for (int a = 0; a < 3; ++a) std::copy_n(pose[a].begin(), 3, output.pose_covariance + 3 * a);
+    for (int a = 0; recording_.covariances && a < 3; ++a)
+      std::copy_n(pose[a].begin(), 3, output.pose_covariance + 3 * a);
     for (int k = 0; k < columns; ++k) {
       const double* b = input.boxes + 5 * k;
       double *to = output.positions + 2 * k, *spread = output.position_covariances + 4 * k;
@@ -355,13 +358,14 @@ class Estimator {
         between_.push_back({k, share, true, false, box, {}});
         std::array<double, 2> at;
         std::array<double, 3> place{NAN, NAN, NAN};  // xx, xy, yy
-        if (where_[k] >= 0) {
+        const Person* person = where_[k] >= 0 ? &window_.people[where_[k]] : nullptr;
+        if (person && (person->last() == newest || !std::isnan(input.positions[2 * (columns + k)]))) {
           const double variance = predict_person(k, share, input, at);
           place = places_[k];
           place[0] += variance;
           place[2] += variance;
-        } else {
-          at = window_.placed(box, elementary::log(recording_.height_mean), frame);
+        } else {  // who comes or returns is where the box places somebody of this height
+          at = window_.placed(box, person ? person->log_height : elementary::log(recording_.height_mean), frame);
         }
         if (std::isnan(place[0])) {
           const double far = height_std_ * elementary::hypot(at[0] - output.pose[0], at[1] - output.pose[1]);

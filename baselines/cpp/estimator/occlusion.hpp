@@ -37,10 +37,17 @@ class Occlusion {
       }
       if (one.box->hidden != hidden) changed.push_back(one.person);
       one.box->hidden = hidden;
-      Person& person = window.people[one.person];
+    }
+    for (int p = 0; p < static_cast<int>(window.people.size()); ++p) {
+      Person& person = window.people[p];
+      if (person.last() != newest) continue;
       const int last = person.frames() - 1;
-      for (Between& shown : person.between)
-        if (shown.node == last) shown.box.hidden = hidden || person.nodes[last - 1].box.hidden;
+      for (Between& shown : person.between) {
+        if (shown.node != last) continue;
+        const bool hidden = person.nodes[last].box.hidden || person.nodes[last - 1].box.hidden;
+        if (shown.box.hidden != hidden) changed.push_back(p);
+        shown.box.hidden = hidden;
+      }
     }
     return changed;
   }

@@ -11,7 +11,6 @@ from vbbench.exchange.own.recording import BOXES, CAMERA, RecordingFiles, as_rec
 from vbbench.generation.footage import FootageOptions, Recordings
 from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, RunRules, named
-from vbbench_generators.footage.tracks import file_for
 
 CARD = bundled_card("vbbench_generators", "own")
 
@@ -65,8 +64,17 @@ def _has_boxes(folder: Path) -> bool:
 def _files(folder: Path, asked: FootageOptions) -> RecordingFiles:
     """The files of a recording; those that the user names replace its own."""
     name = folder.resolve().name
-    boxes, poses = (path and file_for(path, name, several=False) for path in (asked.boxes, asked.poses))
-    return files_in(folder, boxes=boxes, poses=poses)
+    return files_in(folder, boxes=_instead(asked.boxes, name), poses=_instead(asked.poses, name))
+
+
+def _instead(path: Path | None, name: str) -> Path | None:
+    """The file that replaces a recording's own: ``path`` itself, or the file called ``name`` in that folder."""
+    if path is None or not path.is_dir():
+        return path
+    found = next((path / f"{name}{end}" for end in (".csv", ".txt") if (path / f"{name}{end}").is_file()), None)
+    if found is None:
+        raise FileError(path, f"holds neither {name}.csv nor {name}.txt")
+    return found
 
 
 own = OwnSplit()
