@@ -323,7 +323,8 @@ class Estimator {
   }
 
   /// Predicts a frame between key frames. The camera moves on from the pose given in the frame before, or from the last
-  /// key frame, and people walk on at constant velocity. The next key frame uses the boxes.
+  /// key frame, and people walk on at constant velocity. Boxes place those who come or return; the next key frame uses
+  /// all boxes.
   void between_key_frames(const Input& input, Output& output) {
     const std::vector<Frame>& frames = window_.frames;
     const int newest = static_cast<int>(frames.size()) - 1, columns = recording_.columns;
@@ -359,13 +360,11 @@ class Estimator {
         std::array<double, 2> at;
         std::array<double, 3> place{NAN, NAN, NAN};  // xx, xy, yy
         const Person* person = where_[k] >= 0 ? &window_.people[where_[k]] : nullptr;
-        if (person && (person->last() == newest || !std::isnan(input.positions[2 * (columns + k)]))) {
-          const double variance = predict_person(k, share, input, at);
-          place = places_[k];
-          place[0] += variance;
-          place[2] += variance;
-        } else {  // who comes or returns is where the box places somebody of this height
+        const double variance = person ? predict_person(*person, k, share, input, at) : NAN;
+        if (std::isnan(variance)) {
           at = window_.placed(box, person ? person->log_height : elementary::log(recording_.height_mean), frame);
+        } else {
+          place = {places_[k][0] + variance, places_[k][1], places_[k][2] + variance};
         }
         if (std::isnan(place[0])) {
           const double far = height_std_ * elementary::hypot(at[0] - output.pose[0], at[1] - output.pose[1]);
@@ -387,11 +386,10 @@ class Estimator {
     output.converged = converged_;
   }
 
-  /// Predicts where the person of a column is between key frames, by constant velocity. Returns the variance in m².
-  double predict_person(int column, double share, const Input& input, std::array<double, 2>& at) const {
-    const Person& person = window_.people[where_[column]];
-    const int n = person.frames();
-    at = person.nodes[n - 1].at;
+  /// Predicts where a person is between key frames, by constant velocity from the place given in the frame before, or
+  /// from the last key frame. Returns the variance in m²; NaN where the person is in neither.
+  double predict_person(const Person& person, int column, double share, const Input& input,
+                        std::array<double, 2>& at) const {
     const double* given = input.positions + 2 * (recording_.columns + column);  // in the frame before
     const double* earlier = input.positions + 2 * column;                       // in the frame before that
     if (!std::isnan(given[0])) {
@@ -399,16 +397,17 @@ class Estimator {
       for (int a = 0; a < 2; ++a) at[a] = given[a] + (moves ? given[a] - earlier[a] : 0.0);
       return square((moves ? constants.gait_speed : constants.walking) * recording_.dt / stride_);
     }
-    const double steps = static_cast<int>(window_.frames.size()) - 1 - person.last() + share;
-    const double time = steps * recording_.dt;
+    if (person.last() + 1 != static_cast<int>(window_.frames.size())) return NAN;
+    const int n = person.frames();
+    const double time = share * recording_.dt;
+    at = person.nodes[n - 1].at;
     if (n == 1) return square(constants.walking * time);
     const auto& older = person.nodes[n - 2].at;
     const double vx = at[0] - older[0], vy = at[1] - older[1];
     const double fastest = kFastestPerson * recording_.dt / (elementary::hypot(vx, vy) + 1e-9);
-    at[0] += steps * std::min(1.0, fastest) * vx;
-    at[1] += steps * std::min(1.0, fastest) * vy;
-    return kStray * kStray + square(kFlowSpeed * (time - share * recording_.dt)) +
-           constants.acceleration * time * time * time / 3.0;
+    at[0] += share * std::min(1.0, fastest) * vx;
+    at[1] += share * std::min(1.0, fastest) * vy;
+    return kStray * kStray + constants.acceleration * time * time * time / 3.0;
   }
 
   void index_people() {
