@@ -15,6 +15,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.protocol import get_protocol
 from vbbench.scoring import score
 from vbbench.scoring.scored_rows import scored_rows
+from vbbench.scoring.scores import score_sequence
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +57,17 @@ def test_chunks_do_not_change_the_score(dataset, noisy, monkeypatch, budget):
     whole = score(noisy, dataset).to_json()
     monkeypatch.setattr(f"vbbench.scoring.scored_rows.{budget}", 1)
     assert score(noisy, dataset).to_json() == whole
+
+
+def test_one_sequence_has_the_figures_that_it_has_in_the_score_of_all(dataset, noisy):
+    every = score(noisy, dataset).per_sequence
+    one = score_sequence(noisy, Dataset(dataset), 1)
+    assert one.sequence.tolist() == [1]
+    assert {name: values[0] for name, values in one.figures.items()} == pytest.approx(
+        {name: values[every.sequence == 1][0] for name, values in every.figures.items()}, nan_ok=True
+    )
+    with pytest.raises(VbbenchError, match="999"):
+        score_sequence(noisy, Dataset(dataset), 999)
 
 
 def test_a_shifted_observer_has_the_error_of_the_shift(dataset, tmp_path):

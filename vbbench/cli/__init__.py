@@ -33,7 +33,6 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "score": evaluation.score,
     "compare": evaluation.compare,
     "plot": views.plot,
-    "plot-errors": views.plot_errors,
     "render": views.render,
     "view": views.view,
     "birdify": birdify.birdify,

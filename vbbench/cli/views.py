@@ -1,4 +1,4 @@
-"""Commands that show something: plot, plot-errors, render, view."""
+"""Commands that show something: plot, render, view."""
 
 from pathlib import Path
 
@@ -27,36 +27,6 @@ def plot(
     from vbbench.pictures.plotting import plot_to_file
 
     print(plot_to_file(Dataset(folder), sequence, out, submissions=estimate, frame=frame))
-
-
-def plot_errors(
-    folder: Path,
-    /,
-    estimate: tuple[Path, ...],
-    out: Path,
-    sequence: int | None = None,
-    metric: tuple[str, ...] = (),
-    json: bool = False,
-) -> None:
-    """Draw the errors of submissions: over time, and how often they stay below a bound.
-
-    Args:
-        folder: The dataset.
-        estimate: Submissions to compare.
-        out: File to write: .png, .pdf or .svg.
-        sequence: Only this sequence; default: medians and shares over all.
-        metric: Which errors, such as dx or dt; default: dx_rel dx dr dt.
-        json: Print every number of the figure.
-    """
-    from vbbench.files.dataset import Dataset
-    from vbbench.pictures.plotting.error_figure import plot_errors_to_file
-    from vbbench.pictures.plotting.style import check_ending
-    from vbbench.scoring.error_tables import error_tables
-
-    check_ending(out)
-    tables = error_tables(Dataset(folder), estimate, only=sequence, metrics=metric)
-    path = plot_errors_to_file(tables, out)
-    print(tables.to_json() if json else path)
 
 
 def render(

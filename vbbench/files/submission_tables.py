@@ -276,17 +276,6 @@ def _upper_triangle(table: str, covariances: FloatArray) -> dict[str, FloatArray
     return dict(zip(COVARIANCES[table], covariances[:, i, j].T, strict=True))
 
 
-def info_of_answer(dataset: Dataset, submission: Path | str) -> SubmissionInfo:
-    """The declared facts of a submission to ``dataset``.
-
-    Raises VbbenchError if it cannot be read, or answers another dataset.
-    """
-    info = SubmissionInfo.read(submission)
-    if info.dataset != dataset.info.id:
-        raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset.folder} is {dataset.info.id}")
-    return info
-
-
 class SubmittedEstimates:
     """The folder of a submission to ``dataset``, read a sequence at a time; only scoring checks every row.
 
@@ -294,7 +283,9 @@ class SubmittedEstimates:
     """
 
     def __init__(self, dataset: Dataset, submission: Path | str) -> None:
-        self.info = info_of_answer(dataset, submission)
+        self.info = info = SubmissionInfo.read(submission)
+        if info.dataset != dataset.info.id:
+            raise VbbenchError(f"{submission} answers dataset {info.dataset}, {dataset.folder} is {dataset.info.id}")
         self._protocol = get_protocol(self.info.protocol)
         faults = Faults()
         tables = {name: open_table(Path(submission), name, dataset, faults, COVARIANCES[name]) for name in COVARIANCES}

@@ -370,7 +370,7 @@ class Score:
             return f"{row_title(metric)}{NONE:>9}{NONE:>16}"
         over_frames = f"{_fitting(own.frame_mean, 9)} ±{_fitting(own.frame_std, 9)}"
         return (
-            f"{row_title(metric)}{own.capped:>9.4f}{interval_text(own.capped_ci95):>16}{failed:>8}"
+            f"{row_title(metric)}{own.capped:>9.4f}{_interval_text(own.capped_ci95):>16}{failed:>8}"
             f"{_fitting(own.median, 8):>9}{_fitting(own.mean, 9):>10}{_fitting(own.std, 9):>10}{over_frames:>20}"
             f"{coverage:>10.2%}"
         )
@@ -425,10 +425,9 @@ def interval_note(timeline: Timeline, blocks: float) -> str:
     return f"Intervals: block bootstrap over time, {count} ({frames})."
 
 
-def interval_text(ends: tuple[float, float], form: str = ".4f") -> str:
-    """An interval as text for tables, a dash without one."""
+def _interval_text(ends: tuple[float, float]) -> str:
     low, high = ends
-    return "–" if np.isnan(low) else f"{low:{form}}–{high:{form}}"
+    return NONE if np.isnan(low) else f"{low:.4f}–{high:.4f}"
 
 
 def row_title(metric: Metric) -> str:

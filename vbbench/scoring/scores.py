@@ -8,7 +8,8 @@ import numpy as np
 
 from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
-from vbbench.geometry import BoolArray, FloatArray, IntArray
+from vbbench.geometry import FloatArray, IntArray
+from vbbench.protocol import START_FRAMES
 from vbbench.scoring.answers import Answers, CheckedSubmission, check_submission
 from vbbench.scoring.metrics import METRICS
 from vbbench.scoring.scorecard import PerSequence, Score, join_figures, mean_of_groups, summarise
@@ -59,6 +60,23 @@ def score(
     )
 
 
+def score_sequence(submission: Path | str, dataset: Dataset, index: int) -> PerSequence:
+    """The figures of one sequence, as `score` counts them; only its rows are read and checked.
+
+    Raises SubmissionError with every fault of these rows; VbbenchError if there is no such sequence, no truth, or
+    nothing to score.
+    """
+    dataset.sequence(index)
+    truth = TruthRows(dataset)
+    parts = scored_parts(CheckedSubmission(Path(submission), dataset, truth), truth, index)
+    found = PerSequence.join([part.sequences for part in parts])
+    if not len(found.sequence):
+        raise VbbenchError(
+            f"{dataset.folder}: sequence {index} does not have a frame to score; its first {START_FRAMES} are given"
+        )
+    return found
+
+
 @dataclass(frozen=True, kw_only=True)
 class ScoredPart:
     """The scores of some sequences.
@@ -66,17 +84,12 @@ class ScoredPart:
     Parameters
     ----------
     sequences : their figures.
-    sequence, frame : [P] sequence and frame of each scored frame.
-    frames : metric → [P] errors of these frames; means over people for metrics of people.
-    answered : [P] whether every scored row of the frame was submitted.
+    frames : metric → [P] errors of the scored frames; means over people for metrics of people.
     fallbacks : number of frames whose pose is the solver's prior of the observer; ``None`` = not reported.
     """
 
     sequences: PerSequence
-    sequence: IntArray
-    frame: IntArray
     frames: dict[str, FloatArray]
-    answered: BoolArray
     fallbacks: int | None
 
 
@@ -122,14 +135,9 @@ def _figures(rows: ScoredRows, answers: Answers, truth: TruthRows, dataset: Data
         frames[name] = mean_of_groups(pose, errors, count)
         figures[name] = mean_of_groups(sequence[pose], errors, size)
     fallbacks = None if answers.fallback is None else int(answers.fallback.sum())
-    answered = answers.posed.copy()
-    answered[owner[~answers.placed]] = False
     return ScoredPart(
         sequences=_per_sequence(rows, answers, figures, dataset),
-        sequence=rows.pose_sequence,
-        frame=rows.pose_frame,
         frames=frames,
-        answered=answered,
         fallbacks=fallbacks,
     )
 

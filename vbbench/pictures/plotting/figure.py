@@ -33,8 +33,9 @@ from vbbench.pictures.plotting.style import (
 )
 from vbbench.pictures.replay import Answer, Replay, load_replay
 from vbbench.protocol import START_FRAMES
-from vbbench.scoring.error_tables import ErrorsInTime, errors_in_time
 from vbbench.scoring.metrics import section
+from vbbench.scoring.scorecard import PerSequence
+from vbbench.scoring.scores import score_sequence
 from vbbench.sequence import Sequence
 
 _MOST_PATHS = 16  # of people in all answers together that one map can hold
@@ -48,7 +49,7 @@ _TITLE = 0.72
 
 
 def plot_answers(
-    replay: Replay, solvers: Several[str], errors: Several[ErrorsInTime | None], frame: int, notes: Several[str] = ()
+    replay: Replay, solvers: Several[str], errors: Several[PerSequence | None], frame: int, notes: Several[str] = ()
 ) -> Figure:
     """Draw the whole paths of several answers, and one frame's places.
 
@@ -83,15 +84,15 @@ def plot_answers(
     return figure
 
 
-def table_of(replay: Replay, errors: Several[ErrorsInTime | None]) -> tuple[list[str], list[list[str]]]:
+def table_of(replay: Replay, errors: Several[PerSequence | None]) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the table: each answer's means over the sequence, as a score has them, and its coverage."""
     metrics = {key: metric for key, metric in section("metrics").items() if replay.info.truth in metric.known}
     if replay.truth is None:
         metrics = {}
     rows = []
     for answer, own in zip(replay.answers, errors, strict=True):
-        figures = ["–"] * len(metrics) if own is None else [_text(own.per_sequence.figures[key]) for key in metrics]
-        rows.append([answer.name, answer.protocol.name, *figures, "–" if own is None else f"{own.coverage:.1%}"])
+        figures = ["–"] * len(metrics) if own is None else [_text(own.figures[key]) for key in metrics]
+        rows.append([answer.name, answer.protocol.name, *figures, "–" if own is None else f"{own.total_coverage:.1%}"])
     return ["", "protocol", *(metric.label for metric in metrics.values()), "answered"], rows
 
 
@@ -343,12 +344,12 @@ def plot_to_file(
 
 
 def _compared(replay: Replay, submissions: Several[Path | str], frame: int | None) -> Figure:
-    errors: list[ErrorsInTime | None] = []
+    errors: list[PerSequence | None] = []
     notes = []
     for answer, folder in zip(replay.answers, submissions, strict=True):
         try:
             scored = replay.truth is not None and bool(answer.errors)
-            errors.append(errors_in_time(folder, replay.dataset, replay.sequence.index) if scored else None)
+            errors.append(score_sequence(folder, replay.dataset, replay.sequence.index) if scored else None)
         except SubmissionError as error:
             errors.append(None)
             notes.append(f"{answer.name} is not scored: {error.faults[0]}" + _more(len(error.faults) - 1))
