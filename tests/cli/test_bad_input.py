@@ -337,7 +337,7 @@ def test_a_failure_of_the_program_stays_one(monkeypatch: pytest.MonkeyPatch) -> 
             "vbbench: answr: 1 fault; fix and score again\n  1. there is no such folder; name ",
         ),
         (
-            "challenge status crwd",
+            "challenge close crwd",
             "vbbench: crwd: holds no challenge.toml; make a challenge with 'vbbench challenge new'\n",
         ),
     ],

@@ -1,17 +1,9 @@
-"""What participants get: one folder, and one archive, with the same bytes whoever makes them; or one for Codabench.
+"""What participants get: one folder, and one archive, with the same bytes whoever makes them."""
 
-Codabench runs this module to score there.
-"""
-
-import json
 import shutil
-import sys
 import zipfile
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
-
-import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.cards.writing import CROISSANT, README
@@ -19,12 +11,9 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import INFO_FILE, describe
 from vbbench.files.tables import file_sha256
 from vbbench.files.verification import verify
-from vbbench.files.withholding import SEED_FILE
 from vbbench.folders.replacing import replacing
 from vbbench.folders.work_folder import WorkFolder
-from vbbench.scoring import score
-from vbbench.version import ON_PYPI
-from vbbench_leaderboards.challenge.definition import Part, read_challenge
+from vbbench_leaderboards.challenge.definition import read_challenge
 from vbbench_leaderboards.challenge.organiser import DATA, Organiser, check_withheld
 from vbbench_leaderboards.challenge.submissions import check
 from vbbench_leaderboards.results.folder import CHALLENGE_FILE
@@ -32,18 +21,13 @@ from vbbench_leaderboards.results.result import NEEDED, NOBODY_YET
 from vbbench_leaderboards.site.pages import check_made, render, write_files
 
 BUNDLE = "bundle of 'vbbench challenge bundle'"
-SUMS, TRUTH, SEQUENCES = "SHA256SUMS", "truth", "sequences.json"
-COLUMNS = {"dx": "Δx, m", "lost": "lost", "dt": "Δt, m", "dr": "Δr, rad"}
-"""Of the results on Codabench: key and title, the one that ranks first."""
-
-_SCORING = f"python3 -m {__name__} /app/input/ref /app/input/res /app/output"
-"""What Codabench runs: the folders of reference data, of the submission, and of the scores."""
+SUMS = "SHA256SUMS"
 
 _THEN = (1980, 1, 1, 0, 0, 0)
 """The day that every member of the archive bears: the first that the format has."""
 
 
-def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bool = False) -> list[Path]:
+def make_bundle(folder: Path, out: Path, *, archive: bool = False) -> list[Path]:
     """Write the bundle of a challenge into the folder ``out``; return the paths of all that is written.
 
     Raises VbbenchError if the secret set is missing, damaged or gives anything away, ``challenge.toml`` has texts of
@@ -52,7 +36,6 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bo
     Parameters
     ----------
     archive : also write it into ``out.zip``.
-    codabench : also write ``out.codabench.zip``, to be uploaded there; it holds the truth.
     """
     organiser = Organiser(folder)
     dataset, challenge = organiser.dataset, organiser.challenge
@@ -69,25 +52,14 @@ def make_bundle(folder: Path, out: Path, *, archive: bool = False, codabench: bo
                 shutil.copyfile(dataset.folder / name, work.new / DATA / name)
         shutil.copyfile(folder / CHALLENGE_FILE, work.new / CHALLENGE_FILE)
         licence = f"{challenge.title}: the data in the folder data.\n\n{challenge.licence}\n"
-        texts = {README: "bundle.md", "RULES.md": "rules.md"}
-        write_files(work.new, _rendered(organiser, texts) | {"LICENCE.txt": licence})
+        facts = {"challenge": challenge, "description": describe(dataset.info)}
+        texts = {name: render(text, **facts) for name, text in ((README, "bundle.md"), ("RULES.md", "rules.md"))}
+        write_files(work.new, texts | {"LICENCE.txt": licence})
         check_withheld(work.new / DATA)
         sums = "".join(f"{file_sha256(work.new / name)}  {name}\n" for name in _names(work.new))
         write_files(work.new, {SUMS: sums})
         work.publish()
-    made = [out, _pack(out, out.with_name(f"{out.name}.zip"), f"{challenge.name}/")] if archive else [out]
-    if codabench:
-        with TemporaryDirectory(dir=out.parent) as room:
-            _write_codabench(organiser, Path(room))
-            made.append(_pack(Path(room), out.with_name(f"{out.name}.codabench.zip"), ""))
-    return made
-
-
-def _rendered(organiser: Organiser, templates: dict[str, str]) -> dict[str, str]:
-    """File → the text of its template."""
-    parts = list(dict.fromkeys(phase.part for phase in organiser.challenge.phases))
-    facts = {"parts": parts, "columns": COLUMNS, "released": ON_PYPI, "description": describe(organiser.dataset.info)}
-    return {name: render(template, challenge=organiser.challenge, **facts) for name, template in templates.items()}
+    return [out, _pack(out, out.with_name(f"{out.name}.zip"), challenge.name)] if archive else [out]
 
 
 def check_for_participant(submission: Path, folder: Path) -> str:
@@ -111,43 +83,11 @@ def _names(folder: Path) -> list[str]:
     return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
 
 
-def _pack(folder: Path, path: Path, prefix: str) -> Path:
+def _pack(folder: Path, path: Path, name: str) -> Path:
     """The archive of a folder: stored members in the order of their names, of one day, so that its bytes are fixed."""
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
         for member in _names(folder):
-            facts = zipfile.ZipInfo(f"{prefix}{member}", _THEN)
+            facts = zipfile.ZipInfo(f"{name}/{member}", _THEN)
             facts.external_attr, facts.create_system = 0o644 << 16, 3
             archive.writestr(facts, (folder / member).read_bytes())
     return path
-
-
-def _write_codabench(organiser: Organiser, folder: Path) -> None:
-    """Write a bundle of Codabench (version 2) into a new folder.
-
-    It has ``competition.yaml``, pages, a picture, a scoring program with the file of its container, and for each part
-    of the secret set a folder of reference data, with truth and without seed.
-    """
-    from PIL import Image
-
-    parts: list[Part] = list(dict.fromkeys(phase.part for phase in organiser.challenge.phases))
-    for part in parts:
-        place = folder / f"reference-{part}"
-        shutil.copytree(organiser.data, place / DATA)
-        shutil.copytree(organiser.truth, place / TRUTH, ignore=shutil.ignore_patterns(SEED_FILE))
-        (place / SEQUENCES).write_text(json.dumps(organiser.parts[part].tolist()), encoding="utf-8")
-    templates = {"competition.yaml": "competition.yaml", "terms.md": "rules.md", "overview.md": "bundle.md"}
-    texts = _rendered(organiser, templates | {"scoring/Containerfile": "Containerfile"})
-    write_files(folder, texts | {"scoring/metadata.yaml": f"command: {_SCORING}\n"})
-    Image.new("RGB", (64, 64), "#0a5fb4").save(folder / "logo.png")
-
-
-def score_part(reference: Path, submission: Path, out: Path) -> None:
-    """Score a submission on the sequences of a part, and write ``scores.json`` into the folder ``out``."""
-    sequences = np.array(json.loads((reference / SEQUENCES).read_text("utf-8")))
-    found = score(submission, reference / DATA, reference / TRUTH, sequences=sequences).summaries
-    figures = {name: found[name].capped for name in ("dx", "dt", "dr")} | {"lost": found["dx"].failure_rate}
-    (out / "scores.json").write_text(json.dumps(figures), encoding="utf-8")
-
-
-if __name__ == "__main__":
-    score_part(*map(Path, sys.argv[1:]))

@@ -32,18 +32,17 @@ def generate(folder: Path, /, jobs: int = 1) -> None:
     make(folder, lambda words: parse({"generate": data.generate}, [*words, "--jobs", str(jobs)])())
 
 
-def bundle(folder: Path, /, out: Path, archive: bool = False, codabench: bool = False) -> None:
+def bundle(folder: Path, /, out: Path, archive: bool = False) -> None:
     """Make what participants get: the data without truth, their card, licence, rules and commands.
 
     Args:
         folder: The challenge.
         out: Folder to make; replaced only if it is such a bundle.
         archive: Also write OUT.zip, whose bytes are the same on every machine.
-        codabench: Also write OUT.codabench.zip, with the truth, to be uploaded to Codabench and published nowhere else.
     """
     from vbbench_leaderboards.challenge.bundle import make_bundle
 
-    print(*make_bundle(folder, out, archive=archive, codabench=codabench), sep="\n")
+    print(*make_bundle(folder, out, archive=archive), sep="\n")
 
 
 def check(submission: Path, /, challenge: Path) -> None:
@@ -58,12 +57,11 @@ def check(submission: Path, /, challenge: Path) -> None:
     print(check_for_participant(submission, challenge))
 
 
-def accept(submission: Path, /, challenge: Path, team: str = "", date: str = "") -> int:
+def accept(submission: Path, /, challenge: Path, team: str, date: str = "") -> None:
     """Take a team's submission into a challenge, or refuse it and say why; both are kept in its log.
 
     Args:
-        submission: Folder with submission.json, poses and positions (.parquet or .csv); without --team an inbox, whose
-            folders have the names of the teams that they are from. Exit status 1: one of these was refused.
+        submission: Folder with submission.json, poses and positions (.parquet or .csv).
         challenge: The organiser's folder.
         team: Whose it is, as in challenge.toml.
         date: When it was handed in, YYYY-MM-DD or YYYY-MM-DDTHH:MM, in UTC; default: now.
@@ -71,28 +69,7 @@ def accept(submission: Path, /, challenge: Path, team: str = "", date: str = "")
     from vbbench_leaderboards.challenge import submissions
     from vbbench_leaderboards.challenge.definition import parse_moment
 
-    moment = parse_moment(date)
-    if team:
-        print(submissions.accept(challenge, submission, team, moment))
-        return 0
-    refused = False
-    for is_taken, text in submissions.accept_inbox(challenge, submission, moment):
-        print(text, flush=True)
-        refused |= not is_taken
-    return int(refused)
-
-
-def status(folder: Path, /) -> None:
-    """Say which phase is open, what each team has handed in, and who leads.
-
-    Args:
-        folder: The challenge.
-    """
-    from vbbench_leaderboards.challenge.definition import now
-    from vbbench_leaderboards.challenge.organiser import Organiser
-    from vbbench_leaderboards.challenge.standings import status_text
-
-    print(status_text(Organiser(folder), now()))
+    print(submissions.accept(challenge, submission, team, parse_moment(date)))
 
 
 def close(folder: Path, /) -> None:
@@ -107,6 +84,4 @@ def close(folder: Path, /) -> None:
     print(end(folder, now()))
 
 
-COMMANDS: dict[str, Callable[..., Any]] = {
-    one.__name__: one for one in (accept, bundle, check, close, generate, new, status)
-}
+COMMANDS: dict[str, Callable[..., Any]] = {one.__name__: one for one in (accept, bundle, check, close, generate, new)}

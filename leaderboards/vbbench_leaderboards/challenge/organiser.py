@@ -38,7 +38,7 @@ class Entry:
     number : from 1 on, accepted or not.
     time, written : when it was handed in, in UTC, and when that was written down.
     team, phase : who, and in which phase; a phase is empty where none was open.
-    decision, reason : what became of it; why it was refused, or what an organiser should look at.
+    decision, reason : what became of it, and why it was refused.
     answers : SHA-256 of what it answers, whatever its files look like; empty where that could not be read.
     files : file → SHA-256 of each file.
     about : the facts of the team's row (`About`).

@@ -75,25 +75,6 @@ def standings_text(organiser: Organiser, moment: datetime) -> str:
     return "\n".join(blocks) or "no standings yet"
 
 
-def status_text(organiser: Organiser, moment: datetime) -> str:
-    """Phases, teams and the log, for people."""
-    challenge, entries = organiser.challenge, organiser.entries
-    lines = [f"{challenge.name}: {challenge.title}, {moment:%Y-%m-%d %H:%M} UTC"]
-    for phase in challenge.phases:
-        days = f"{phase.start} to {phase.end}, {phase.part} part, {phase.submissions} a team"
-        lines.append(f"  {phase.name:<16} {days}: {phase.state(moment)}")
-    for team in challenge.teams:
-        own = [entry for entry in entries if entry.team == team.name]
-        taken = [entry.phase for entry in own if entry.is_accepted]
-        used = ", ".join(f"{taken.count(one.name)} of {one.submissions} in {one.name}" for one in challenge.phases)
-        refused = len(own) - len(taken)
-        lines.append(f"  {team.name:<16} {used}" + f"; {refused} refused" * bool(refused))
-    near = [entry for entry in entries if entry.is_accepted and entry.reason]
-    lines += [f"  look at number {entry.number} of {entry.team}: {entry.reason}" for entry in near]
-    lines.append(f"  log: {len(entries)} submissions, none changed later")
-    return "\n".join([*lines, standings_text(organiser, moment)])
-
-
 def build_challenge(out: Path, folder: Path, moment: datetime) -> Path:
     """Write the page of the challenge in ``folder`` into ``out``; return the path of the page.
 

@@ -19,7 +19,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SUBMISSION_FILE, SubmissionInfo
 from vbbench.folders.locks import NO_LINKS, locked
 from vbbench.folders.work_folder import WorkFolder
-from vbbench.geometry import FloatArray, wrap_angle
+from vbbench.geometry import wrap_angle
 from vbbench.scoring import score
 from vbbench.scoring.answers import OR_HOLD, Checked, CheckedSubmission, check_submission
 from vbbench.solving import solve
@@ -32,10 +32,6 @@ from vbbench_leaderboards.results.result import NOBODY_YET, TABLES, About, Resul
 FILES = (SUBMISSION_FILE, *TABLES)
 MOST_BYTES = 1 << 30
 """Of one file: no answer to a challenge is larger."""
-
-NEAR = 0.05
-"""Answers are called a near copy, in m, where half of all positions lie closer to another team's: noise of 2 cm moves
-them by 2.4 cm, two good solvers differ by their errors, which are several times as large."""
 
 
 def accept(folder: Path, submission: Path, team: str, moment: datetime, **about: Any) -> str:
@@ -75,21 +71,6 @@ def accept(folder: Path, submission: Path, team: str, moment: datetime, **about:
             raise
 
 
-def accept_inbox(folder: Path, inbox: Path, moment: datetime) -> Iterator[tuple[bool, str]]:
-    """Take the submissions in an inbox, whose folders have the names of their teams.
-
-    Yields for each whether it was accepted, with the receipt or the reason.
-    """
-    teams = sorted(path.name for path in inbox.iterdir() if path.is_dir()) if inbox.is_dir() else []
-    if not teams or (inbox / SUBMISSION_FILE).exists():
-        raise VbbenchError(f"{inbox} is no inbox: name the `team`, or put submissions into folders named like teams")
-    for team in teams:
-        try:
-            yield True, accept(folder, inbox / team, team, moment)
-        except VbbenchError as error:
-            yield False, f"refused: {error}"
-
-
 def _take_baseline(organiser: Organiser, moment: datetime) -> None:
     """Take the baseline's answers into the phase that is open, unless they are there."""
     challenge, phase = organiser.challenge, organiser.challenge.phase_at(moment)
@@ -126,8 +107,7 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
             if other.answers == answers and other.team != team:
                 where = f"on {other.day} (submission {other.number})"
                 raise VbbenchError(f"these are the answers that {other.team} handed in {where}; hand in your own")
-        near, files = _near_copy(organiser, team, work.new), file_hashes(work.new, FILES)
-        entry = replace(blank, answers=answers, files=files, about=vars(about), reason=near)
+        entry = replace(blank, answers=answers, files=file_hashes(work.new, FILES), about=vars(about))
         result = result_of(organiser, entry, work.new, "public") if phase.part == "public" else None
         work.publish()
     if result is not None:
@@ -140,22 +120,6 @@ def _take(organiser: Organiser, submission: Path, blank: Entry, moment: datetime
     dx, dt, dr = (f"{headline(result, metric).value:.4f}" for metric in ("dx", "dt", "dr"))
     sequences = f"{result.score['sequences']} of {result.score['sequences_in_dataset']} sequences"
     return f"{taken}\nPublic part, {sequences}, capped: Δx {dx} m, Δt {dt} m, Δr {dr} rad"
-
-
-def _near_copy(organiser: Organiser, team: str, submission: Path) -> str:
-    """Which other team's last answers are nearly the same, in words for the log; "" if none are."""
-    own = _positions(submission, organiser.dataset)
-    others = {entry.team: entry for entry in organiser.entries if entry.is_accepted and entry.team != team}
-    for other in others.values():
-        apart = np.linalg.norm(own - _positions(organiser.folder / other.folder, organiser.dataset), axis=1)
-        if (middle := float(np.nanmedian(apart))) < NEAR:
-            return f"half of the positions lie within {middle:.3f} m of those of {other.team}, number {other.number}"
-    return ""
-
-
-def _positions(submission: Path, dataset: Dataset) -> FloatArray:
-    """The positions [N, 2] that a submission without a fault answers, in one order."""
-    return np.concatenate([one.positions for _, one in CheckedSubmission(submission, dataset, None).chunks()])
 
 
 def check(challenge: Challenge, submission: Path, dataset: Dataset) -> Checked:

@@ -2,17 +2,13 @@
 
 import json
 import re
-import shlex
 import shutil
-import subprocess
-import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 from tests.lib.challenges import SECRET, TEXT, declared, vbbench
 from tests.lib.commands import understood
@@ -21,8 +17,6 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.scoring import score
-from vbbench.version import ON_PYPI
 from vbbench_leaderboards.challenge.definition import parse_moment, read_challenge
 from vbbench_leaderboards.challenge.organiser import Organiser, parts_of
 from vbbench_leaderboards.submitting import add
@@ -197,31 +191,3 @@ def test_what_a_participant_must_say_is_asked_for(
 def test_the_library_adds_nothing_to_a_challenge_behind_its_back(made: Path) -> None:
     with pytest.raises(VbbenchError, match="use 'vbbench challenge accept'"):
         add(made.parent / "cv", made / "data", made / "results" / "public", truth=made / "data.truth")
-
-
-def test_codabench_gets_an_archive_that_scores(made: Path, tmp_path: Path) -> None:
-    assert vbbench("challenge", "bundle", made, "--out", tmp_path / "tiny", "--codabench") == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["tiny", "tiny.codabench.zip"]
-    with zipfile.ZipFile(tmp_path / "tiny.codabench.zip") as archive:
-        archive.extractall(tmp_path / "there")
-    there = tmp_path / "there"
-    competition = yaml.safe_load((there / "competition.yaml").read_text("utf-8"))
-    assert [task["name"] for task in competition["tasks"]] == ["public part", "hidden part"]
-    for phase, (task,) in zip(competition["phases"], ([0], [1]), strict=True):
-        assert phase["tasks"] == [task]
-        assert (there / competition["tasks"][task]["reference_data"] / "truth").is_dir()
-    assert competition["phases"][0]["end"] == "2027-01-01 00:00:00"
-    named = [competition["image"], competition["terms"], *(page["file"] for page in competition["pages"])]
-    assert all((there / name).is_file() for name in named)
-    assert not list(there.rglob("seed.json"))
-    installs = (there / "scoring" / "Containerfile").read_text("utf-8")
-    assert ("COPY vbbench-*.whl /" in installs) != ON_PYPI
-    command = yaml.safe_load((there / "scoring" / "metadata.yaml").read_text("utf-8"))["command"]
-    program = shlex.split(command)[2]
-    (tmp_path / "scores").mkdir()
-    folders = [there / "reference-hidden", made.parent / "cv", tmp_path / "scores"]
-    subprocess.run([sys.executable, "-m", program, *folders], check=True)
-    found = json.loads((tmp_path / "scores" / "scores.json").read_text("utf-8"))
-    assert set(found) == {column["key"] for column in competition["leaderboards"][0]["columns"]}
-    hidden = score(made.parent / "cv", made / "data", made / "data.truth", sequences=Organiser(made).parts["hidden"])
-    assert found["dx"] == pytest.approx(hidden.summaries["dx"].capped)

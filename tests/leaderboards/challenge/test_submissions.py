@@ -76,9 +76,6 @@ def test_the_whole_story(
     plain = score(room / "sf", tiny / "data", tiny / "data.truth", sequences=organiser.parts["hidden"])
     assert hidden["cheat"] == pytest.approx(plain.summaries["dx"].capped, rel=1e-5)
     assert hidden["honest"] < hidden["cheat"]
-    with on("2027-02-08"):
-        assert vbbench("challenge", "status", tiny) == 0
-    assert "cheat            1 of 3 in development, 1 of 2 in final; 2 refused" in capsys.readouterr().out
 
 
 def test_a_part_is_scored_on_its_own_sequences_alone(room: Path) -> None:
@@ -230,15 +227,14 @@ def test_results_that_came_in_another_way_are_not_shown(
     lines = (tiny / "log.jsonl").read_text("utf-8").splitlines(keepends=True)
     (tiny / "log.jsonl").write_text(lines[0], encoding="utf-8")
     capsys.readouterr()
+    build = ["leaderboard", "build", "--results", tiny / "results", "--out", tmp_path / "site"]
     with warnings.catch_warnings():
         warnings.simplefilter("always")
-        with on("2026-12-03"):
-            assert vbbench("challenge", "status", tiny) == 0
-        said = capsys.readouterr()
-        assert "cheat.json: no submission in the log accounts for it" in said.err
-        assert said.out.count("of 2026-12-02") == 1
+        assert vbbench(*build) == 0
+        assert "cheat.json: no submission in the log accounts for it" in capsys.readouterr().err
+        assert (tmp_path / "site" / "index.html").read_text("utf-8").count("2026-12-02, number") == 1
         shutil.copy(board / "honest.json", board / "cheat.json")
-        assert vbbench("leaderboard", "build", "--results", tiny / "results", "--out", tmp_path / "site") == 0
+        assert vbbench(*build) == 0
         assert "belongs in sim/sequential-noisy/honest.json" in capsys.readouterr().err
 
 
@@ -255,9 +251,9 @@ def test_a_changed_log_is_refused(room: Path, refused: Refused) -> None:
         assert vbbench(*accept(room, answer, team)) == 0
     log = room / "tiny" / "log.jsonl"
     log.write_text(log.read_text("utf-8").replace('"honest"', '"cheat"', 1), encoding="utf-8")
-    assert "log.jsonl, line 2: a line before this one was changed" in refused("challenge", "status", room / "tiny")
+    assert "log.jsonl, line 2: a line before this one was changed" in refused(*accept(room, "cv"))
     log.write_text("{\n", encoding="utf-8")
-    assert "log.jsonl, line 1: is damaged" in refused("challenge", "status", room / "tiny")
+    assert "log.jsonl, line 1: is damaged" in refused(*accept(room, "cv"))
 
 
 def test_what_is_kept_must_be_what_was_handed_in(room: Path, refused: Refused) -> None:
@@ -290,36 +286,6 @@ def test_the_page_shows_what_may_be_known(room: Path, tmp_path: Path) -> None:
     for part in ("public", "hidden"):
         assert (site / part / "index.html").is_file()
         assert "--dataset ../data --truth ../data.truth" in (site / part / "index.html").read_text("utf-8")
-
-
-def test_an_inbox_is_taken_in_one_command(room: Path, refused: Refused, capsys: pytest.CaptureFixture[str]) -> None:
-    inbox = room / "inbox"
-    shutil.copytree(room / "cv", inbox / "honest")
-    shutil.copytree(room / "sf", inbox / "strangers")
-    asked = ["challenge", "accept", inbox, "--challenge", room / "tiny", "--date", "2026-12-02"]
-    assert vbbench(*asked) == 1
-    said = capsys.readouterr().out
-    assert "tiny: taken from honest in phase development" in said
-    assert "refused: no team of tiny is called 'strangers'" in said
-    asked[2] = room / "cv"
-    assert "is no inbox" in refused(*asked)
-
-
-@pytest.mark.parametrize(("noise", "flagged"), [(0.02, True), (0.3, False)])
-def test_near_copies_are_shown_to_the_organiser_alone(
-    room: Path, capsys: pytest.CaptureFixture[str], noise: float, flagged: bool
-) -> None:
-    assert vbbench(*accept(room, "cv")) == 0
-    rows = pd.read_parquet(room / "cv" / "positions.parquet")
-    rows[["x", "y"]] += np.random.default_rng(0).normal(0.0, noise, (len(rows), 2))
-    rows.to_parquet(room / "cv" / "positions.parquet")
-    assert vbbench(*accept(room, "cv", "cheat")) == 0
-    assert "half of the positions" not in capsys.readouterr().out
-    with on("2026-12-03"):
-        assert vbbench("challenge", "status", room / "tiny") == 0
-    said = capsys.readouterr().out
-    assert ("look at number 2 of cheat: half of the positions lie within 0.0" in said) == flagged
-    assert "of those of honest, number 1" in said or not flagged
 
 
 def test_the_baseline_stands_there_first(room: Path, refused: Refused, capsys: pytest.CaptureFixture[str]) -> None:
