@@ -238,5 +238,3 @@ def test_a_recording_for_the_viewer_can_hold_the_cameras_pictures(photographed, 
     entities = read(record_to_file(photographed, 0, tmp_path / "x.rrd", footage=True))
     pictures = entities["world/observer/camera/picture"]["EncodedImage:blob"]
     assert sum(one is not None for one in pictures) == FRAMES - 1
-    with pytest.raises(VbbenchError, match="ask for one of them"):
-        record_to_file(photographed, 0, tmp_path / "y.rrd", footage=True, backend=Backend())

@@ -14,12 +14,10 @@ from tests.lib.answers import submit, true_answers
 from tests.lib.make_dataset import Crowd, write_dataset
 from vbbench.camera import PerspectiveCamera
 from vbbench.cli import main
-from vbbench.errors import VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.pictures.rendering import Backend
 from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
 from vbbench.protocol import scored_frames, scored_positions
 from vbbench.scoring import score
@@ -30,7 +28,6 @@ reading = pytest.importorskip("rerun.chunk", reason="needs the extra viewer, new
 pytestmark = pytest.mark.extra
 
 SEQUENCE = 1
-BY_FLAT = Backend(name="tests.lib.flat_renderer:FlatRenderer")
 Entities = dict[str, dict[str, list[Any]]]
 
 
@@ -179,8 +176,6 @@ def test_without_truth_boxes_given_and_estimates_are_left(folder: Path, submissi
     assert {"ego/boxes", "world/given", "world/people", "map/given-observer"} <= bare.keys()
     elsewhere = Dataset(tmp_path / "withheld", folder / "truth")
     assert "world/observer" in read(record_to_file(elsewhere, SEQUENCE, tmp_path / "z.rrd"))
-    with pytest.raises(VbbenchError, match="no truth"):
-        record_to_file(blind, SEQUENCE, tmp_path / "p.rrd", backend=BY_FLAT)
 
 
 def test_false_alarms_and_switched_ids_are_shown(tracked: Dataset, tmp_path: Path) -> None:
@@ -192,37 +187,12 @@ def test_false_alarms_and_switched_ids_are_shown(tracked: Dataset, tmp_path: Pat
     assert "900" not in entities["world/people"]["Ellipsoids3D:labels"][0]
 
 
-def test_pictures_hang_on_a_pinhole_camera(tmp_path: Path) -> None:
+def test_boxes_hang_on_a_pinhole_camera(tmp_path: Path) -> None:
     camera = PerspectiveCamera(width=160, height=90, focal=80.0, cx=80.0, cy=45.0)
     dataset = Dataset(generate("demo", tmp_path / "crowd", Options(camera=camera, limit=1)).folder)
-    frames = dataset.sequence(0).frames
-    out = record_to_file(dataset, 0, tmp_path / "x.rrd", backend=BY_FLAT)
-    entities, root = read(out), "world/observer/camera"
+    entities, root = read(record_to_file(dataset, 0, tmp_path / "x.rrd")), "world/observer/camera"
     assert entities[f"{root}*"]["Pinhole:resolution"][0] == [[160.0, 90.0]]
-    assert sorted(entities[f"{root}/picture"]["frame"]) == list(range(frames))
-    for name in ("depth", "ids"):
-        assert len(entities[f"{root}/{name}"]["frame"]) == frames
     assert f"{root}/boxes" in entities
-
-
-def test_people_in_pictures_have_the_ids_and_colours_of_their_boxes(tracked: Dataset, tmp_path: Path) -> None:
-    sequence = tracked.sequence(SEQUENCE)
-    entities = read(record_to_file(tracked, SEQUENCE, tmp_path / "x.rrd", backend=BY_FLAT))
-    infos = [one["class_description"]["info"] for one in entities["ego*"]["AnnotationContext:context"][0][0]]
-    looks = {info["id"]: (info["label"], info["color"]) for info in infos}
-    width, height = tracked.info.camera.picture_size
-    shown = set()
-    for frame in range(sequence.frames):
-        boxes = {name: entities["ego/boxes"][f"Boxes2D:{name}"][frame] for name in ("labels", "colors", "centers")}
-        place = dict(zip(zip(boxes["labels"], boxes["colors"], strict=True), boxes["centers"], strict=True))
-        buffer = bytes(entities["ego/ids"]["SegmentationImage:buffer"][frame][0])
-        ids = np.frombuffer(buffer, np.uint16).reshape(height, width)
-        for number in set(np.unique(ids).tolist()) - {0}:
-            columns = np.flatnonzero((ids == number).any(axis=0))
-            aside = (columns + 0.5 - place[looks[number]][0]) % width
-            assert np.minimum(aside, width - aside).max() < width / 8
-            shown.add(looks[number][0])
-    assert shown == {str(track) for track in sequence.tracks} - {"900"}
 
 
 def test_a_failure_leaves_nothing(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,7 +36,6 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "render": views.render,
     "view": views.view,
     "birdify": birdify.birdify,
-    "live": birdify.live,
     "reproduce": reproduce.reproduce,
     "export csv": exchange.export_csv,
     "export mot": exchange.export_mot,

@@ -1,4 +1,4 @@
-"""The commands that make a map of a user's own boxes, a film or a bag: birdify, and live while it grows."""
+"""The command that makes a map of a user's own boxes, a film or a bag."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -123,45 +123,6 @@ def birdify(
     else:
         made = make(recording, Path(camera or ""), out, **of_boxes, **options)
     print(f"{made.folder}: {made.report.summary()}")
-
-
-def live(
-    source: Path,
-    /,
-    reading: Reading = Reading(),
-    solver: str = "map-causal",
-    out: Path | None = None,
-) -> None:
-    """Show in the rerun viewer how a map of boxes or of a ROS bag grows, frame by frame (extra `viewer`).
-
-    Args:
-        source: Boxes of people, or bag:DIR, as birdify reads them.
-        solver: A registered name or module:attribute of your own, that works frame by frame.
-        out: The .rrd file to write, in place of opening the viewer.
-    """
-    from tempfile import TemporaryDirectory
-    from warnings import warn
-
-    from vbbench.birdify.bags import BagTopics, files_from_bag
-    from vbbench.birdify.birdify import named_files, with_axes
-    from vbbench.birdify.live import show_live
-    from vbbench.errors import VbbenchWarning
-    from vbbench.exchange.own.recording import read_recording
-
-    source, bag = _file_or_bag(source)
-    reading.check(source, bag)
-    with TemporaryDirectory() as room:
-        if bag:
-            topics = BagTopics(boxes=reading.boxes, odometry=reading.odometry, camera=reading.camera)
-            files = files_from_bag(source, topics, Path(room))
-        else:
-            files = named_files(source, reading.camera or "", reading.odometry)
-        files = with_axes(files, reading.odometry_axes)
-        recording = read_recording(files, dt=reading.dt, mount=reading.mount, person_class=reading.person_class)
-        for note in recording.notes:
-            warn(VbbenchWarning(note), stacklevel=1)
-        frames = show_live(recording, solver, out)
-    print(out if out is not None else f"{frames} frames shown")
 
 
 def _file_or_bag(source: Path) -> tuple[Path, bool]:

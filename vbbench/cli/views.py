@@ -73,7 +73,6 @@ def view(
     sequence: int,
     estimate: tuple[Path, ...] = (),
     out: Path | None = None,
-    backend: str | None = None,
     footage: bool = False,
 ) -> None:
     """Record a sequence for the rerun viewer, and open it if there is a display (extra `viewer`).
@@ -83,23 +82,12 @@ def view(
         sequence: Number of the sequence.
         estimate: Submissions to show next to the truth.
         out: The .rrd file to write, and not to open; default: named after split and sequence, and opened.
-        backend: Render every frame, with depth and ids, by auto, pyrender, raster or module:attribute of
-            your own. Default: no pictures.
         footage: Record the pictures that the camera itself took.
     """
     from vbbench.files.dataset import Dataset
-    from vbbench.pictures.rendering import Backend
     from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
 
-    path = record_to_file(
-        Dataset(folder),
-        sequence,
-        out,
-        submissions=estimate,
-        backend=None if backend is None else Backend(name=backend),
-        footage=footage,
-        announce=announce,
-    )
+    path = record_to_file(Dataset(folder), sequence, out, submissions=estimate, footage=footage)
     print(path)
     opened = open_viewer(path) if out is None else None
     if opened is not Opened.SHOWN:

@@ -25,12 +25,9 @@ from vbbench.pictures.colours import PEOPLE_ON_DARK, SOLVERS_ON_DARK, numbers_ap
 from vbbench.pictures.replay import Replay
 
 
-def rerun(purpose: str = "vbbench view") -> Any:
-    """The package; ``purpose`` begins the message where it is missing.
-
-    Raises MissingExtraError if it is not installed.
-    """
-    with needs_extra("viewer", purpose):
+def rerun() -> Any:
+    """The package; raises MissingExtraError if it is not installed."""
+    with needs_extra("viewer", "vbbench view"):
         import rerun as package
     return package
 
@@ -58,18 +55,13 @@ class Opened(Enum):
 
 def open_viewer(path: Path) -> Opened:
     """Start the rerun viewer on a recording, and leave it running, if there are a display and a viewer."""
-    program, found = viewer_program(), can_open()
-    if found is Opened.SHOWN and program is not None:
-        silence = subprocess.DEVNULL
-        subprocess.Popen([program, str(path)], stdin=silence, stdout=silence, stderr=silence, start_new_session=True)
-    return found
-
-
-def can_open() -> Opened:
-    """What a viewer that is started now would be."""
+    program, silence = viewer_program(), subprocess.DEVNULL
     if not _has_display():
         return Opened.NO_DISPLAY
-    return Opened.SHOWN if viewer_program() else Opened.NO_VIEWER
+    if program is None:
+        return Opened.NO_VIEWER
+    subprocess.Popen([program, str(path)], stdin=silence, stdout=silence, stderr=silence, start_new_session=True)
+    return Opened.SHOWN
 
 
 def viewer_program() -> str | None:

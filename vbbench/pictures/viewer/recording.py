@@ -1,32 +1,41 @@
 """Writes the recording of a sequence, whole or not at all, and the layout in which the viewer opens it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vbbench.boxes import rectangles, with_seam_copies
+from vbbench.camera import Camera
 from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import describe
 from vbbench.folders.replacing import replacing
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray
 from vbbench.parallel.parts import progress_bar
 from vbbench.pictures.backdrop import Backdrop
-from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of, silent
 from vbbench.pictures.replay import Answer, Replay, load_replay
 from vbbench.pictures.viewer import marks
-from vbbench.pictures.viewer.marks import MAP, WORLD, Ground, Tape, rerun, strictly
-from vbbench.pictures.viewer.world import CAMERA, ERRORS, record_estimate, record_world
+from vbbench.pictures.viewer.marks import GIRTH, MAP, WORLD, Colour, Ground, People, Tape, rerun, strictly
 from vbbench.scoring.metrics import METRICS
-from vbbench.sequence import NOBODY, Given
+from vbbench.sequence import Given
 
 QUALITY = 90
 """Of the JPEG pictures, in percent."""
-CENTIMETRES = 100.0
-"""Units of the depth pictures in a metre; 16 bits reach 655 m."""
 _HORIZON_POINTS = 181
+
+
+CAMERA = f"{WORLD}/observer/camera"
+TRAIL_FRAMES, OBSERVER_FRAMES = 12, 200
+"""Frames of the past in which trails show, people's and the observer's."""
+
+ERRORS = "errors"
+CONFIDENCE = 2.4477
+"""Standard deviations of an ellipse that holds 95 % of a Gaussian of the plane, √(−2 ln 0.05)."""
+
+_FORWARD_LEFT_UP = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])  # of right, down, forward
+_FRUSTUM = 2.5  # m from the camera to the picture that is drawn before it
 
 
 def ego_root(replay: Replay) -> str:
@@ -51,33 +60,6 @@ def record_boxes(tape: Tape, replay: Replay) -> None:
         labels=sequence.tracks[track[row]].astype(str),
     )
     _record_frame(tape, replay, root)
-
-
-def record_pictures(tape: Tape, replay: Replay, backend: Backend, announce: Callable[[str], object]) -> None:
-    """Record rendered pictures, one per frame; the pixels of people have the colours of their boxes."""
-    rr, root, tracks = tape.rr, ego_root(replay), replay.sequence.tracks
-    scene, frames = scene_of(replay.dataset, replay.sequence.scene), replay.sequence.frames
-    looks = zip(tracks.astype(str), marks.people_colours(replay).tolist(), strict=True)
-    classes = [("nobody", (0, 0, 0, 0)), *looks, ("no box", marks.UNSEEN)]
-    tape.always(root, rr.AnnotationContext([(number, *look) for number, look in enumerate(classes)]))
-    class_of = _classes(replay, scene.people)
-    with open_renderer(backend, scene, announce) as renderer, progress_bar(frames, "frames", unit="frame") as bar:
-        for frame, picture in enumerate(pictures(replay.dataset, replay.sequence, renderer)):
-            centimetres = np.where(np.isfinite(picture.depth), picture.depth * CENTIMETRES, 0.0).clip(0, 65535)
-            ids = np.where(picture.ids == NOBODY, 0, class_of[frame, np.searchsorted(scene.people, picture.ids)])
-            tape.now(frame, f"{root}/picture", rr.Image(picture.rgb).compress(jpeg_quality=QUALITY))
-            tape.now(frame, f"{root}/depth", rr.DepthImage(centimetres.astype(np.uint16), meter=CENTIMETRES))
-            tape.now(frame, f"{root}/ids", rr.SegmentationImage(ids.astype(np.uint16)))
-            bar.update()
-
-
-def _classes(replay: Replay, people: IntArray) -> IntArray:
-    """[T, N] the class of a person's pixels: the number, from 1, of the track whose box shows them, else a last one."""
-    sequence, persons = replay.sequence, replay.dataset.track_persons(replay.sequence)
-    classes = np.full((sequence.frames, len(people)), len(sequence.tracks) + 1)
-    frame, track = np.nonzero(sequence.observed & (persons != NOBODY))
-    classes[frame, np.searchsorted(people, persons[frame, track])] = track + 1
-    return classes
 
 
 def record_footage(tape: Tape, replay: Replay) -> None:
@@ -110,6 +92,116 @@ def _record_frame(tape: Tape, replay: Replay, root: str) -> None:
         places = [(column, 0.04 * height) for column in ahead.values()]
         colours = [marks.TRUTH] * len(ahead)
         tape.always(f"{root}/directions", rr.Points2D(places, labels=list(ahead), colors=colours, radii=2.0))
+
+
+def record_world(ground: Ground, replay: Replay) -> None:
+    """Record the ground, and the truth where it is available, else what is given."""
+    rr, sequence = ground.tape.rr, replay.sequence
+    ground.tape.always(WORLD, rr.ViewCoordinates.RIGHT_HAND_Z_UP)
+    if not replay.answers:
+        ground.rings("given", sequence.given.positions, marks.GIVEN, 1.5 * GIRTH)
+    source = sequence.given if replay.truth is None else replay.truth
+    places = np.where(sequence.observed[..., None], source.positions, np.nan)
+    look = People(marks.people_colours(replay), [str(track) for track in sequence.tracks], shown=True)
+    ground.bodies("people", places, _heights(replay), look, solid=True)
+    ground.dots("people", places, look, 5.0)
+    if replay.truth is None:
+        ground.arrows("given-observer", sequence.given.poses, marks.GIVEN, 1.0)
+        return
+    ground.trails("trails", replay.truth.positions, sequence.observed, marks.TRAIL, TRAIL_FRAMES)
+    if replay.poses_known:
+        _record_observer(ground, replay, replay.truth.poses)
+    elif not replay.answers:
+        ground.arrows("camera", replay.viewpoints, marks.TRUTH, 1.0)
+    places, heights = replay.bystanders
+    look = People(np.tile(np.array(marks.UNSEEN, np.uint8), (len(heights), 1)))
+    ground.bodies("unseen", places, heights, look, solid=False)
+    ground.dots("unseen", places, look, 2.5)
+
+
+def _record_observer(ground: Ground, replay: Replay, poses: FloatArray) -> None:
+    """The observer's moving frame, with body, viewing direction and camera in it."""
+    tape, rr, camera = ground.tape, ground.tape.rr, replay.camera
+    half, level = 0.5 * poses[:, 2], np.zeros(len(poses))
+    tape.each(
+        f"{WORLD}/observer",
+        rr.Transform3D,
+        translation=np.column_stack([poses[:, :2], level]),
+        quaternion=np.column_stack([level, level, np.sin(half), np.cos(half)]),
+    )
+    mount, colour = camera.mount_height, marks.TRUTH
+    body = rr.Ellipsoids3D(centers=[(0, 0, mount / 2)], half_sizes=[(GIRTH, GIRTH, mount / 2)], colors=[colour])
+    tape.always(f"{WORLD}/observer/body", body)
+    gaze = rr.Arrows3D(origins=[(0, 0, mount)], vectors=[(1.2, 0, 0)], colors=[colour], radii=0.04)
+    tape.always(f"{WORLD}/observer/gaze", gaze)
+    ground.trails("observer-trail", poses[:, None, :2], np.ones((len(poses), 1), np.bool_), colour, OBSERVER_FRAMES)
+    ahead = 1.2 * np.stack([np.cos(poses[:, 2]), -np.sin(poses[:, 2])], axis=1)
+    origins = poses[:, :2] * (1.0, -1.0)
+    tape.always(f"{MAP}/observer", rr.Arrows2D.from_fields(colors=colour, radii=0.08))
+    tape.each(f"{MAP}/observer", rr.Arrows2D, origins=origins, vectors=ahead)
+    if camera.intrinsics is not None:
+        _record_pinhole(ground, camera, camera.intrinsics)
+
+
+def _record_pinhole(ground: Ground, camera: Camera, intrinsics: FloatArray) -> None:
+    """The camera at its height, with its tilt, and its picture in front of it."""
+    rr = ground.tape.rr
+    # Rows are where the camera looks, its left and its top, as (forward, left, up) of the observer.
+    axes = camera.to_level(np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])) @ _FORWARD_LEFT_UP
+    placed = rr.Transform3D(translation=(0.0, 0.0, camera.mount_height), mat3x3=axes.T)
+    look = {"camera_xyz": rr.ViewCoordinates.FLU, "image_plane_distance": _FRUSTUM}
+    ground.tape.always(CAMERA, placed)
+    ground.tape.always(CAMERA, rr.Pinhole(image_from_camera=intrinsics, resolution=camera.picture_size, **look))
+
+
+def record_estimate(ground: Ground, replay: Replay, number: int) -> None:
+    """Record the answer of submission ``number``, in its own tree and colour, and its errors."""
+    answer, colour = replay.answers[number], marks.answer_colours(replay)[number]
+    name = ground.tape.rr.escape_entity_path_part(answer.name)
+    tree = f"estimates/{name}"
+    _record_answered_people(ground, replay, answer, tree, colour)
+    _record_answered_observer(ground, answer, tree, colour)
+    if answer.truth is None:
+        return
+    true, estimated = (
+        np.concatenate([one.positions, one.poses[:, None, :2]], axis=1) for one in (answer.truth, answer.estimate)
+    )
+    ground.lines(f"{tree}/{ERRORS}", true, estimated, marks.ERROR, 0.03)
+    tape = ground.tape
+    for key, values in answer.errors.items():
+        path, frames = f"{ERRORS}/{key}/{name}", np.flatnonzero(np.isfinite(values))
+        tape.always(path, tape.rr.SeriesLines(colors=[colour], names=[answer.name], widths=[1.5]))
+        tape.each(path, tape.rr.Scalars, frames, scalars=values[frames])
+
+
+def _record_answered_people(ground: Ground, replay: Replay, answer: Answer, tree: str, colour: Colour) -> None:
+    places, tracks = answer.estimate.positions, replay.sequence.tracks
+    labels = [f"{track} {answer.name}" for track in tracks]
+    look = People(np.tile(np.array(colour, np.uint8), (len(tracks), 1)), labels, shown=not replay.places_known)
+    ground.bodies(f"{tree}/people", places, _heights(replay), look, solid=False)
+    ground.dots(f"{tree}/people", places, look, 3.0)
+    ground.trails(f"{tree}/trails", places, replay.sequence.observed, colour, TRAIL_FRAMES)
+    ground.rings(f"{tree}/given", answer.given.positions, marks.GIVEN, 1.5 * GIRTH)
+    if answer.estimate.position_covariances is not None:
+        spread = answer.estimate.position_covariances
+        ground.ellipses(f"{tree}/95-percent", places, spread, colour, reach=CONFIDENCE)
+
+
+def _record_answered_observer(ground: Ground, answer: Answer, tree: str, colour: Colour) -> None:
+    poses = answer.estimate.poses
+    ground.arrows(f"{tree}/observer", poses, colour, 1.2)
+    ground.trails(
+        f"{tree}/observer-trail", poses[:, None, :2], np.ones((len(poses), 1), np.bool_), colour, OBSERVER_FRAMES
+    )
+    if answer.estimate.pose_covariances is not None:
+        spread = answer.estimate.pose_covariances[:, None, :2, :2]
+        ground.ellipses(f"{tree}/observer-95-percent", poses[:, None, :2], spread, colour, reach=CONFIDENCE)
+
+
+def _heights(replay: Replay) -> FloatArray:
+    """[K] true heights in m if they are known, else the prior's mean."""
+    true = np.full(len(replay.sequence.tracks), np.nan) if replay.truth is None else replay.truth.heights
+    return np.where(np.isfinite(true), true, replay.info.height_mean)
 
 
 FACTS, NOW = "facts", "now"
@@ -180,7 +272,6 @@ def _given_words(given: Given, frame: int) -> str:
 
 SUFFIX = ".rrd"
 _MARGIN = 1.5  # m around everything
-_PICTURES = {"picture": "What the observer sees", "depth": "Depth", "ids": "Ids"}
 
 
 def record_to_file(
@@ -189,14 +280,12 @@ def record_to_file(
     out: Path | str | None = None,
     *,
     submissions: Sequence[Path | str] = (),
-    backend: Backend | None = None,
     footage: bool = False,
-    announce: Callable[[str], object] = silent,
 ) -> Path:
     """Write a sequence, and the answers of submissions to it, as a recording for the rerun viewer.
 
-    Raises VbbenchError if rerun is not installed, there is no such sequence or backend, a submission answers another
-    dataset, a renderer lacks truth or is named with ``footage``, or ``out`` is not an ``.rrd`` file.
+    Raises VbbenchError if rerun is not installed, there is no such sequence, a submission answers another dataset, or
+    ``out`` is not an ``.rrd`` file.
 
     Parameters
     ----------
@@ -204,17 +293,13 @@ def record_to_file(
     sequence : number of the sequence.
     out : an ``.rrd`` file; by default named after split and sequence, in the working directory.
     submissions : folders of submissions that answer the dataset.
-    backend : renders the picture, depth and ids of every frame; ``None`` for boxes only.
-    footage : record the pictures that the camera itself took, instead of a renderer's.
-    announce : called once with a line that names the renderer.
+    footage : record the pictures that the camera itself took.
 
     Returns
     -------
     The file.
     """
     package = rerun()
-    if footage and backend is not None:
-        raise VbbenchError("a recording shows the pictures of a renderer or of the footage; ask for one of them")
     replay = load_replay(dataset, sequence, submissions)
     path = Path(out or f"{dataset.info.split}-{sequence}{SUFFIX}")
     if path.suffix != SUFFIX or path.is_dir():
@@ -225,7 +310,7 @@ def record_to_file(
         if not package.is_enabled(stream):
             raise VbbenchError("rerun is switched off; unset the environment variable RERUN")
         stream.save(temporary)
-        stream.send_blueprint(_layout(replay, pictures=backend is not None), make_active=True, make_default=True)
+        stream.send_blueprint(_layout(replay), make_active=True, make_default=True)
         tape = Tape(stream, replay.sequence.frames, dataset.info.dt)
         ground = Ground(tape)
         record_words(tape, replay)
@@ -235,22 +320,19 @@ def record_to_file(
             record_estimate(ground, replay, number)
         if footage:
             record_footage(tape, replay)
-        elif backend is not None:
-            record_pictures(tape, replay, backend, announce)
         stream.disconnect()
     return path
 
 
-def _layout(replay: Replay, *, pictures: bool) -> Any:
-    """The blueprint of a recording; ``pictures`` says whether there are rendered ones."""
+def _layout(replay: Replay) -> Any:
+    """The blueprint of a recording."""
     import rerun.blueprint as rrb
 
-    root = ego_root(replay)
-    hidden = [f"- /{root}/{name}" for name in ("depth", "ids")]
-    world = rrb.Spatial3DView(origin=f"/{WORLD}", contents=["$origin/**", *hidden], name="World", **_eye(rrb, replay))
-    views = [_ego_view(rrb, replay, name) for name in (_PICTURES if pictures else ["picture"])]
-    ego = rrb.Tabs(*views, active_tab=0) if len(views) > 1 else views[0]
-    wide = replay.camera.picture_size[0] > 2.5 * replay.camera.picture_size[1]
+    world = rrb.Spatial3DView(origin=f"/{WORLD}", name="World", **_eye(rrb, replay))
+    width, height = replay.camera.picture_size
+    bounds = rrb.VisualBounds2D(x_range=(-0.01 * width, 1.01 * width), y_range=(-0.01 * height, 1.01 * height))
+    ego = rrb.Spatial2DView(origin=f"/{ego_root(replay)}", visual_bounds=bounds, name="What the observer sees")
+    wide = width > 2.5 * height
     left = rrb.Vertical(world, ego, row_shares=[3, 1] if wide else [1, 1])
     words = rrb.Horizontal(
         rrb.TextDocumentView(origin=f"/{NOW}", name="Frame"), rrb.TextDocumentView(origin=f"/{FACTS}", name="Facts")
@@ -265,15 +347,6 @@ def _layout(replay: Replay, *, pictures: bool) -> Any:
         rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(state="collapsed"),
     )
-
-
-def _ego_view(rrb: Any, replay: Replay, shown: str) -> Any:
-    root = ego_root(replay)
-    hidden = [f"- $origin/{name}" for name in _PICTURES if name != shown]
-    width, height = replay.camera.picture_size
-    bounds = rrb.VisualBounds2D(x_range=(-0.01 * width, 1.01 * width), y_range=(-0.01 * height, 1.01 * height))
-    contents = ["$origin/**", *hidden]
-    return rrb.Spatial2DView(origin=f"/{root}", contents=contents, visual_bounds=bounds, name=_PICTURES[shown])
 
 
 def _plots(rrb: Any, replay: Replay) -> list[Any]:
