@@ -51,7 +51,7 @@ def main() -> None:
         causal = [one for one in boards.get(key, []) if not one.about.sees_the_future]
         if len(causal) < 2:
             continue
-        figures = capped_errors(causal)[1][..., list(METRICS).index(METRIC)]
+        figures = capped_errors(causal)[0][..., list(METRICS).index(METRIC)]
         best, second = np.argsort(np.nanmean(figures, axis=1))[:2].tolist()
         differences = figures[second] - figures[best]
         differences = differences[np.isfinite(differences)]

@@ -12,7 +12,6 @@ PLACES = {
     "board": ("#/hotel/one-step-ideal?columns=all", "#board-table"),
     "caution": ("#/demo/sequential-noisy", "#caution"),
     "player": ("#/demo/sequential-noisy/play?frame=5", "[data-clock]"),
-    "comparison": ("#/demo/sequential-noisy/compare?a=vb-cv&b=cv", "#differences"),
     "solver": ("#/solver/vb-cv", "#every"),
     "nowhere": ("#/nothing/here", "#missing-title"),
 }

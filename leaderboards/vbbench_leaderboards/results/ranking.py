@@ -11,12 +11,11 @@ a significant difference can share a rank.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from vbbench.geometry import FloatArray, IntArray
+from vbbench.geometry import FloatArray
 from vbbench.protocol import get_protocol
 from vbbench.scoring.block_bootstrap import Timeline, block_means
 from vbbench.scoring.metrics import METRICS
@@ -58,8 +57,7 @@ class Pair:
     a, b : names of the solvers.
     difference, ci95 : the mean and its interval, in the metric's unit; NaN where they share no sequence, and no
         interval where the board has too few sequences or too little time for one.
-    p : two-sided; corrected for all pairs of the board in a `Ranking`, there 1 without an interval.
-    sequences, won : how many have a figure of both, and in how many of them ``a`` is better.
+    p : two-sided; corrected for all pairs of the board, 1 without an interval.
     """
 
     a: str
@@ -67,8 +65,6 @@ class Pair:
     difference: float
     ci95: tuple[float, float]
     p: float
-    sequences: int
-    won: int
 
     @property
     def better(self) -> str | None:
@@ -141,7 +137,7 @@ def rank_apart(results: Sequence[Result]) -> dict[str, Ranking]:
 def rank(results: Sequence[Result]) -> dict[str, Ranking]:
     """Rankings by metric (keys of `METRICS`) of the results of one board."""
     names = [result.solver for result in results]
-    _, figures, timeline = capped_errors(results)
+    figures, timeline = capped_errors(results)
     counts = np.isfinite(figures).sum(axis=1)
     means = np.where(counts > 0, np.nansum(figures, axis=1) / np.maximum(counts, 1), np.inf)
     one, other = np.triu_indices(len(results), 1)
@@ -161,18 +157,15 @@ def rank(results: Sequence[Result]) -> dict[str, Ranking]:
 def _pairs(names: Sequence[tuple[str, str]], timeline: Timeline, differences: FloatArray) -> list[Pair]:
     """A pair for every column of differences A − B [N, M], whose solvers are (A, B); p of each alone."""
     found = block_means(timeline, differences)
-    count, won = np.isfinite(differences).sum(axis=0), (differences < 0).sum(axis=0)
-    columns = (found.mean, found.interval(), found.p_values(), count, won)
+    columns = (column.tolist() for column in (found.mean, found.interval(), found.p_values()))
     return [
-        Pair(a=a, b=b, difference=mean, ci95=(low, high), p=p, sequences=sequences, won=better)
-        for (a, b), mean, (low, high), p, sequences, better in zip(
-            names, *(column.tolist() for column in columns), strict=True
-        )
+        Pair(a=a, b=b, difference=mean, ci95=(low, high), p=p)
+        for (a, b), mean, (low, high), p in zip(names, *columns, strict=True)
     ]
 
 
-def capped_errors(results: Sequence[Result]) -> tuple[IntArray, FloatArray, Timeline]:
-    """[N] all sequences; [solvers, N, metrics] their capped errors, NaN where there is none; and when they were."""
+def capped_errors(results: Sequence[Result]) -> tuple[FloatArray, Timeline]:
+    """[solvers, N, metrics] capped errors of all sequences, NaN where there is none; and when the sequences were."""
     own = [result.per_sequence for result in results]
     columns = ("sequence", "scene", "first_frame", "last_frame")
     every = np.concatenate([np.stack([getattr(one, name) for name in columns], axis=1) for one in own])
@@ -181,7 +174,7 @@ def capped_errors(results: Sequence[Result]) -> tuple[IntArray, FloatArray, Time
     figures = np.full((len(results), len(sequences), len(METRICS)), np.nan)
     for row, one in zip(figures, own, strict=True):
         row[np.searchsorted(sequences, one.sequence)] = capped_figures(caps, {n: one.figures[n] for n in METRICS})
-    return sequences, figures, Timeline.of(*every[first, 1:].T)
+    return figures, Timeline.of(*every[first, 1:].T)
 
 
 def holm(p: FloatArray) -> FloatArray:
@@ -203,19 +196,6 @@ def _places(means: dict[str, float], pairs: Sequence[Pair]) -> dict[str, Place]:
         last = max(last, 1 + better[name])
         places[name] = Place(rank=last, best=last, worst=max(last, len(means) - worse[name]))
     return places
-
-
-def contrasts(results: Sequence[Result]) -> dict[tuple[int, int], dict[str, Pair]]:
-    """Every two results of one board, ranked together or not, as ``vbbench compare`` compares their submissions.
-
-    (a, b), numbers of results with a < b → metric → their difference, its p-value for this pair alone.
-    """
-    names, (_, figures, timeline) = [result.solver for result in results], capped_errors(results)
-    pairs = {}
-    for a, b in combinations(range(len(names)), 2):
-        own = _pairs([(names[a], names[b])] * len(METRICS), timeline, figures[a] - figures[b])
-        pairs[a, b] = dict(zip(METRICS, own, strict=True))
-    return pairs
 
 
 def leading_rows(results: Boards, boards: Sequence[Board], *, late: bool) -> dict[str, Mapping[Board, Result]]:

@@ -21,7 +21,6 @@ from vbbench.folders.work_folder import WorkFolder
 from vbbench.generation.footage import FOOTAGE
 from vbbench.geometry import FloatArray
 from vbbench.paper import the_paper
-from vbbench.parsing.json_text import finite_or_none
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.registry import registered
 from vbbench.scoring.metrics import METRICS
@@ -348,44 +347,6 @@ def _each_once(facts: Iterable[str]) -> str:
     return "; ".join(dict.fromkeys(fact for fact in facts if fact))
 
 
-def comparison_values(site: Site, board: Board) -> dict[str, Any]:
-    """Every sequence's errors, and the differences of every two solvers of a board.
-
-    ``pairs`` are [number of A, number of B, metric → [A − B, low, high, p, sequences, won by A]].
-    """
-    results, caps = site.results[board], get_protocol(board.protocol).caps
-    sequences, figures, _ = ranking.capped_errors(results)
-    place = {metric: number for number, metric in enumerate(METRICS)}
-    return {
-        "solvers": [result.solver for result in results],
-        "sequences": sequences.tolist(),
-        "metrics": {
-            metric: {
-                "name": term.name,
-                "unit": term.unit,
-                "cap": caps.get(metric),
-                "capped": _short([result.score["metrics"][metric]["capped"] for result in results]),
-                "errors": [_short(map(finite_or_none, own[:, place[metric]].tolist())) for own in figures],
-            }
-            for metric, term in error_terms().items()
-        },
-        "pairs": [
-            [a, b, {metric: _contrast(own[metric]) for metric in error_terms()}]
-            for (a, b), own in ranking.contrasts(results).items()
-        ],
-    }
-
-
-def _contrast(found: ranking.Pair) -> list[float | None]:
-    figures = (found.difference, *found.ci95, found.p)
-    return [*_short(map(finite_or_none, figures)), found.sequences, found.won]
-
-
-def _short(values: Iterable[float | None]) -> list[float | None]:
-    """Figures in six significant digits, to which result files are exact."""
-    return [None if value is None else float(f"{value:.6g}") for value in values]
-
-
 def take_part_lines(site: Site) -> list[str]:
     """Shell lines from an empty folder to a solver of one's own on the board that the page opens with."""
     board = site.first
@@ -482,8 +443,6 @@ def site_files(site: Site) -> Iterator[tuple[str, str]]:
             "html": board_page(site, board),
         }
         yield f"data/{board.key}.js", provided(board.key, own)
-        key = f"pages/pairs/{board.key}"
-        yield f"data/{key}.js", provided(key, comparison_values(site, board))
         leading = site.rankings[board][HEADLINE_METRIC]
         exported = ExportedBoard.of(board, site.dataset(board), site.results[board], leading)
         yield from ((table_address(board, form), exported_text([exported], form)) for form in DOWNLOADS)

@@ -1,7 +1,7 @@
 /* What every page has: light or dark, data on demand, addresses. Runs in the head, before anything is painted. */
 "use strict";
 window.vbbench = (function () {
-  const KEY = "vbbench-theme", VIEWS = ["play", "compare"];
+  const KEY = "vbbench-theme", VIEWS = ["play"];
   const root = document.documentElement, system = matchMedia("(prefers-color-scheme: dark)");
 
   /** Read or keep the reader's choice; some browsers keep nothing for pages from a file. */
@@ -67,7 +67,7 @@ window.vbbench = (function () {
   }
 
   /* The address is the state: #/SPLIT/PROTOCOL-TIER?by=dx&show=… for a table, …/play?sequence=12 for the player,
-     …/compare?a=…&b=… for two solvers, and #/solver/NAME for one. */
+     and #/solver/NAME for a solver. */
   function decoded(text) {
     try {
       return decodeURIComponent(text);
