@@ -153,6 +153,12 @@ def test_rows_without_a_box_are_of_nobody(read):
     assert read("boxes.csv", HEAD + text).frame.tolist() == [0, 3, 4]
 
 
+def test_a_stamp_that_is_missing_among_stamps_of_64_bits_is_named(read):
+    rows = [f"{1_700_000_000_000_000_000 + n * 100_000_000},1,2,3,4,50\n" for n in range(5)]
+    with pytest.raises(FileError, match="line 3: frame is 'None'; write a number"):
+        read("gt.txt", "".join([*rows[:2], "None,1,2,3,4,50\n", *rows[3:]]))
+
+
 @pytest.mark.parametrize(("times", "lasts"), [([0.0, 0.04, 0.08], 0.04), ([0, 40, 80], 0.04), ([0, 100, 200], None)])
 def test_times_next_to_frames_contradict_the_time_of_a_frame_or_are_it(read, times, lasts):
     rows = "".join(f"{frame},{time},1,2,3,4,50\n" for frame, time in enumerate(times))

@@ -328,10 +328,10 @@ def test_pictures_of_another_size_or_rate_are_refused(dataset, files, tmp_path):
     width, height = dataset.info.camera.picture_size
     right = info.read_text()
     info.write_text(right.replace("frameRate=2.5", "frameRate=25"))
-    with pytest.raises(FileError, match=r"its frameRate is 25, that of the dataset 2.5"):
+    with pytest.raises(FileError, match=r"its frameRate is 25, the dataset's 2.5"):
         import_mot(folder, dataset, tmp_path / "made")
     info.write_text(right.replace(f"imWidth={width}", "imWidth=1920"))
-    with pytest.raises(FileError, match=f"have 1920 x {height} px, those of the dataset {width} x {height}"):
+    with pytest.raises(FileError, match=f"have 1920 x {height} px, the dataset's {width} x {height}"):
         import_mot(folder, dataset, tmp_path / "made")
 
 

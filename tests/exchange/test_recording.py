@@ -236,7 +236,7 @@ def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, wal
         "32 of 41 frames have no box (the longest gap is 3.2 s, from frame 8)" in note for note in read(folder).notes
     )
     (folder / "seqinfo.ini").write_text("[Sequence]\nimWidth=1920\nimHeight=1080\n")
-    with pytest.raises(FileError, match=r"says 1280 x 720 px, .*seqinfo.ini says 1920 x 1080"):
+    with pytest.raises(FileError, match=r"its pictures have 1920 x 1080 px, the given camera's 1280 x 720"):
         read(folder)
     (folder / "seqinfo.ini").write_text("[Sequence]\nimWidth=1280.5\nimHeight=720\n")
     with pytest.raises(FileError, match=r"seqinfo.ini: imWidth is '1280.5', not a whole number from 1 to 100000"):
@@ -245,8 +245,7 @@ def test_boxes_that_cannot_be_of_this_picture_are_refused_or_told_of(folder, wal
     with pytest.raises(FileError, match=r"seqinfo.ini: frameRate is 'fast', not a number of pictures a second"):
         read(folder)
     (folder / "seqinfo.ini").write_text("[Sequence]\nframeRa" + " " * 40_000)
-    with pytest.raises(FileError, match=r"seqinfo.ini, line 2: has more than 2,000 bytes"):
-        read(folder)
+    assert len(read(folder).footage.tracks) == 4
 
 
 @pytest.mark.parametrize("boxes", ["gt.txt", "gt/gt.txt"])
@@ -257,10 +256,10 @@ def test_the_frame_rate_of_seqinfo_counts_or_contradicts(tmp_path, walk, boxes):
     (tmp_path / "seqinfo.ini").write_text("[Sequence]\nframeRate=29.97\nimWidth=1280\nimHeight=720\n")
     assert read(tmp_path).footage.dt == pytest.approx(1.0 / 29.97)
     assert read_recording(files_in(tmp_path), dt=1.0 / 30.0).footage.dt == pytest.approx(1.0 / 30.0)
-    with pytest.raises(FileError, match=r"camera.toml: 10 frames a second .*seqinfo.ini says frameRate=29.97; write"):
+    with pytest.raises(FileError, match=r"seqinfo.ini: its frameRate is 29.97, the given camera's 10; write"):
         read_recording(files_in(tmp_path), dt=0.1)
     (tmp_path / "camera.toml").write_text(CAMERA_TOML)
-    with pytest.raises(FileError, match=r"10 frames a second are given, .*seqinfo.ini says frameRate=29.97"):
+    with pytest.raises(FileError, match=r"its frameRate is 29.97, the given camera's 10"):
         read(tmp_path)
 
 

@@ -171,7 +171,9 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
     """Refuse boxes that hardly match people, warn of those that match badly, and say how many are kept."""
     matched, kept, shifted = np.zeros(len(plan), np.int64), 0, ""
     for index, (number, path) in enumerate(plan.files.items()):
-        _check_pictures(path, plan.dataset, number)
+        size = plan.dataset.camera(plan.dataset.sequence(number)).picture_size
+        facts = picture_facts(path.parent / path.stem, path.parent.parent)
+        facts.refuse_other("the dataset's", size, plan.dataset.info.dt)
         tracks = plan.match(index, shifts=index < LOOKED_AT and not shifted)
         matched[index] = (tracks.persons != NOBODY).sum()
         kept += int((tracks.visible[:, lasting_tracks(tracks.persons, plan.least_track)] > 0.0).sum())
@@ -192,18 +194,6 @@ def _check_matches(plan: "TrackedPlan", folder: Path, least: float) -> str:
         problem = f"only {said}{fewest}; {of_what}" if badly else shifted
         warnings.warn(VbbenchWarning(f"{folder}: {problem}"), stacklevel=3)
     return f"{kept} of {boxes.sum()} boxes kept"
-
-
-def _check_pictures(path: Path, dataset: Dataset, number: int) -> None:
-    """Refuse a file whose ``seqinfo.ini`` is of pictures of another size or frame rate."""
-    info, facts = picture_facts(path.parent / path.stem, path.parent.parent)
-    size, wanted = facts.size, dataset.camera(dataset.sequence(number)).picture_size
-    if any(size) and size != wanted:
-        of_dataset = f"those of the dataset {wanted[0]} x {wanted[1]}; track these"
-        raise FileError(info, f"its pictures have {size[0]} x {size[1]} px, {of_dataset}")
-    if not facts.has_dt(dataset.info.dt):
-        problem = f"its frameRate is {facts.rate:g}, that of the dataset {1.0 / dataset.info.dt:g}; track its pictures"
-        raise FileError(info, problem)
 
 
 @dataclass(frozen=True)

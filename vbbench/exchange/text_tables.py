@@ -210,7 +210,8 @@ def read_table(
         body, sample = re.sub(rb"[,;][ \t]*(?=\n|$)", b"", body), sample[:-1]
     cells = split_cells(sample) if sample else []
     if header is not None:
-        form = _named(path, header, first - 1, repeated, required)
+        _refuse_doubtful(path, header, first - 1, repeated)
+        named, least, filled = header, len(header.names), frozenset(required)
     else:
         wordy = all(parse_number(cell) is None for cell in cells) and re.search("[A-Za-z]", sample)
         if sample and (not layout or wordy):
@@ -218,10 +219,11 @@ def read_table(
             problem = f"its first line is {quoted(sample)}, which names no columns that are known: {known}"
             raise FileError(path, problem, first)
         try:
-            form = _laid_out(path, layout if isinstance(layout, str) else layout(cells))
+            named, least = _laid_out(layout if isinstance(layout, str) else layout(cells))
         except ValueError as error:
             raise FileError(path, str(error), first) from error
-    form = replace(form, mark=mark, first=first, cells=cells)
+        filled = frozenset(named.columns) - {"last"}
+    form = _Form(path, named, filled, least, header is not None, mark, first, cells)
     body = body.rstrip() if body.endswith(b"\n\n") else body
     if mark == " " and (b"  " in body or b"\t" in body or b" \n" in body or b"\n " in body):
         body = re.sub(rb"[ \t]+", b" ", body).replace(b" \n", b"\n").replace(b"\n ", b"\n").strip(b" ")
@@ -258,7 +260,8 @@ def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: 
     """The columns of a list of records, such as of JSON; a cell that is not there is empty."""
     names = list(dict.fromkeys(name for record in records for name in record))
     header = name_columns(names, nouns)
-    form, lines = _named(path, header, None), np.zeros(len(records), np.int64)
+    _refuse_doubtful(path, header, None)
+    form, lines = _Form(path, header, frozenset(), 0, True), np.zeros(len(records), np.int64)
     columns = {}
     for noun, column in header.columns.items():
         cells = [None if (cell := record.get(names[column])) is None else str(cell) for record in records]
@@ -292,43 +295,37 @@ def refuse_missing(table: NamedColumns, wanted: Sequence[Collection[str]]) -> No
             raise FileError(table.path, f"has no column {' or '.join(names)}; {hint}", line if line > 0 else None)
 
 
+def _refuse_doubtful(path: Path, header: Header, line: int | None, repeated: Collection[str] = ()) -> None:
+    """Raise FileError if several columns could be of one noun that is not among the ``repeated``."""
+    for noun in (noun for noun in header.doubtful if noun not in repeated):
+        shown = " and ".join(map(quoted, header.doubtful[noun]))
+        raise FileError(path, f"columns {shown} could both be the {noun}; keep one of them", line or None)
+
+
+def _laid_out(layout: Layout) -> tuple[Header, int]:
+    """The columns of a layout, and how few of them a row may have."""
+    names, least = layout.replace("[", "").replace("]", "").split(), len(layout.partition("[")[0].split())
+    parts = [name.strip("()").partition(":") for name in names]
+    columns = {noun: place for place, (noun, *_) in enumerate(parts) if not names[place].startswith("(")}
+    return Header(tuple(name or noun for noun, _, name in parts), columns, {}, {}), least
+
+
 @dataclass(frozen=True)
 class _Form:
-    """How a text is read: the ``places`` of its nouns, what it calls them, and what its rows must have.
+    """How a text is read: its columns, those of them that must be ``filled``, and how few of them a row may have.
 
-    ``span`` is how few and many cells a row may have, ``named`` whether the text names its columns; ``first`` is the
-    number of its first row, which has the ``cells``.
+    ``named`` is whether the text itself names its columns; ``first`` is the number of its first row, which has the
+    ``cells``.
     """
 
     path: Path
-    places: dict[str, int]
-    called: dict[str, str]
-    required: frozenset[str]
-    span: tuple[int, int]
+    header: Header
+    filled: frozenset[str]
+    least: int
     named: bool
     mark: str = ","
     first: int = 0
     cells: Sequence[str] = ()
-
-
-def _named(
-    path: Path, header: Header, line: int | None, repeated: Collection[str] = (), required: Collection[str] = ()
-) -> _Form:
-    """The form of a table with names in a ``line``; several columns may be only of the nouns that are ``repeated``."""
-    for noun in (noun for noun in header.doubtful if noun not in repeated):
-        shown = " and ".join(map(quoted, header.doubtful[noun]))
-        raise FileError(path, f"columns {shown} could both be the {noun}; keep one of them", line or None)
-    called = {noun: header.names[column] for noun, column in header.columns.items()}
-    return _Form(path, dict(header.columns), called, frozenset(required), (len(header.names),) * 2, named=True)
-
-
-def _laid_out(path: Path, layout: Layout) -> _Form:
-    """The form of a text in a layout."""
-    names = layout.replace("[", "").replace("]", "").split()
-    called = {name.strip("()").partition(":")[0]: name.strip("()").rpartition(":")[2] for name in names}
-    places = {noun: place for place, noun in enumerate(called) if not names[place].startswith("(")}
-    span = len(layout.partition("[")[0].split()), len(names)
-    return _Form(path, places, called, frozenset(places) - {"last"}, span, named=False)
 
 
 Read = tuple[dict[str, NDArray[Any]], IntArray]
@@ -363,10 +360,10 @@ def split_header(
 
 def _read_fast(body: bytes, form: _Form, width: int) -> Read | None:
     """The rows of a table whose lines all have the same columns, empty cells only where they may be; else ``None``."""
-    if not form.span[0] <= width <= form.span[1] or b"0x" in body or b"0X" in body:
+    if not form.least <= width <= len(form.header.names) or b"0x" in body or b"0X" in body:
         return None
     names = list(map(str, range(width)))
-    nouns = {names[place]: noun for noun, place in form.places.items() if place < width}
+    nouns = {names[place]: noun for noun, place in form.header.columns.items() if place < width}
     parse = csv.ParseOptions(delimiter=form.mark, ignore_empty_lines=False)
     kinds = {name: _TEXTS if noun in WORDS else pa.float64() for name, noun in nouns.items()}
     shown = dict(zip(names, form.cells, strict=False))
@@ -384,7 +381,7 @@ def _read_fast(body: bytes, form: _Form, width: int) -> Read | None:
         for noun, column in columns.items():  # infinities, or empty cells where there must be none
             empty = np.isnan(column) if column.dtype.kind == "f" else column == ""
             infinite = column.dtype.kind == "f" and np.isinf(column).any()
-            if infinite or (noun in form.required and column.dtype.kind in "fU" and empty.any()):
+            if infinite or (noun in form.filled and column.dtype.kind in "fU" and empty.any()):
                 return None
         return columns, np.arange(form.first, form.first + len(table))
     return None
@@ -392,13 +389,13 @@ def _read_fast(body: bytes, form: _Form, width: int) -> Read | None:
 
 def _read_carefully(body: bytes, form: _Form) -> Read:
     """The rows of a table line by line; raises FileError at the first that is wrong."""
-    lines, rows = [], list[list[str]]()
-    nothing = [place for noun, place in form.places.items() if noun in form.required and form.named]
+    lines, rows, places, most = [], list[list[str]](), form.header.columns, len(form.header.names)
+    nothing = [place for noun, place in places.items() if noun in form.filled and form.named]
     for line, text in enumerate(body.decode("utf-8", "replace").split("\n"), form.first):
         if not text.strip() or text.lstrip().startswith("#"):
             continue
         cells = text.split() if form.mark == " " else text.split(form.mark)
-        if not form.span[0] <= len(cells) <= form.span[1]:
+        if not form.least <= len(cells) <= most:
             raise FileError(form.path, f"{len(cells)} columns{_wanted(form)}", line)
         cells = [cell.strip(" \t\"'") for cell in cells]
         if nothing and all(cells[place] in EMPTY for place in nothing):  # nobody is seen in this frame
@@ -408,7 +405,7 @@ def _read_carefully(body: bytes, form: _Form) -> Read:
     numbers = np.array(lines, np.int64)
     columns = {
         noun: _typed(noun, [row[place] if place < len(row) else None for row in rows], form, numbers)
-        for noun, place in form.places.items()
+        for noun, place in places.items()
         if not rows or any(place < len(row) for row in rows)
     }
     return columns, numbers
@@ -416,17 +413,17 @@ def _read_carefully(body: bytes, form: _Form) -> Read:
 
 def _wanted(form: _Form) -> str:
     """How many columns there should be, in words."""
-    least, most = form.span
+    least, names = form.least, form.header.names
     if form.named:
-        return f", the first line names {most}"
+        return f", the first line names {len(names)}"
     separated = {",": "commas", ";": "semicolons", " ": "blanks", "\t": "tabs"}.get(form.mark, form.mark)
-    shown = form.mark.join(list(form.called.values())[:most])
-    return f" with {separated} between, wanted {least if least == most else f'{least} to {most}'}: {shown}"
+    wanted = str(least) if least == len(names) else f"{least} to {len(names)}"
+    return f" with {separated} between, wanted {wanted}: {form.mark.join(names)}"
 
 
 def _typed(noun: str, cells: list[str | None], form: _Form, lines: IntArray) -> NDArray[Any]:
     """A column of cells, ``None`` where a row ends before, as numbers, or as words where it may have them."""
-    known = [cell if cell is not None and (noun in form.required or cell not in EMPTY) else None for cell in cells]
+    known = [cell if cell is not None and (noun in form.filled or cell not in EMPTY) else None for cell in cells]
     if noun == "ignored":
         known = [_MARKS.get(cell.lower(), cell) if cell else None for cell in known]
     if noun in WORDS:
@@ -434,19 +431,20 @@ def _typed(noun: str, cells: list[str | None], form: _Form, lines: IntArray) -> 
         words = noun == "frame" and column.dtype.kind == "U"
         if not any(cell in EMPTY for cell in known) and (not words or all(map(_DIGIT.search, filter(None, known)))):
             return column
-    spare, values = noun == "time" and "frame" in form.called, list[float]()  # such as a date, where frames count
+    spare, values = noun == "time" and "frame" in form.header, list[float]()  # such as a date, where frames count
     for row, cell in enumerate(known):
         if cell is None or (spare and parse_number(cell) is None):
             values.append(np.nan)
         else:
-            values.append(finite_number(form.path, int(lines[row]) or None, form.called[noun], cell))
+            called = form.header.names[form.header.columns[noun]]
+            values.append(finite_number(form.path, int(lines[row]) or None, called, cell))
     return np.array(values, np.float64)
 
 
 def _from_arrow(noun: str, column: pa.ChunkedArray) -> NDArray[Any]:
     """A column as int64, floats or texts without blanks and quotes around them: the first that holds every cell."""
     if not pa.types.is_dictionary(column.type):
-        column = pc.fill_null(column.cast(pa.float64()), np.nan) if column.null_count else column
+        column = pc.fill_null(column.cast(pa.float64(), safe=False), np.nan) if column.null_count else column
         return np.array(column_values(column))
     column = column.unify_dictionaries()
     words = pc.utf8_trim(column.chunk(0).dictionary if column.num_chunks else pa.array([], pa.string()), " \t\"'")

@@ -55,18 +55,10 @@ def fitting(rows: OwnBoxes, own: OwnCamera) -> tuple[OwnBoxes, tuple[str, ...]]:
 
 def frame_seconds(boxes: Path, own: OwnCamera, dt: float | None) -> float | None:
     """Seconds per frame by the camera file, by ``dt``, or by MOTChallenge's ``seqinfo.ini`` of a file of boxes."""
-    found, stated = picture_facts(boxes.parent, boxes.parent.parent)
-    facts, size, seconds = own.facts, stated.size, own.facts.seconds or dt
-    if any(size) and (facts.width, facts.height or size[1]) != size:
-        problem = f"says {facts.width} x {facts.height} px, {found} says {size[0]} x {size[1]}"
-        advice = "write the size of the picture that the boxes are of, with the focal length that belongs to it"
-        raise FileError(own.path, f"{problem}; {advice}")
-    if seconds is None:
-        return 1.0 / stated.rate if stated.rate else None
-    if not stated.has_dt(seconds):
-        problem = f"{1.0 / seconds:.4g} frames a second are given, {found} says frameRate={stated.rate:g}"
-        raise FileError(own.path, f"{problem}; write the rate of the frames that the boxes are of in both")
-    return seconds
+    stated, facts = picture_facts(boxes.parent, boxes.parent.parent), own.facts
+    seconds = facts.seconds or dt
+    stated.refuse_other("the given camera's", (facts.width, facts.height or stated.size[1]), seconds)
+    return seconds or (1.0 / stated.rate if stated.rate else None)
 
 
 def gaps(observed: BoolArray, dt: float) -> tuple[str, ...]:

@@ -121,7 +121,7 @@ def test_a_recording_too_large_for_a_scene(tmp_path):
     ("old", "new", "problem"),
     [
         ("name={name}\n", "", "key 'name' is missing"),
-        ("frameRate=25\n", "", "key 'frameRate' is missing in its section"),
+        ("frameRate=25\n", "", "key 'frameRate' is missing; lines are"),
         ("frameRate=25", "frameRate=", "key 'frameRate' is missing"),
         ("frameRate=25", "frameRate=fast", "frameRate is 'fast', not a number of pictures a second"),
         ("frameRate=25", "frameRate=0", "frameRate is '0'"),
@@ -130,9 +130,7 @@ def test_a_recording_too_large_for_a_scene(tmp_path):
         ("seqLength=90", "seqLength=99999999999", "seqLength is '99999999999', not a whole number from 1 to 1000000"),
         ("imWidth=1920", "imWidth=-1", "imWidth is '-1'"),
         ("imHeight=1080", "imHeight=0", "imHeight is '0'"),
-        ("[Sequence]\n", "", "line 1: is not an ini file"),
-        ("[Sequence]", "[Recording]", r"key 'name' is missing in its section \[Sequence\]"),
-        ("imDir", "frameRate=30\nimDir", "line 5: is not an ini file"),
+        ("name=", "title=", "key 'name' is missing; lines are 'key=value'"),
     ],
 )
 def test_a_bad_seqinfo(old, new, problem):
@@ -143,7 +141,7 @@ def test_a_bad_seqinfo(old, new, problem):
 
 
 def test_a_seqinfo_that_is_no_text():
-    with pytest.raises(FileError, match="is not a text file"):
+    with pytest.raises(FileError, match="begins as UTF-16 text and does not go on so"):
         parse_seqinfo(Path("seqinfo.ini"), b"\xff\xfe\x00")
 
 
