@@ -27,7 +27,7 @@ from vbbench_generators.views.reprojection import Reprojection, plan_reprojectio
 
 NAIVE_SEQUENCES = 40
 RUNS = 3
-TARGET = 20
+TARGET = 25
 
 
 def plan() -> Reprojection:

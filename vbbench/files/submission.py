@@ -152,7 +152,7 @@ def read_info(folder: Path, faults: Faults) -> SubmissionInfo:
 
 
 class SubmissionWriter(WholeWriter):
-    """Writes a submission, one row group per sequence; the folder is one only when the block ends without error.
+    """Writes a submission by sequence; the folder is one only when the block ends without error.
 
     ``info`` is written last and may be replaced inside the block, as the time is known only at its end.
 

@@ -48,7 +48,7 @@ SCHEMAS: dict[str, pa.Schema] = {
     "positions": pa.schema([("sequence", _I), ("frame", _I), ("track", _I), ("x", _F), ("y", _F)]),
     "heights": pa.schema([("sequence", _I), ("track", _I), ("height", _F), ("variance", _F)]),
 }
-"""Columns of every table, by its path in the folder without ``.parquet``; one row group per sequence (or scene)."""
+"""Columns of every table, by its path in the folder without ``.parquet``; rows ascend by sequence (or scene)."""
 
 ODOMETRY_TABLE = "odometry"
 """The table of what observers measure of their motion, with the upper triangle of its covariance row by row."""
@@ -156,9 +156,12 @@ ZSTD_LEVEL = -5
 BUFFER = 1 << 18
 """Bytes that are handed to the system together: a row group of a short sequence has pages of some hundred bytes."""
 
-GROUPS_ALONE = 4096
-"""This many row groups are written one by one, then as many of two each, of four, …: so the footer, which writer and
-reader hold in memory, grows with the logarithm of the number of sequences."""
+GROUP_ROWS = 2048
+"""Sequences share a row group until it has so many rows: a group of a few rows costs as much to write as of these."""
+
+GROUPS_OF_A_SIZE = 4096
+"""After this many row groups they have at least twice as many rows, after as many again four times, …: so the footer,
+which writer and reader hold in memory, grows with the logarithm of the number of sequences."""
 
 
 class WholeWriter:
@@ -207,11 +210,11 @@ class TableWriter(WholeWriter):
             self._open = stack.pop_all()
 
     def add(self, group: pa.Table) -> None:
-        """Append a row group, unless it is empty. In very long tables several are written as one (`GROUPS_ALONE`)."""
+        """Append the rows of a sequence or scene; those of short ones share a row group (`GROUP_ROWS`)."""
         if len(group):
             self._waiting.append(with_columns(group, self._schema))
             self.rows += len(group)
-        if len(self._waiting) >= 2 ** (self._written // GROUPS_ALONE):
+        if sum(map(len, self._waiting)) >= GROUP_ROWS * 2 ** (self._written // GROUPS_OF_A_SIZE):
             self._flush()
 
     def finish(self) -> None:
