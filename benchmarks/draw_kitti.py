@@ -14,7 +14,7 @@ from vbbench.generation import generate
 from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
 from vbbench.pictures.backdrop import Backdrop
-from vbbench.pictures.film.frames import Film
+from vbbench.pictures.film import Film
 from vbbench.pictures.replay import load_replay
 from vbbench.solving import solve
 

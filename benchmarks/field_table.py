@@ -13,7 +13,7 @@ from vbbench.generation.generator import Observer, Options
 from vbbench.generation.tier import Observations, Sight, Tier
 from vbbench.geometry import FloatArray, IntArray, world_to_relative
 from vbbench.registry import load
-from vbbench_generators.tiers.field.recipe import get_field
+from vbbench_generators.tiers.field import get_field
 from vbbench_generators.tiers.field.tier import field_tier
 
 SPLITS = ("hotel", "eth", "students", "street")

@@ -32,7 +32,7 @@ from vbbench.reproduction.agreement import LEVEL, SEED, Errors, spearman
 from vbbench.reproduction.grid import Making
 from vbbench.reproduction.transfer import people_as_text
 from vbbench.sequence import Sequence
-from vbbench_generators.tiers.field.recipe import FieldRecipe, get_field
+from vbbench_generators.tiers.field import FieldRecipe, get_field
 
 DRAWN, FOUND = SETTINGS = ("drawn, vehicle", "found, vehicle")
 """The settings of `benchmarks.family_ranks` that are fitted, each on the families with such boxes."""

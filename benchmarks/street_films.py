@@ -29,7 +29,7 @@ from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
 from vbbench_generators.footage.street_film import DT, FOLDER, SCALE, TABLES
 from vbbench_generators.splits import street
-from vbbench_generators.tiers.field.recipe import carry, get_field
+from vbbench_generators.tiers.field import carry, get_field
 from vbbench_renderers.meshes import Sky, Surroundings
 from vbbench_renderers.people import Walkers
 from vbbench_renderers.raster import Drawer

@@ -17,7 +17,7 @@ from vbbench.protocol import arrivals_given
 from vbbench.registry import load
 from vbbench.reproduction.grid import Making
 from vbbench.sequence import Sequence, Truth
-from vbbench_generators.footage.kitti.files import WALKERS
+from vbbench_generators.footage.kitti import WALKERS
 from vbbench_generators.footage.kitti.split import KittiSplit
 
 STRIDES = {"hotel": None, "eth-15fps": None, "students-resampled": 8, "sim": 4}

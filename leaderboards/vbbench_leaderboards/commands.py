@@ -112,7 +112,7 @@ def check(
         dataset: More dataset folders to score with.
         submission: More submission folders to score again.
     """
-    from vbbench_leaderboards.checks.checking import check as verify
+    from vbbench_leaderboards.checks import check as verify
 
     print(verify(results, work=work, datasets=dataset, submissions=submission))
 

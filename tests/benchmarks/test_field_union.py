@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.field_union import DRAWN, FOUND, NAMES, SMOKE_FAMILIES, fitted, memory, pooled
-from vbbench_generators.tiers.field.recipe import get_field
+from vbbench_generators.tiers.field import get_field
 
 ROOT = Path(__file__).parents[2]
 OWN = dict.fromkeys(NAMES, 0.1) | {"nearest": 0.05, "farthest": 0.45}

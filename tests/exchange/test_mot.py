@@ -30,7 +30,7 @@ from vbbench.pictures.rendering import Backend
 from vbbench.scoring import score
 from vbbench.sequence import NOBODY
 from vbbench.solving import solve
-from vbbench_generators.tiers.tracking.settings import get_tracking
+from vbbench_generators.tiers.tracking import get_tracking
 
 FROM_ONE = np.array([1.0, 1.0, 0.0, 0.0])
 GOOD = "2,7,101,51,20,60,1,1,0.5"

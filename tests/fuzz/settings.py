@@ -12,7 +12,7 @@ from vbbench.parsing.toml_text import read_toml
 from vbbench_generators.crowds.scenario import read_scenario
 from vbbench_generators.recordings.readers.crohd import find_recording, read_heads
 from vbbench_generators.recordings.recipe import read_recipe
-from vbbench_generators.tiers.tracking.settings import TrackingSettings
+from vbbench_generators.tiers.tracking import TrackingSettings
 
 NAME = "HT21-03"
 SEQINFO = "[Sequence]\nname=HT21-03\nimDir=img1\nframeRate=25\nseqLength=90\nimWidth=1920\nimHeight=1080\nimExt=.jpg\n"

@@ -10,7 +10,7 @@ import numpy as np
 
 from tests.lib.ros_messages import Messages
 from vbbench.geometry import FloatArray, moved_as_one, wrap_angle
-from vbbench_generators.footage.jrdb.recording import CAMERA
+from vbbench_generators.footage.jrdb import CAMERA
 from vbbench_generators.footage.odometry_filter import Readings
 from vbbench_generators.views.vehicle import STEP, changing, get_robot, sense
 

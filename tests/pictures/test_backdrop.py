@@ -16,8 +16,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import Pictures
 from vbbench.geometry import world_to_relative
 from vbbench.pictures.backdrop import GROUND, SKY, Backdrop
-from vbbench.pictures.film.frames import TITLE_HEIGHT, Film
-from vbbench.pictures.plotting.figure import plot_replay
+from vbbench.pictures.film import TITLE_HEIGHT, Film
+from vbbench.pictures.plotting import plot_replay
 from vbbench.pictures.rendering import Backend, render_to_file
 from vbbench.pictures.replay import load_replay
 from vbbench.solving import solve

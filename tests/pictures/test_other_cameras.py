@@ -16,7 +16,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
 from vbbench.geometry import world_to_relative
-from vbbench.pictures.film.frames import TITLE_HEIGHT, Film
+from vbbench.pictures.film import TITLE_HEIGHT, Film
 from vbbench.pictures.plotting import plot_sequence
 from vbbench.pictures.rendering import Rendered, scene_of
 from vbbench.pictures.replay import load_replay

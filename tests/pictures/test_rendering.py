@@ -17,8 +17,7 @@ from vbbench.errors import FileError, VbbenchError
 from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.pictures.film import paint
-from vbbench.pictures.film.frames import TITLE_HEIGHT, Film, draw_legend
+from vbbench.pictures.film import TITLE_HEIGHT, Film, draw_legend, paint
 from vbbench.pictures.rendering import Backend, Rendered, render_to_file, scene_of
 from vbbench.pictures.replay import load_replay
 from vbbench.pictures.video import KEY_FILE, frame_name, write_mp4, write_png_folder

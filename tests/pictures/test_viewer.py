@@ -18,7 +18,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.submission_tables import SubmittedEstimates
 from vbbench.generation import generate
 from vbbench.generation.generator import Options
-from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
+from vbbench.pictures.viewer import record_to_file
+from vbbench.pictures.viewer.marks import Opened, how_to_open, open_viewer
 from vbbench.protocol import scored_frames, scored_positions
 from vbbench.scoring import score
 from vbbench.scoring.metrics import position_error, relative_position_error, rotation_error, translation_error
@@ -199,7 +200,7 @@ def test_a_failure_leaves_nothing(folder: Path, tmp_path: Path, monkeypatch: pyt
     def fail(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vbbench.pictures.viewer.recording.record_boxes", fail)
+    monkeypatch.setattr("vbbench.pictures.viewer.record_boxes", fail)
     with pytest.raises(KeyboardInterrupt):
         record_to_file(Dataset(folder), SEQUENCE, tmp_path / "x.rrd")
     assert not list(tmp_path.iterdir())

@@ -240,7 +240,7 @@ def _solve(dataset: Dataset, sequence: Sequence, solver: str, solving: Any, fold
 
 
 def _draw_map(path: Path, sequence: Sequence, answer: Estimate, report: Report) -> None:
-    from vbbench.pictures.plotting import save_picture
+    from vbbench.pictures.plotting.style import save_picture
     from vbbench.pictures.plotting.whole_map import plot_map
 
     facts = [" ".join(report.verdict.sentences())]

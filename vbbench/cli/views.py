@@ -85,7 +85,8 @@ def view(
         footage: Record the pictures that the camera itself took.
     """
     from vbbench.files.dataset import Dataset
-    from vbbench.pictures.viewer import Opened, how_to_open, open_viewer, record_to_file
+    from vbbench.pictures.viewer import record_to_file
+    from vbbench.pictures.viewer.marks import Opened, how_to_open, open_viewer
 
     path = record_to_file(Dataset(folder), sequence, out, submissions=estimate, footage=footage)
     print(path)

@@ -26,7 +26,7 @@ from vbbench.sequence import Sequence
 from vbbench.version import __version__
 
 if TYPE_CHECKING:
-    from vbbench.pictures.film.frames import View
+    from vbbench.pictures.film import View
     from vbbench.pictures.replay import Replay
 
 _WIDEST_BELOW, _WIDEST_NEXT = 1920, 1280
@@ -183,7 +183,7 @@ class Rendered:
         return self.replay.camera.picture_size[1]
 
     def picture(self, frame: int) -> NDArray[np.uint8]:
-        """See `vbbench.pictures.film.frames.View`."""
+        """See `vbbench.pictures.film.View`."""
         sequence = self.replay.sequence
         pose = self.replay.dataset.world(sequence).poses_in_scene(self.replay.known.poses[frame])
         place = sequence.first_frame + frame
@@ -222,7 +222,7 @@ def render_to_file(
     -------
     ``out``.
     """
-    from vbbench.pictures.film.frames import Film
+    from vbbench.pictures.film import Film
     from vbbench.pictures.replay import load_replay
     from vbbench.pictures.video import write_mp4, write_png_folder
 
@@ -250,7 +250,7 @@ def _opened_view(
 ) -> Iterator[tuple["View", dict[str, Any]]]:
     """What the observer sees, by a renderer or without one as it was recorded, and what determines its pictures."""
     from vbbench.pictures.backdrop import Backdrop
-    from vbbench.pictures.film.frames import is_wide
+    from vbbench.pictures.film import is_wide
 
     dataset, sequence = replay.dataset, replay.sequence
     if backend is None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.parsing.json_text import without_nan
-from vbbench.pictures.plotting import save_picture
+from vbbench.pictures.plotting.style import save_picture
 from vbbench.scoring.scorecard import Summary
 from vbbench.table import Table, environment, rewritten
 

@@ -8,8 +8,8 @@ import numpy as np
 from vbbench.camera import Camera
 from vbbench.generation.tier import Observations, Sight, Tier, Told
 from vbbench_generators.tiers.noise import Outline, Showing, add_pixel_noise, enough, see
+from vbbench_generators.tiers.tracking import TrackingSettings, get_tracking
 from vbbench_generators.tiers.tracking.observing import VIDEO_RATE, Film, finer, track_video
-from vbbench_generators.tiers.tracking.settings import TrackingSettings, get_tracking
 
 
 @dataclass(frozen=True, kw_only=True)

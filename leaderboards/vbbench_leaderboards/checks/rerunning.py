@@ -34,7 +34,7 @@ from vbbench.scoring.scorecard import capped_figures
 from vbbench.solving import solve
 from vbbench.solving.provenance import source_digest
 from vbbench.solving.submissions import declared_facts
-from vbbench_leaderboards.checks.checking import drift, record_faults
+from vbbench_leaderboards.checks import drift, record_faults
 from vbbench_leaderboards.results.boards import REFERENCES, BoardSource, chosen_sources, is_diagnostic
 from vbbench_leaderboards.results.dataset_record import BoardDataset, read_dataset, write_dataset
 from vbbench_leaderboards.results.folder import dataset_folder, result_paths, submission_folder

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from tests.lib.lifting_crowd import HEAD_HEIGHT, SIZE, Camera, ground_matrix, photograph, walk
 from vbbench.errors import VbbenchError
 from vbbench_generators._core import smooth
+from vbbench_generators.lifting import lift
 from vbbench_generators.lifting.camera import camera_of_homography, camera_of_plane
 from vbbench_generators.lifting.heads import Heads, LiftingSettings, SizePlane, split_at_gaps
-from vbbench_generators.lifting.lift import lift
 
 DT = 0.04
 AREA = (-9.0, 10.0, 9.0, 32.0)

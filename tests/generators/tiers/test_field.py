@@ -16,7 +16,7 @@ from vbbench.generation.generator import Options, Simulation
 from vbbench.generation.tier import Sight, chosen_heights, chosen_tier, get_tier
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench_generators.splits import sim
-from vbbench_generators.tiers.field.recipe import (
+from vbbench_generators.tiers.field import (
     Carriage,
     carry,
     cut_rows,

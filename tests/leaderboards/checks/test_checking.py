@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from tests.lib.tiny_board import FILE, RECORD, Change, at, forge, recoded
 from vbbench.cli import main
 from vbbench.errors import FileError
-from vbbench_leaderboards.checks.checking import ResultsError, check
+from vbbench_leaderboards.checks import ResultsError, check
 from vbbench_leaderboards.results.dataset_record import read_dataset
 
 NOT_FROM_SEQUENCES = {

@@ -21,8 +21,7 @@ from vbbench.generation.generator import Options
 from vbbench.protocol import PROTOCOLS, get_protocol
 from vbbench.registry import make_solver
 from vbbench.solving.runner import run_sequence
-from vbbench_leaderboards.checks import rerunning
-from vbbench_leaderboards.checks.checking import drift
+from vbbench_leaderboards.checks import drift, rerunning
 from vbbench_leaderboards.checks.rerunning import Rerun, code_of, disagreements
 from vbbench_leaderboards.results.boards import REFERENCES, BoardSource, chosen_sources
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset

@@ -11,7 +11,7 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_leaderboards.checks.checking import tolerance_of
+from vbbench_leaderboards.checks import tolerance_of
 from vbbench_leaderboards.results.boards import REFERENCES, published_sources, source
 from vbbench_leaderboards.results.dataset_record import read_dataset
 from vbbench_leaderboards.results.folder import published_results

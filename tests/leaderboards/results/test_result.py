@@ -17,7 +17,7 @@ from tests.lib.board_results import record_of, result
 from tests.lib.tiny_board import FILE, RECORD, at, forge
 from vbbench.camera import PanoramaCamera, camera_to_dict
 from vbbench.errors import FileError
-from vbbench_leaderboards.checks.checking import ResultsError, check
+from vbbench_leaderboards.checks import ResultsError, check
 from vbbench_leaderboards.results.dataset_record import read_dataset, write_dataset
 from vbbench_leaderboards.results.folder import read_datasets, read_results
 from vbbench_leaderboards.results.result import Board, Past, Result, grown, history_faults, read_result, write_result

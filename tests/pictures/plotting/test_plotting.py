@@ -21,8 +21,8 @@ from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import DatasetInfo
 from vbbench.geometry import relative_to_world
 from vbbench.pictures.colours import solver_colour
-from vbbench.pictures.plotting import ego, plot_sequence, plot_to_file, save_picture, style
-from vbbench.pictures.plotting.style import free_offsets, spread, text_extent
+from vbbench.pictures.plotting import ego, plot_sequence, plot_to_file, style
+from vbbench.pictures.plotting.style import free_offsets, save_picture, spread, text_extent
 from vbbench.scoring import score
 from vbbench.sequence import Given, Sequence, Truth
 from vbbench.solver import Estimate
@@ -225,7 +225,7 @@ CAUTION = "made up for tests. " + "Every word of this must be readable on the pi
 
 def test_several_answers_and_one_with_faults_in_one_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     shown: list[Figure] = []
-    monkeypatch.setattr("vbbench.pictures.plotting.figure.save_picture", lambda drawing, _: shown.append(drawing))
+    monkeypatch.setattr("vbbench.pictures.plotting.save_picture", lambda drawing, _: shown.append(drawing))
     data, number = tmp_path / "data", 3
     write_dataset(data, Crowd(scenes=3, frames=40, people=8, stay=(8, 20), caution=CAUTION))
     noise = {"good": ("vb-cv", 0.1), "bad": ("cv", 0.6), "again": ("cv", 0.3)}

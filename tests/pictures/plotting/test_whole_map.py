@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from vbbench.estimate import Estimate
 from vbbench.geometry import BoolArray
-from vbbench.pictures.plotting import save_picture
+from vbbench.pictures.plotting.style import save_picture
 from vbbench.pictures.plotting.whole_map import plot_map
 
 FRAMES, PEOPLE, DT = 200, 5, 0.1

@@ -31,8 +31,7 @@ from vbbench.errors import FileError, VbbenchError, quoted
 from vbbench.folders.locks import locked
 from vbbench.folders.replacing import replacing, write_text_atomically
 from vbbench.parallel.parts import processes_of, progress_bar
-from vbbench.pictures.plotting import save_picture
-from vbbench.pictures.plotting.style import TEXT_SIZE, lay_out, write_heading
+from vbbench.pictures.plotting.style import TEXT_SIZE, lay_out, save_picture, write_heading
 from vbbench.protocol import PROTOCOLS
 from vbbench.table import csv_text
 from vbbench_baselines.former.inference import read_weights

@@ -12,6 +12,7 @@ from vbbench.exchange.box_rows import BoxRows
 from vbbench.files.tables import file_sha256
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Options, bundled_card
+from vbbench_generators.footage.jrdb import CAMERA, Recording, assemble, direction_errors, nearest_clouds
 from vbbench_generators.footage.jrdb.labels import (
     BOXES,
     PLACES,
@@ -35,7 +36,6 @@ from vbbench_generators.footage.jrdb.motion import (
     nominal_stamps,
     read_stamps,
 )
-from vbbench_generators.footage.jrdb.recording import CAMERA, Recording, assemble, direction_errors, nearest_clouds
 from vbbench_generators.footage.odometry_filter import RobotMotion
 from vbbench_generators.footage.split import READ_BY_ALL, FootageSplit, named
 from vbbench_generators.footage.tracks import FoundTracks, file_for

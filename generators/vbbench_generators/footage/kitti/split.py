@@ -17,7 +17,7 @@ from vbbench.generation.generator import Card, Options, bundled_card
 from vbbench.generation.sources import data_folders
 from vbbench.geometry import BoolArray, FloatArray, IntArray, motion_between, wrap_angle
 from vbbench.scene import Scene
-from vbbench_generators.footage.kitti.files import (
+from vbbench_generators.footage.kitti import (
     CARS,
     CYCLISTS,
     WALKERS,

@@ -21,8 +21,8 @@ from vbbench.files.tables import file_sha256
 from vbbench.generation.archives import open_archive
 from vbbench.generation.generator import Options
 from vbbench.generation.sources import Source, find_source, locate
+from vbbench_generators.lifting import lift
 from vbbench_generators.lifting.heads import HeadBoxes
-from vbbench_generators.lifting.lift import lift
 from vbbench_generators.recordings.loading import Loaded, Reader, every_frame
 from vbbench_generators.recordings.readers.tracks import check_size, check_speed, read_homography
 from vbbench_generators.recordings.recipe import Recipe

@@ -9,10 +9,10 @@ from vbbench.camera import Camera
 from vbbench.generation.tier import Heights, Observations, Sight, Tier, Told
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench.sequence import NOBODY
-from vbbench_generators.tiers.field.recipe import FieldRecipe, carry, cut_rows, drawn, frame, get_field, whole_boxes
+from vbbench_generators.tiers.field import FieldRecipe, carry, cut_rows, drawn, frame, get_field, whole_boxes
 from vbbench_generators.tiers.noise import Outline, Showing, see_figures
+from vbbench_generators.tiers.tracking import get_tracking
 from vbbench_generators.tiers.tracking.observing import Film, finer, track_video
-from vbbench_generators.tiers.tracking.settings import get_tracking
 
 
 @dataclass(frozen=True, kw_only=True)

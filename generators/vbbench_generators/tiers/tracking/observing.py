@@ -19,7 +19,7 @@ from vbbench.geometry import BoolArray, FloatArray, shorter_way, wrap_angle
 from vbbench.sequence import Truth
 from vbbench_generators import _core
 from vbbench_generators.tiers.noise import Outline, Showing, wandering
-from vbbench_generators.tiers.tracking.settings import DetectorModel, TrackingSettings
+from vbbench_generators.tiers.tracking import DetectorModel, TrackingSettings
 from vbbench_generators.tiers.tracking.tracker import CentredDetections, Found, Tracker, from_centres
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from vbbench.exchange.detection import Detections
 from vbbench.geometry import BoolArray, FloatArray, IntArray, shorter_way
 from vbbench_generators import _core
-from vbbench_generators.tiers.tracking.settings import TrackerSettings, get_tracking
+from vbbench_generators.tiers.tracking import TrackerSettings, get_tracking
 
 Moved = Callable[[FloatArray], FloatArray]
 """Where boxes [N, 4] (centre column, centre row, width, height) px stand after nothing but the camera has moved."""

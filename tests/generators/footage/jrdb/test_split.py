@@ -17,7 +17,7 @@ from vbbench.generation.generator import Options
 from vbbench.geometry import motion_between, relative_to_world, world_to_relative, wrap_angle
 from vbbench.scoring import score
 from vbbench.solving import solve
-from vbbench_generators.footage.jrdb.recording import CAMERA, direction_errors
+from vbbench_generators.footage.jrdb import CAMERA, direction_errors
 from vbbench_generators.footage.jrdb.split import STANDING, find_recordings, jrdb, read_recording
 
 SAMPLE = "bytes-cafe-2019-02-07_0"

@@ -20,7 +20,7 @@ from vbbench.generation.footage import FootageOptions
 from vbbench.generation.generator import Options
 from vbbench.geometry import world_to_relative
 from vbbench.sequence import NOBODY
-from vbbench_generators.footage.kitti.files import WALKERS
+from vbbench_generators.footage.kitti import WALKERS
 from vbbench_generators.footage.kitti.split import KittiSplit, kitti
 
 LABELLED = boxes_of(Drive().labels())

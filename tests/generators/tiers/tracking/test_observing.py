@@ -16,6 +16,7 @@ from vbbench.generation.tier import Observations, Sight, get_tier
 from vbbench.geometry import FloatArray, world_to_relative
 from vbbench_generators._core import remaining, worths
 from vbbench_generators.tiers.noise import Outline, see
+from vbbench_generators.tiers.tracking import DetectorModel, get_tracking
 from vbbench_generators.tiers.tracking.observing import (
     Film,
     Visible,
@@ -26,7 +27,6 @@ from vbbench_generators.tiers.tracking.observing import (
     log_odds,
     track_video,
 )
-from vbbench_generators.tiers.tracking.settings import DetectorModel, get_tracking
 from vbbench_generators.tiers.tracking.tracker import CentredDetections, from_centres
 
 SETTINGS = get_tracking()

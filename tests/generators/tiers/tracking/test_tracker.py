@@ -10,7 +10,7 @@ import pytest
 import vbbench_generators
 from vbbench.errors import FileError
 from vbbench.parsing.toml_text import read_toml
-from vbbench_generators.tiers.tracking.settings import TrackerSettings, TrackingSettings, get_tracking
+from vbbench_generators.tiers.tracking import TrackerSettings, TrackingSettings, get_tracking
 from vbbench_generators.tiers.tracking.tracker import (
     CentredDetections,
     Found,
