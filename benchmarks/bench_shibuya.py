@@ -25,7 +25,7 @@ import numpy as np
 from vbbench.files.dataset import Dataset
 from vbbench.generation.generator import Card, Options
 from vbbench.scene import Scene
-from vbbench_generators.crowds.scenario import draw_crowd, get_scenario, walk
+from vbbench_generators.crowds import draw_crowd, get_scenario, walk
 from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.noise import Precision

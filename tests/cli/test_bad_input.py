@@ -25,7 +25,7 @@ from vbbench.generation.archives import open_archive
 from vbbench.generation.generator import Options
 from vbbench.generation.options_file import parse_people
 from vbbench.parsing.numbers import Within
-from vbbench_generators.crowds.scenario import read_scenario
+from vbbench_generators.crowds import read_scenario
 from vbbench_generators.recordings.loading import SceneFile
 from vbbench_generators.recordings.readers.crohd import parse_seqinfo
 from vbbench_generators.recordings.readers.tables import trajnet

@@ -9,7 +9,7 @@ from tests.fuzz.kind import Kind
 from tests.fuzz.mutations import BYTES, TEXT, TOML
 from vbbench.generation.sources import Source
 from vbbench.parsing.toml_text import read_toml
-from vbbench_generators.crowds.scenario import read_scenario
+from vbbench_generators.crowds import read_scenario
 from vbbench_generators.recordings.readers.crohd import find_recording, read_heads
 from vbbench_generators.recordings.recipe import read_recipe
 from vbbench_generators.tiers.tracking import TrackingSettings

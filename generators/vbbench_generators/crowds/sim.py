@@ -20,7 +20,7 @@ from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench.sequence import NO_OBSERVER, Odometry, SequenceData
 from vbbench.streams import random_stream
-from vbbench_generators.crowds.scenario import Scenario, draw_crowd, draw_scene, get_scenario, walk
+from vbbench_generators.crowds import Scenario, draw_crowd, draw_scene, get_scenario, walk
 from vbbench_generators.recordings.recipe import Rules, Span
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.corruption import BehindOthers

@@ -13,6 +13,7 @@ from vbbench.pictures.colours import SOLVERS_ON_DARK, SOLVERS_ON_LIGHT, solver_n
 from vbbench_leaderboards.site.words import Term
 
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
+_TICKS = 6  # at most
 _HEAVY_TAILED = 20.0
 """Largest over smallest value from which a logarithmic axis is drawn."""
 
@@ -52,10 +53,11 @@ class Axis:
         share = (self._scaled(value) - self._scaled(self.low)) / (self._scaled(self.high) - self._scaled(self.low))
         return self.start + min(1.0, max(0.0, share)) * (self.end - self.start)
 
-    def ticks(self, most: int = 6) -> list[float]:
+    @property
+    def ticks(self) -> list[float]:
         """Round values within the ends: powers of ten, with twos and fives where there is room."""
         if not self.log:
-            rough = (self.high - self.low) / most
+            rough = (self.high - self.low) / _TICKS
             power = 10.0 ** math.floor(math.log10(rough))
             step = next(power * factor for factor in _STEPS if power * factor >= rough * 0.999)
             return [n * step for n in range(math.ceil(self.low / step), math.floor(self.high / step) + 1)]
@@ -63,9 +65,9 @@ class Axis:
         for factors in ((1, 2, 5), (1, 3), (1,)):
             values = [factor * 10.0**power for power in powers for factor in factors]
             found = [value for value in values if self.low * 0.999 <= value <= self.high * 1.001]
-            if len(found) <= most:
+            if len(found) <= _TICKS:
                 return found
-        return found[:: math.ceil(len(found) / most)]
+        return found[:: math.ceil(len(found) / _TICKS)]
 
     def _scaled(self, value: float) -> float:
         return math.log10(max(value, self.low)) if self.log else value
@@ -86,10 +88,10 @@ def scatter(
     x = Axis.over([micros for *_, micros in points], _LEFT, _WIDTH - _RIGHT - 60, log=True)
     y = Axis.over([v for _, _, error, ends, _ in points for v in (error, *(ends or ()))], _HEIGHT - _BOTTOM, _TOP)
     parts = [_label(0, 14, f"capped mean {metric.name}, {metric.unit}{_scale(y)}", "axis-name")]
-    for value in y.ticks():
+    for value in y.ticks:
         parts.append(_line(_LEFT, y.place(value), _WIDTH - _RIGHT, y.place(value), "grid"))
         parts.append(_label(_LEFT - 8, y.place(value) + 4, _short(value), "tick", "end"))
-    for value in x.ticks():
+    for value in x.ticks:
         parts.append(_line(x.place(value), _HEIGHT - _BOTTOM, x.place(value), _HEIGHT - _BOTTOM + 4, "grid"))
         parts.append(_label(x.place(value), _HEIGHT - _BOTTOM + 19, _short(value), "tick", "middle"))
     parts.append(_label(_WIDTH - _RIGHT, _HEIGHT - 6, "µs per frame (log scale)", "axis-name", "end"))
@@ -152,7 +154,7 @@ def distribution(name: str, metric: Term, spreads: Sequence[tuple[str, int, Floa
     height = 26 + _ROW * len(shown) + 34
     x = Axis.over(ends, _NAMES, _WIDTH - 12)
     parts = [_label(_WIDTH - 12, 14, f"{metric.name} of a sequence, {metric.unit}{_scale(x)}", "axis-name", "end")]
-    for value in x.ticks():
+    for value in x.ticks:
         parts.append(_line(x.place(value), 26, x.place(value), height - 30, "grid"))
         parts.append(_label(x.place(value), height - 15, _short(value), "tick", "middle"))
     for n, ((solver, colour, values), own) in enumerate(zip(shown, dots, strict=True)):

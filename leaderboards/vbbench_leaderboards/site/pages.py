@@ -272,8 +272,8 @@ def front_page(site: Site) -> str:
     )
 
 
-def _digits(results: Iterable[Result], metric: str = HEADLINE_METRIC) -> int:
-    return decimals(value for row in results if (value := headline(row, metric).value))
+def _digits(results: Iterable[Result]) -> int:
+    return decimals(value for row in results if (value := headline(row, HEADLINE_METRIC).value))
 
 
 def board_page(site: Site, board: Board) -> str:

@@ -9,8 +9,7 @@ import vbbench_renderers.required  # noqa: F401 (says what to install)
 from vbbench.geometry import FloatArray
 from vbbench.scene import Scene
 from vbbench_renderers.meshes import Sky, Surroundings, join_meshes
-from vbbench_renderers.surroundings.furniture import lamp, tree
-from vbbench_renderers.surroundings.houses import house_mesh
+from vbbench_renderers.surroundings.objects import house_mesh, lamp, tree
 from vbbench_renderers.surroundings.shapes import place, turned
 from vbbench_renderers.surroundings.site import FAR_PAVEMENT, PAVEMENT, ROADWAY, TO_PARK, Area, Site, ground_mesh, plan
 from vbbench_renderers.surroundings.textures import textures

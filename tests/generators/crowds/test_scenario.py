@@ -9,7 +9,7 @@ import pytest
 from vbbench.errors import FileError
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
-from vbbench_generators.crowds.scenario import draw_speeds, get_scenario, is_stuck, read_scenario
+from vbbench_generators.crowds import draw_speeds, get_scenario, is_stuck, read_scenario
 
 SMALL = """name = "mine"
 title = "two people"

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import vbbench_generators.crowds as simulation
 from vbbench.camera import PerspectiveCamera
 from vbbench.errors import VbbenchError
 from vbbench.generation import generate
@@ -14,8 +15,7 @@ from vbbench.geometry import world_to_relative, wrap_angle
 from vbbench.registry import load
 from vbbench.scene import Scene
 from vbbench.sequence import SequenceData
-from vbbench_generators.crowds import scenario as simulation
-from vbbench_generators.crowds.scenario import scenario_names
+from vbbench_generators.crowds import scenario_names
 from vbbench_generators.crowds.sim import HALF_SIDE, PEOPLE, SimulationPlan, record_plaza
 
 FASTEST = 1.3 * (1.34 + 3 * 0.26)

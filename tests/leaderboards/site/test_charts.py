@@ -38,7 +38,7 @@ def test_an_axis_holds_its_values_in_order(values: list[float], log: bool) -> No
     placed = [axis.place(value) for value in sorted(values)]
     assert placed == sorted(placed)
     assert all(0.0 <= place <= 100.0 for place in placed)
-    ticks = axis.ticks()
+    ticks = axis.ticks
     assert len(ticks) <= 8
     assert all(axis.low * 0.99 <= tick <= axis.high * 1.01 for tick in ticks)
 

@@ -117,14 +117,12 @@ def write_heading(figure: Figure, left: float, title: str, *lines: str) -> None:
         figure.text(x, 1.0 - (0.58 + _LINE * n) / height, line, fontsize=TEXT_SIZE, color=INK)
 
 
-def name_axes(axes: Axes, along: str = "", up: str = "", title: str = "") -> None:
-    """Label both axes and, at its left, the top of a panel; "" leaves a label as it is."""
+def name_axes(axes: Axes, along: str = "", up: str = "") -> None:
+    """Label both axes; "" leaves a label as it is."""
     if along:
         axes.set_xlabel(along, fontsize=TEXT_SIZE)
     if up:
         axes.set_ylabel(up, fontsize=TEXT_SIZE)
-    if title:
-        axes.set_title(title, fontsize=10.0, loc="left", color=INK)
 
 
 def draw_grid(axes: Axes, **look: Any) -> None:
