@@ -3,10 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
-import vbbench_renderers.required  # noqa: F401 (says what to install)
 from vbbench.boxes import suppress
-from vbbench.errors import VbbenchError
+from vbbench.errors import VbbenchError, needs_extra
 from vbbench.exchange.detection import Detections
+
+with needs_extra("render", "finding people in pictures"):
+    import cv2
 
 ENLARGE = 2.0
 """The detector's window is 128 px high and contains a person of 96 px; pictures are enlarged to find smaller people."""
@@ -28,8 +30,6 @@ class HogDetector:
     """
 
     def __init__(self) -> None:
-        import cv2
-
         if not hasattr(cv2, "HOGDescriptor"):
             problem = f"OpenCV {cv2.__version__} has no HOG detector"
             raise VbbenchError(f"{problem}; install one that has: pip install 'opencv-python-headless<5'")
@@ -38,8 +38,6 @@ class HogDetector:
 
     def detect(self, rgb: NDArray[np.uint8], period: float | None = None) -> Detections:
         """See `vbbench.exchange.detection.Detector`; a panorama is continued beyond its seam."""
-        import cv2
-
         picture = cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
         if period is not None:
             picture = np.concatenate([picture, picture[:, : picture.shape[1] // 6]], axis=1)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.lib.onnx_network import HALF, UINT8, write_network
+from vbbench.birdify.yolo import RT_DETR, YOLO5, YOLO8, YOLOX, OnnxNetwork, letterboxed, parts_of, read_rows
 from vbbench.boxes import overlaps, rectangles
 from vbbench.errors import FileError, VbbenchError
 from vbbench.exchange.detection import make_detector
@@ -16,7 +17,6 @@ from vbbench.files.dataset import Dataset
 from vbbench.generation import generate
 from vbbench.generation.generator import Options, Simulation
 from vbbench.pictures.rendering import Backend, open_renderer, pictures, scene_of
-from vbbench_renderers.yolo import RT_DETR, YOLO5, YOLO8, YOLOX, OnnxNetwork, letterboxed, parts_of, read_rows
 
 BOXES = np.array([[20.0, 30.0, 8.0, 20.0], [44.0, 32.0, 10.0, 24.0], [44.5, 32.0, 10.0, 24.0]])
 SCORES = np.array([0.9, 0.6, 0.5])

@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
-import vbbench_renderers.required  # noqa: F401 (says what to install)
 from vbbench.boxes import suppress
 from vbbench.errors import FileError, VbbenchError, needs_extra
 from vbbench.exchange.detection import Detections
 from vbbench.geometry import FloatArray, IntArray
+
+with needs_extra("render", "finding people in pictures"):
+    import cv2
 
 NUMBERS = {"tensor(float)": np.float32, "tensor(float16)": np.float16}
 """Numbers that a network may take, by ONNX Runtime's names."""
@@ -295,7 +297,7 @@ class YoloDetector:
 
     Parameters
     ----------
-    weights : an ONNX file of one of the families of `vbbench_renderers.yolo`.
+    weights : an ONNX file of one of the families above.
     """
 
     def __init__(self, weights: Path | None = None) -> None:
@@ -351,8 +353,6 @@ def parts_of(width: int, height: int, size: Size) -> IntArray:
 
 def letterboxed(rgb: NDArray[np.uint8], size: Size, layout: Layout) -> tuple[NDArray[np.uint8], Letterbox]:
     """A picture [H, W, 3] in one of ``size`` (width, height), and how it lies there."""
-    import cv2
-
     height, width = rgb.shape[:2]
     scale = (size[0] / width, size[1] / height)
     if layout.place != "stretched":
