@@ -19,7 +19,6 @@ OLDER = {
     "vbbench_baselines.social_force_birdifier": "PriorHeights",
     "vbbench_baselines.view_birdification": "ConstantVelocityBirdifier",
     "vbbench_generators.social_force": "Moussaid",
-    "vbbench_renderers.choice": "AutoRenderer",
     "vbbench_renderers.people": "__name__",
     "vbbench_renderers.surroundings": "__name__",
 }
