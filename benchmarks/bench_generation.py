@@ -23,7 +23,7 @@ from vbbench.generation.generator import Card, Options
 from vbbench.registry import load
 from vbbench_generators.crowds.sim import record_plaza
 from vbbench_generators.recordings.recipe import Rules
-from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
+from vbbench_generators.views import Reprojection, plan_reprojection
 
 NAIVE_SEQUENCES = 40
 RUNS = 3

@@ -29,7 +29,7 @@ from vbbench_generators.crowds import draw_crowd, get_scenario, walk
 from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.noise import Precision
-from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
+from vbbench_generators.views import Reprojection, plan_reprojection
 
 SEQUENCES = 806
 PRECISION = Precision(u_bits=10, v_bits=10, l_bits=12)

@@ -9,7 +9,7 @@ from vbbench.generation.generator import Card, Options
 from vbbench_generators.crowds.sim import DemoSplit, SimSplit, StreetSplit
 from vbbench_generators.recordings.loading import load_scenes, scale_to_field
 from vbbench_generators.recordings.recipe import Recipe, get_recipe, read_recipe
-from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
+from vbbench_generators.views import Reprojection, plan_reprojection
 
 FIXED = {
     "box": "mean",

@@ -19,7 +19,7 @@ from vbbench.scoring import score
 from vbbench.solving import solve
 from vbbench.solving import submissions as solving
 from vbbench_generators.recordings.recipe import Rules
-from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
+from vbbench_generators.views import Reprojection, plan_reprojection
 
 PEOPLE, FRAMES, BUDGET = 40, 50, 5_000
 """A sequence has 1,900 rows, all of them 78,000."""

@@ -24,7 +24,7 @@ from vbbench_generators.crowds import Scenario, draw_crowd, draw_scene, get_scen
 from vbbench_generators.recordings.recipe import Rules, Span
 from vbbench_generators.social_force import Model
 from vbbench_generators.tiers.corruption import BehindOthers
-from vbbench_generators.views.reprojection import Reprojection, info_of, plan_reprojection, view, walked
+from vbbench_generators.views import Reprojection, info_of, plan_reprojection, view, walked
 from vbbench_generators.views.vehicle import draw_window, follow, ride
 
 SCENES, PEOPLE, FRAMES = 3, 24, 60

@@ -21,7 +21,7 @@ from vbbench.sequence import NO_OBSERVER, SequenceData
 from vbbench_generators.crowds.sim import record_plaza
 from vbbench_generators.recordings.recipe import Rules
 from vbbench_generators.splits import demo, sim, street
-from vbbench_generators.views.reprojection import Reprojection, plan_reprojection
+from vbbench_generators.views import Reprojection, plan_reprojection
 from vbbench_generators.views.vehicle import drive, find_windows, follow, get_robot, get_vehicle
 
 MODEL = get_vehicle()
