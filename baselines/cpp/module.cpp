@@ -34,7 +34,6 @@ struct Core {
                                                                {"pixel", &c.pixel},
                                                                {"edge", &c.edge},
                                                                {"edge_std", &c.edge_std},
-                                                               {"edge_person_std", &c.edge_person_std},
                                                                {"height_std", &c.height_std},
                                                                {"tilt_std", &c.tilt_std},
                                                                {"mount_std", &c.mount_std},

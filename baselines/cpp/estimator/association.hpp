@@ -163,10 +163,9 @@ class Association {
       Person path = head.path;
       head.evidence = evidence(window, model, path, rounds);
     }
-    if (std::isnan(tail.evidence)) {  // with the priors of place, velocity, height and own edge of a new person
+    if (std::isnan(tail.evidence)) {  // with the priors of place, velocity and height of a new person
       Person path = placed(window, tail.path);
-      tail.evidence = evidence(window, model, path, rounds) - elementary::log(kArea) -
-                      elementary::log(path.height_std * model.people.own_edge_std);
+      tail.evidence = evidence(window, model, path, rounds) - elementary::log(kArea) - elementary::log(path.height_std);
       if (path.frames() > 1)
         tail.evidence -= kLogTwoPi + 2.0 * elementary::log(model.people.pace.walking * model.people.walk.dt);
     }

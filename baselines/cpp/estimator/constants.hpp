@@ -17,7 +17,6 @@ struct Constants {
   double noise_nu = 10.0;                               ///< degrees of freedom of the errors [S]
   double pixel = 0.1;                                   ///< px, least σ of a box's border [S]
   double edge = 0.22, edge_std = 0.04;                  ///< m, near edge of the source of boxes [S]
-  double edge_person_std = 0.08;                        ///< m, a person's own deviation from it [S]
   double height_std = 0.055;                            ///< least σ of the log height: posture, hats, shoes [L]
   // Calibration.
   double tilt_std = 0.03;                    ///< rad, pitch and roll where no deviation is given [S]

@@ -114,7 +114,6 @@ class Estimator {
     model_.people.noise = {c.noise_share, c.noise_time, std::max(recording.pixel_std, 0.05), c.noise_nu};
     model_.people.pace = SpeedPrior::of(c);
     model_.people.stride = stride_;
-    model_.people.own_edge_std = c.edge_person_std;
     model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
     model_.sway_memory = elementary::exp(-recording_.dt / c.sway_time);
     Calibration& calibration = window_.calibration;
@@ -129,7 +128,6 @@ class Estimator {
     if (recording.known_calibration) {
       for (int g = 0; g < kOdometryScale; ++g) std[g] = 0.0;
       model_.people.noise.share = {0.0, 0.0, 0.0};
-      model_.people.own_edge_std = 1e-4;
       height_std_ = std::max(recording.height_std / recording.height_mean, 1e-4);
     } else {
       model_.people.noise.pixel = std::max(c.pixel, 0.05);

@@ -7,14 +7,14 @@
 
 namespace vbbench {
 
-/// Columns of the dense system, in the order of `Window::each_number`: the frames; of each person the path, log height
-/// and own edge; the globals.
+/// Columns of the dense system, in the order of `Window::each_number`: the frames; of each person the path and
+/// log height; the globals.
 class DenseColumns {
  public:
   explicit DenseColumns(const Window& window) : size_(kFrame * static_cast<int>(window.frames.size())) {
     for (const Person& person : window.people) {
       begin_.push_back(size_);
-      size_ += 2 * person.frames() + 2;
+      size_ += 2 * person.frames() + 1;
     }
     size_ += kGlobals;
   }
@@ -22,15 +22,12 @@ class DenseColumns {
   int size() const { return size_; }
   int global(int index) const { return size_ - kGlobals + index; }
   int camera(int index) const { return index; }
-  int own(const Window& window, int person, int index) const {  ///< 0: log height, 1: own edge
-    return begin_[person] + 2 * window.people[person].frames() + index;
-  }
+  int height(const Window& window, int person) const { return begin_[person] + 2 * window.people[person].frames(); }
   int path(int person, int index) const { return begin_[person] + index; }
 
   int of(const Window& window, int person, const Variable& v) const {
     if (v.kind == Variable::kPath) return path(person, v.index);
-    if (v.kind == Variable::kHeight) return own(window, person, 0);
-    if (v.kind == Variable::kOwn) return own(window, person, 1);
+    if (v.kind == Variable::kHeight) return height(window, person);
     return v.kind == Variable::kShared ? global(v.index) : camera(v.index);
   }
 
@@ -79,7 +76,7 @@ inline DenseSystem dense_system(const Window& window, const Model& model) {
                [&](const Variable& v, double by) { out.jacobian[begin + columns.of(window, p, v)] += by; });
     };
     person_rows(person, window.frames, window.calibration, model.people, RowVisitor(add_row));
-    own_rows(person, model.people, add_row);
+    height_row(person, model.people, add_row);
     if (!person.prior.any) continue;
     double off[kPrior];
     int at[kPrior];
@@ -87,10 +84,10 @@ inline DenseSystem dense_system(const Window& window, const Model& model) {
     for (int a = 0; a < kPrior; ++a) {
       if (a < kPriorPlaces) {
         at[a] = a < 2 * person.frames() ? columns.path(p, a) : -1;
-      } else if (a < kPriorPlaces + 2) {
-        at[a] = columns.own(window, p, a - kPriorPlaces);
+      } else if (a == kPriorPlaces) {
+        at[a] = columns.height(window, p);
       } else {
-        at[a] = columns.global(a - kPriorPlaces - 2);
+        at[a] = columns.global(a - kPriorPlaces - 1);
       }
     }
     for (int a = 0; a < kPrior; ++a) {

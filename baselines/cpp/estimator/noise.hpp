@@ -125,7 +125,7 @@ class NoiseLearner {
     for (int k = 0; k < kFrame; ++k) camera[k] = share == 1.0 ? next[k] : last[k] + share * (next[k] - last[k]);
     const double rest = 1.0 - share;
     const BoxState at(now[0] * share + rest * before[0], now[1] * share + rest * before[1], person.log_height,
-                      person.own_edge, camera.data(), window.calibration.at.data());
+                      camera.data(), window.calibration.at.data());
     return box_cues(box, at, model.people.noise);
   }
 

@@ -26,29 +26,25 @@ VBBENCH_WIDE_WHOLE static void subtract_products(const double* x, int count, int
   }
 }
 
-/// X = L⁻¹ X of rows X [path + 2][stride] as above. L has `columns` [path][kBand + 2] and `own` at their end.
-VBBENCH_WIDE_WHOLE static void substitute_rows(const double* columns, const double* own, int path, double* x,
-                                               int stride, int low, const int* high) {
+/// X = L⁻¹ X of rows X [path + 1][stride] as above; L has `columns` [path + 1][kBand + 1].
+VBBENCH_WIDE_WHOLE static void substitute_rows(const double* columns, int path, double* x, int stride, int low,
+                                               const int* high) {
   const bool joined = low / kLane * kLane == kDense;
-  for (int i = 0; i < path + 2; ++i) {
+  for (int i = 0; i <= path; ++i) {
     double* row = x + static_cast<std::ptrdiff_t>(i) * stride;
-    for (int begin = i < path ? std::max(0, i - kBand + 2 - i % 2) : 0; begin < std::min(i, path); begin += 8) {
-      const int count = std::min(8, std::min(i, path) - begin);
+    for (int begin = i < path ? std::max(0, i - kBand + 2 - i % 2) : 0; begin < i; begin += 8) {
+      const int count = std::min(8, i - begin);
       const double* rows[8];
       double by[8];
       for (int k = 0; k < count; ++k) {
         const int j = begin + k;
         rows[k] = x + static_cast<std::ptrdiff_t>(j) * stride;
-        by[k] = columns[j * (kBand + 2) + (i < path ? i - j : kBand + i - path)];
+        by[k] = columns[j * (kBand + 1) + (i < path ? i - j : kBand)];
       }
       if (!joined) subtract_rows(row, rows, by, count, 0, kDense);
       subtract_rows(row, rows, by, count, joined ? 0 : low, high[i]);
     }
-    if (i == path + 1) {
-      const double* height = row - stride;
-      subtract_rows(row, &height, own + 1, 1, 0, high[i]);
-    }
-    const double scale = 1.0 / (i < path ? columns[i * (kBand + 2)] : own[2 * (i - path)]);
+    const double scale = 1.0 / columns[i * (kBand + 1)];
     for (int c = 0; c < high[i]; ++c) row[c] *= scale;
   }
 }
@@ -86,7 +82,7 @@ void Elimination::add_boxes(Reduced& reduced) {
         for (int c = q == p ? k : 0; c < pieces[q].count; ++c) to[pieces[q].column + c] += from[pieces[q].slot + c];
     }
   for (int a = 0; a < 2; ++a) {
-    const double *place = line(kSlotPlace + a), *own = line(kSlotHeight + a);
+    const double* place = line(kSlotPlace + a);
     Side& side = sides_[2 * i + a];
     for (int c = 0; c < kAbout; ++c) side[c] += place[kSlotResidual + c];
     for (int c = 0; c < unknowns; ++c) {
@@ -94,14 +90,13 @@ void Elimination::add_boxes(Reduced& reduced) {
       side[kAbout + unknowns + c] += place[kSlotCamera + c];
     }
     Column& column = columns_[2 * i + a];
-    for (int b = a; b < 2; ++b) {
-      column[b - a] += place[kSlotPlace + b];
-      own_[a + b] += own[kSlotHeight + b];
-    }
-    for (int b = 0; b < 2; ++b) column[kBand + b] += place[kSlotHeight + b];
-    for (const Piece& piece : pieces)
-      for (int c = 0; c < piece.count; ++c) own_sides_[a][piece.column + c] += own[piece.slot + c];
+    for (int b = a; b < 2; ++b) column[b - a] += place[kSlotPlace + b];
+    column[kBand] += place[kSlotHeight];
   }
+  const double* height = line(kSlotHeight);
+  columns_[path][0] += height[kSlotHeight];
+  for (const Piece& piece : pieces)
+    for (int c = 0; c < piece.count; ++c) height_side_[piece.column + c] += height[piece.slot + c];
   if (i == 0) return;
   for (int a = 0; a < 2; ++a) {
     const double* place = line(kSlotPlaceBefore + a);
@@ -113,32 +108,30 @@ void Elimination::add_boxes(Reduced& reduced) {
     }
     Column& column = columns_[2 * i - 2 + a];
     for (int b = a; b < 2; ++b) column[b - a] += place[kSlotPlaceBefore + b];
-    for (int b = 0; b < 2; ++b) {
-      column[2 + b - a] += line(kSlotPlace + b)[kSlotPlaceBefore + a];
-      column[kBand + b] += place[kSlotHeight + b];
-    }
+    for (int b = 0; b < 2; ++b) column[2 + b - a] += line(kSlotPlace + b)[kSlotPlaceBefore + a];
+    column[kBand] += place[kSlotHeight];
   }
 }
 
 void Elimination::substitute(Reduced& reduced) {
-  const int path = local - 2, stride = reduced.lines.cols(), width = 1 + reduced.size;
+  const int stride = reduced.lines.cols(), width = 1 + reduced.size;
   const int low = 1 + layout_.begin(first_);
   Matrix& x = reduced.rows;
-  x.reset(local, stride);
+  x.reset(path + 1, stride);
   std::vector<int>& high = reduced.high;
-  high.assign(local, width);
+  high.assign(path + 1, width);
   for (int i = 0; i < path; ++i) {
     const Span span = frames_about(i / 2);
     std::copy_n(sides_[i].begin(), kAbout, x[i]);
     std::copy_n(sides_[i].begin() + span.slot, span.count, x[i] + 1 + span.column);
     high[i] = std::max(low, 1 + span.column + span.count);
   }
-  for (int i = 0; i < 2; ++i) std::copy_n(own_sides_[i], width, x[path + i]);
-  substitute_rows(columns_[0].data(), own_.data(), path, x[0], stride, low, high.data());
-  subtract_products(x[0], local, stride, low, high.data(), reduced.lines[0]);
-  const int kept = std::min(local, 2 * kKept + 2);
+  std::copy_n(height_side_.begin(), width, x[path]);
+  substitute_rows(columns_[0].data(), path, x[0], stride, low, high.data());
+  subtract_products(x[0], path + 1, stride, low, high.data(), reduced.lines[0]);
+  const int kept = std::min(path, 2 * kKept) + 1;
   kept_.reset(kept, stride);
-  std::copy_n(x[local - kept], kept * stride, kept_[0]);
+  std::copy_n(x[path + 1 - kept], kept * stride, kept_[0]);
 }
 
 }  // namespace vbbench

@@ -72,28 +72,26 @@ struct BoxRow {
 
 /// The local system of one person: A x = b + B c, of which the factor L Lᵀ = A remains after elimination.
 ///
-/// Columns of A and L hold the rows below their diagonal within the reach of a walk, then those of height and own edge.
+/// Columns of A and L hold the rows from their diagonal on within the reach of a walk, then that of the log height,
+/// which comes last. Its own column has a diagonal alone.
 class Elimination {
  public:
-  int local = 0;  ///< 2 · nodes + 2
+  int path = 0;  ///< 2 · nodes: number of coordinates, and index of the log height
 
   void reset(const Person& person, const Layout& layout, double damping) {
-    local = 2 * person.frames() + 2;
+    path = 2 * person.frames();
     first_ = person.first;
     layout_ = layout;
     damping_ = damping;
     pending_ = 0;
-    columns_.assign(local - 2, Column{});
-    own_ = {};
-    sides_.assign(local - 2, Side{});
-    own_sides_.reset(2, 1 + layout.size());
+    columns_.assign(path + 1, Column{});
+    sides_.assign(path, Side{});
+    height_side_.assign(1 + layout.size(), 0.0);
   }
 
   int index_of(const Variable& v) const {
     if (v.kind == Variable::kPath) return v.index;
-    if (v.kind == Variable::kHeight) return local - 2;
-    if (v.kind == Variable::kOwn) return local - 1;
-    return -1;
+    return v.kind == Variable::kHeight ? path : -1;
   }
 
   void add(const Row& row, Reduced& reduced) {
@@ -116,11 +114,9 @@ class Elimination {
       return;
     }
     if (row.node < 0) {
-      for (int i = 0; i < 2; ++i) {
-        const double by = row.by[kSlotHeight + i];
-        own_sides_[i][0] -= row.w * row.e * by;
-        own_[2 * i] += row.w * by * by;
-      }
+      const double by = row.by[kSlotHeight];
+      height_side_[0] -= row.w * row.e * by;
+      columns_[path][0] += row.w * by * by;
       return;
     }
     for (int a = 0; a < 2 + 2 * row.reach; ++a) {  // places: the newest, then the one before
@@ -137,7 +133,7 @@ class Elimination {
   /// Clears the right-hand side; the factor remains.
   void clear_right() {
     for (Side& side : sides_) side[0] = 0.0;
-    for (int i = 0; i < 2; ++i) own_sides_[i][0] = 0.0;
+    height_side_[0] = 0.0;
   }
 
   /// Adds a row to the right-hand side alone.
@@ -151,8 +147,8 @@ class Elimination {
     for (int a = 0; a < 2; ++a) {
       if (row.node >= 0) sides_[i + a][0] += by * row.by[kSlotPlace + a];
       if (row.reach > 0) sides_[i - 2 + a][0] += by * row.by[kSlotPlaceBefore + a];
-      own_sides_[a][0] += by * row.by[kSlotHeight + a];
     }
+    height_side_[0] += by * row.by[kSlotHeight];
     if (!row.of_box) return;
     for (int g = 0; g < kBoxGlobals; ++g) reduced.gradient(g) += by * row.by[kSlotShared + g];
     const int frame = first_ + row.node;
@@ -163,19 +159,17 @@ class Elimination {
 
   /// Solves for the right-hand side b; returns ½ bᵀ A⁻¹ b, by which a step of the person alone lowers the cost.
   double solve_right() {
-    scratch_.resize(local);
-    for (int i = 0; i < local; ++i) scratch_[i] = side(i)[0];
+    scratch_.resize(path + 1);
+    for (int i = 0; i <= path; ++i) scratch_[i] = side(i)[0];
     solve(scratch_.data(), 0);
     double sum = 0.0;
-    for (int i = 0; i < local; ++i) sum += scratch_[i] * side(i)[0];
+    for (int i = 0; i <= path; ++i) sum += scratch_[i] * side(i)[0];
     return 0.5 * sum;
   }
 
   /// Subtracts Bᵀ A⁻¹ b from the reduced right-hand side, after `solve_right`.
   void reduce_right(Reduced& reduced) const {
-    for (int i = 0; i < local - 2; ++i) add_through(i, -scratch_[i], &reduced.gradient(0));
-    for (int i = 0; i < 2; ++i)
-      for (int c = 0; c < reduced.size; ++c) reduced.gradient(c) -= own_sides_[i][1 + c] * scratch_[local - 2 + i];
+    for (int i = 0; i <= path; ++i) add_through(i, -scratch_[i], &reduced.gradient(0));
   }
 
   /// Adds the marginal prior of the person, or its part of the right-hand side.
@@ -191,10 +185,10 @@ class Elimination {
       inner[a] = outer[a] = -1;
       if (a < kPriorPlaces) {
         if (a < 2 * person.frames()) inner[a] = a;
-      } else if (a < kPriorPlaces + 2) {
-        inner[a] = local - 2 + a - kPriorPlaces;
+      } else if (a == kPriorPlaces) {
+        inner[a] = path;
       } else {
-        outer[a] = a - kPriorPlaces - 2;
+        outer[a] = a - kPriorPlaces - 1;
       }
     }
     for (int a = 0; a < kPrior; ++a) {
@@ -219,10 +213,8 @@ class Elimination {
         at = a / 2 < person.frames() ? person.nodes[a / 2].at[a % 2] : person.prior.about[a];
       } else if (a == kPriorPlaces) {
         at = person.log_height;
-      } else if (a == kPriorPlaces + 1) {
-        at = person.own_edge;
       } else {
-        at = calibration.at[a - kPriorPlaces - 2];
+        at = calibration.at[a - kPriorPlaces - 1];
       }
       off[a] = at - person.prior.about[a];
     }
@@ -242,9 +234,9 @@ class Elimination {
   /// Factorises, and subtracts Bᵀ A⁻¹ B from the reduced system. False if A is not positive definite.
   bool eliminate(Reduced& reduced) {
     if (pending_ > 0) add_boxes(reduced);
-    const int path = local - 2;
-    for (int i = 0; i < local; ++i) at(i, i) += damping_ * at(i, i) + 1e-9;
-    for (int j = 0; j < path; ++j) {
+    for (Column& column : columns_) column[0] += damping_ * column[0] + 1e-9;
+    double& height = columns_[path][0];
+    for (int j = 0; j <= path; ++j) {
       Column& column = columns_[j];
       if (!(column[0] > 0.0)) return false;
       const double scale = 1.0 / std::sqrt(column[0]);
@@ -253,26 +245,17 @@ class Elimination {
         const double by = column[m];
         Column& other = columns_[j + m];
         for (int k = m; k < kBand; ++k) other[k - m] -= by * column[k];
-        for (int k = kBand; k < kBand + 2; ++k) other[k] -= by * column[k];
+        other[kBand] -= by * column[kBand];
       }
-      own_[0] -= column[kBand] * column[kBand];
-      own_[1] -= column[kBand] * column[kBand + 1];
-      own_[2] -= column[kBand + 1] * column[kBand + 1];
+      height -= column[kBand] * column[kBand];
     }
-    if (!(own_[0] > 0.0)) return false;
-    own_[0] = std::sqrt(own_[0]);
-    own_[1] /= own_[0];
-    own_[2] -= own_[1] * own_[1];
-    if (!(own_[2] > 0.0)) return false;
-    own_[2] = std::sqrt(own_[2]);
     substitute(reduced);
     return true;
   }
 
   /// The step of the person's own variables, given that of the reduced ones.
   void back_substitute(const std::vector<double>& step, std::vector<double>& own) const {
-    own.resize(local);
-    const int path = local - 2;
+    own.resize(path + 1);
     for (int i = 0; i < path; ++i) {
       const Side& side = sides_[i];
       double sum = side[0];
@@ -281,19 +264,16 @@ class Elimination {
       for (int k = 0; k < span.count; ++k) sum -= side[span.slot + k] * step[span.column + k];
       own[i] = sum;
     }
-    for (int i = 0; i < 2; ++i) {
-      double sum = own_sides_[i][0];
-      for (int c = 1; c < own_sides_.cols(); ++c) sum -= own_sides_[i][c] * step[c - 1];
-      own[path + i] = sum;
-    }
+    own[path] = height_side_[0];
+    for (int c = 0; c < layout_.size(); ++c) own[path] -= height_side_[1 + c] * step[c];
     solve(own.data(), 0);
   }
 
   /// ln of the determinant of A.
   double log_determinant() const {
-    double sum = elementary::log(own_[0] * own_[2]), product = 1.0;
-    for (int j = 0; j < local - 2; ++j) {
-      product *= columns_[j][0];
+    double sum = 0.0, product = 1.0;
+    for (const Column& column : columns_) {
+      product *= column[0];
       if (product > 1e-100 && product < 1e100) continue;
       sum += elementary::log(product);
       product = 1.0;
@@ -303,46 +283,37 @@ class Elimination {
 
   /// L⁻¹ g of a gradient g by the person's own variables, in place.
   void whiten(double* g, int begin = 0) const {
-    const int path = local - 2;
-    for (int j = begin; j < path; ++j) {
+    for (int j = begin; j <= path; ++j) {
       const Column& column = columns_[j];
       const double value = g[j] /= column[0];
       for (int k = 1; k < std::min(kBand, path - j); ++k) g[j + k] -= value * column[k];
-      g[path] -= value * column[kBand];
-      g[path + 1] -= value * column[kBand + 1];
+      if (j < path) g[path] -= value * column[kBand];
     }
-    g[path] /= own_[0];
-    g[path + 1] = (g[path + 1] - own_[1] * g[path]) / own_[2];
   }
 
   /// Computes A⁻¹ within the pattern of L (Takahashi's equations) from a node on, for leverages.
   void invert(int node) {
-    const int path = local - 2;
     inverse_.resize(path);
-    own_inverse_[2] = 1.0 / (own_[2] * own_[2]);
-    own_inverse_[1] = -own_[1] / own_[0] * own_inverse_[2];
-    own_inverse_[0] = (1.0 / own_[0] - own_[1] * own_inverse_[1]) / own_[0];
+    const double height = 1.0 / (columns_[path][0] * columns_[path][0]);
     for (int j = path - 1; j >= 2 * node; --j) {
       const Column& l = columns_[j];
       Column sum{};
       for (int k = 1; k < std::min(kBand, path - j); ++k) {
         const Column& z = inverse_[j + k];
         const double by = l[k];
-        double here = z[0] * by + z[kBand] * l[kBand] + z[kBand + 1] * l[kBand + 1];
+        double here = z[0] * by + z[kBand] * l[kBand];
         for (int t = k + 1; t < kBand; ++t) {
           sum[t] += by * z[t - k];
           here += l[t] * z[t - k];
         }
         sum[k] += here;
         sum[kBand] += by * z[kBand];
-        sum[kBand + 1] += by * z[kBand + 1];
       }
-      sum[kBand] += own_inverse_[0] * l[kBand] + own_inverse_[1] * l[kBand + 1];
-      sum[kBand + 1] += own_inverse_[1] * l[kBand] + own_inverse_[2] * l[kBand + 1];
+      sum[kBand] += height * l[kBand];
       const double scale = 1.0 / l[0];
       double rest = scale;
       Column& z = inverse_[j];
-      for (int k = 1; k < kBand + 2; ++k) {
+      for (int k = 1; k <= kBand; ++k) {
         z[k] = -sum[k] * scale;
         rest -= l[k] * z[k];
       }
@@ -367,7 +338,7 @@ class Elimination {
   /// [size][stride].
   double eliminated(const Row& row, double* through, int stride) {
     std::vector<double>&by = scratch_, &line = line_;
-    by.assign(local, 0.0);
+    by.assign(path + 1, 0.0);
     line.assign(kept_.cols(), 0.0);
     row.each(first_, [&](const Variable& v, double value) {
       const int i = index_of(v), column = i < 0 ? layout_.of(v) : -1;
@@ -383,28 +354,26 @@ class Elimination {
   /// into two columns of `through` [size][stride].
   std::array<double, 3> place_covariance(int node, double* through, int stride) {
     double own[2][2] = {};
-    if (2 * node >= local - kept_.rows()) {  // by the kept rows of X
+    if (2 * node > path - kept_.rows()) {  // by the kept rows of X
       std::vector<double> first;
       for (int axis = 0; axis < 2; ++axis) {
-        scratch_.assign(local, 0.0);
+        scratch_.assign(path + 1, 0.0);
         line_.assign(kept_.cols(), 0.0);
         scratch_[2 * node + axis] = 1.0;
         own[axis][axis] = project(2 * node, line_.data());
         for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride + axis] = line_[1 + c];
         if (axis == 0) first = scratch_;
       }
-      for (int i = 2 * node; i < local; ++i) own[0][1] += first[i] * scratch_[i];
+      for (int i = 2 * node; i <= path; ++i) own[0][1] += first[i] * scratch_[i];
       return {own[0][0], own[0][1], own[1][1]};
     }
     for (int axis = 0; axis < 2; ++axis) {
-      scratch_.assign(local, 0.0);
+      scratch_.assign(path + 1, 0.0);
       scratch_[2 * node + axis] = 1.0;
       solve(scratch_.data(), 2 * node);
       for (int a = 0; a < 2; ++a) own[axis][a] = scratch_[2 * node + a];
       line_.assign(layout_.size(), 0.0);
-      for (int i = 0; i < local - 2; ++i) add_through(i, scratch_[i], line_.data());
-      for (int i = 0; i < 2; ++i)
-        for (int c = 0; c < layout_.size(); ++c) line_[c] += own_sides_[i][1 + c] * scratch_[local - 2 + i];
+      for (int i = 0; i <= path; ++i) add_through(i, scratch_[i], line_.data());
       for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride + axis] = line_[c];
     }
     return {own[0][0], own[0][1], own[1][1]};
@@ -413,16 +382,12 @@ class Elimination {
  private:
   static constexpr int kKept = 4;                 ///< newest nodes of which X is kept
   static constexpr int kAbout = 1 + kBoxGlobals;  ///< where in a side the frames begin: before, at, after the node
-  using Column = std::array<double, kBand + 2>;
+  using Column = std::array<double, kBand + 1>;
   using Side = std::array<double, (kAbout + 3 * kFrame + 3) / 4 * 4>;  ///< −gradient, globals, frames
 
   /// A at row i and column j ≤ i.
-  double& at(int i, int j) {
-    const int path = local - 2;
-    if (j >= path) return own_[i - path + j - path];
-    return columns_[j][i < path ? i - j : kBand + i - path];
-  }
-  double* side(int i) { return i < local - 2 ? sides_[i].data() : own_sides_[i - local + 2]; }
+  double& at(int i, int j) { return columns_[j][i < path || i == j ? i - j : kBand]; }
+  double* side(int i) { return i < path ? sides_[i].data() : height_side_.data(); }
 
   /// Free frames next to a node: their first slot in its row of B, first column in the reduced system, and columns.
   struct Span {
@@ -435,6 +400,10 @@ class Elimination {
             std::max(0, to - from) * layout_.unknowns};
   }
   void add_through(int i, double by, double* through) const {
+    if (i == path) {
+      for (int c = 0; c < layout_.size(); ++c) through[c] += height_side_[1 + c] * by;
+      return;
+    }
     const Side& side = sides_[i];
     const Span span = frames_about(i / 2);
     for (int g = 0; g < kBoxGlobals; ++g) through[g] += side[1 + g] * by;
@@ -444,10 +413,10 @@ class Elimination {
   /// y = L⁻¹ g of the gradient in `scratch_`, whose first `begin` are zero: line −= Xᵀ y. Returns |y|².
   double project(int begin, double* line) {
     whiten(scratch_.data(), begin);
-    const int from = local - kept_.rows();
+    const int from = path + 1 - kept_.rows();
     double sum = 0.0;
-    for (int i = begin; i < local; i += 8) {
-      const int count = std::min(8, local - i);
+    for (int i = begin; i <= path; i += 8) {
+      const int count = std::min(8, path + 1 - i);
       const double* rows[8];
       for (int k = 0; k < count; ++k) {
         rows[k] = kept_[i + k - from];
@@ -467,12 +436,10 @@ class Elimination {
   /// Solves L Lᵀ x = b in place, where the first `begin` of b are zero.
   void solve(double* x, int begin) const {
     whiten(x, begin);
-    const int path = local - 2;
-    x[path + 1] /= own_[2];
-    x[path] = (x[path] - own_[1] * x[path + 1]) / own_[0];
+    x[path] /= columns_[path][0];
     for (int j = path - 1; j >= 0; --j) {
       const Column& column = columns_[j];
-      double sum = x[j] - column[kBand] * x[path] - column[kBand + 1] * x[path + 1];
+      double sum = x[j] - column[kBand] * x[path];
       for (int k = 1; k < std::min(kBand, path - j); ++k) sum -= column[k] * x[j + k];
       x[j] = sum / column[0];
     }
@@ -483,9 +450,9 @@ class Elimination {
   double damping_ = 0.0;
   std::array<BoxRow, 4> boxes_;
   std::vector<Column> columns_, inverse_;
-  std::array<double, 3> own_{}, own_inverse_{};  ///< of height and own edge: the lower half
-  std::vector<Side> sides_;
-  Matrix own_sides_, kept_;  ///< kept_: rows of X
+  std::vector<Side> sides_;          ///< −gradient and B of the path
+  std::vector<double> height_side_;  ///< of the log height, which all columns of the reduced system may have
+  Matrix kept_;                      ///< newest rows of X
   std::vector<double> scratch_, line_;
 };
 

@@ -63,8 +63,8 @@ struct Between {
   std::array<double, 2> given_at{};
 };
 
-/// Unknowns of a person's marginal prior: the first `kReach` places, log height, own edge, globals.
-constexpr int kPriorPlaces = 2 * kReach, kPrior = kPriorPlaces + 2 + kGlobals;
+/// Unknowns of a person's marginal prior: the first `kReach` places, log height, globals.
+constexpr int kPriorPlaces = 2 * kReach, kPrior = kPriorPlaces + 1 + kGlobals;
 
 /// Information about a person from frames that have left the window: the cost ½ (x − x₀)ᵀ Λ (x − x₀) − ηᵀ(x − x₀).
 struct MarginalPrior {
@@ -80,7 +80,7 @@ struct Person {
 
   std::vector<Node> nodes;
   std::vector<Between> between;  ///< in the order of time
-  double log_height = 0.54, own_edge = 0.0;
+  double log_height = 0.54;
   double height_mean = 0.54, height_std = 0.055;
   double variance = 1.0;              ///< of the innovations, in units of σ²
   double squares = 0.0, count = 0.0;  ///< of the innovations so far
@@ -89,12 +89,11 @@ struct Person {
   int frames() const { return static_cast<int>(nodes.size()); }
   int last() const { return first + frames() - 1; }
 
-  /// Moves path, log height and own edge by a multiple of a step.
+  /// Moves path and log height by a multiple of a step.
   void move(const std::vector<double>& step, double by = 1.0) {
     const int path = 2 * frames();
     for (int i = 0; i < path; ++i) nodes[i / 2].at[i % 2] += by * step[i];
     log_height += by * step[path];
-    own_edge += by * step[path + 1];
   }
 
   /// What was given last between the newest two key frames, if anything was.
@@ -106,7 +105,7 @@ struct Person {
 
   template <class Archive>
   void archive(Archive& a) {
-    a(column), a(first), a(nodes), a(between), a(log_height), a(own_edge), a(height_mean), a(height_std), a(variance);
+    a(column), a(first), a(nodes), a(between), a(log_height), a(height_mean), a(height_std), a(variance);
     a(squares), a(count);
     a(prior);
   }

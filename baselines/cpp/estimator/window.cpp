@@ -10,7 +10,7 @@ double Window::visit_person(const Person& person, const Model& model, Visit&& vi
     sum.add(row);
   };
   person_rows(person, frames, calibration, model.people, both);
-  own_rows(person, model.people, both);
+  height_row(person, model.people, both);
   return sum.sum() + Elimination::prior_cost(person, calibration);
 }
 
@@ -300,7 +300,7 @@ double Window::linearise_alone(const Person& person, const Model& model, Elimina
     sum.add(row);
   };
   person_rows(person, frames, calibration, model.people, RowVisitor(add));
-  own_rows(person, model.people, add);
+  height_row(person, model.people, add);
   alone.add_prior(person, calibration, rest);
   return sum.sum() + Elimination::prior_cost(person, calibration);
 }
@@ -328,7 +328,7 @@ bool Window::apply() {
     Person& person = people[p];
     eliminations_[p].back_substitute(step_, own_);
     person.move(own_);
-    for (int i = 0; i < eliminations_[p].local - 2; ++i) longest_way = std::max(longest_way, std::abs(own_[i]));
+    for (int i = 0; i < eliminations_[p].path; ++i) longest_way = std::max(longest_way, std::abs(own_[i]));
   }
   for (int t = held; t < layout_.frames; ++t) {
     const double* step = &step_[layout_.camera(kFrame * t)];
@@ -348,8 +348,7 @@ void Window::absorb(Person& person, const Model& model) {
   const auto index = [&](const Variable& v) {
     if (v.kind == Variable::kPath) return v.index;
     if (v.kind == Variable::kHeight) return 2 + kPriorPlaces;
-    if (v.kind == Variable::kOwn) return 3 + kPriorPlaces;
-    if (v.kind == Variable::kShared && calibration.free[v.index]) return 4 + kPriorPlaces + v.index;
+    if (v.kind == Variable::kShared && calibration.free[v.index]) return 3 + kPriorPlaces + v.index;
     return -1;
   };
   const auto add = [&](const Row& row) {
@@ -373,7 +372,7 @@ void Window::absorb(Person& person, const Model& model) {
                 if (row.cue >= 0 && row.node == 1) chained[row.cue] = true;
               }),
               {0, kReach});
-  own_rows(person, model.people, add);
+  height_row(person, model.people, add);
   if (person.prior.any) {
     double off[kPrior];
     Elimination::prior_offsets(person, calibration, off);
@@ -404,8 +403,7 @@ void Window::absorb(Person& person, const Model& model) {
   for (int i = 0; i < kPriorPlaces; ++i)
     prior.about[i] = i / 2 + 1 < person.frames() ? person.nodes[i / 2 + 1].at[i % 2] : 0.0;
   prior.about[kPriorPlaces] = person.log_height;
-  prior.about[kPriorPlaces + 1] = person.own_edge;
-  for (int i = 0; i < kGlobals; ++i) prior.about[kPriorPlaces + 2 + i] = calibration.at[i];
+  for (int i = 0; i < kGlobals; ++i) prior.about[kPriorPlaces + 1 + i] = calibration.at[i];
   person.prior = prior;
   // Factors that reach back to the node are in the prior now.
   for (int i = 1; i <= kReach && i < person.frames(); ++i) person.nodes[i].walk_absorbed = true;
@@ -416,7 +414,7 @@ void Window::absorb(Person& person, const Model& model) {
 
 void Window::retire(const Person& person) {
   const MarginalPrior& prior = person.prior;
-  constexpr int kOwn = kPriorPlaces + 2;
+  constexpr int kOwn = kPriorPlaces + 1;  // unknowns of the person
   Matrix own(kOwn, padded(kOwn)), x(kOwn, kGlobals + 1);
   for (int i = 0; i < kOwn; ++i) {
     for (int j = 0; j < kOwn; ++j) own[i][j] = prior.information[i][j];

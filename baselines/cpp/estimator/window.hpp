@@ -115,7 +115,6 @@ class Window {
       for (Node& node : person.nodes)
         for (double& value : node.at) visit(value);
       visit(person.log_height);
-      visit(person.own_edge);
     }
     for (double& value : calibration.at) visit(value);
   }

@@ -50,7 +50,7 @@ struct BoxNoise {
 };
 
 /// Unknowns of one box, in the order of a `Cue`'s gradient.
-enum BoxUnknown { kX, kY, kLogHeight, kOwnEdge, kPoseX, kPoseY, kYaw, kSwayPitch, kSwayRoll, kBoxUnknowns };
+enum BoxUnknown { kX, kY, kLogHeight, kPoseX, kPoseY, kYaw, kSwayPitch, kSwayRoll, kBoxUnknowns };
 
 /// Residual q of one cue, in box heights, with its gradient and standard deviation.
 struct Cue {
@@ -73,13 +73,13 @@ struct BoxState {
   double dx, dy, square, r;            ///< m; square: r² in m²
   double rho, by_rho, log_rho;         ///< r − δ in m, at least `kNearest`; its derivative by r; its logarithm
 
-  BoxState(double x, double y, double height, double own_edge, const double* camera, const double* calibration)
+  BoxState(double x, double y, double height, const double* camera, const double* calibration)
       : log_height(height), pose(camera), sway(camera + 3), global(calibration) {
     dx = x - pose[0];
     dy = y - pose[1];
     square = std::max(dx * dx + dy * dy, 1e-6);
     r = std::sqrt(square);
-    const double raw = r - global[kEdge] - own_edge;
+    const double raw = r - global[kEdge];
     rho = std::max(raw, kNearest);
     by_rho = raw > kNearest ? 1.0 : 0.0;
     log_rho = elementary::log(rho);
@@ -128,7 +128,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   l.by[kPoseX] = -by_r * rx;
   l.by[kPoseY] = -by_r * ry;
   l.by[kLogHeight] = -1.0;
-  l.by[kOwnEdge] = l.by_global[kEdge] = -by_r;
+  l.by_global[kEdge] = -by_r;
   l.by[kSwayPitch] = l.by_global[kPitch] = -ca * length_by;
   l.by[kSwayRoll] = l.by_global[kRoll] = sa * length_by;
   l.std = std::sqrt(length_variance);
@@ -146,7 +146,7 @@ inline std::array<Cue, 3> box_cues(const Box& box, const BoxState& at, const Box
   b.by[kY] = by_distance * ry;
   b.by[kPoseX] = -by_distance * rx;
   b.by[kPoseY] = -by_distance * ry;
-  b.by[kOwnEdge] = b.by_global[kEdge] = -by_distance;
+  b.by_global[kEdge] = -by_distance;
   b.by[kSwayPitch] = b.by_global[kPitch] = -ca * (1.0 + slope * slope) * scale;
   b.by[kSwayRoll] = b.by_global[kRoll] = sa * (1.0 + slope * slope) * scale;
   b.by_global[kMount] = -scale / rho;

@@ -10,9 +10,9 @@
 
 namespace vbbench {
 
-/// A variable of a row: a coordinate of the path, the person's log height or own edge, a `Global`, or one of a frame.
+/// A variable of a row: a coordinate of the path, the person's log height, a `Global`, or one of a frame.
 struct Variable {
-  enum Kind : int { kPath, kHeight, kOwn, kShared, kCamera };
+  enum Kind : int { kPath, kHeight, kShared, kCamera };
   Kind kind;
   int index;  ///< 2 · node + axis; none; `Global`; kFrame · frame + component
 };
@@ -23,7 +23,6 @@ enum Slot : int {
   kSlotPlace = 0,
   kSlotPlaceBefore = 2,
   kSlotHeight = 4,
-  kSlotOwn,
   kSlotResidual,
   kSlotShared,
   kSlotCameraBefore = kSlotShared + kBoxGlobals,
@@ -38,7 +37,7 @@ struct Row {
   enum Law { kGaussian, kBox, kWalk, kSpread, kPace, kLaws };  ///< rows of one law have the same power
 
   double e = 0.0, w = 0.0, cost = 0.0, power = 0.0, base = 1.0;
-  int node = -1;  ///< the newest node of the row; −1: the row depends on height or own edge alone
+  int node = -1;  ///< the newest node of the row; −1: the row depends on the height alone
   int cue = -1;   ///< index of a box's cue, in a key frame
   Law law = kGaussian;
   bool of_box = false, walk = false;  ///< residual of a box; innovation of the path, whose gradient is `chain`
@@ -55,7 +54,6 @@ struct Row {
     for (int a = 0; reach > 0 && a < 2; ++a)
       visit(Variable{Variable::kPath, 2 * node - 2 + a}, by[kSlotPlaceBefore + a]);
     visit(Variable{Variable::kHeight, 0}, by[kSlotHeight]);
-    visit(Variable{Variable::kOwn, 0}, by[kSlotOwn]);
     if (!of_box) return;
     for (int g = 0; g < kBoxGlobals; ++g) visit(Variable{Variable::kShared, g}, by[kSlotShared + g]);
     for (int k = 0; k < kFrame; ++k) {
@@ -83,8 +81,7 @@ struct PeopleModel {
   Walk walk;
   BoxNoise noise;
   SpeedPrior pace;
-  int stride = 1;  ///< frames from one key frame to the next
-  double own_edge_std = 0.08;
+  int stride = 1;          ///< frames from one key frame to the next
   double height_nu = 1e9;  ///< degrees of freedom of log heights
 };
 
@@ -131,7 +128,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   const auto add_box = [&](int i, double share, const Box& shown, double x, double y, const double* camera,
                            bool visited) {
     const bool in_key_frame = share == 1.0;
-    const BoxState at(x, y, person.log_height, person.own_edge, camera, calibration.at.data());
+    const BoxState at(x, y, person.log_height, camera, calibration.at.data());
     const std::array<Cue, 3> cues = box_cues(shown, at, model.noise);
     const double time = i - 1.0 + share, earlier = before_time - (i - 1.0);  // share of the box before
     const int steps = static_cast<int>((time - before_time) * model.stride + 0.5);
@@ -158,8 +155,8 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
       for (int a = 0; a < 2; ++a) {
         box.by[kSlotPlace + a] = now_newer * now.by[kX + a] + last_newer * last.by[kX + a];
         box.by[kSlotPlaceBefore + a] = now_older * now.by[kX + a] + last_older * last.by[kX + a];
-        box.by[kSlotHeight + a] = by * now.by[kLogHeight + a] + back * last.by[kLogHeight + a];
       }
+      box.by[kSlotHeight] = by * now.by[kLogHeight] + back * last.by[kLogHeight];
       for (int g = 0; g < kBoxGlobals; ++g) box.by[kSlotShared + g] = by * now.by_global[g] + back * last.by_global[g];
       for (int k = 0; k < kFrame; ++k) {
         box.by[kSlotCamera + k] = now_newer * now.by[kPoseX + k] + last_newer * last.by[kPoseX + k];
@@ -268,9 +265,9 @@ using RowVisitor = std::function<void(const Row&)>;
 extern template void person_rows(const Person&, const std::vector<Frame>&, const Calibration&, const PeopleModel&,
                                  RowVisitor&&, Nodes);
 
-/// Visits the priors of a person's log height and own edge, which the marginal prior replaces once there is one.
+/// Visits the prior of a person's log height, which the marginal prior replaces once there is one.
 template <class Visit>
-void own_rows(const Person& person, const PeopleModel& model, Visit&& visit) {
+void height_row(const Person& person, const PeopleModel& model, Visit&& visit) {
   if (person.prior.any) return;
   Row row;
   row.e = person.log_height - person.height_mean;
@@ -280,12 +277,6 @@ void own_rows(const Person& person, const PeopleModel& model, Visit&& visit) {
   row.cost = robust.cost;
   row.by[kSlotHeight] = 1.0;
   visit(row);
-  Row own;
-  own.e = person.own_edge;
-  own.w = 1.0 / (model.own_edge_std * model.own_edge_std);
-  own.cost = 0.5 * own.w * own.e * own.e;
-  own.by[kSlotOwn] = 1.0;
-  visit(own);
 }
 
 /// Sum of the costs of a person's rows. Rows of one law are multiplied first: one logarithm serves many.
