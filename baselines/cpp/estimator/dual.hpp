@@ -41,10 +41,6 @@ Dual<N> operator-(Dual<N> a, const Dual<N>& b) {
   return a;
 }
 template <int N>
-Dual<N> operator-(const Dual<N>& a) {
-  return chain(a, -a.v, -1.0);
-}
-template <int N>
 Dual<N> operator*(const Dual<N>& a, const Dual<N>& b) {
   Dual<N> out(a.v * b.v);
   for (int i = 0; i < N; ++i) out.d[i] = a.v * b.d[i] + b.v * a.d[i];
@@ -53,10 +49,6 @@ Dual<N> operator*(const Dual<N>& a, const Dual<N>& b) {
 template <int N>
 Dual<N> operator*(double a, const Dual<N>& b) {
   return chain(b, a * b.v, a);
-}
-template <int N>
-Dual<N> operator/(const Dual<N>& a, double b) {
-  return chain(a, a.v / b, 1.0 / b);
 }
 template <int N>
 Dual<N> operator/(const Dual<N>& a, const Dual<N>& b) {

@@ -141,13 +141,11 @@ class Estimator {
       height_std_ = c.height_std;
     }
     association_.start();
-    odometry_ = false;
     learned_ = true;
     places_.assign(recording.columns, {NAN, NAN, NAN});
     squares_ = count_ = 0.0;
     variance_ = 1.0;
-    learns_ = !recording.known_calibration;
-    if (learns_) {
+    if (!recording.known_calibration) {
       noise_.start(model_.people.noise, c.noise_spread, recording.dt, recording_.dt);
       model_.people.noise = noise_.noise();
     }
@@ -210,8 +208,7 @@ class Estimator {
     a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
     a(moved_known_), a(converged_), a(stride_), a(places_), a(by_odometry_), a(odometry_spread_), a(unled_);
     a(strayed_), a(cold_), a(anchored_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
-    a(between_), a(given_), a(given_age_), a(odometry_), a(learns_), a(blind_), a(noise_), a(squares_), a(count_),
-        a(variance_);
+    a(between_), a(given_), a(given_age_), a(blind_), a(noise_), a(squares_), a(count_), a(variance_);
     window_.archive(a);
     association_.archive(a);
   }
@@ -266,7 +263,7 @@ class Estimator {
     learn_walk();
     learn_pace(window_, model_);
     learn_roughness(window_.frames, window_.posterior, evenness_weight(), model_.motion);
-    if (learns_) learn_boxes();
+    if (!recording_.known_calibration) learn_boxes();
   }
 
   void solve_key_frame(const Input& input, Output& output) {
@@ -298,8 +295,9 @@ class Estimator {
       return;
     }
     anchored_ = true;
-    const double c = elementary::cos(moved_[2]), s = elementary::sin(moved_[2]), *m = input.motion;
-    const Pose next{moved_[0] + c * m[0] - s * m[1], moved_[1] + s * m[0] + c * m[1], moved_[2] + m[2]};
+    const double c = elementary::cos(moved_[2]), s = elementary::sin(moved_[2]);
+    Pose next = moved_;
+    move(next, input.motion);
     Spread here{}, turned{};
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k < 3; ++k) here[i][k] = input.motion_covariance[3 * i + k];
@@ -312,12 +310,13 @@ class Estimator {
     moved_ = next;
   }
 
-  /// Moves a frame by odometry: forward, left and turn.
-  static void move(Frame& frame, const double* motion) {
-    const double c = elementary::cos(frame.at[2]), s = elementary::sin(frame.at[2]);
-    frame.at[0] += c * motion[0] - s * motion[1];
-    frame.at[1] += s * motion[0] + c * motion[1];
-    frame.at[2] += motion[2];
+  /// Moves a pose by odometry: forward, left and turn.
+  template <class P>
+  static void move(P& pose, const double* motion) {
+    const double c = elementary::cos(pose[2]), s = elementary::sin(pose[2]);
+    pose[0] += c * motion[0] - s * motion[1];
+    pose[1] += s * motion[0] + c * motion[1];
+    pose[2] += motion[2];
   }
 
   /// Predicts a frame between key frames. The camera moves on from the pose given in the frame before, or from the last
@@ -332,13 +331,13 @@ class Estimator {
     if (!std::isnan(last[0])) {
       std::copy_n(last, kPose, frame.at.begin());
       if (!std::isnan(input.motion[0])) {
-        move(frame, input.motion);
+        move(frame.at, input.motion);
       } else if (!std::isnan(before[0])) {
         for (int a = 0; a < 2; ++a) frame.at[a] += last[a] - before[a];
         frame.at[2] += wrap(last[2] - before[2]);
       }
     } else if (moved_known_) {
-      move(frame, moved_.data());
+      move(frame.at, moved_.data());
     } else if (newest > 0) {
       for (int a = 0; a < 3; ++a) frame.at[a] += share * (frames[newest].at[a] - frames[newest - 1].at[a]);
     }
@@ -425,19 +424,13 @@ class Estimator {
     if (!frames.empty()) {
       frame.at = frames.back().at;
       for (int c = 0; c < 2; ++c) frame.at[kPose + c] *= model_.sway_memory;
-      if (frames.size() > 1) predict(frames, frame);
-    }
-    if (moved_known_ && !std::isnan(input.motion[0]) && !frames.empty() && is_precise(moved_spread_)) {
-      frame.motion.measured = information_root(moved_spread_[0].data(), frame.motion.root);
-      for (int c = 0; c < 3; ++c) frame.motion.moved[c] = moved_[c];
-      const std::array<double, kFrame>& last = frames.back().at;
-      const double ca = elementary::cos(last[2]), sa = elementary::sin(last[2]);
-      frame.at[0] = last[0] + ca * moved_[0] - sa * moved_[1];
-      frame.at[1] = last[1] + sa * moved_[0] + ca * moved_[1];
-      frame.at[2] = last[2] + moved_[2];
-      if (!odometry_) {
-        odometry_ = true;
+      if (moved_known_ && !std::isnan(input.motion[0]) && is_precise(moved_spread_)) {
+        frame.motion.measured = information_root(moved_spread_[0].data(), frame.motion.root);
+        frame.motion.moved = moved_;
+        move(frame.at, moved_.data());
         window_.calibration.free[kOdometryScale] = window_.calibration.free[kOdometryTurn] = true;
+      } else if (frames.size() > 1) {
+        for (int a = 0; a < 2; ++a) frame.at[a] = 2.0 * frame.at[a] - frames[frames.size() - 2].at[a];
       }
     }
     frames.push_back(frame);
@@ -458,11 +451,6 @@ class Estimator {
       at.given_pose = pose;
       std::copy_n(pose.begin(), 3, at.at.begin());
     }
-  }
-
-  void predict(const std::vector<Frame>& frames, Frame& frame) const {
-    const std::array<double, kFrame>&last = frames.back().at, &before = frames[frames.size() - 2].at;
-    for (int a = 0; a < 2; ++a) frame.at[a] = 2.0 * last[a] - before[a];
   }
 
   /// Counts the time in which nobody is in sight; it ends with two people in a frame, or one with odometry.
@@ -502,9 +490,8 @@ class Estimator {
         node.given_std = constants.walking * (1.0 - one->share) * recording_.dt;
       }
       if (!node.given) continue;
-      const double r = elementary::exp(person.log_height) / node.box.length + window_.calibration.at[kEdge];
-      pairs.push_back({r * elementary::cos(node.box.azimuth), -r * elementary::sin(node.box.azimuth), node.given_at[0],
-                       node.given_at[1]});
+      const std::array<double, 2> relative = window_.placed(node.box, person.log_height, Frame());
+      pairs.push_back({relative[0], relative[1], node.given_at[0], node.given_at[1]});
       for (int a = 0; a < 4; ++a) mean[a] += pairs.back()[a];
       n += 1.0;
     }
@@ -1001,7 +988,7 @@ class Estimator {
   std::vector<int> given_age_;     ///< last frame in which the pose, then the place of each column was given
   double height_std_ = 0.055;
   int age_ = 0;
-  bool odometry_ = false, learns_ = false, learned_ = true;
+  bool learned_ = true;
   double blind_ = 0.0;  ///< s for which nobody was in sight
   NoiseLearner noise_;
   Association association_;

@@ -22,12 +22,10 @@ class DenseColumns {
   int size() const { return size_; }
   int global(int index) const { return size_ - kGlobals + index; }
   int camera(int index) const { return index; }
-  int height(const Window& window, int person) const { return begin_[person] + 2 * window.people[person].frames(); }
-  int path(int person, int index) const { return begin_[person] + index; }
 
   int of(const Window& window, int person, const Variable& v) const {
-    if (v.kind == Variable::kPath) return path(person, v.index);
-    if (v.kind == Variable::kHeight) return height(window, person);
+    if (v.kind == Variable::kPath) return begin_[person] + v.index;
+    if (v.kind == Variable::kHeight) return begin_[person] + 2 * window.people[person].frames();
     return v.kind == Variable::kShared ? global(v.index) : camera(v.index);
   }
 
@@ -82,13 +80,9 @@ inline DenseSystem dense_system(const Window& window, const Model& model) {
     int at[kPrior];
     Elimination::prior_offsets(person, window.calibration, off);
     for (int a = 0; a < kPrior; ++a) {
-      if (a < kPriorPlaces) {
-        at[a] = a < 2 * person.frames() ? columns.path(p, a) : -1;
-      } else if (a == kPriorPlaces) {
-        at[a] = columns.height(window, p);
-      } else {
-        at[a] = columns.global(a - kPriorPlaces - 1);
-      }
+      const Variable v = prior_variable(a);
+      const bool absent = v.kind == Variable::kPath && v.index >= 2 * person.frames();
+      at[a] = absent ? -1 : columns.of(window, p, v);
     }
     for (int a = 0; a < kPrior; ++a) {
       if (at[a] < 0) continue;

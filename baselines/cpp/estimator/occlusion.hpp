@@ -70,7 +70,7 @@ class Occlusion {
     const double r = elementary::hypot(at[0] - camera.at[0], at[1] - camera.at[1]);
     const double rho = std::max(r - global[kEdge], 0.3), length = elementary::exp(person.log_height) / rho;
     const double pitch = global[kPitch] + camera.at[kPose], roll = global[kRoll] + camera.at[kPose + 1];
-    const double lift = -pitch * elementary::cos(box.azimuth) + roll * elementary::sin(box.azimuth);
+    const double lift = -pitch * box.cos + roll * box.sin;
     const double foot = global[kMount] / rho - lift, width = box.width * length / std::max(box.length, 1e-6);
     return {&box, p, box.azimuth, width, foot, foot - length, length, r, person.frames() == 1};
   }

@@ -129,7 +129,7 @@ void Elimination::substitute(Reduced& reduced) {
   std::copy_n(height_side_.begin(), width, x[path]);
   substitute_rows(columns_[0].data(), path, x[0], stride, low, high.data());
   subtract_products(x[0], path + 1, stride, low, high.data(), reduced.lines[0]);
-  const int kept = std::min(path, 2 * kKept) + 1;
+  const int kept = std::min(path, 2 * layout_.kept) + 1;
   kept_.reset(kept, stride);
   std::copy_n(x[path + 1 - kept], kept * stride, kept_[0]);
 }

@@ -11,6 +11,7 @@ namespace vbbench {
 /// Columns of the reduced system: globals, then the frames that are not held, in order.
 struct Layout {
   int held = 0, frames = 0, unknowns = kFrame;
+  int kept = 0;  ///< newest nodes of a person whose rows of X are kept
 
   int size() const { return kGlobals + std::max(0, frames - held) * unknowns; }
   int camera(int index) const {  ///< of frame component `index`; −1 where it is held or fixed
@@ -90,7 +91,7 @@ class Elimination {
   }
 
   int index_of(const Variable& v) const {
-    if (v.kind == Variable::kPath) return v.index;
+    if (v.kind == Variable::kPath) return v.index < path ? v.index : -1;
     return v.kind == Variable::kHeight ? path : -1;
   }
 
@@ -182,14 +183,9 @@ class Elimination {
     for (int a = 0; a < kPrior; ++a) {
       gradient[a] = prior.vector[a];
       for (int b = 0; b < kPrior; ++b) gradient[a] -= prior.information[a][b] * off[b];
-      inner[a] = outer[a] = -1;
-      if (a < kPriorPlaces) {
-        if (a < 2 * person.frames()) inner[a] = a;
-      } else if (a == kPriorPlaces) {
-        inner[a] = path;
-      } else {
-        outer[a] = a - kPriorPlaces - 1;
-      }
+      const Variable v = prior_variable(a);
+      inner[a] = index_of(v);
+      outer[a] = v.kind == Variable::kShared ? v.index : -1;
     }
     for (int a = 0; a < kPrior; ++a) {
       if (inner[a] >= 0) {
@@ -208,14 +204,10 @@ class Elimination {
 
   static void prior_offsets(const Person& person, const Calibration& calibration, double* off) {
     for (int a = 0; a < kPrior; ++a) {
-      double at = 0.0;
-      if (a < kPriorPlaces) {
-        at = a / 2 < person.frames() ? person.nodes[a / 2].at[a % 2] : person.prior.about[a];
-      } else if (a == kPriorPlaces) {
-        at = person.log_height;
-      } else {
-        at = calibration.at[a - kPriorPlaces - 1];
-      }
+      const Variable v = prior_variable(a);
+      double at = v.kind == Variable::kShared ? calibration.at[v.index] : person.log_height;
+      if (v.kind == Variable::kPath)
+        at = v.index / 2 < person.frames() ? person.nodes[v.index / 2].at[v.index % 2] : person.prior.about[a];
       off[a] = at - person.prior.about[a];
     }
   }
@@ -350,37 +342,24 @@ class Elimination {
     return sum;
   }
 
-  /// Covariance xx, xy, yy of the node's place given the reduced variables. Writes Bᵀ A⁻¹ of the place, of either sign,
-  /// into two columns of `through` [size][stride].
+  /// Covariance xx, xy, yy of the place of a node, of which X has been kept, given the reduced variables. Writes
+  /// −Bᵀ A⁻¹ of the place into two columns of `through` [size][stride].
   std::array<double, 3> place_covariance(int node, double* through, int stride) {
-    double own[2][2] = {};
-    if (2 * node > path - kept_.rows()) {  // by the kept rows of X
-      std::vector<double> first;
-      for (int axis = 0; axis < 2; ++axis) {
-        scratch_.assign(path + 1, 0.0);
-        line_.assign(kept_.cols(), 0.0);
-        scratch_[2 * node + axis] = 1.0;
-        own[axis][axis] = project(2 * node, line_.data());
-        for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride + axis] = line_[1 + c];
-        if (axis == 0) first = scratch_;
-      }
-      for (int i = 2 * node; i <= path; ++i) own[0][1] += first[i] * scratch_[i];
-      return {own[0][0], own[0][1], own[1][1]};
-    }
+    std::vector<double> first;
+    std::array<double, 3> covariance{};
     for (int axis = 0; axis < 2; ++axis) {
       scratch_.assign(path + 1, 0.0);
+      line_.assign(kept_.cols(), 0.0);
       scratch_[2 * node + axis] = 1.0;
-      solve(scratch_.data(), 2 * node);
-      for (int a = 0; a < 2; ++a) own[axis][a] = scratch_[2 * node + a];
-      line_.assign(layout_.size(), 0.0);
-      for (int i = 0; i <= path; ++i) add_through(i, scratch_[i], line_.data());
-      for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride + axis] = line_[c];
+      covariance[2 * axis] = project(2 * node, line_.data());
+      for (int c = 0; c < layout_.size(); ++c) through[static_cast<std::ptrdiff_t>(c) * stride + axis] = line_[1 + c];
+      if (axis == 0) first = scratch_;
     }
-    return {own[0][0], own[0][1], own[1][1]};
+    for (int i = 2 * node; i <= path; ++i) covariance[1] += first[i] * scratch_[i];
+    return covariance;
   }
 
  private:
-  static constexpr int kKept = 4;                 ///< newest nodes of which X is kept
   static constexpr int kAbout = 1 + kBoxGlobals;  ///< where in a side the frames begin: before, at, after the node
   using Column = std::array<double, kBand + 1>;
   using Side = std::array<double, (kAbout + 3 * kFrame + 3) / 4 * 4>;  ///< −gradient, globals, frames

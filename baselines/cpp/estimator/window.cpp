@@ -116,7 +116,7 @@ bool Window::weigh_learned(const Model& model, int frame) {
 }
 
 bool Window::covariances(const Model& model, int frame, bool fresh, Covariances& out) {
-  if (!(fresh && is_linearised()) && !linearise(model, 0.0)) return false;
+  if (!(fresh && is_linearised()) && !linearise(model, 0.0, static_cast<int>(frames.size()))) return false;
   const int newest = static_cast<int>(frames.size()) - 1, next = std::min(kHeld, newest);
   // Columns of the unknowns that are wanted: two poses, odometry, places; then U⁻ᵀ of these.
   const int places = 8, count = padded(places + 2 * static_cast<int>(people.size()));
@@ -160,14 +160,8 @@ bool Window::covariances(const Model& model, int frame, bool fresh, Covariances&
 void Window::marginalise(const Model& model) {
   mode_costs(frames, model.motion, trial, costs_);
   if (costs_.size() > 1) {
-    Modes here{};
-    double least = 1e300, sum = 0.0;
-    for (int m = 0; m < kModes; ++m) least = std::min(least, costs_[0][m]);
-    for (int m = 0; m < kModes; ++m) sum += here[m] = mode_prior[m] * elementary::exp(least - costs_[0][m]);
-    Modes next{};
-    for (int from = 0; from < kModes; ++from)
-      for (int to = 0; to < kModes; ++to) next[to] += here[from] / sum * model.motion.transition[from][to];
-    mode_prior = next;
+    weigh(mode_prior, costs_[0]);
+    mode_prior = model.motion.after(mode_prior);
   }
   for (std::size_t p = people.size(); p-- > 0;) {
     Person& person = people[p];
@@ -218,10 +212,11 @@ void Window::restart() {
   held = 0;
 }
 
-bool Window::linearise(const Model& model, double damping) {
+bool Window::linearise(const Model& model, double damping, int kept) {
   damping_ = INFINITY;
   layout_.frames = static_cast<int>(frames.size());
   layout_.held = held;
+  layout_.kept = kept;
   layout_.unknowns = calibration.sway_std[0] > 0.0 ? kFrame : kPose;
   const int size = layout_.size();
   reduced_.reset(size);
@@ -240,12 +235,18 @@ bool Window::linearise(const Model& model, double damping) {
   return true;
 }
 
+double Window::linearise(const Person& person, const Model& model, const Layout& layout, double damping,
+                         Elimination& elimination, Reduced& reduced) const {
+  elimination.reset(person, layout, damping);
+  const double cost = visit_person(person, model, [&](const Row& row) { elimination.add(row, reduced); });
+  elimination.add_prior(person, calibration, reduced);
+  return cost;
+}
+
 bool Window::eliminate(std::size_t p, const Model& model, double damping, Reduced& reduced, double& cost) {
   while (eliminations_.size() <= p) eliminations_.emplace_back();
   Elimination& elimination = eliminations_[p];
-  elimination.reset(people[p], layout_, damping);
-  cost += visit_person(people[p], model, [&](const Row& row) { elimination.add(row, reduced); });
-  elimination.add_prior(people[p], calibration, reduced);
+  cost += linearise(people[p], model, layout_, damping, elimination, reduced);
   return elimination.eliminate(reduced);
 }
 
@@ -293,16 +294,7 @@ double Window::linearise_alone(const Person& person, const Model& model, Elimina
   Layout layout;
   layout.frames = layout.held = static_cast<int>(frames.size());
   rest.reset(kGlobals);
-  alone.reset(person, layout, 0.0);
-  CostSum sum;
-  const RowVisitor add = [&](const Row& row) {
-    alone.add(row, rest);
-    sum.add(row);
-  };
-  person_rows(person, frames, calibration, model.people, RowVisitor(add));
-  height_row(person, model.people, add);
-  alone.add_prior(person, calibration, rest);
-  return sum.sum() + Elimination::prior_cost(person, calibration);
+  return linearise(person, model, layout, 0.0, alone, rest);
 }
 
 void Window::minimise_alone(Person& person, const Model& model, double least) {

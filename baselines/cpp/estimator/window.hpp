@@ -180,8 +180,12 @@ class Window {
   }
 
   /// Builds the reduced system and the cost at the present state, and factorises it; false if it is not positive
-  /// definite.
-  bool linearise(const Model& model, double damping);
+  /// definite. Covariances of people in the `kept` newest frames may be asked for.
+  bool linearise(const Model& model, double damping, int kept = kKept);
+
+  /// Builds the system of a person, and adds its part of the reduced one; returns the person's cost.
+  double linearise(const Person& person, const Model& model, const Layout& layout, double damping,
+                   Elimination& elimination, Reduced& reduced) const;
 
   /// Eliminates a person from a reduced system, and adds the person's cost; false as above.
   bool eliminate(std::size_t p, const Model& model, double damping, Reduced& reduced, double& cost);
@@ -223,6 +227,7 @@ class Window {
   void retire(const Person& person);
 
   static constexpr double kDamping = 1e-8;  ///< of the diagonal, at least
+  static constexpr int kKept = 4;           ///< newest frames about which the noise of boxes and answers ask
   static constexpr double kSlow = 0.3;      ///< ratio of two gains above which the system is factorised again
 
   Layout layout_;

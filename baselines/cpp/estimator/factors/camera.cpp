@@ -54,10 +54,8 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
     const Frame& frame = frames[t];
     if (frame.given) {
       for (int c = 0; c < 3; ++c) {
-        CameraRow row;
-        row.e = c == 2 ? wrap(frame.at[c] - frame.given_pose[c]) : frame.at[c] - frame.given_pose[c];
-        row.w = 1.0 / (kGivenPose * kGivenPose);
-        row.cost = 0.5 * row.w * row.e * row.e;
+        const double off = frame.at[c] - frame.given_pose[c];
+        CameraRow row = CameraRow::gaussian(c == 2 ? wrap(off) : off, kGivenPose * kGivenPose);
         row.add(Variable::kCamera, kFrame * t + c, 1.0);
         visit(row);
       }
@@ -65,10 +63,8 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
     for (int c = 0; frame.between > 0.0 && c < 3; ++c) {
       const double s = frame.between;
       const double sigma = (c == 2 ? kBetweenTurn : kBetween) * motion.dt * std::min(s, 1.0 - s);
-      CameraRow row;
-      row.e = (1.0 - s) * frames[t - 1].at[c] + s * frame.at[c] - frame.between_pose[c];
-      row.w = 1.0 / (sigma * sigma);
-      row.cost = 0.5 * row.w * row.e * row.e;
+      CameraRow row =
+          CameraRow::gaussian((1.0 - s) * frames[t - 1].at[c] + s * frame.at[c] - frame.between_pose[c], sigma * sigma);
       row.add(Variable::kCamera, kFrame * (t - 1) + c, 1.0 - s);
       row.add(Variable::kCamera, kFrame * t + c, s);
       visit(row);
@@ -77,10 +73,8 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
       const double sigma = calibration.sway_std[c];
       if (sigma <= 0.0) continue;
       const double memory = t > 0 ? sway_memory : 0.0;
-      CameraRow row;
-      row.e = frame.at[kPose + c] - (t > 0 ? memory * frames[t - 1].at[kPose + c] : 0.0);
-      row.w = 1.0 / (sigma * sigma * (1.0 - memory * memory));
-      row.cost = 0.5 * row.w * row.e * row.e;
+      const double e = frame.at[kPose + c] - (t > 0 ? memory * frames[t - 1].at[kPose + c] : 0.0);
+      CameraRow row = CameraRow::gaussian(e, sigma * sigma * (1.0 - memory * memory));
       row.add(Variable::kCamera, kFrame * t + kPose + c, 1.0);
       if (t > 0) row.add(Variable::kCamera, kFrame * (t - 1) + kPose + c, -memory);
       visit(row);
@@ -102,10 +96,7 @@ void camera_rows(const std::vector<Frame>& frames, const Calibration& calibratio
       for (int a = 0; a < 3; ++a) {
         D e(0.0);
         for (int b = 0; b <= a; ++b) e = e + frame.motion.root[a][b] * off[b];
-        CameraRow row;
-        row.e = e.v;
-        row.w = 1.0;
-        row.cost = 0.5 * e.v * e.v;
+        CameraRow row = CameraRow::gaussian(e.v, 1.0);
         for (int c = 0; c < 3; ++c) {
           row.add(Variable::kCamera, kFrame * (t - 1) + c, e.d[c]);
           row.add(Variable::kCamera, kFrame * t + c, e.d[3 + c]);

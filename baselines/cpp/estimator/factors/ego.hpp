@@ -114,6 +114,14 @@ struct EgoMotion {
     });
   }
 
+  /// Probabilities of the modes a step later.
+  Modes after(const Modes& now) const {
+    Modes next{};
+    for (int from = 0; from < kModes; ++from)
+      for (int to = 0; to < kModes; ++to) next[to] += now[from] * transition[from][to];
+    return next;
+  }
+
   static bool vehicular(int mode) { return mode == kDrive || mode == kCurve; }
   static bool pedestrian(int mode) { return mode >= kFollow; }
 
@@ -238,6 +246,16 @@ struct EgoMotion {
 /// Probability that a vehicle carries the camera and moves.
 inline double driving(const Modes& modes) { return modes[kDrive] + modes[kCurve]; }
 
+/// Weighs probabilities of the modes by what a step costs under each. Returns −ln of the evidence.
+inline double weigh(Modes& modes, const Modes& costs) {
+  double least = 1e300, sum = 0.0;
+  for (int m = 0; m < kModes; ++m)
+    if (modes[m] > 0.0) least = std::min(least, costs[m]);
+  for (int m = 0; m < kModes; ++m) sum += modes[m] *= elementary::exp(least - costs[m]);
+  for (double& p : modes) p /= sum;
+  return least - elementary::log(sum);
+}
+
 /// Probabilities of the modes in every frame, from what each step costs under every mode: forward and backward as in a
 /// hidden Markov model. `prior` is that of the first step. Returns −ln of the evidence.
 inline double mode_posteriors(const EgoMotion& motion, const std::vector<Modes>& costs, const Modes& prior,
@@ -248,19 +266,8 @@ inline double mode_posteriors(const EgoMotion& motion, const std::vector<Modes>&
   std::vector<Modes> forward(n);
   double evidence = 0.0;
   for (int t = 0; t < n; ++t) {
-    Modes here = prior;
-    if (t > 0) {
-      here.fill(0.0);
-      for (int from = 0; from < kModes; ++from)
-        for (int to = 0; to < kModes; ++to) here[to] += forward[t - 1][from] * motion.transition[from][to];
-    }
-    double least = 1e300;
-    for (int m = 0; m < kModes; ++m)
-      if (here[m] > 0.0) least = std::min(least, costs[t][m]);
-    double sum = 0.0;
-    for (int m = 0; m < kModes; ++m) sum += forward[t][m] = here[m] * elementary::exp(least - costs[t][m]);
-    for (double& p : forward[t]) p /= sum;
-    evidence += least - elementary::log(sum);
+    forward[t] = t > 0 ? motion.after(forward[t - 1]) : prior;
+    evidence += weigh(forward[t], costs[t]);
   }
   Modes after;
   after.fill(1.0);

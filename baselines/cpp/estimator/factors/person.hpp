@@ -17,6 +17,12 @@ struct Variable {
   int index;  ///< 2 · node + axis; none; `Global`; kFrame · frame + component
 };
 
+/// What number `a` of a marginal prior is about.
+inline Variable prior_variable(int a) {
+  if (a < kPriorPlaces) return {Variable::kPath, a};
+  return a == kPriorPlaces ? Variable{Variable::kHeight, 0} : Variable{Variable::kShared, a - kPriorPlaces - 1};
+}
+
 /// Order of a row's gradient: the person's variables, which are eliminated, then −residual for the right-hand side,
 /// then the variables of the reduced system. Camera and place are those of the row's node and of the node before.
 enum Slot : int {
@@ -45,6 +51,16 @@ struct Row {
   std::array<double, kReach + 1> chain{};
   std::array<double, kSlots> by{};
 
+  /// The row of a Gaussian law with standard deviation `sigma`.
+  static Row gaussian(int node, double e, double sigma) {
+    Row row;
+    row.node = node;
+    row.e = e;
+    row.w = 1.0 / (sigma * sigma);
+    row.cost = 0.5 * row.w * e * e;
+    return row;
+  }
+
   /// Calls `visit(Variable, derivative)` for each variable; `first` is the frame of the person's node 0.
   template <class Visit>
   void each(int first, Visit&& visit) const {
@@ -69,6 +85,14 @@ struct CameraRow {
   int count = 0;
   std::array<Variable, 3 * (kReach + 1)> variables;
   std::array<double, 3 * (kReach + 1)> by;
+
+  static CameraRow gaussian(double e, double variance) {
+    CameraRow row;
+    row.e = e;
+    row.w = 1.0 / variance;
+    row.cost = 0.5 * row.w * e * e;
+    return row;
+  }
 
   void add(Variable::Kind kind, int index, double value) {
     variables[count] = {kind, index};
@@ -172,11 +196,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
     const bool visited = i >= nodes.first;
     if (visited && node.given) {
       for (int axis = 0; axis < 2; ++axis) {
-        Row row;
-        row.node = i;
-        row.e = node.at[axis] - node.given_at[axis];
-        row.w = 1.0 / (node.given_std * node.given_std);
-        row.cost = 0.5 * row.w * row.e * row.e;
+        Row row = Row::gaussian(i, node.at[axis] - node.given_at[axis], node.given_std);
         row.by[kSlotPlace + axis] = 1.0;
         visit(row);
       }
@@ -188,13 +208,9 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
       std::array<double, kFrame> camera;
       for (int k = 0; k < kFrame; ++k) camera[k] = last[k] + s * (next[k] - last[k]);
       for (int axis = 0; visited && between->given && axis < 2; ++axis) {
-        Row row;
-        row.node = i;
+        Row row = Row::gaussian(i, place[axis] + s * (node.at[axis] - place[axis]) - between->given_at[axis],
+                                kBetween * model.walk.dt * std::min(s, 1.0 - s));
         row.reach = 1;
-        row.e = place[axis] + s * (node.at[axis] - place[axis]) - between->given_at[axis];
-        const double sigma = kBetween * model.walk.dt * std::min(s, 1.0 - s);
-        row.w = 1.0 / (sigma * sigma);
-        row.cost = 0.5 * row.w * row.e * row.e;
         row.by[kSlotPlace + axis] = s;
         row.by[kSlotPlaceBefore + axis] = 1.0 - s;
         visit(row);
