@@ -78,17 +78,22 @@ class OdometryFacts:
 
         ``before`` and ``after`` are (x, y, yaw) of the body by its odometry, in m and rad, some ``seconds`` apart.
         """
-        poses = np.array([before, after], np.float64)
-        body, camera = (motion_between(*one) for one in (poses, self.of_camera(poses)))
-        body[2], camera[2] = wrap_angle(body[2]), wrap_angle(camera[2])
-        covariances = self.covariances(body[None], np.array([seconds]))
-        return camera, self.camera_covariances(body[2:], covariances)[0]
+        motions, covariances = self.motions(np.array([before, after], np.float64), np.array([seconds]))
+        return motions[0], covariances[0]
 
-    def camera_covariances(self, turns: FloatArray, covariances: FloatArray) -> FloatArray:
-        """Covariances [T, 3, 3] of the camera's motions, from those of the body, which turns by ``turns`` [T]."""
+    def motions(
+        self, poses: FloatArray, seconds: FloatArray, stated: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """The camera's motions [T − 1, 3] from each pose [T, 3] of the body to the next, and their covariances.
+
+        Covariances [T − 1, 3, 3] of the body's motions are those ``stated``, or follow from the ``seconds`` [T − 1].
+        """
+        body, camera = (motion_between(one[:-1], one[1:]) for one in (poses, self.of_camera(poses)))
+        body[:, 2], camera[:, 2] = wrap_angle(body[:, 2]), wrap_angle(camera[:, 2])
         forward, left, yaw = self.mount
-        levers = np.exp(1j * (turns - yaw)) * (forward + 1j * left)
-        return covariance_along(motion_levers(np.full(len(turns), np.exp(-1j * yaw)), levers), covariances)
+        levers = np.exp(1j * (body[:, 2] - yaw)) * (forward + 1j * left)
+        levers = motion_levers(np.full(len(body), np.exp(-1j * yaw)), levers)
+        return camera, covariance_along(levers, self.covariances(body, seconds) if stated is None else stated)
 
     def covariances(self, motions: FloatArray, seconds: FloatArray) -> FloatArray:
         """Covariances [T, 3, 3] of motions [T, 3] (forward, left, turn) that took ``seconds`` [T]."""

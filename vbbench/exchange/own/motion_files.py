@@ -18,7 +18,7 @@ from vbbench.exchange.own.camera_file import OdometryFacts
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.trajectory import Trajectory, read_trajectory
 from vbbench.files.tables import MOTION_COVARIANCE
-from vbbench.geometry import FloatArray, IntArray, motion_between, motion_levers, wrap_angle
+from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.parsing.column_names import UNITS
 from vbbench.sequence import Odometry
 
@@ -62,18 +62,15 @@ def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple
     """The camera's motion from frame to frame with its covariance, NaN where it was not measured, and notes.
 
     Poses are interpolated at the times of the frames, and not known before the first and after the last. Stated
-    covariances are added up over the time of a frame, parts of intervals in proportion to time; otherwise they follow
-    from ``facts``.
+    covariances are added up over the time of a frame; otherwise they follow from ``facts``.
     """
     motion = _read(path, timeline, facts)
-    both = (_at(motion.times, poses, timeline.times, beyond=SAME_TIME) for poses in (motion.poses, motion.of_camera))
-    body, motions = map(_motions, both)
-    covariances = facts.covariances(body, np.diff(timeline.times, prepend=np.nan))
     if motion.from_path:
-        covariances[:, 2, 2] += PATH_TURN**2 * timeline.dt
-    if motion.stated is not None:
-        covariances = _composed(motion.times, motion.poses, motion.stated, timeline.times)
-    covariances = facts.camera_covariances(body[:, 2], covariances)
+        facts = replace(facts, turn_floor=float(np.hypot(facts.turn_floor, PATH_TURN)))
+    at = _at(motion.times, motion.poses, timeline.times, beyond=SAME_TIME)
+    stated = None if motion.stated is None else _summed(motion.times, motion.stated, timeline.times)
+    motions, covariances = np.full((len(at), 3), np.nan), np.full((len(at), 3, 3), np.nan)
+    motions[1:], covariances[1:] = facts.motions(at, np.diff(timeline.times), stated)
     for row in motion.leaps:
         before, after = timeline.times[:-1] + SAME_TIME, timeline.times[1:] - SAME_TIME
         motions[1:][(after > motion.times[row - 1]) & (before < motion.times[row])] = np.nan
@@ -103,14 +100,13 @@ def _reach(times: FloatArray, timeline: Timeline) -> str:
 
 @dataclass(frozen=True)
 class _Motion:
-    """Poses [N, 3] of a body and of its camera at the ``times`` [N] in s, with stated covariances [N, 3, 3].
+    """Poses [N, 3] of a body at the ``times`` [N] in s, with stated covariances [N, 3, 3].
 
     ``leaps`` are the rows to which it leaps, as where odometry was reset.
     """
 
     times: FloatArray
     poses: FloatArray
-    of_camera: FloatArray
     leaps: IntArray
     stated: FloatArray | None
     from_path: bool
@@ -122,7 +118,7 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
     times, notes = _by_the_clock_of_boxes(trajectory, timeline)
     trajectory = _in_order(replace(trajectory, times=times))
     grounded, times = ground_poses(trajectory, facts.axes), np.asarray(trajectory.times)
-    poses, of_camera = grounded.poses, facts.of_camera(grounded.poses)
+    poses = grounded.poses
     _refuse_leaps(trajectory, poses, timeline)
     leaps = _leaps(times, poses)
     if len(leaps):
@@ -131,14 +127,14 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
         notes += (f"{where}, one of {len(leaps)} leaps: was odometry reset? Motions over them do not count",)
     if not np.ptp(poses, axis=0).any():
         notes += (f"{path.name}: its pose never changes: the camera is taken to stand",)
-    share, angle = off_course(of_camera)
+    share, angle = off_course(facts.of_camera(poses))
     if share > OFF_COURSE:
         side = "left" if angle > 0.0 else "right"
         way = f"{share:.0%} of the way leads {abs(np.degrees(angle)):.0f}° to the {side} of where the camera looks"
         advice = "if the camera does not drive backwards or sideways, write axes or mount in [odometry]"
         notes += (f"{path.name}: {way}; {advice}",)
     stated, notes = _stated(trajectory), (*grounded.notes, *notes)
-    return _Motion(times, poses, of_camera, leaps, stated, grounded.from_path, notes)
+    return _Motion(times, poses, leaps, stated, grounded.from_path, notes)
 
 
 def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[FloatArray, tuple[str, ...]]:
@@ -263,14 +259,6 @@ def _in_order(trajectory: Trajectory) -> Trajectory:
     return trajectory
 
 
-def _motions(poses: FloatArray) -> FloatArray:
-    """[T, 3] (forward, left, turn) from each pose [T, 3] to the next; NaN in the first frame."""
-    motions = np.full((len(poses), 3), np.nan)
-    motions[1:] = motion_between(poses[:-1], poses[1:])
-    motions[1:, 2] = wrap_angle(motions[1:, 2])
-    return motions
-
-
 def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: float) -> FloatArray:
     """Poses [T, 3] at the times ``wanted`` [T] in s, interpolated; NaN ``beyond`` the first and last, and in holes."""
     if len(times) < 2:
@@ -304,25 +292,7 @@ def _stated(trajectory: Trajectory) -> FloatArray | None:
     return matrices
 
 
-def _composed(times: FloatArray, poses: FloatArray, matrices: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Covariances [T, 3, 3] of motions between frames, composed of those of lines; gaps between lines add nothing.
-
-    A part with covariance C, in the axes of its begin, adds A C Aᵀ in those of the frame before: A rotates it to these
-    axes, and propagates the error of its turn to the place at the end.
-    """
-    inside = wanted[(wanted >= times[0]) & (wanted <= times[-1])]
-    knots = np.union1d(times, inside)
-    line = np.searchsorted(times, knots[1:])
-    frame = np.searchsorted(wanted, knots[1:])
-    parts = np.flatnonzero((frame > 0) & (frame < len(wanted)))
-    line, frame, ends = line[parts], frame[parts], parts + 1
-    at = _at(times, poses, np.concatenate([knots, wanted]), beyond=SAME_TIME)
-    here, there = at[: len(knots)], at[len(knots) :]
-    begun, left_to_go = there[frame - 1, 2], there[frame, :2] - here[ends, :2]
-    rest = (left_to_go[:, 0] + 1j * left_to_go[:, 1]) * np.exp(-1j * begun)
-    moves = motion_levers(np.exp(1j * (here[ends - 1, 2] - begun)), rest)
-    shares = (knots[ends] - knots[ends - 1]) / (times[line] - times[line - 1])
-    covariances = np.zeros((len(wanted), 3, 3))
-    covariances[0] = np.nan
-    np.add.at(covariances, frame, moves @ (shares[:, None, None] * matrices[line]) @ moves.transpose(0, 2, 1))
-    return covariances
+def _summed(times: FloatArray, matrices: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Covariances [T − 1, 3, 3] of motions between frames: sums of those of lines, of parts in proportion to time."""
+    total = np.cumsum(np.concatenate([np.zeros((1, 3, 3)), matrices[1:]]), axis=0).reshape(-1, 9)
+    return np.diff([np.interp(wanted, times, cell) for cell in total.T]).T.reshape(-1, 3, 3)
