@@ -25,7 +25,6 @@ from vbbench.birdify.measuring import make_report
 from vbbench.birdify.report import REPORT, Report, write_tables
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning, suggestion, user_mistakes
 from vbbench.estimate import Estimate
-from vbbench.exchange.axes import AXES, Axes
 from vbbench.exchange.box_containers import holds_pictures, is_label_folder
 from vbbench.exchange.box_rows import write_boxes
 from vbbench.exchange.own.camera_file import find_camera
@@ -38,6 +37,7 @@ from vbbench.exchange.own.recording import (
     boxes_in,
     read_recording,
 )
+from vbbench.exchange.trajectory import AXES, Axes
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
@@ -112,8 +112,8 @@ def birdify(
         program (`vbbench.exchange.own.calibration_files`).
     out : folder to make; it appears when it is complete.
     odometry : trajectory of the observer by odometry (`vbbench.exchange.trajectory`).
-    odometry_axes : axes of its body, a key of `vbbench.exchange.axes.AXES`; by default those of the camera file, or
-        those that fit the motion.
+    odometry_axes : axes of its body, a key of `vbbench.exchange.trajectory.AXES`; by default those of the camera file,
+        or those that fit the motion.
     solver : a registered name, or ``module:attribute``.
     film : whether to make a film, which takes longer than all other steps.
     dt : seconds per frame, if neither camera file nor boxes state it.

@@ -19,10 +19,10 @@ import numpy as np
 from vbbench.birdify.birdify import Birdified, birdify
 from vbbench.birdify.report import REPORT
 from vbbench.errors import FileError, VbbenchError, plain_errors
-from vbbench.exchange.axes import Axes
 from vbbench.exchange.detection import NOBODY, Detections, TrackerFactory, make_detector, rows_of_tracks
 from vbbench.exchange.mot import write_mot
 from vbbench.exchange.own.camera_file import find_camera, read_camera
+from vbbench.exchange.trajectory import Axes
 from vbbench.files.tables import file_sha256
 from vbbench.folders.replacing import write_text_atomically
 from vbbench.folders.work_folder import check_free, next_to

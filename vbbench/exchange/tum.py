@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from vbbench.errors import FileError
-from vbbench.exchange.axes import ground_poses
 from vbbench.exchange.sequence_files import files_by_sequence, sequence_name
-from vbbench.exchange.trajectory import read_trajectory
+from vbbench.exchange.trajectory import ground_poses, read_trajectory
 from vbbench.files.dataset import Dataset
 from vbbench.files.submission import SubmissionInfo, SubmissionWriter
 from vbbench.files.submission_tables import SubmittedEstimates

@@ -1,8 +1,8 @@
 """Files of camera poses and of odometry: trajectories with a line a second or more.
 
-Their formats are those of `vbbench.exchange.trajectory`, in axes that `vbbench.exchange.axes` infers; the clock is that
-of the boxes. Lines of TUM odometry may end with the covariance of the motion since the line before, ff fl f_turn ll
-l_turn turn_turn (forward, left, turn), in m², m·rad and rad².
+Their formats are those of `vbbench.exchange.trajectory`; the clock is that of the boxes. Lines of TUM odometry may end
+with the covariance of the motion since the line before, ff fl f_turn ll l_turn turn_turn (forward, left, turn), in m²,
+m·rad and rad².
 """
 
 from dataclasses import dataclass, replace
@@ -12,11 +12,10 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.errors import FileError
-from vbbench.exchange.axes import ground_poses, off_course
 from vbbench.exchange.box_rows import MOST_BACK
 from vbbench.exchange.own.camera_file import OdometryFacts
 from vbbench.exchange.own.timing import Timeline
-from vbbench.exchange.trajectory import Trajectory, read_trajectory
+from vbbench.exchange.trajectory import Trajectory, ground_poses, off_course, read_trajectory
 from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.parsing.column_names import UNITS

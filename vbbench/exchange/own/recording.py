@@ -9,7 +9,6 @@ import numpy as np
 
 from vbbench.boxes import find_misfit, observations_of, outside_picture, rectangles
 from vbbench.errors import FileError, VbbenchError
-from vbbench.exchange.axes import Axes
 from vbbench.exchange.box_rows import AS_THEY_ARE, Ids, OwnBoxes, named_frames, read_boxes
 from vbbench.exchange.box_tables import scores_as_shares
 from vbbench.exchange.detection import TrackerFactory, link
@@ -20,6 +19,7 @@ from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.sequence_files import picture_facts
 from vbbench.exchange.text_tables import read_table, refuse_missing
+from vbbench.exchange.trajectory import Axes
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import LARGEST_ID, content_sha256
 from vbbench.generation.footage import Footage, Recordings
