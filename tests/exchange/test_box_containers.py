@@ -303,7 +303,7 @@ def test_several_films_in_one_file_are_named(read: Read) -> None:
     value = coco(videos=[{"id": 1, "name": "north"}, {"id": 2, "name": "south"}])
     for image in value["images"]:
         image["video_id"] = 1 + image["id"] % 2
-    with pytest.raises(FileError, match="holds 2 films \\('north', 'south'\\)"):
+    with pytest.raises(FileError, match="holds rows of 2 films \\('north', 'south'\\)"):
         read("boxes.json", json.dumps(value))
     head = "image,id,left,top,width,height\n"
     with pytest.raises(FileError, match=r"'a/1\.jpg' and 'b/1\.jpg' have one number"):

@@ -4,9 +4,8 @@ import warnings
 from pathlib import Path
 
 from vbbench.errors import VbbenchWarning
-from vbbench.exchange.box_rows import BoxRows
+from vbbench.exchange.box_rows import BoxRows, linked_rows
 from vbbench.exchange.box_tables import people_in, read_box_text
-from vbbench.exchange.mot import numbered_rows
 
 
 def read_mot(path: Path, frames: int) -> BoxRows:
@@ -15,4 +14,5 @@ def read_mot(path: Path, frames: int) -> BoxRows:
     kept, notes = people_in(table) if not table.ignored.all() else (~table.ignored, ())
     for note in notes:
         warnings.warn(VbbenchWarning(f"{path}: {note}"), stacklevel=2)
-    return numbered_rows(table.select(kept), frames)
+    table, first = table.select(kept), table.base
+    return linked_rows(table, table.whole("frame", first, first + frames - 1, "no frame of it") - first)[0]

@@ -236,12 +236,9 @@ def _coco(path: Path, value: Mapping[str, Any], picture: Picture) -> tuple[list[
         (wide, high), shown = min(sizes, key=str), f"{picture[0]:g} x {picture[1]:g} px"
         problem = f"its images have {wide} x {high} px, the camera file says {shown}"
         raise FileError(path, f"{problem}; write the size that boxes are of, with its focal length")
-    films = {image.get("video_id") for image in used}
-    if len(films) > 1:
-        listed = ", ".join(quoted(videos.get(one, str(one))) for one in sorted(films, key=str)[:4])
-        raise FileError(path, f"holds {len(films)} films ({listed}); write a file for each of them")
+    films = {image["id"]: videos.get(one := image.get("video_id"), one) for image in used}
     frames = {image["id"]: _frame_of(image) for image in used}
-    if len(set(frames.values())) < len(frames):
+    if len(set(frames.values())) < len(frames) and len(set(films.values())) == 1:
         raise FileError(path, "several of its images have one frame number; write a file for each film")
     records = []
     for one in value["annotations"]:
@@ -250,7 +247,7 @@ def _coco(path: Path, value: Mapping[str, Any], picture: Picture) -> tuple[list[
             record.pop("instance_id", None)
         kind = one.get("category_id")
         of_class = {"class_name": names[kind]} if kind in names else {"class": kind}
-        records.append({**record, **of_class, "frame": frames[one["image_id"]]})
+        records.append({**record, **of_class, "frame": frames[one["image_id"]], "video": films[one["image_id"]]})
     first = min((frame for frame in map(_frame_of, images.values()) if isinstance(frame, int)), default=0)
     return records, min(max(first, 0), 1)
 

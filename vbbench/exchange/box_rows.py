@@ -241,8 +241,8 @@ def _frame_time(table: BoxTable, dt: float | None) -> float | None:
     (passed,), (frames,) = np.diff(times[ends]), np.diff(table.frame[ends])
     if not passed > 0.0:
         return None
-    units = [1.0] if table.unit("time") else [1.0, 1e-3, 1e-6, 1e-9]
-    return min((float(passed * unit / frames) for unit in units), key=lambda one: abs(np.log(one / (dt or 0.1))))
+    lasts = (float(passed * unit / frames) for unit in table.time_units)
+    return min(lasts, key=lambda one: abs(np.log(one / (dt or 0.1))))
 
 
 def rows_in_frames(rows: OwnBoxes, frames: int, dt: float) -> BoxRows:
@@ -289,8 +289,7 @@ def named_frames(table: NamedColumns, timeline: Timeline) -> IntArray:
     if "frame" in table:
         exact = [(frame_numbers(table) - timeline.first_number) / timeline.step]
     else:
-        units = [1.0] if table.unit("time") else [1.0, 1e-3, 1e-6, 1e-9]
-        exact = [timeline.frame_of_time(table.scaled("time") * unit) for unit in units]
+        exact = [timeline.frame_of_time(table.scaled("time") * unit) for unit in table.time_units]
     there = [(one == np.round(one)) & (one >= 0) & (one < timeline.frames) for one in exact]
     frames = [np.where(known, one, -1.0).astype(np.int64) for known, one in zip(there, exact, strict=True)]
     return max(frames, key=lambda one: len(np.unique(one)))

@@ -16,8 +16,8 @@ import numpy as np
 
 from vbbench.boxes import observations_of, rectangles
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
-from vbbench.exchange.box_rows import BoxRows, linked_rows, read_boxes, rows_in_frames, rows_of
-from vbbench.exchange.box_tables import NOUNS, UNLINKED, BoxTable
+from vbbench.exchange.box_rows import BoxRows, read_boxes, rows_in_frames, rows_of
+from vbbench.exchange.box_tables import NOUNS, UNLINKED
 from vbbench.exchange.matching import (
     LEAST_FRAMES,
     LEAST_OVERLAP,
@@ -70,15 +70,6 @@ def write_mot(path: Path, rows: BoxRows) -> None:
         for frame, track, box, score, share in zip(rows.frame, rows.track, numbers, rows.scores, visible, strict=True)
     ]
     write_text_atomically(path, "".join(lines))
-
-
-def numbered_rows(table: BoxTable, frames: int) -> BoxRows:
-    """The boxes of a table of one sequence of ``frames`` frames; raises FileError at the first of another frame."""
-    frame = table.frame - table.base
-    wrong = (frame != np.round(frame)) | (frame < 0) | (frame >= frames)
-    known = f"its frames are {table.base} to {table.base + frames - 1}"
-    table.refuse(wrong, f"frame {{0:.10g}} is not in the sequence; {known}", table.frame)
-    return linked_rows(table, frame.astype(np.int64))[0]
 
 
 def export_mot(

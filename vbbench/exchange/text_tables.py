@@ -117,11 +117,8 @@ class NamedColumns(Rows):
         if column is None:
             return np.full(len(self), missing)
         if column.dtype.kind not in "if":
-            found = [parse_number(cell) if cell else np.nan for cell in column.tolist()]
-            row = next((row for row, number in enumerate(found) if number is None or np.isinf(number)), None)
-            if row is not None:
-                raise self.fault(row, f"{noun} is {quoted(str(column[row]))}; write a number")
-            column = np.array(found)
+            cells = zip(self.lines.tolist(), column.tolist(), strict=True)
+            column = np.array([finite_number(self.path, n or None, noun, one) if one else np.nan for n, one in cells])
         values = column.astype(np.float64, copy=False)
         return values if np.isnan(missing) else np.where(np.isnan(values), missing, values)
 
@@ -139,6 +136,11 @@ class NamedColumns(Rows):
     def unit(self, noun: str) -> str:
         """The unit in a column's name; empty where it has none."""
         return self.header.units.get(noun, "") if self.header else ""
+
+    @property
+    def time_units(self) -> tuple[float, ...]:
+        """What `scaled` times may have to be multiplied by: 1, unless their name has no unit."""
+        return (1.0,) if self.unit("time") else (1.0, 1e-3, 1e-6, 1e-9)
 
     def scaled(self, noun: str) -> FloatArray:
         """[N] the numbers of a column in s, m, rad, px or shares, by its `unit`."""

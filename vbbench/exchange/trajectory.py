@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import frame_numbers
-from vbbench.exchange.text_tables import Layout, NamedColumns, Rows, decode, read_table
+from vbbench.exchange.text_tables import Layout, NamedColumns, Rows, decode, read_content, read_table
 from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.parsing.column_names import UNITS, Header
@@ -88,9 +88,7 @@ class Trajectory(Rows):
 
 def read_trajectory(path: Path) -> Trajectory:
     """Read a file."""
-    if not path.is_file():
-        raise FileError(path, "the file is missing")
-    content = decode(path, path.read_bytes())
+    content = decode(path, read_content(path, "a trajectory"))
     head = content[:_HEAD].decode("utf-8", "replace")
     for begin, kind in _UNREAD.items():
         if re.match(begin, head):

@@ -18,7 +18,7 @@ from vbbench.exchange.own.distortion import straight_rows
 from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read_poses
 from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.sequence_files import picture_facts
-from vbbench.exchange.text_tables import read_table, refuse_missing
+from vbbench.exchange.text_tables import read_content, read_table, refuse_missing
 from vbbench.exchange.trajectory import Axes
 from vbbench.files.dataset_info import Pictures
 from vbbench.files.tables import LARGEST_ID, content_sha256
@@ -103,9 +103,7 @@ def read_people(
     Positions are in the world of the poses, in m; without poses (right, forward) of the camera. A height that is not
     stated is NaN. Speeds of people are checked only if the camera is ``posed``. ``ids`` are those of the boxes.
     """
-    if not path.is_file():
-        raise FileError(path, "the file is missing")
-    table = read_table(path, path.read_bytes(), COLUMNS, required=("id", "x", "y"))
+    table = read_table(path, read_content(path, "places of people"), COLUMNS, required=("id", "x", "y"))
     refuse_missing(table, [("frame", "time"), ("id",), ("x",), ("y",)])
     if not len(table):
         raise FileError(path, "holds no row")

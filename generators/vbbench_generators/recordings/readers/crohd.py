@@ -14,8 +14,9 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from vbbench.errors import FileError, VbbenchError
+from vbbench.exchange.box_rows import linked_rows
 from vbbench.exchange.box_tables import MOT, read_box_text
-from vbbench.exchange.mot import PEDESTRIAN, numbered_rows
+from vbbench.exchange.mot import PEDESTRIAN
 from vbbench.exchange.sequence_files import SEQUENCE_INFO, parse_seqinfo
 from vbbench.files.tables import file_sha256
 from vbbench.generation.archives import open_archive
@@ -127,7 +128,9 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
     info = parse_seqinfo(files[SEQINFO].path, files[SEQINFO].content)
     table = read_box_text(files[BOXES].path, files[BOXES].content, layout=NINE)
     counted = (table.classes == PEDESTRIAN) & (table.scores != 0.0) & (table.visible > 0.0)
-    rows = numbered_rows(table.select(counted), info.frames)
+    table = table.select(counted)
+    wanted = f"no frame of the sequence: its frames are 1 to {info.frames}"
+    rows, _ = linked_rows(table, table.whole("frame", 1, info.frames, wanted) - 1)
     frame, track = rows.frame, rows.track
     if len(rows) and not rows.linked:
         raise rows.fault(0, "id is -1: these are detections; tracks of heads are wanted")

@@ -12,7 +12,7 @@ import numpy as np
 from vbbench.errors import FileError
 from vbbench.exchange.text_tables import NamedColumns, names_several, read_table, refuse_missing, split_header
 from vbbench.geometry import FloatArray
-from vbbench.parsing.column_names import SHARES, UNITS, header_of
+from vbbench.parsing.column_names import SHARES, header_of
 from vbbench.parsing.numbers import parse_number
 from vbbench.scene import Scene
 from vbbench_generators.recordings.loading import Reader, SceneFile
@@ -61,14 +61,12 @@ def _points(table: NamedColumns, homography: FloatArray | None) -> FloatArray:
 
 def _frames(table: NamedColumns, dt: float) -> FloatArray:
     """[N] frames from 0 of times in the unit of the column's name, else in whichever of s, ms, us, ns fits ``dt``."""
-    time, unit = table.numbers("time"), table.unit("time")
+    time = table.scaled("time")
     steps = steps_of_people(time, table.numbers("id"), time[:, None])
     step = float(np.median(steps)) if len(steps) else dt
-    factors = [UNITS[unit]] if unit else [1.0, 1e-3, 1e-6, 1e-9]
-    fitting = [factor for factor in factors if abs(step * factor / dt - 1.0) <= JITTER]
+    fitting = [factor for factor in table.time_units if abs(step * factor / dt - 1.0) <= JITTER]
     if not fitting:
-        problem = f"times of a person are {step * factors[0]:g} s apart, but --dt is {dt:g}"
-        raise table.fault(0, f"{problem}; write --dt {step * factors[0]:.4g}")
+        raise table.fault(0, f"times of a person are {step:g} s apart, but --dt is {dt:g}; write --dt {step:.4g}")
     instants, place = np.unique(time, return_inverse=True)
     passed = np.diff(instants) * fitting[0] / dt
     frames = np.append(0.0, np.cumsum(np.round(passed)))[place]

@@ -78,8 +78,8 @@ def test_rows_that_do_not_count_are_left_out_whatever_they_say(tmp_path, line):
     [
         ("3,7,1,1,20", "5 columns with commas between, wanted 9: frame,id,left"),
         ("3,7,1,1,20,60,1,3,inf", "visibility is inf"),
-        ("0,7,1,1,20,60,1,1,1", "frame 0 is not in the sequence; its frames are 1 to 90"),
-        ("91,7,1,1,20,60,1,1,1", "frame 91 is not in the sequence"),
+        ("0,7,1,1,20,60,1,1,1", "0 is no frame of the sequence: its frames are 1 to 90"),
+        ("91,7,1,1,20,60,1,1,1", "91 is no frame of the sequence"),
         ("3,-1,1,1,20,60,1,1,1", "the id is missing here, other boxes have one"),
         ("3,7,1,1,0,60,1,1,1", "the box is 0 x 60 px"),
         ("2,7,1,1,20,60,1,1,1", "id 7 already has a box in this frame, in line 1; remove one of them"),
