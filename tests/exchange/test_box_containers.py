@@ -440,5 +440,5 @@ def test_images_of_coco_have_the_cameras_size(read: Read) -> None:
         return json.dumps({"images": images, "annotations": boxes, "categories": []})
 
     assert len(read("whole.json", coco(1280, 720))) == len(FRAMES)
-    with pytest.raises(FileError, match=r"its images have 640 x 360 px, the camera file says 1280 x 720 px; write the"):
+    with pytest.raises(FileError, match=r"its pictures have 640 x 360 px, the given camera's 1280 x 720; write those"):
         read("half.json", coco(640, 360))

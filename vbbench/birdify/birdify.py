@@ -25,7 +25,7 @@ from vbbench.birdify.measuring import make_report
 from vbbench.birdify.report import REPORT, Report, write_tables
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning, suggestion, user_mistakes
 from vbbench.estimate import Estimate
-from vbbench.exchange.box_containers import holds_pictures, is_label_folder
+from vbbench.exchange.box_containers import holds_pictures, label_folder
 from vbbench.exchange.box_rows import write_boxes
 from vbbench.exchange.own.camera_file import find_camera
 from vbbench.exchange.own.recording import (
@@ -77,7 +77,7 @@ class Birdified:
 def is_film(path: Path) -> bool:
     """Whether a path is a film: a video by its name, or a folder of pictures; otherwise it holds boxes."""
     if path.is_dir():
-        return holds_pictures(path) or not (is_label_folder(path) or boxes_in(path))
+        return holds_pictures(path) or not (label_folder(path) or boxes_in(path))
     return path.suffix.lower() in VIDEOS
 
 

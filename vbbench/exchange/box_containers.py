@@ -16,6 +16,7 @@ import numpy as np
 
 from vbbench.errors import FileError, quoted
 from vbbench.exchange.box_tables import NOUNS, SIDES, BoxTable, box_table, read_box_text
+from vbbench.exchange.sequence_files import SequenceInfo
 from vbbench.exchange.text_tables import columns_of_records, decode
 from vbbench.generation.archives import open_archive
 from vbbench.parsing.column_names import name_columns
@@ -51,8 +52,7 @@ _PICTURES = (".jpg", ".jpeg", ".png", ".bmp", ".webp", ".tif", ".tiff", ".ppm")
 
 def read_box_file(path: Path, picture: Picture = None) -> BoxTable:
     """The boxes of a file, or of a folder of labels; ``picture`` is (width, height) in px, for shares of it."""
-    if is_label_folder(path):
-        folder = path if any(path.glob("*.txt")) else path / "labels"
+    if folder := label_folder(path):
         return _labels(path, {file.name: file.read_bytes() for file in sorted(folder.glob("*.txt"))}, picture)
     if not path.is_file():
         raise FileError(path, "is a folder; name the file of boxes" if path.is_dir() else "the file is missing")
@@ -63,11 +63,11 @@ def read_box_file(path: Path, picture: Picture = None) -> BoxTable:
     return _with_names(table, labels.read_bytes()) if labels.is_file() else table
 
 
-def is_label_folder(path: Path) -> bool:
-    """Whether a folder, or its subfolder ``labels``, has a text file for each frame and no pictures."""
+def label_folder(path: Path) -> Path | None:
+    """A folder, or its subfolder ``labels``, with a text file for each frame; ``None`` without, or with pictures."""
     if not path.is_dir() or holds_pictures(path):
-        return False
-    return any(path.glob("*.txt")) or any((path / "labels").glob("*.txt"))
+        return None
+    return next((one for one in (path, path / "labels") if any(one.glob("*.txt"))), None)
 
 
 def holds_pictures(folder: Path) -> bool:
@@ -233,9 +233,7 @@ def _coco(path: Path, value: Mapping[str, Any], picture: Picture) -> tuple[list[
     videos = {one["id"]: str(one.get("name", one["id"])) for one in value.get("videos", ())}
     sizes = {(image.get("width"), image.get("height")) for image in used} - {(None, None), (0, 0)}
     if picture and sizes and not any(wide == picture[0] and picture[1] in (high, np.inf) for wide, high in sizes):
-        (wide, high), shown = min(sizes, key=str), f"{picture[0]:g} x {picture[1]:g} px"
-        problem = f"its images have {wide} x {high} px, the camera file says {shown}"
-        raise FileError(path, f"{problem}; write the size that boxes are of, with its focal length")
+        SequenceInfo(path, size=min(sizes, key=str)).refuse_other("the given camera's", picture)
     films = {image["id"]: videos.get(one := image.get("video_id"), one) for image in used}
     frames = {image["id"]: _frame_of(image) for image in used}
     if len(set(frames.values())) < len(frames) and len(set(films.values())) == 1:

@@ -54,14 +54,14 @@ class SequenceInfo(NamedTuple):
     frames: int = 0
     size: tuple[int, int] = (0, 0)
 
-    def refuse_other(self, whose: str, size: tuple[int, int], dt: float | None) -> None:
+    def refuse_other(self, whose: str, size: tuple[float, float], dt: float | None = None) -> None:
         """Raise FileError if pictures of a ``size``, one every ``dt`` s, are others; rates may differ by a hundredth.
 
         ``whose`` pictures these are begins the words about them.
         """
         advice = "write those of the pictures that the boxes are of in both, with the focal length of this size"
         if any(self.size) and self.size != size:
-            known = f"{self.size[0]} x {self.size[1]} px, {whose} {size[0]} x {size[1]}"
+            known = f"{self.size[0]} x {self.size[1]} px, {whose} {size[0]:g} x {size[1]:g}"
             raise FileError(self.path, f"its pictures have {known}; {advice}")
         if dt and self.rate and abs(self.rate * dt - 1.0) > SAME_RATE:
             raise FileError(self.path, f"its frameRate is {self.rate:g}, {whose} {1.0 / dt:.4g}; {advice}")

@@ -5,7 +5,7 @@ with the covariance of the motion since the line before, ff fl f_turn ll l_turn 
 m·rad and rad².
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from vbbench.errors import FileError
 from vbbench.exchange.box_rows import MOST_BACK
 from vbbench.exchange.own.camera_file import OdometryFacts
 from vbbench.exchange.own.timing import Timeline
-from vbbench.exchange.trajectory import Trajectory, ground_poses, off_course, read_trajectory
+from vbbench.exchange.trajectory import Grounded, Trajectory, ground_poses, off_course, read_trajectory
 from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import FloatArray, IntArray, wrap_angle
 from vbbench.parsing.column_names import UNITS
@@ -47,14 +47,14 @@ BEYOND = 0.5
 
 def read_poses(path: Path, timeline: Timeline) -> tuple[FloatArray, tuple[str, ...]]:
     """Poses [T, 3] (x, y, yaw) of the frames, and notes."""
-    motion = _read(path, timeline, OdometryFacts())
-    found = _at(motion.times, motion.poses, timeline.times, beyond=BEYOND * timeline.dt)
+    _, times, grounded = _read(path, timeline, OdometryFacts())
+    found = _at(times, grounded.poses, timeline.times, beyond=BEYOND * timeline.dt)
     missing = np.isnan(found[:, 0])
     if missing.any():
         frame = int(missing.argmax())
         problem = f"{int(missing.sum())} of {len(missing)} frames have no pose: frame {frame} is at"
-        raise FileError(path, f"{problem} {timeline.times[frame]:.10g} s, {_reach(motion.times, timeline)}")
-    return found, motion.notes
+        raise FileError(path, f"{problem} {timeline.times[frame]:.10g} s, {_reach(times, timeline)}")
+    return found, grounded.notes
 
 
 def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple[Odometry, tuple[str, ...]]:
@@ -63,27 +63,27 @@ def read_odometry(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple
     Poses are interpolated at the times of the frames, and not known before the first and after the last. Stated
     covariances are added up over the time of a frame; otherwise they follow from ``facts``.
     """
-    motion = _read(path, timeline, facts)
-    if motion.from_path:
+    trajectory, times, grounded = _read(path, timeline, facts)
+    if grounded.from_path:
         facts = replace(facts, turn_floor=float(np.hypot(facts.turn_floor, PATH_TURN)))
-    at = _at(motion.times, motion.poses, timeline.times, beyond=SAME_TIME)
-    stated = None if motion.stated is None else _summed(motion.times, motion.stated, timeline.times)
+    at = _at(times, grounded.poses, timeline.times, beyond=SAME_TIME)
+    stated = _stated(trajectory, times, timeline.times)
     motions, covariances = np.full((len(at), 3), np.nan), np.full((len(at), 3, 3), np.nan)
     motions[1:], covariances[1:] = facts.motions(at, np.diff(timeline.times), stated)
-    for row in motion.leaps:
+    for row in _leaps(times, grounded.poses):
         before, after = timeline.times[:-1] + SAME_TIME, timeline.times[1:] - SAME_TIME
-        motions[1:][(after > motion.times[row - 1]) & (before < motion.times[row])] = np.nan
+        motions[1:][(after > times[row - 1]) & (before < times[row])] = np.nan
     measured = np.isfinite(motions[1:, 0]) & np.isfinite(covariances[1:]).all(axis=(1, 2))
     motions[1:][~measured], covariances[1:][~measured] = np.nan, np.nan
     if not measured.any():
         frames = f"the boxes are from {timeline.times[0]:.10g} to {timeline.times[-1]:.10g} s"
-        raise FileError(path, f"no frame has a motion: {frames}, {_reach(motion.times, timeline)}")
+        raise FileError(path, f"no frame has a motion: {frames}, {_reach(times, timeline)}")
     missing = f"{int((~measured).sum())} of {len(measured)} motions are not in {path.name}"
-    off = motion.times - timeline.times if len(motion.times) == timeline.frames else np.zeros(1)
+    off = times - timeline.times if len(times) == timeline.frames else np.zeros(1)
     if np.ptp(off) <= 0.1 * timeline.dt and abs(off[0]) >= 0.5 * timeline.dt:
         when = f"{abs(off[0]):.4g} s {'later' if off[0] > 0.0 else 'earlier'}"
         missing += f": it has as many poses as there are frames, each {when}: do both count from one number, 0 or 1?"
-    return Odometry(motions=motions, covariances=covariances), (*motion.notes, *([] if measured.all() else [missing]))
+    return Odometry(motions=motions, covariances=covariances), (*grounded.notes, *([] if measured.all() else [missing]))
 
 
 def _reach(times: FloatArray, timeline: Timeline) -> str:
@@ -97,28 +97,14 @@ def _reach(times: FloatArray, timeline: Timeline) -> str:
     return f"{reach}; both need one clock, and no hole over {LONGEST_HOLE:g} s"
 
 
-@dataclass(frozen=True)
-class _Motion:
-    """Poses [N, 3] of a body at the ``times`` [N] in s, with stated covariances [N, 3, 3].
-
-    ``leaps`` are the rows to which it leaps, as where odometry was reset.
-    """
-
-    times: FloatArray
-    poses: FloatArray
-    leaps: IntArray
-    stated: FloatArray | None
-    from_path: bool
-    notes: tuple[str, ...]
-
-
-def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
+def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> tuple[Trajectory, FloatArray, Grounded]:
+    """The rows of a file by ascending time, their times [N] in s by the clock of the boxes, and poses on the ground."""
     trajectory = read_trajectory(path)
     times, notes = _by_the_clock_of_boxes(trajectory, timeline)
-    trajectory = _in_order(replace(trajectory, times=times))
-    grounded, times = ground_poses(trajectory, facts.axes), np.asarray(trajectory.times)
+    trajectory, times = _in_order(trajectory, times)
+    grounded = ground_poses(trajectory, facts.axes)
     poses = grounded.poses
-    _refuse_leaps(trajectory, poses, timeline)
+    _refuse_leaps(trajectory, times, poses, timeline)
     leaps = _leaps(times, poses)
     if len(leaps):
         moved = float(np.hypot(*(poses[leaps[0]] - poses[leaps[0] - 1])[:2]))
@@ -132,8 +118,7 @@ def _read(path: Path, timeline: Timeline, facts: OdometryFacts) -> _Motion:
         way = f"{share:.0%} of the way leads {abs(np.degrees(angle)):.0f}° to the {side} of where the camera looks"
         advice = "if the camera does not drive backwards or sideways, write axes or mount in [odometry]"
         notes += (f"{path.name}: {way}; {advice}",)
-    stated, notes = _stated(trajectory), (*grounded.notes, *notes)
-    return _Motion(times, poses, leaps, stated, grounded.from_path, notes)
+    return trajectory, times, grounded._replace(notes=(*grounded.notes, *notes))
 
 
 def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[FloatArray, tuple[str, ...]]:
@@ -166,12 +151,11 @@ def _by_the_clock_of_boxes(trajectory: Trajectory, timeline: Timeline) -> tuple[
     return clocks[best], (f"{path.name}: timestamps are {best}: so they reach over the time of the boxes",)
 
 
-def _refuse_leaps(trajectory: Trajectory, poses: FloatArray, timeline: Timeline) -> None:
+def _refuse_leaps(trajectory: Trajectory, times: FloatArray, poses: FloatArray, timeline: Timeline) -> None:
     """Raise FileError at the first of the ``poses`` [N, 3], near the frames, that needs an impossible speed.
 
     Speeds are checked from line to line, which finds broken lines, and over a second, which finds places in mm.
     """
-    times = np.asarray(trajectory.times)
     first, last = timeline.times[0] - LONGEST_HOLE, timeline.times[-1] + LONGEST_HOLE
     rows = np.arange(len(times))
     for later in (rows + 1, np.searchsorted(times, times + 1.0)):
@@ -244,18 +228,17 @@ def _turns_late(turns: FloatArray, frame: IntArray, seen: FloatArray) -> int:
     return best if off.get(best, 0.0) < min(mirrored, MUCH_LESS * off.get(0, 0.0) - LEAST_TURN) else 0
 
 
-def _in_order(trajectory: Trajectory) -> Trajectory:
-    """The rows by ascending time."""
-    times = np.asarray(trajectory.times)
+def _in_order(trajectory: Trajectory, times: FloatArray) -> tuple[Trajectory, FloatArray]:
+    """The rows, and their times [N], by ascending time."""
     back = times[:-1] - times[1:]
     if 0 < (back > LONGEST_HOLE).sum() <= MOST_BACK:
         problem = f"the clock goes back by {back.max():.4g} s; of two recordings keep one"
         raise trajectory.fault(int(back.argmax()) + 1, problem)
-    trajectory = trajectory.select(np.argsort(times, kind="stable"))
-    times = np.asarray(trajectory.times)
+    order = np.argsort(times, kind="stable")
+    trajectory, times = trajectory.select(order), times[order]
     again = np.append(False, np.diff(times) == 0.0)
     trajectory.refuse(again, "time {0:.10g} s stands twice; remove one of them", times)
-    return trajectory
+    return trajectory, times
 
 
 def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: float) -> FloatArray:
@@ -279,19 +262,18 @@ def _at(times: FloatArray, poses: FloatArray, wanted: FloatArray, *, beyond: flo
     return found
 
 
-def _stated(trajectory: Trajectory) -> FloatArray | None:
-    """[N, 3, 3] covariances of the motions since the line before, if lines state them."""
+def _stated(trajectory: Trajectory, times: FloatArray, wanted: FloatArray) -> FloatArray | None:
+    """[T − 1, 3, 3] covariances of the motions between the times ``wanted`` [T], if lines at ``times`` [N] state them.
+
+    Those of lines, of the motion since the line before, are added up, parts of lines in proportion to time.
+    """
     if trajectory.covariances is None:
         return None
-    matrices = np.empty((len(trajectory.covariances), 3, 3))
+    matrices = np.empty((len(times), 3, 3))
     i, j = np.triu_indices(3)
     matrices[:, i, j] = matrices[:, j, i] = trajectory.covariances
     wrong = np.append(False, np.linalg.eigvalsh(matrices)[1:, 0] <= 0.0)
     trajectory.refuse(wrong, f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite")
-    return matrices
-
-
-def _summed(times: FloatArray, matrices: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Covariances [T − 1, 3, 3] of motions between frames: sums of those of lines, of parts in proportion to time."""
-    total = np.cumsum(np.concatenate([np.zeros((1, 3, 3)), matrices[1:]]), axis=0).reshape(-1, 9)
+    matrices[0] = 0.0
+    total = np.cumsum(matrices, axis=0).reshape(-1, 9)
     return np.diff([np.interp(wanted, times, cell) for cell in total.T]).T.reshape(-1, 3, 3)

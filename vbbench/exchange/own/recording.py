@@ -211,14 +211,10 @@ def files_in(folder: Path, *, boxes: Path | None = None, poses: Path | None = No
         raise FileError(folder / CAMERA, "the file is missing; docs/own.md says what to write")
     if found is None:
         raise FileError(folder, f"holds no boxes; write {', '.join(BOXES[:-1])} or {BOXES[-1]}")
-    optional = {name: path if (path := folder / name).is_file() else None for name in (POSES, ODOMETRY, PEOPLE)}
+    there = [path if (path := folder / name).is_file() else None for name in (POSES, ODOMETRY, PEOPLE)]
+    poses, odometry, people = poses or there[0], *there[1:]
     return RecordingFiles(
-        name=folder.resolve().name,
-        camera=folder / CAMERA,
-        boxes=found,
-        poses=poses or optional[POSES],
-        odometry=optional[ODOMETRY],
-        people=optional[PEOPLE],
+        name=folder.resolve().name, camera=folder / CAMERA, boxes=found, poses=poses, odometry=odometry, people=people
     )
 
 
