@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from tests.lib.own_recording import CAMERA_TOML, make_walk, write_csv, write_folder
 from vbbench.errors import FileError
+from vbbench.exchange.own.calibration_files import Distortion, straighten_boxes
 from vbbench.exchange.own.camera_file import read_camera
-from vbbench.exchange.own.distortion import Distortion, straighten_boxes
 from vbbench.exchange.own.recording import files_in, read_recording
 
 K = np.array([[700.0, 0.0, 640.0], [0.0, 690.0, 360.0], [0.0, 0.0, 1.0]])

@@ -10,8 +10,8 @@ import pytest
 from tests.lib.own_recording import CAMERA_TOML, Walk, make_walk, write_folder, write_mot, write_people, write_tum
 from vbbench.boxes import rectangles
 from vbbench.errors import FileError
+from vbbench.exchange.box_rows import Timeline
 from vbbench.exchange.own.recording import files_in, read_people, read_recording
-from vbbench.exchange.own.timing import Timeline
 from vbbench.files.verification import verify
 from vbbench.generation import generate
 from vbbench.generation.footage import joined_odometry

@@ -20,10 +20,10 @@ from tests.lib.own_recording import (
 from vbbench.camera import EquirectangularCamera, PanoramaCamera, PerspectiveCamera
 from vbbench.cli import main
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning
+from vbbench.exchange.box_rows import time_frames
 from vbbench.exchange.mot import import_mot
 from vbbench.exchange.own.camera_file import read_camera
 from vbbench.exchange.own.recording import ASSUMED_NOISE, box_noise, files_in, read_recording
-from vbbench.exchange.own.timing import time_frames
 from vbbench.exchange.text_tables import Rows
 from vbbench.files.dataset import Dataset
 from vbbench.files.dataset_info import describe

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vbbench.birdify.cues import Cues
 from vbbench.birdify.verdict import Verdict
 from vbbench.estimate import Estimate
-from vbbench.exchange.own.timing import Timeline
+from vbbench.exchange.box_rows import Timeline
 from vbbench.exchange.tum import export_tum
 from vbbench.files.tables import arrow_array
 from vbbench.folders.replacing import replacing

@@ -18,7 +18,7 @@ import numpy as np
 from vbbench.boxes import cut_to_picture, observations_of
 from vbbench.camera import Camera, PanoramaCamera, PerspectiveCamera
 from vbbench.errors import FileError, SourceMissingError, VbbenchError
-from vbbench.exchange.own.distortion import Distortion, straight_rows
+from vbbench.exchange.own.calibration_files import Distortion, straight_rows
 from vbbench.files.tables import file_sha256, first_repetition
 from vbbench.generation.footage import Footage, FootageOptions, Recordings
 from vbbench.generation.generator import Options

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from vbbench.camera import Camera, make_camera
 from vbbench.errors import FileError, VbbenchError, mistakes_in, suggestion
-from vbbench.exchange.own.calibration_files import read_calibration
-from vbbench.exchange.own.distortion import LENSES, Distortion, distortion_keys
+from vbbench.exchange.own.calibration_files import LENSES, Distortion, distortion_keys, read_calibration
 from vbbench.exchange.trajectory import Axes
 from vbbench.geometry import FloatArray, covariance_along, motion_between, motion_levers, relative_to_world, wrap_angle
 from vbbench.parsing.numbers import BODY_HEIGHT, FRAME_TIME, Within, check_ranges

@@ -12,9 +12,8 @@ import numpy as np
 
 from vbbench.camera import Camera
 from vbbench.errors import FileError
-from vbbench.exchange.box_rows import MOST_BACK
+from vbbench.exchange.box_rows import MOST_BACK, Timeline
 from vbbench.exchange.own.camera_file import OdometryFacts
-from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.trajectory import Grounded, Trajectory, ground_poses, off_course, read_trajectory
 from vbbench.files.tables import MOTION_COVARIANCE
 from vbbench.geometry import FloatArray, IntArray, wrap_angle

@@ -9,14 +9,13 @@ import numpy as np
 
 from vbbench.boxes import find_misfit, observations_of, outside_picture, rectangles
 from vbbench.errors import FileError, VbbenchError
-from vbbench.exchange.box_rows import AS_THEY_ARE, Ids, OwnBoxes, named_frames, read_boxes
+from vbbench.exchange.box_rows import AS_THEY_ARE, Ids, OwnBoxes, Timeline, named_frames, read_boxes
 from vbbench.exchange.box_tables import scores_as_shares
 from vbbench.exchange.detection import TrackerFactory, link
 from vbbench.exchange.matching import frame_offset, in_columns, match_tracks
+from vbbench.exchange.own.calibration_files import straight_rows
 from vbbench.exchange.own.camera_file import OwnCamera, read_camera
-from vbbench.exchange.own.distortion import straight_rows
 from vbbench.exchange.own.motion_files import compare_turns, read_odometry, read_poses
-from vbbench.exchange.own.timing import Timeline
 from vbbench.exchange.sequence_files import picture_facts
 from vbbench.exchange.text_tables import read_content, read_table, refuse_missing
 from vbbench.exchange.trajectory import Axes

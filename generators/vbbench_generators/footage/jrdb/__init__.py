@@ -12,7 +12,7 @@ from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, VbbenchWarning
 from vbbench.exchange.box_rows import BoxRows
 from vbbench.exchange.matching import frame_offset, in_columns, match_tracks
-from vbbench.exchange.own.timing import nearest
+from vbbench.exchange.box_rows import nearest
 from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
