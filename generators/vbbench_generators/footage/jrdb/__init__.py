@@ -10,9 +10,8 @@ import numpy as np
 from vbbench.boxes import observations_of, rectangles
 from vbbench.camera import PanoramaCamera
 from vbbench.errors import FileError, VbbenchWarning
-from vbbench.exchange.box_rows import BoxRows
+from vbbench.exchange.box_rows import BoxRows, nearest
 from vbbench.exchange.matching import frame_offset, in_columns, match_tracks
-from vbbench.exchange.box_rows import nearest
 from vbbench.files.dataset_info import Pictures
 from vbbench.generation.footage import Footage
 from vbbench.geometry import BoolArray, FloatArray, IntArray, relative_to_world, wrap_angle
