@@ -154,7 +154,7 @@ FOUR = {**PYTHON, "dist_coeff": ROUND}
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        (yaml.dump(FOUR), "two lens models; write distortion_model: plumb_bob .* or distortion_model: equidistant"),
+        (yaml.dump(FOUR), "two lens models; .*; in a calibration distortion_model: plumb_bob or equidistant"),
         (yaml.dump({**OST, "distortion_model": "double_sphere"}), "no lens model is called 'double_sphere'"),
         (yaml.dump({**CHAIN, "distortion_model": "fov"}), "no lens model is called 'fov'"),
         (yaml.dump({**CHAIN, "camera_model": "omni"}), "camera model 'omni' is not read"),

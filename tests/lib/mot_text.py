@@ -15,4 +15,4 @@ def read_mot(path: Path, frames: int) -> BoxRows:
     for note in notes:
         warnings.warn(VbbenchWarning(f"{path}: {note}"), stacklevel=2)
     table, first = table.select(kept), table.base
-    return linked_rows(table, table.whole("frame", first, first + frames - 1, "no frame of it") - first)[0]
+    return linked_rows(table, table.whole("frame", first, first + frames - 1, "no frame of it") - first)

@@ -25,8 +25,8 @@ from vbbench.birdify.measuring import make_report
 from vbbench.birdify.report import REPORT, Report, write_tables
 from vbbench.errors import FileError, VbbenchError, VbbenchWarning, suggestion, user_mistakes
 from vbbench.estimate import Estimate
-from vbbench.exchange.box_containers import holds_pictures, label_folder
 from vbbench.exchange.box_rows import write_boxes
+from vbbench.exchange.box_tables import holds_pictures, label_folder
 from vbbench.exchange.own.camera_file import find_camera
 from vbbench.exchange.own.recording import (
     CAMERA,

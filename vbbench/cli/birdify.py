@@ -84,7 +84,7 @@ def birdify(
     from vbbench.birdify.birdify import birdify as make
     from vbbench.birdify.birdify import is_film
     from vbbench.errors import VbbenchError
-    from vbbench.exchange.box_containers import holds_pictures
+    from vbbench.exchange.box_tables import holds_pictures
 
     if example or recording is None:
         _example(recording, example, out, solver=solver, film=film, overwrite=overwrite, announce=announce)

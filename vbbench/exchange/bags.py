@@ -86,10 +86,9 @@ def open_bag(path: Path, purpose: str) -> Iterator[Bag]:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
     if not path.exists():
         raise FileError(path, "there is no such bag")
-    folder = path.parent if path.suffix in _STORES else path
-    if folder.is_dir() and not (folder / "metadata.yaml").is_file():
-        raise FileError(folder, "is no whole ROS 2 bag: metadata.yaml is missing; 'ros2 bag reindex' writes it")
-    path = folder
+    path = path.parent if path.suffix in _STORES else path
+    if path.is_dir() and not (path / "metadata.yaml").is_file():
+        raise FileError(path, "is no whole ROS 2 bag: metadata.yaml is missing; 'ros2 bag reindex' writes it")
     types = get_typestore(Stores.ROS2_HUMBLE if path.is_dir() else Stores.ROS1_NOETIC)
     try:
         with Reader2(path) if path.is_dir() else Reader1(path) as reader:

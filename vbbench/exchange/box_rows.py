@@ -2,14 +2,13 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import FileError, quoted
-from vbbench.exchange.box_containers import read_box_file
-from vbbench.exchange.box_tables import UNLINKED, BoxTable, frame_numbers, people_in
+from vbbench.exchange.box_tables import UNLINKED, BoxTable, frame_numbers, people_in, read_box_file
 from vbbench.exchange.text_tables import NamedColumns, Rows
 from vbbench.files.tables import LARGEST_ID, first_repetition
 from vbbench.folders.replacing import write_text_atomically
@@ -235,6 +234,7 @@ class BoxRows(Rows):
     scores : [N] scores of the detector or tracker; NaN where there is none.
     visible : [N] visible fraction; NaN where it is not known.
     ids : ids of the tracks in the file.
+    notes : notes for the user.
     """
 
     frame: IntArray
@@ -243,6 +243,7 @@ class BoxRows(Rows):
     scores: FloatArray
     visible: FloatArray
     ids: Ids = AS_THEY_ARE
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         count = len(self.frame)
@@ -291,6 +292,9 @@ class BoxRows(Rows):
         return self
 
 
+Boxes = TypeVar("Boxes", bound=BoxRows)
+
+
 def rows_of(
     path: Path, frame: IntArray, track: IntArray, boxes: FloatArray, scores: FloatArray, lines: IntArray | None = None
 ) -> BoxRows:
@@ -300,12 +304,11 @@ def rows_of(
     return BoxRows(path=path, lines=lines, frame=frame, track=track, boxes=boxes, scores=scores, visible=visible)
 
 
-def linked_rows(table: BoxTable, frame: IntArray) -> tuple[BoxRows, tuple[str, ...]]:
-    """The boxes of a table in frames [N] from 0, checked, and a note where tracks have other ids than the file."""
+def linked_rows(table: BoxTable, frame: IntArray) -> BoxRows:
+    """The boxes of a table in frames [N] from 0, checked; a note says where tracks have other ids than the file."""
     track, ids, notes = _tracks_of(table)
     names = ("path", "lines", "where", "boxes", "scores", "visible")
-    rows = BoxRows(frame=frame, track=track, ids=ids, **{name: getattr(table, name) for name in names})
-    return rows.check(), notes
+    return BoxRows(frame=frame, track=track, ids=ids, notes=notes, **{n: getattr(table, n) for n in names}).check()
 
 
 def _tracks_of(table: BoxTable) -> tuple[IntArray, Ids, tuple[str, ...]]:
@@ -362,7 +365,6 @@ class OwnBoxes(BoxRows):
     """
 
     timeline: Timeline
-    notes: tuple[str, ...] = ()
     plain: bool = False
 
 
@@ -377,7 +379,7 @@ def read_boxes(
 
     Parameters
     ----------
-    path : a file, or a folder of YOLO's labels (`vbbench.exchange.box_containers`).
+    path : a file, or a folder of YOLO's labels (`vbbench.exchange.box_tables`).
     dt : seconds per frame, ``None`` if only the file's time stamps say it.
     picture : width and height in px, for boxes that are shares of it.
     person_class : class of people, by number or name, where the file does not show it.
@@ -395,10 +397,9 @@ def read_boxes(
         frame, timeline = number_frames(table, table.frame, dt, base=table.base)
     kept, notes = people_in(table, person_class)
     table = table.select(kept)
-    boxes, renumbered = linked_rows(table, frame[kept])
     plain = table.path == path and bool(table.lines.any()) and person_class is None and not table.class_names
-    rows = OwnBoxes(**vars(boxes), timeline=timeline, plain=plain)
-    return replace(rows, notes=(*table.notes, *notes, *renumbered, *filter(None, (rate, _goes_back(rows)))))
+    rows = OwnBoxes(**vars(linked_rows(table, frame[kept])), timeline=timeline, plain=plain)
+    return replace(rows, notes=(*table.notes, *notes, *rows.notes, *filter(None, (rate, _goes_back(rows)))))
 
 
 def _frame_time(table: BoxTable, dt: float | None) -> float | None:

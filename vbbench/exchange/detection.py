@@ -2,13 +2,13 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vbbench.errors import VbbenchError
-from vbbench.exchange.box_rows import BoxRows, rows_of
+from vbbench.exchange.box_rows import Boxes, BoxRows, rows_of
 from vbbench.geometry import FloatArray, IntArray, freeze
 from vbbench.registry import load
 
@@ -57,9 +57,6 @@ class TrackerFactory(Protocol):
         """A tracker of one sequence of ``dt`` seconds per frame; ``period`` as in `Detector.detect`."""
 
 
-Rows = TypeVar("Rows", bound=BoxRows)
-
-
 def rows_of_tracks(frames: IntArray, found: list[tuple[IntArray, Detections]]) -> BoxRows:
     """The results of a tracker in ``frames`` [T], ascending, one box a row, without visible fractions."""
     boxes, scores = (np.concatenate([getattr(one, name) for _, one in found]) for name in ("boxes", "scores"))
@@ -67,7 +64,7 @@ def rows_of_tracks(frames: IntArray, found: list[tuple[IntArray, Detections]]) -
     return rows_of(Path(), frame, np.concatenate([ids for ids, _ in found]), boxes, scores)
 
 
-def link(rows: Rows, tracker: Tracker, frames: IntArray) -> Rows:
+def link(rows: Boxes, tracker: Tracker, frames: IntArray) -> Boxes:
     """The boxes of detections linked by a tracker, which processes ``frames`` [T], ascending."""
     order = np.argsort(rows.frame, kind="stable")
     edges = (np.searchsorted(rows.frame[order], frames, side) for side in ("left", "right"))

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
-from vbbench.errors import FileError, plain_errors, quoted
-from vbbench.exchange.text_tables import decode
+from vbbench.errors import FileError, quoted
+from vbbench.exchange.text_tables import decode, read_content
 from vbbench.parsing.numbers import parse_number
 
 SEQUENCE_INFO = "seqinfo.ini"
@@ -72,8 +72,7 @@ def picture_facts(*folders: Path) -> SequenceInfo:
     found = next((path for folder in folders if (path := folder / SEQUENCE_INFO).is_file()), None)
     if found is None:
         return SequenceInfo(folders[0] / SEQUENCE_INFO)
-    with plain_errors(found):
-        return parse_seqinfo(found, found.read_bytes(), whole=False)
+    return parse_seqinfo(found, read_content(found, "facts of pictures"), whole=False)
 
 
 def parse_seqinfo(path: Path, content: bytes, *, whole: bool = True) -> SequenceInfo:

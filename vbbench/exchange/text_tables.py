@@ -254,8 +254,7 @@ def read_content(path: Path, wanted: str) -> bytes:
 def first_cells(path: Path) -> list[str]:
     """The cells of the first line of a text that is not blank; none where there is no file."""
     content = path.read_bytes()[: 100 * _SHOWN] if path.is_file() else b""
-    lines = content.decode("utf-8-sig", "replace").split("\n")
-    return split_cells(next((line for line in lines if line.strip()), "").strip())
+    return split_cells(content.decode("utf-8-sig", "replace").strip().partition("\n")[0])
 
 
 def columns_of_records(path: Path, records: Sequence[Mapping[str, Any]], nouns: Sequence[str]) -> NamedColumns:

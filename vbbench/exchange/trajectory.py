@@ -159,9 +159,8 @@ def _layout(row: list[str]) -> Layout:
     count = len(row)
     if count in _LAYOUTS or not row:
         return _LAYOUTS.get(count, "")
-    if (
-        count > 8 and abs(hypot(*(parse_number(cell) or 0.0 for cell in row[4:8])) - 1.0) < _UNIT_TOLERANCE
-    ):  # a quaternion
+    length = hypot(*(parse_number(cell) or 0.0 for cell in row[4:8]))
+    if count > 8 and abs(length - 1.0) < _UNIT_TOLERANCE:  # a quaternion
         return " ".join([_TUM, *(f"({column})" for column in range(9, count + 1))])
     wanted = f"wanted 8 with spaces between: {TUM}"
     raise ValueError(f"{count} columns, {wanted}; or 3 x 4 matrices; or a first line of names")

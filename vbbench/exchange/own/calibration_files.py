@@ -16,18 +16,17 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
 import yaml
 
 from vbbench.errors import FileError, quoted, suggestion
-from vbbench.exchange.box_rows import BoxRows
+from vbbench.exchange.box_rows import Boxes
 from vbbench.geometry import FloatArray
 from vbbench.parsing.numbers import Within, check_ranges, parse_number
 
-Boxes = TypeVar("Boxes", bound=BoxRows)
 Coefficient = Annotated[float, Within(-1e3, 1e3)]
 WIDEST = np.radians(80.0)
 """Directions farther from the optical axis have no place on a pinhole's picture that is of any use."""
@@ -48,7 +47,6 @@ COEFFICIENTS = {"opencv": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"), "fis
 """The order of a list of coefficients."""
 COUNTS = {"opencv": (4, 5, 8, 12, 14), "fisheye": (4, 5)}
 """How many numbers such lists have; those beyond the names are 0 or refused."""
-WHICH = 'model = "opencv" (plumb_bob, radtan: k1 k2 p1 p2 k3) or model = "fisheye" (equidistant: k1 k2 k3 k4)'
 
 
 def plain_name(name: object) -> str:
@@ -64,13 +62,12 @@ def lens_model(name: object) -> str:
     return found
 
 
-def distortion_keys(table: Mapping[str, Any], which: str = WHICH) -> dict[str, Any] | None:
+def distortion_keys(table: Mapping[str, Any]) -> dict[str, Any] | None:
     """The keys of a `Distortion`, its ``model`` and coefficients, by their own names; ``None`` without distortion.
 
     Raises ValueError if the model is unknown, or not stated while coefficients fit two models.
 
-    A ``table`` ``[distortion]`` has ``model`` by any of its names, coefficients by theirs or in a list; ``which`` is
-    how a file states its lens model, for the error message.
+    A ``table`` ``[distortion]`` has ``model`` by any of its names, coefficients by theirs or in a list.
     """
     named = dict(table)
     name, values = named.pop("model", None), named.pop("coefficients", ())
@@ -81,7 +78,9 @@ def distortion_keys(table: Mapping[str, Any], which: str = WHICH) -> dict[str, A
         raise ValueError(f"[distortion]: coefficients and {next(iter(named))} exclude each other; keep one of them")
     if model is None and (len(values) == 4 or (named and set(named) <= set(COEFFICIENTS["fisheye"]))):
         found = ", ".join(named) or "four coefficients"
-        raise ValueError(f"[distortion]: {found} may be of two lens models; write {which}")
+        models = 'model = "opencv" (plumb_bob, radtan: k1 k2 p1 p2 k3) or "fisheye" (equidistant: k1 k2 k3 k4)'
+        models += "; in a calibration distortion_model: plumb_bob or equidistant"
+        raise ValueError(f"[distortion]: {found} may be of two lens models; write {models}")
     if model == "none":
         return None
     model = model or "opencv"
@@ -153,10 +152,8 @@ class Distortion:
 
     def _jacobian(self, points: FloatArray) -> FloatArray:
         """[..., 2, 2] the Jacobian of `bend`."""
-        columns = [
-            (self.bend(points + STEP * axis) - self.bend(points - STEP * axis)) / (2 * STEP) for axis in np.eye(2)
-        ]
-        return np.stack(columns, axis=-1)
+        steps = STEP * np.eye(2)
+        return np.stack([(self.bend(points + step) - self.bend(points - step)) / (2 * STEP) for step in steps], axis=-1)
 
 
 def straight_rows(rows: Boxes, distortion: Distortion | None, intrinsics: FloatArray | None) -> tuple[Boxes, int]:
@@ -204,7 +201,6 @@ NAMES = {
 PARTS = ("distortion_parameters", "projection_parameters")
 """Tables of VINS programs within a calibration."""
 _QUANTITIES = {plain_name(name): quantity for quantity, names in NAMES.items() for name in names}
-_WHICH = "distortion_model: plumb_bob (k1 k2 p1 p2 k3) or distortion_model: equidistant (fisheye: k1 k2 k3 k4)"
 ONE = "keep the camera that the boxes are of, in a separate file"
 COLMAP = {
     "SIMPLE_PINHOLE": "f cx cy",
@@ -300,7 +296,7 @@ def _keys(found: Mapping[str, Any]) -> dict[str, Any]:
     lens: dict[str, Any] = {name: _number(name, found[name]) for name in COEFFICIENTS["opencv"] if name in found}
     if "coefficients" in found:
         lens["coefficients"] = _numbers("distortion coefficients", found["coefficients"]).tolist()
-    bent = distortion_keys(lens if model is None else {"model": model, **lens}, _WHICH)
+    bent = distortion_keys(lens if model is None else {"model": model, **lens})
     whole = {"width": int(size[0]), "height": int(size[1]), **keys}
     return whole if bent is None else {**whole, "distortion": bent}
 

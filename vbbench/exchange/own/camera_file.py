@@ -62,9 +62,8 @@ class OdometryFacts:
     def __post_init__(self) -> None:
         check_ranges(self)
         if not (max(map(abs, self.mount[:2])) <= MOST_LEVER and abs(self.mount[2]) <= MOST_YAW):
-            raise ValueError(
-                f"mount = {list(self.mount)} must be [forward, left, yaw] in m and rad, within ±{MOST_LEVER:g} m"
-            )
+            wanted = f"[forward, left, yaw] in m and rad, within ±{MOST_LEVER:g} m"
+            raise ValueError(f"mount = {list(self.mount)} must be {wanted}")
 
     def of_camera(self, poses: FloatArray) -> FloatArray:
         """Poses [N, 3] of the camera on a body with these poses."""

@@ -130,7 +130,7 @@ def read_heads(files: RecordingFiles) -> HeadBoxes:
     counted = (table.classes == PEDESTRIAN) & (table.scores != 0.0) & (table.visible > 0.0)
     table = table.select(counted)
     wanted = f"no frame of the sequence: its frames are 1 to {info.frames}"
-    rows, _ = linked_rows(table, table.whole("frame", 1, info.frames, wanted) - 1)
+    rows = linked_rows(table, table.whole("frame", 1, info.frames, wanted) - 1)
     frame, track = rows.frame, rows.track
     if len(rows) and not rows.linked:
         raise rows.fault(0, "id is -1: these are detections; tracks of heads are wanted")
