@@ -536,6 +536,31 @@ def test_two_people_with_given_places_find_a_camera_that_saw_nobody_for_half_a_m
 
 
 @pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("dt", [0.1, 0.4])
+def test_given_places_correct_a_camera_that_turned_while_it_saw_nobody_for_a_second(known: bool, dt: float) -> None:
+    """The yaw is too far off for a descent; bearings of people with given places show it."""
+    run, stand = Run(8, known=known, changes={"dt": dt}), np.array([[6.0, 0.0], [7.0, 2.0], [5.0, -2.0], [8.0, 1.0]])
+    ahead = np.array([0.5 * dt, 0.0, 0.0])
+    poses = ahead * np.arange(20)[:, None]
+    places = np.concatenate([stand, np.full((4, 2), np.nan)])
+    boxes = boxes_of(poses, np.broadcast_to(places, (20, 8, 2)), np.full(8, 1.7), noise=0.5)
+    run.through(Crowd(poses, np.broadcast_to(places, (20, 8, 2)), boxes))
+    for _ in range(round(1.2 / dt)):
+        run.step()
+    turn = np.array([[np.cos(2.4), np.sin(2.4)], [-np.sin(2.4), np.cos(2.4)]])
+    poses = poses[-1] + np.array([0.5, 0.0, 2.4]) + np.zeros((round(1.0 / dt), 3))
+    places = np.concatenate([np.full((4, 2), np.nan), poses[0, :2] + stand @ turn])
+    places = np.broadcast_to(places, (len(poses), 8, 2))
+    for t, shown in enumerate(boxes_of(poses, places, np.full(8, 1.7), noise=0.5)):
+        positions = np.full((3, 8, 2), np.nan)
+        if t == 0:
+            positions[2, 4:7] = places[0, 4:7]
+        answer = run.step(boxes=np.ascontiguousarray(shown), positions=positions)
+    assert np.hypot(*(answer["pose"] - poses[-1])[:2]) < 0.3
+    assert abs(answer["pose"][2] - 2.4) < 0.1
+
+
+@pytest.mark.parametrize("known", [True, False])
 def test_places_given_between_key_frames_are_those_of_the_frame_and_the_next_key_frame_uses_them(known: bool) -> None:
     rate, still = 30, np.tile([3.0, 1.0, 2.0], (14, 1))
     places = np.broadcast_to(still[0, :2] + [[-1.0, 6.0], [-4.0, 5.0], [-3.0, 8.0]], (14, 3, 2))
@@ -788,3 +813,35 @@ def test_values_that_are_given_between_key_frames_count(rate: int) -> None:
         stated = {"dt": 1.0 / rate, "box_edge": 0.0, "box_std": 0.02}
         answers = Run(16, known=False, changes=stated).through(scene)
         assert np.hypot(*(answers[rate // 2]["pose"] - scene.poses[rate // 2])[:2]) < 0.06
+
+
+def street(seed: int) -> Crowd:
+    """A camera walks along a street for 14 s; 24 people walk along it, both ways, each in sight for 3 s."""
+    rng, people, frames, step = np.random.default_rng(seed), 24, 70, 0.2
+    time = step * np.arange(frames)
+    poses = np.stack([1.3 * time, 0.0 * time, 0.0 * time], axis=-1)
+    first = rng.uniform(-2.0, 12.5, people)  # s
+    speed = rng.choice([-1.0, 1.0], people) * rng.normal(1.3, 0.2, people)
+    start = np.stack([1.3 * first + rng.uniform(5.0, 12.0, people), rng.uniform(-5.0, 5.0, people)], axis=-1)
+    age, stray = time[:, None] - first, rng.normal(0.0, 0.1, (frames, people, 2)).cumsum(axis=0)
+    places = start + np.stack([speed * age, np.zeros_like(age)], axis=-1) + step * stray.cumsum(axis=0)
+    boxes = boxes_of(poses, places, rng.normal(1.7, 0.07, people), rng=rng)
+    error = rng.normal(0.0, 0.08, (3, frames, people))
+    for t in range(1, frames):
+        error[:, t] = 0.6 * error[:, t - 1] + 0.8 * error[:, t]
+    boxes[..., 0] += boxes[..., 4] * error[0]
+    boxes[..., 1] += boxes[..., 2] * error[1]
+    boxes[..., 2:] *= np.exp(error[2])[..., None]
+    boxes[(age < 0.0) | (age > 3.0) | ((places - poses[:, None, :2])[..., 0] < 2.0)] = np.nan
+    return Crowd(poses, places, boxes)
+
+
+def test_directions_of_people_along_a_street_keep_the_heading() -> None:
+    """Without an axis, which a weight of its share of 0 removes, the camera leaves the street by more."""
+    stated = {"dt": 0.2, "carrier": CARRIERS.index("person"), "box_edge": 0.0}
+    off = np.zeros((2, 32))
+    for i, without in enumerate(({}, {"axis_share": 1e-9, "axis_weight": 1e9})):
+        for seed in range(32):
+            run = Run(24, known=False, changes=stated, **without)
+            off[i, seed] = abs(run.through(street(seed), given=0, poses_given=1)[-1]["pose"][1])
+    assert off[0].mean() < 0.95 * off[1].mean()

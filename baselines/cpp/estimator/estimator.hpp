@@ -55,14 +55,15 @@ inline bool information_root(const double* c, std::array<std::array<double, 3>, 
   return true;
 }
 
-constexpr double kKeyFrame = 0.2;     ///< s from one key frame to the next at least
-constexpr double kEdgeKnown = 0.05;   ///< m, standard deviation of a near edge that is given
-constexpr double kStray = 0.05;       ///< m, σ of people about constant velocity between key frames
-constexpr double kTurning = 0.1;      ///< rad by which a camera may turn between key frames
-constexpr int kWalkLate = 4;          ///< frames after which an innovation updates the walk's variance
-constexpr double kWalkMemory = 60.0;  ///< s of memory of this variance
-constexpr double kStrayed = 0.2;      ///< m, σ of people about constant velocity from one key frame to the next
-constexpr double kBlind = 2.0;        ///< s without a person in sight after which given places relocate the camera
+constexpr double kKeyFrame = 0.2;       ///< s from one key frame to the next at least
+constexpr double kEdgeKnown = 0.05;     ///< m, standard deviation of a near edge that is given
+constexpr double kStray = 0.05;         ///< m, σ of people about constant velocity between key frames
+constexpr double kTurning = 0.1;        ///< rad by which a camera may turn between key frames
+constexpr int kWalkLate = 4;            ///< frames after which an innovation updates the walk's variance
+constexpr double kWalkMemory = 60.0;    ///< s of memory of this variance
+constexpr double kStrayed = 0.2;        ///< m, σ of people about constant velocity from one key frame to the next
+constexpr double kContradiction = 9.0;  ///< squared σ of `kTurning` a person, by which bearings contradict a pose
+constexpr double kBlind = 2.0;          ///< s without a person in sight after which given places relocate the camera
 constexpr std::array<double, 4> kFastest{30.0, 4.0, 30.0, 5.0};  ///< m/s, a camera by its `Carrier`
 constexpr double kFastestPerson = 4.0;                           ///< m/s
 constexpr double kFlowSpeed = 0.6, kFlowTime = 4.0;  ///< m/s and s, σ and memory of the common velocity (cold start)
@@ -113,7 +114,7 @@ class Estimator {
     model_.people.walk = Walk::of(c, recording_.dt);
     model_.people.noise = {c.noise_share, {}, std::max(recording.pixel_std, 0.05), c.noise_nu};
     model_.people.noise.time.fill(c.noise_time);
-    model_.people.pace = SpeedPrior::of(c);
+    model_.people.pace = VelocityPrior::of(c);
     model_.people.stride = stride_;
     model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
     model_.sway_memory = elementary::exp(-recording_.dt / c.sway_time);
@@ -146,6 +147,7 @@ class Estimator {
     places_.assign(recording.columns, {NAN, NAN, NAN});
     squares_ = count_ = 0.0;
     variance_ = 1.0;
+    gone_ = {};
     if (!recording.known_calibration) {
       noise_.start(model_.people.noise, c.noise_spread, recording.dt, recording_.dt);
       model_.people.noise = noise_.noise();
@@ -209,7 +211,7 @@ class Estimator {
     a(constants), a(size), a(rounds), a(least), a(recording_), a(moved_), a(moved_spread_), a(newest_);
     a(moved_known_), a(converged_), a(stride_), a(places_), a(by_odometry_), a(odometry_spread_), a(unled_);
     a(strayed_), a(cold_), a(anchored_), a(behind_), a(next_), a(model_), a(where_), a(ages_), a(height_std_), a(age_);
-    a(between_), a(given_), a(given_age_), a(blind_), a(noise_), a(squares_), a(count_), a(variance_);
+    a(between_), a(given_), a(given_age_), a(blind_), a(noise_), a(squares_), a(count_), a(variance_), a(gone_);
     window_.archive(a);
     association_.archive(a);
   }
@@ -250,6 +252,8 @@ class Estimator {
       const Frame& next = window_.frames[kHeld];
       carry_odometry(next);
       behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
+      for (const Person& person : window_.people)
+        if (person.first == 0 && person.frames() > 1) gone_.add(person, 1, model_.people.pace, recording_.dt);
       window_.marginalise(model_);
       ages_.erase(ages_.begin());
       index_people();
@@ -275,6 +279,7 @@ class Estimator {
     given_.clear();
     if (blind_ > kBlind) relocate();
     Solution solution = window_.solve(model_, rounds, least);
+    if (blind_ <= kBlind && !window_.frames.back().given && relocate()) solution = window_.solve(model_, rounds, least);
     try_common_velocities(solution);
     try_other_modes(solution);
     std::vector<int> changed = Occlusion::mark(window_, model_);
@@ -474,38 +479,51 @@ class Estimator {
     }
   }
 
-  /// Relocates the camera after a time without people: a rigid fit to the given places of two people or more in the
-  /// newest frame, with which a new window begins.
-  void relocate() {
+  /// Relocates the camera after a time without people, or where bearings of people with given places contradict its
+  /// pose: a rigid fit to the given places of two people or more in the newest frame, with which a new window begins.
+  /// Returns whether it did.
+  bool relocate() {
     const int newest = static_cast<int>(window_.frames.size()) - 1;
     Frame& frame = window_.frames[newest];
-    double n = 0.0, mean[4] = {};  // relative forward and left, and world x and y
-    std::vector<std::array<double, 4>> pairs;
+    struct Pair {
+      Node* node;
+      double std, ahead, left, x, y;  // m: of the given place; relative to the camera by the box; in the world
+    };
+    std::vector<Pair> pairs;
+    double ahead = 0.0, left = 0.0, x = 0.0, y = 0.0;  // means
     for (Person& person : window_.people) {
       Node& node = person.nodes.back();
-      if (person.last() != newest || !node.seen) continue;
       const Between* one = person.given_between();
-      if (!node.given && one) {
-        node.given = true;
-        node.given_at = one->given_at;
-        node.given_std = constants.walking * (1.0 - one->share) * recording_.dt;
-      }
-      if (!node.given) continue;
+      if (person.last() != newest || !node.seen || !(node.given || one)) continue;
+      const std::array<double, 2>& at = node.given ? node.given_at : one->given_at;
       const std::array<double, 2> relative = window_.placed(node.box, person.log_height, Frame());
-      pairs.push_back({relative[0], relative[1], node.given_at[0], node.given_at[1]});
-      for (int a = 0; a < 4; ++a) mean[a] += pairs.back()[a];
-      n += 1.0;
+      const double std = node.given ? node.given_std : constants.walking * (1.0 - one->share) * recording_.dt;
+      pairs.push_back({&node, std, relative[0], relative[1], at[0], at[1]});
+      ahead += relative[0], left += relative[1], x += at[0], y += at[1];
     }
-    if (n < 2.0) return;
+    const double n = static_cast<double>(pairs.size());
+    if (n < 2.0) return false;
+    ahead /= n, left /= n, x /= n, y /= n;
     double same = 0.0, cross = 0.0;
-    for (double& m : mean) m /= n;
-    for (const auto& p : pairs) {
-      const double u = p[0] - mean[0], v = p[1] - mean[1], x = p[2] - mean[2], y = p[3] - mean[3];
-      same += u * x + v * y;
-      cross += u * y - v * x;
+    for (const Pair& p : pairs) {
+      same += (p.ahead - ahead) * (p.x - x) + (p.left - left) * (p.y - y);
+      cross += (p.ahead - ahead) * (p.y - y) - (p.left - left) * (p.x - x);
     }
     const double yaw = elementary::atan2(cross, same), c = elementary::cos(yaw), s = elementary::sin(yaw);
-    frame.at = {mean[2] - c * mean[0] + s * mean[1], mean[3] - s * mean[0] - c * mean[1], yaw, 0.0, 0.0};
+    const std::array<double, kFrame> fit{x - c * ahead + s * left, y - s * ahead - c * left, yaw, 0.0, 0.0};
+    const auto contradiction = [&](const std::array<double, kFrame>& pose) {
+      double sum = 0.0;
+      for (const Pair& p : pairs)
+        sum += square(wrap(elementary::atan2(p.y - pose[1], p.x - pose[0]) - pose[2] + p.node->box.azimuth) / kTurning);
+      return sum;
+    };
+    if (blind_ <= kBlind && contradiction(frame.at) < kContradiction * n + contradiction(fit)) return false;
+    frame.at = fit;
+    for (const Pair& p : pairs) {
+      p.node->given = true;
+      p.node->given_at = {p.x, p.y};
+      p.node->given_std = p.std;
+    }
     window_.restart();
     ages_.assign(1, age_);
     window_.mode_prior = model_.motion.start;
@@ -514,6 +532,7 @@ class Estimator {
     blind_ = unled_ = strayed_ = 0.0;
     cold_ = false;
     index_people();
+    return true;
   }
 
   /// Whether the speeds of camera and people are possible.
@@ -724,31 +743,58 @@ class Estimator {
     for (Person& person : window_.people) person.variance = (own * variance_ + person.squares) / (own + person.count);
   }
 
-  /// Updates the mean speed of people who walk by expectation maximisation.
+  /// Sums of the steps of people who walk, by the weights of expectation maximisation.
+  struct Walkers {
+    double weight = 0.0, speeds = 0.0;           ///< of all
+    double aligned = 0.0, cos = 0.0, sin = 0.0;  ///< of those about the axis; cos, sin: of twice the direction
+
+    /// Adds the step of a person into a node.
+    void add(const Person& person, int node, const VelocityPrior& prior, double dt) {
+      const auto &now = person.nodes[node].at, &before = person.nodes[node - 1].at;
+      const double vx = (now[0] - before[0]) / dt, vy = (now[1] - before[1]) / dt;
+      const double speed = elementary::hypot(vx, vy) + 1e-9, across = prior.normal[0] * vx + prior.normal[1] * vy;
+      const Pace here = prior.at(speed, across, dt);
+      const double ratio = square(prior.axis_std * prior.walking / prior.walking_std);
+      const double about = prior.aligned > 0.0 ? here.across * ratio : here.walk;
+      weight += here.walk;
+      speeds += here.walk * speed;
+      aligned += about;
+      cos += about * (vx * vx - vy * vy) / (speed * speed);
+      sin += about * 2.0 * vx * vy / (speed * speed);
+    }
+  };
+
+  /// Updates the mean speed of people who walk, and the axis about which they do, by expectation maximisation.
   void learn_pace(const Window& window, Model& model) const {
-    SpeedPrior& pace = model.people.pace;
+    VelocityPrior& pace = model.people.pace;
+    const Constants& c = constants;
+    const double information = 1.0 / square(c.walking_mean_std), first = c.axis_weight / square(c.walking_std);
     for (int round = 0; round < 3; ++round) {
-      double information = 1.0 / (constants.walking_mean_std * constants.walking_mean_std);
-      double sum = information * constants.walking;
+      Walkers here = gone_;
+      here.weight = here.speeds = 0.0;
       for (const Person& person : window.people)
-        for (int i = 1; i < person.frames(); ++i) {
-          const auto &now = person.nodes[i].at, &before = person.nodes[i - 1].at;
-          const double speed = elementary::hypot(now[0] - before[0], now[1] - before[1]) / recording_.dt;
-          const double weight = pace.at(speed, recording_.dt).walk;
-          information += weight;
-          sum += weight * speed;
-        }
-      pace.walking = sum / information;
+        for (int i = 1; i < person.frames(); ++i) here.add(person, i, pace, recording_.dt);
+      pace.walking = (information * c.walking + here.speeds) / (information + here.weight);
+      if (here.aligned == 0.0) continue;
+      const double axis = 0.5 * elementary::atan2(here.sin, here.cos);
+      pace.normal = {-elementary::sin(axis), elementary::cos(axis)};
+      pace.aligned = (c.axis_share * first + here.aligned) / (first + here.weight + gone_.weight);
+      pace.axis_information = here.aligned * square(c.walking_std / c.axis_std);
     }
   }
 
   /// Weight in key frames of the prior of the roughness of the camera's motion; the same time at all frame rates.
   double evenness_weight() const { return constants.walk_own * recording_.dt / 0.4; }
 
-  /// Cost of what is learned, by its priors: people's mean speed, and the roughness of the camera's motion.
+  /// Cost of what is learned, by its priors: people's mean speed, their axis and the share of those about it, and the
+  /// roughness of the camera's motion.
   double learned_cost(const Model& model) const {
-    const double off = (model.people.pace.walking - constants.walking) / constants.walking_mean_std;
-    double sum = 0.5 * off * off;
+    const VelocityPrior& pace = model.people.pace;
+    const double off = (pace.walking - constants.walking) / constants.walking_mean_std, share = constants.axis_share;
+    double sum = 0.5 * off * off + 0.5 * elementary::log(1.0 + pace.axis_information * kPi * kPi / 12.0);
+    if (pace.aligned > 0.0)
+      sum += constants.axis_weight * (share * elementary::log(share / pace.aligned) +
+                                      (1.0 - share) * elementary::log((1.0 - share) / (1.0 - pace.aligned)));
     for (const double r : model.motion.roughness)
       sum += 0.5 * evenness_weight() * (2.0 * elementary::log(r) + 1.0 / (r * r) - 1.0);
     return sum;
@@ -994,6 +1040,7 @@ class Estimator {
   NoiseLearner noise_;
   Association association_;
   double squares_ = 0.0, count_ = 0.0, variance_ = 1.0;
+  Walkers gone_;  ///< steps that have left the window
 };
 
 }  // namespace vbbench

@@ -53,7 +53,7 @@ struct EgoMotion {
   std::array<double, 2> stand{};
   std::array<double, 2> lag{};   ///< how far a head follows within a frame, 0 to 1
   std::array<double, 3> head{};  ///< rad, Cauchy scales of a head that lags, is loose, wanders
-  SpeedPrior pace;               ///< of a pedestrian
+  VelocityPrior pace;            ///< of a pedestrian
   double nu = 4.0, first = 1.6, slow = 0.12;
   double duration = 1.0;  ///< weight in one frame of a density that holds for seconds
   bool on_foot = false;   ///< whether a person carries the camera
@@ -71,7 +71,7 @@ struct EgoMotion {
     for (int i = 0; i < 2; ++i) e.lag[i] = 1.0 - elementary::exp(-dt / c.head_lag[i]);
     e.head = {c.head_scale[0] * dt / 0.4, c.head_scale[1], c.head_scale[2] * dt / 0.4};
     e.nu = c.drive_nu;
-    e.pace = SpeedPrior::of(c);
+    e.pace = VelocityPrior::of(c);
     e.first = c.drive_speed * dt;
     e.slow = 0.3 * dt;
     e.duration = dt / 0.4;
@@ -176,7 +176,7 @@ struct EgoMotion {
       using std::sqrt;
       const T x = T(1.0 / dt) * (now[0] - before[0]), y = T(1.0 / dt) * (now[1] - before[1]);
       const T pacing = sqrt(x * x + y * y + T(1e-8));
-      const Pace usual = pace.at(value_of(pacing), dt);
+      const Pace usual = pace.at(value_of(pacing), 0.0, dt);
       add(pacing - T(pace.walking), usual.walk, -pace.weight * dt * elementary::log(usual.density), kNoChange);
       add(x, usual.stand, 0.0, kNoChange);
       add(y, usual.stand, 0.0, kNoChange);

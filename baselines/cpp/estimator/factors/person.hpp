@@ -104,7 +104,7 @@ struct CameraRow {
 struct PeopleModel {
   Walk walk;
   BoxNoise noise;
-  SpeedPrior pace;
+  VelocityPrior pace;
   int stride = 1;          ///< frames from one key frame to the next
   double height_nu = 1e9;  ///< degrees of freedom of log heights
 };
@@ -138,8 +138,8 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   std::array<Cue, 3> before{};  // of the box before, at `before_time` in key frames from the first node
   double before_time = -2.0;
   auto between = person.between.begin();
-  Row box, growth, walk, pacing, resting;  // of each kind one, of which every node changes the same numbers
-  constexpr double kTiny = 1e-7;           // a gradient without curvature
+  Row box, growth, walk, pacing, crossing, resting;  // of each kind one, of which every node changes the same numbers
+  constexpr double kTiny = 1e-7;                     // a gradient without curvature
   box.of_box = growth.of_box = true;
   growth.w = kTiny;
   growth.e = -1.0 / kTiny;
@@ -147,7 +147,7 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
   const double tempered = 1.0 / std::sqrt(static_cast<double>(model.stride));
   box.power = tempered * 0.5 * (model.noise.nu + 1.0);
   walk.walk = true;
-  pacing.reach = resting.reach = 1;
+  pacing.reach = crossing.reach = resting.reach = 1;
   // A box at a share of the time from node i − 1 to node i. Its own share of a gradient is that of the newer node.
   const auto add_box = [&](int i, double share, const Box& shown, double x, double y, const double* camera,
                            bool visited) {
@@ -248,10 +248,12 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
     }
     if (model.pace.weight > 0.0) {
       const double dt = model.walk.dt, speed = std::sqrt(dx * dx + dy * dy) / dt + 1e-9;
-      const double lasting = i == 1 && !node.walk_absorbed ? std::max(dt, SpeedPrior::kFirst) : dt;
-      const Pace pace = model.pace.at(speed, lasting);
+      const double lasting = i == 1 && !node.walk_absorbed ? std::max(dt, VelocityPrior::kFirst) : dt;
+      const std::array<double, 2>& normal = model.pace.normal;
+      crossing.e = (normal[0] * dx + normal[1] * dy) / dt;
+      const Pace pace = model.pace.at(speed, crossing.e, lasting);
       const double spread = 1.0 / dt, ux = dx / (speed * dt), uy = dy / (speed * dt);
-      pacing.node = resting.node = i;
+      pacing.node = crossing.node = resting.node = i;
       pacing.e = speed - model.pace.walking;
       pacing.w = pace.walk;
       pacing.law = lasting > dt ? Row::kGaussian : Row::kPace;
@@ -263,6 +265,12 @@ void person_rows(const Person& person, const std::vector<Frame>& frames, const C
       pacing.by[kSlotPlaceBefore] = -ux * spread;
       pacing.by[kSlotPlaceBefore + 1] = -uy * spread;
       visit(pacing);
+      crossing.w = pace.across;
+      for (int a = 0; a < 2; ++a) {
+        crossing.by[kSlotPlace + a] = normal[a] * spread;
+        crossing.by[kSlotPlaceBefore + a] = -normal[a] * spread;
+      }
+      if (crossing.w > 0.0) visit(crossing);
       resting.w = pace.stand;
       for (int axis = 0; axis < 2; ++axis) {
         resting.e = (axis ? dy : dx) / dt;

@@ -69,29 +69,39 @@ struct Walk {
   }
 };
 
-/// The prior's density at a speed, and the weights (s²/m²) of a step of expectation maximisation: `walk` weighs the
-/// residual speed − `walking`, and `stand` each component of the velocity.
+/// The prior's density at a velocity, and the weights (s²/m²) of a step of expectation maximisation: `walk` weighs the
+/// residual speed − `walking`, `across` the component across the axis, and `stand` each component of the velocity.
 struct Pace {
-  double walk, stand, density;
+  double walk, across, stand, density;
 };
 
-/// The prior of a pedestrian's speed: a Gaussian for those who walk and a Cauchy law for those who stand, both without
-/// mass where nobody runs.
-struct SpeedPrior {
+/// The prior of a pedestrian's velocity: a Gaussian of the speed of those who walk and a Cauchy law for those who
+/// stand, both without mass where nobody runs. Of those who walk a share has directions about an axis, the same both
+/// ways, and all others any direction.
+struct VelocityPrior {
   static constexpr double kFirst = 1.0;          ///< s, for as long as this the first speed of a path counts
   double weight = 0.0;                           ///< 1/s, weight of the log density in a second
   double walking = 0.0, walking_std = 0.0;       ///< m/s
   double standing = 0.0, standing_weight = 0.0;  ///< m/s, and the weight of those who stand
   double running = 0.0, running_std = 0.0;       ///< m/s
+  double aligned = 0.0, axis_std = 0.0;          ///< share of those about the axis, and rad
+  std::array<double, 2> normal{};                ///< of the axis
+  double axis_information = 0.0;                 ///< 1/rad², of all steps about it
 
-  static SpeedPrior of(const Constants& c) {
-    return {c.pace, c.walking, c.walking_std, c.standing, c.standing_weight, c.running, c.running_std};
+  static VelocityPrior of(const Constants& c) {
+    return {c.pace, c.walking, c.walking_std, c.standing, c.standing_weight, c.running, c.running_std, 0.0, c.axis_std};
   }
 
-  /// The prior at a `speed` in m/s, weighted for a step of dt seconds.
-  Pace at(double speed, double dt) const {
-    const double off = (speed - walking) / walking_std;
-    const double walk = (1.0 - standing_weight) / walking_std * elementary::exp(-0.5 * off * off);
+  /// The prior at a `speed` and its component `across` the axis in m/s, weighted for a step of dt seconds.
+  Pace at(double speed, double across, double dt) const {
+    const double off = (speed - walking) / walking_std, across_std = axis_std * walking;
+    double about = 0.0;  // density of directions about the axis, in those of a uniform law
+    if (aligned > 0.0) {
+      const double turned = across / across_std;
+      about = aligned * std::sqrt(0.5 * kPi) / axis_std * elementary::exp(-0.5 * turned * turned);
+    }
+    const double directed = 1.0 - aligned + about;
+    const double walk = (1.0 - standing_weight) / walking_std * elementary::exp(-0.5 * off * off) * directed;
     const double scaled = 1.0 + speed * speed / (standing * standing);
     const double faster = std::max(0.0, speed - running) / running_std;
     const double stand = standing_weight / standing * (faster > 0.0 ? elementary::exp(-0.5 * faster * faster) : 1.0) /
@@ -101,6 +111,7 @@ struct SpeedPrior {
     const double beyond = faster > 0.0 ? faster / running_std / (speed - walking) : 0.0;
     const double counts = weight * dt;
     return {counts * (share / (walking_std * walking_std) + rest * beyond),
+            counts * share * about / directed / (across_std * across_std),
             counts * rest * 3.0 / scaled / (standing * standing), walk + stand};
   }
 };
