@@ -60,7 +60,7 @@ constexpr double kEdgeKnown = 0.05;     ///< m, standard deviation of a near edg
 constexpr double kStray = 0.05;         ///< m, σ of people about constant velocity between key frames
 constexpr double kTurning = 0.1;        ///< rad by which a camera may turn between key frames
 constexpr int kWalkLate = 4;            ///< frames after which an innovation updates the walk's variance
-constexpr double kWalkMemory = 60.0;    ///< s of memory of this variance
+constexpr double kWalkMemory = 60.0;    ///< s of memory of this variance, and of directions
 constexpr double kStrayed = 0.2;        ///< m, σ of people about constant velocity from one key frame to the next
 constexpr double kContradiction = 9.0;  ///< squared σ of `kTurning` a person, by which bearings contradict a pose
 constexpr double kBlind = 2.0;          ///< s without a person in sight after which given places relocate the camera
@@ -254,6 +254,7 @@ class Estimator {
       behind_ = next.given ? Spread{} : sum(carried(behind_, held_pose(), next.at[0], next.at[1]), next_);
       for (const Person& person : window_.people)
         if (person.first == 0 && person.frames() > 1) gone_.add(person, 1, model_.people.pace, recording_.dt);
+      gone_.fade(elementary::exp(-recording_.dt / kWalkMemory));
       window_.marginalise(model_);
       ages_.erase(ages_.begin());
       index_people();
@@ -747,6 +748,11 @@ class Estimator {
   struct Walkers {
     double weight = 0.0, speeds = 0.0;           ///< of all
     double aligned = 0.0, cos = 0.0, sin = 0.0;  ///< of those about the axis; cos, sin: of twice the direction
+
+    /// Forgets all but a share.
+    void fade(double keep) {
+      for (double* sum : {&weight, &speeds, &aligned, &cos, &sin}) *sum *= keep;
+    }
 
     /// Adds the step of a person into a node.
     void add(const Person& person, int node, const VelocityPrior& prior, double dt) {
