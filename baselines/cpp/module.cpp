@@ -29,8 +29,7 @@ struct Core {
   void set(const std::string& name, double v) {
     if (!std::isfinite(v)) refuse(name + " must be a finite number");
     Constants& c = estimator.constants;
-    const std::vector<std::pair<const char*, double*>> numbers{{"noise_time", &c.noise_time},
-                                                               {"noise_nu", &c.noise_nu},
+    const std::vector<std::pair<const char*, double*>> numbers{{"noise_nu", &c.noise_nu},
                                                                {"noise_spread", &c.noise_spread},
                                                                {"pixel", &c.pixel},
                                                                {"edge", &c.edge},
@@ -65,6 +64,9 @@ struct Core {
                                                                {"noise_share[0]", &c.noise_share[0]},
                                                                {"noise_share[1]", &c.noise_share[1]},
                                                                {"noise_share[2]", &c.noise_share[2]},
+                                                               {"noise_time[0]", &c.noise_time[0]},
+                                                               {"noise_time[1]", &c.noise_time[1]},
+                                                               {"noise_time[2]", &c.noise_time[2]},
                                                                {"drive[0]", &c.drive[0]},
                                                                {"drive[1]", &c.drive[1]},
                                                                {"drive[2]", &c.drive[2]},

@@ -12,7 +12,7 @@ namespace vbbench {
 struct Constants {
   // Boxes.
   std::array<double, 3> noise_share{0.04, 0.02, 0.04};  ///< σ of column, log height, foot, in box heights; learned [S]
-  double noise_time = 1.5;                              ///< s, time over which these errors are correlated; learned [S]
+  std::array<double, 3> noise_time{0.4, 3.0, 3.0};      ///< s, time over which these errors are correlated; learned [S]
   double noise_spread = 1.0;                            ///< standard deviation of the prior of ln σ [S]
   double noise_nu = 10.0;                               ///< degrees of freedom of the errors [S]
   double pixel = 0.1;                                   ///< px, least σ of a box's border [S]

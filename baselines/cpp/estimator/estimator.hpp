@@ -112,8 +112,7 @@ class Estimator {
     const Constants& c = constants;
     model_ = Model();
     model_.people.walk = Walk::of(c, recording_.dt);
-    model_.people.noise = {c.noise_share, {}, std::max(recording.pixel_std, 0.05), c.noise_nu};
-    model_.people.noise.time.fill(c.noise_time);
+    model_.people.noise = {c.noise_share, c.noise_time, std::max(recording.pixel_std, 0.05), c.noise_nu};
     model_.people.pace = VelocityPrior::of(c);
     model_.people.stride = stride_;
     model_.motion = EgoMotion::of(c, recording_.dt, recording.carrier);
