@@ -32,8 +32,7 @@ struct Constants {
   double pace = 0.15;     ///< 1/s, weight of the prior of speed [S]
   double walking = 1.3, walking_std = 0.35;  ///< m/s, speed of people who walk [L]
   double walking_mean_std = 0.1;             ///< m/s, standard deviation of a crowd's mean about it [S]
-  double axis_std = 0.35, axis_share = 0.25,
-         axis_weight = 5.0;                        ///< rad, directions about an axis; prior of their share [S]
+  double axis_std = 0.35, axis_share = 0.25, axis_weight = 5.0;  ///< rad; share of directions about an axis [S]
   double standing = 0.06, standing_weight = 0.25;  ///< m/s, Cauchy scale of people who stand, and its weight [F]
   double running = 2.0, running_std = 0.5;         ///< m/s, speed up to which people walk, and σ beyond it [L]
   // Camera.
