@@ -37,8 +37,7 @@ struct Constants {
   double running = 2.0, running_std = 0.5;         ///< m/s, speed up to which people walk, and σ beyond it [L]
   // Camera.
   std::array<double, 3> drive{0.7, 0.05, 0.04};  ///< m/s^1.5 forward and sideways, rad/s^1.5: changes of velocity [S]
-  double curve = 0.16;                           ///< rad/s^1.5, changes of the turn in curves [S]
-  double drive_nu = 4.0;                         ///< degrees of freedom of `drive` and `curve` [S]
+  double curve = 0.16, drive_nu = 4.0;           ///< rad/s^1.5, changes of the turn in curves; degrees of freedom [S]
   std::array<double, 2> slip{0.12, 0.03};        ///< m/s sideways and rad/s, Cauchy scales of a vehicle [S]
   double drive_speed = 4.0;                      ///< m/s, of a vehicle [L]
   std::array<double, 2> stand{0.01, 0.0015};     ///< m and rad, a step of a camera that stands [S]
