@@ -68,6 +68,10 @@ def test_stated_covariances_of_odometry_are_added_up_over_a_frame(folder, walk):
     parts = Odometry(motions=np.tile(part, (5, 1)), covariances=np.tile(spread, (5, 1, 1)))
     np.testing.assert_allclose(odometry.motions[5], joined_odometry(parts, 4).motions[1], rtol=1e-6)
     np.testing.assert_allclose(odometry.covariances[5], 4.0 * spread, rtol=1e-6, atol=1e-12)
+    small = [row.replace("4e-4 1e-5 2e-5 1e-4 0 9e-4", "4e-9 0 0 1e-9 0 9e-9") for row in rows]
+    small[8] = small[8].replace("9e-9", "1e7")  # an error that is not known
+    (folder / "odometry.txt").write_text("\n".join(small) + "\n")
+    np.testing.assert_allclose(read(folder).footage.odometry.covariances[5, 2, 2], 4.0 * 9e-9, rtol=1e-6)
     (folder / "odometry.txt").write_text("\n".join(rows[::3]) + "\n")  # lines end within frames: parts in proportion
     sparse = read(folder).footage.odometry
     assert sparse is not None

@@ -273,6 +273,9 @@ def _stated(trajectory: Trajectory, times: FloatArray, wanted: FloatArray) -> Fl
     matrices[:, i, j] = matrices[:, j, i] = trajectory.covariances
     wrong = np.append(False, np.linalg.eigvalsh(matrices)[1:, 0] <= 0.0)
     trajectory.refuse(wrong, f"the covariance {' '.join(MOTION_COVARIANCE)} is not positive definite")
-    matrices[0] = 0.0
-    total = np.cumsum(matrices, axis=0).reshape(-1, 9)
-    return np.diff([np.interp(wanted, times, cell) for cell in total.T]).T.reshape(-1, 3, 3)
+    knots = np.union1d(times, wanted.clip(times[0], times[-1]))
+    line, frame = np.searchsorted(times, knots[1:]), np.searchsorted(wanted, knots[1:])
+    shares = np.diff(knots) / (times[line] - times[line - 1])
+    sums = np.zeros((len(wanted) + 1, 3, 3))  # the first and last: before the first frame, and after the last
+    np.add.at(sums, frame, shares[:, None, None] * matrices[line])
+    return sums[1:-1]
