@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from vbbench.birdify.example import EXAMPLE
 from vbbench.cli import main
 
 WITHOUT = """import sys
@@ -38,7 +37,6 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("trimesh", "render", ["export", "mot", "DATA", "--out", "OUT", "--backend", "raster"]),
         ("pyrender", "pyrender", ["export", "mot", "DATA", "--out", "OUT", "--backend", "pyrender"]),
         ("rerun", "viewer", ["view", "DATA", "--sequence", "0", "--out", "OUT.rrd"]),
-        ("rerun", "viewer", ["live", "BOXES", "--camera", "CAMERA", "--out", "OUT.rrd"]),
         ("cv2", "render", ["reproduce", "figure-keypoints", "--out", "OUT"]),
         ("distributed", "dask", ["generate", "demo", "--scheduler", "tcp://127.0.0.1:1", "--out", "OUT"]),
     ],
@@ -47,7 +45,6 @@ def test_what_is_missing_is_one_line_that_names_the_extra(
     dataset: Path, tmp_path: Path, missing: str, extra: str, command: list[str]
 ) -> None:
     places = {"DATA": str(dataset), "OUT": str(tmp_path / "out")}
-    places |= {"BOXES": str(EXAMPLE / "boxes.csv"), "CAMERA": str(EXAMPLE / "camera.toml")}
     words = [places.get(word, word.replace("OUT", places["OUT"])) for word in command]
     process = [sys.executable, "-c", WITHOUT.replace("MISSING", missing), *words]
     done = subprocess.run(process, capture_output=True, text=True, check=False)
