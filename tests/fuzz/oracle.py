@@ -12,7 +12,7 @@ Row = tuple[float, ...]
 
 STRICTER = {
     "tracks": (
-        r"twice \(also on line|but the step is \d+|is no frame of the sequence|already has a box|"
+        r"twice \(also on line|but the step is \d+|is no frame of (it|the sequence)|already has a box|"
         r"already (been )?given in line|does not come after|"
         r"is -?[\d.e+-]+, not an integer|(no|not a) whole number|people are class|class is |"
         r"digits are lost|the id is missing here, other boxes have one|seem to be swapped"
