@@ -24,7 +24,7 @@ SANITIZED := $(patsubst %,tests/baselines/%.py,test_joint_map $(patsubst %,casca
   $(patsubst %,tests/generators/%.py,test_social_force tiers/test_noise tiers/tracking/test_observing tiers/tracking/test_tracker tiers/test_field views/test_vehicle \
   views/test_looking footage/test_odometry_filter lifting/test_lift test_elementary) tests/renderers/test_raster.py tests/renderers/test_visibility.py
 # Figures of many seeds, which run the same lines again
-FIGURES := errors or later_frames or followed or half_a_minute
+FIGURES := errors or later_frames or followed or half_a_minute or keep_the_heading
 KILLS := tests/cli/test_kills.py tests/folders/test_work_folder.py
 WORKERS := --numprocesses logical --maxprocesses 4
 PARALLEL := $(WORKERS) --dist loadfile
