@@ -136,16 +136,14 @@ def test_parts_cover_the_work_once_and_hold_no_more_than_they_may(rows: np.ndarr
 
 
 @pytest.mark.slow
-def test_how_the_work_is_cut_shows_in_no_table_of_rows(
+def test_how_the_work_is_cut_shows_in_no_file(
     made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("vbbench.files.sequence_tables.ROWS_A_PART", 500)
     monkeypatch.setattr("vbbench.parallel.parts.BYTES_IN_MEMORY", 1)
     assert len(part_ranges(LIMIT, load("generator", "demo").plan(options()).expected_rows)) > LIMIT // 2
     again = generate("demo", tmp_path / "again", options(), jobs=2)
-    cut, whole = digests(again.folder), digests(made.folder)
-    with_its_sum = {"dataset.json", "README.md", "croissant.json"}
-    assert {name for name in whole if cut[name] != whole[name]} == {"sequences.parquet", *with_its_sum}
+    assert digests(again.folder) == digests(made.folder)
     solve(made, "cv", "sequential", tmp_path / "cut", jobs=2)
     monkeypatch.undo()
     solve(made, "cv", "sequential", tmp_path / "whole")
