@@ -203,6 +203,7 @@ class TableWriter(WholeWriter):
         self._schema = table_schema(name, optional)
         self._written = 0
         self._waiting: list[pa.Table] = []
+        self._waiting_rows = 0
         with ExitStack() as stack:
             temporary = stack.enter_context(replacing(path))
             self._sink = stack.enter_context(pa.output_stream(str(temporary), compression=None, buffer_size=BUFFER))
@@ -213,8 +214,9 @@ class TableWriter(WholeWriter):
         """Append the rows of a sequence or scene; those of short ones share a row group (`GROUP_ROWS`)."""
         if len(group):
             self._waiting.append(with_columns(group, self._schema))
+            self._waiting_rows += len(group)
             self.rows += len(group)
-        if sum(map(len, self._waiting)) >= GROUP_ROWS * 2 ** (self._written // GROUPS_OF_A_SIZE):
+        if self._waiting_rows >= GROUP_ROWS * 2 ** (self._written // GROUPS_OF_A_SIZE):
             self._flush()
 
     def finish(self) -> None:
@@ -229,6 +231,7 @@ class TableWriter(WholeWriter):
             self._writer.write_table(rows, row_group_size=len(rows))
             self._written += 1
             self._waiting.clear()
+            self._waiting_rows = 0
 
 
 def _parquet_writer(sink: pa.NativeFile, schema: pa.Schema) -> pq.ParquetWriter:

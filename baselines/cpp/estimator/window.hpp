@@ -180,7 +180,7 @@ class Window {
   }
 
   /// Builds the reduced system and the cost at the present state, and factorises it; false if it is not positive
-  /// definite. Covariances of people in the `kept` newest frames may be asked for.
+  /// definite. It keeps what covariances of people in the `kept` newest frames need.
   bool linearise(const Model& model, double damping, int kept = kKept);
 
   /// Builds the system of a person, and adds its part of the reduced one; returns the person's cost.
@@ -227,7 +227,7 @@ class Window {
   void retire(const Person& person);
 
   static constexpr double kDamping = 1e-8;  ///< of the diagonal, at least
-  static constexpr int kKept = 4;           ///< newest frames about which the noise of boxes and answers ask
+  static constexpr int kKept = 4;           ///< newest frames of which noise and answers need covariances
   static constexpr double kSlow = 0.3;      ///< ratio of two gains above which the system is factorised again
 
   Layout layout_;
