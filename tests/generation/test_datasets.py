@@ -136,9 +136,7 @@ def test_parts_cover_the_work_once_and_hold_no_more_than_they_may(rows: np.ndarr
 
 
 @pytest.mark.slow
-def test_how_the_work_is_cut_shows_in_no_file(
-    made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_how_the_work_is_cut_shows_in_no_file(made: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vbbench.files.sequence_tables.ROWS_A_PART", 500)
     monkeypatch.setattr("vbbench.parallel.parts.BYTES_IN_MEMORY", 1)
     assert len(part_ranges(LIMIT, load("generator", "demo").plan(options()).expected_rows)) > LIMIT // 2
